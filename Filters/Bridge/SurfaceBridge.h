@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Between VTK's data objects and the library's own types: the only place that converts one into the other, and the
+/// frame around RequestData that every filter on surfaces shares.
+#pragma once
+
+#include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/TriangleMesh.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+class vtkAlgorithm;
+class vtkDataArray;
+class vtkInformation;
+class vtkInformationVector;
+class vtkPolyData;
+
+namespace surfsynth
+{
+
+/// A surface as the core sees it.
+struct Surface
+{
+  TriangleMesh Mesh; ///< all points of the input in their order (float64), its polygons and strips as triangles
+  /// Cell of the input that each triangle comes from; empty when triangle f is cell f.
+  std::vector<std::int64_t> CellOfTriangle;
+  /// 0 for a polydata input; the flat index of the block (1 or more) in a composite one.
+  unsigned int FlatIndex = 0;
+  /// "" for a polydata input, " in block 3" for a composite one: ends error messages.
+  std::string Where;
+
+  /// Cell id of triangle @p f.
+  std::int64_t Cell(std::int64_t f) const { return this->CellOfTriangle.empty() ? f : this->CellOfTriangle[f]; }
+};
+
+/// Converts @p input and checks it: triangles are taken as they are, polygons are triangulated by ear cutting, strips
+/// are unrolled; vertices and lines are ignored. Cell ids count vertices, lines, polygons and strips, as in VTK.
+///
+/// @throws InvalidInput, naming the defect, how many, the first cell or point and the filter that repairs it, when the
+/// input has no polygon, a cell names a point that does not exist, has fewer than three points or cannot be
+/// triangulated, or the triangles do not meet @p requirements.
+VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements);
+
+/// What a filter does with one surface: fills @p output, which already holds a shallow copy of the input.
+using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
+
+/// Accepts vtkPolyData and vtkDataObjectTree on the port; for FillInputPortInformation.
+VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
+
+/// RequestData of a filter on surfaces. Converts and checks each block, calls @p worker, and
+///  - binds progress to UpdateProgress() and cancellation to AbortExecute;
+///  - limits the core to the threads that vtkSMPTools uses;
+///  - turns every exception into one error event with its text, and the block's output into an empty one;
+///  - leaves empty input empty, without an error.
+/// @return 0 when a polydata input failed or the user aborted, else 1: in a composite input a failed block is reported
+/// and left empty, and the others are kept.
+VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
+  vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker);
+
+} // namespace surfsynth

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Gaussian random fields on surfaces: sections 3.4, 3.5 and 5.4 of "Matérn Noise for Triangulation-Agnostic Flow
+/// Matching on Meshes" and Lindgren, Rue and Lindström (2011).
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/TriangleMesh.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+namespace surfsynth
+{
+
+/// The distribution that is sampled. n is N(0, I), independent for every vertex.
+enum class NoiseModel
+{
+  Matern,     ///< (L + tau M) f = sqrt(M) n: Algorithm 1, the triangulation-agnostic noise
+  PerVertex,  ///< f = n: iid numbers per vertex, whatever the triangulation
+  White,      ///< f = M^-1/2 n, so N(0, M^-1): equation 6
+  Unscreened, ///< L f = sqrt(M) n with f and the right-hand side orthogonal to constants on every component (tau = 0)
+  Spectral    ///< f = sum_i chi_i / (lambda_i + tau) phi_i over the lowest eigenpairs: section 5.4
+};
+
+/// How the screening term tau, 1 / square world units, is given.
+enum class ScaleMode
+{
+  CorrelationRange,   ///< tau = kappa^2 with kappa = sqrt(8 nu) / range, nu = 1; f scaled to a standard deviation
+  Screening,          ///< tau itself: Algorithm 1
+  NormalizedScreening ///< tau = c Gamma and output sqrt(Gamma) f: Algorithm 2
+};
+
+/// What to sample. Fields that the model and mode do not name are ignored.
+struct MaternFieldOptions
+{
+  NoiseModel Model = NoiseModel::Matern;
+  ScaleMode Mode = ScaleMode::CorrelationRange;
+  /// CorrelationRange mode: the distance at which the correlation has fallen to about 0.14, world units, > 0; or 0 for
+  /// 0.2 times the longest side of the bounding box.
+  double CorrelationRange = 0.0;
+  /// CorrelationRange mode and PerVertex: the marginal standard deviation, >= 0.
+  double StandardDeviation = 1.0;
+  /// Screening mode: tau > 0. The paper uses 100 on shapes of about unit size.
+  double Screening = 100.0;
+  /// NormalizedScreening mode: c > 0. tau is then proportional to the spectrum of the triangulation at hand, so the
+  /// field is invariant under scaling but not under refinement (Gamma grows with the number of vertices).
+  double NormalizedScreening = 1e-4;
+  /// Spectral: number of eigenpairs, >= 1, the constant one included; at most the number of used vertices - 1.
+  Index NumberOfEigenpairs = 256;
+};
+
+/// Which samples to draw.
+struct SampleRequest
+{
+  std::uint64_t Seed = 0;
+  std::uint32_t FirstSample = 0;
+  std::uint32_t NumberOfSamples = 1;
+  std::uint32_t NumberOfComponents = 1; ///< independent components of each sample
+  std::uint32_t Stream = 0;             ///< see NormalKey::Stream
+};
+
+/// A random field on one mesh: operators and factor are computed once, samples are drawn many times.
+///
+/// In CorrelationRange mode the marginal variance of the field on the plane, 1 / (4 pi kappa^2), is replaced component
+/// by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On open
+/// surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
+/// boundary, by a factor sqrt(2) on a straight one.
+///
+/// A linear finite-element solve with alpha = 2 has smoothness nu = alpha - d/2 = 1 on a surface.
+class MaternField
+{
+public:
+  /// Assembles, and factors or computes eigenpairs as the model needs.
+  ///
+  /// @throws InvalidInput when the mesh does not pass CheckMesh() with manifold edges, or an option is out of range.
+  /// @throws SolverFailure when the matrix is not positive definite to working precision.
+  /// @throws Cancelled
+  MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
+  ~MaternField();
+  MaternField(MaternField&&) noexcept;
+  MaternField& operator=(MaternField&&) noexcept;
+
+  /// Receives sample number @p sample as [V, C] float64; the reference is only valid during the call.
+  using Consumer =
+    std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
+
+  /// Draws the samples in order and hands each to @p consume, on the calling thread. Memory: 32 columns of V numbers
+  /// per thread at a time, whatever the number of samples. The bits of a sample depend on (seed, sample, component,
+  /// stream, vertex id) and the mesh alone. A vertex that no triangle uses gets 0.
+  ///
+  /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8.
+  void Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress = {}) const;
+
+  /// The first sample of @p request, [V, C] float64.
+  Eigen::MatrixXd Sample(const SampleRequest& request = {}) const;
+
+  /// tau in use, 1 / square world units; 0 for models without one.
+  double EffectiveScreening() const;
+  /// Correlation range in use, world units: sqrt(8 / tau); 0 for models without tau.
+  double EffectiveCorrelationRange() const;
+  /// Gamma = || M^-1 L ||_F, 1 / square world units; 0 for models without tau.
+  double Gamma() const;
+  /// Largest relative residual || A f - b || / || b || that Sample() has seen so far, over one column of every block
+  /// of up to 32 that are solved together; 0 for models without a solve.
+  double RelativeResidual() const;
+  /// Longest edge, world units: above about a third of the range the mesh cannot carry the field.
+  double LongestEdge() const;
+  const TriangleMesh& Mesh() const;
+
+private:
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+/// Mean marginal variance of the unscaled field (L + tau M) f = sqrt(M) n on a connected surface, i.e. the sum over
+/// the spectrum of 1 / (lambda_i + tau)^2, divided by the area.
+///
+/// On a closed surface of area A and Euler characteristic chi the heat trace A / (4 pi t) + chi / 6 gives
+///   1 / (A tau^2) + 1 / (4 pi (tau + mu)),   mu = 4 pi / A (1 - chi / 6),
+/// exact in the limit of small ranges (to second order) and of large ones, and within 5 % on the sphere at any range.
+/// On an open surface the value is that of its interior, max(1 / (4 pi tau), 1 / (A tau^2)).
+double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed);
+
+} // namespace surfsynth

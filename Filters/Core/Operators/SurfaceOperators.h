@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Linear finite-element operators on a triangle mesh: appendix F of "Matérn Noise for Triangulation-Agnostic Flow
+/// Matching on Meshes". All are assembled in parallel in O(V + F), in double precision.
+///
+/// With phi_i the hat function of vertex i,
+///   M_ii = integral of phi_i                      lumped barycentric mass, square world units
+///   L_ij = integral of grad phi_i . grad phi_j    cotangent stiffness, no unit; symmetric, x^T L x >= 0, L 1 = 0
+///   G    gradient of a vertex signal in each triangle's own frame, 1 / world units
+///   A    face areas;   L = G^T diag(A) G (each area twice, once for each row of G).
+///
+/// All functions expect a mesh that passes CheckMesh().
+#pragma once
+
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TriangleMesh.h"
+
+#include <Eigen/SparseCore>
+
+namespace surfsynth
+{
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+using SparseRowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+
+/// Areas of the triangles, [F] float64, square world units.
+Eigen::VectorXd FaceAreas(const TriangleMesh& mesh);
+
+/// Lumped barycentric mass, [V] float64, square world units: one third of the area of the triangles around each vertex;
+/// 0 for a vertex that no triangle uses. Sums to the surface's area.
+Eigen::VectorXd LumpedMass(const TriangleMesh& mesh, const MeshTopology& topology);
+Eigen::VectorXd LumpedMass(const TriangleMesh& mesh);
+
+/// Cotangent stiffness L, [V, V] float64, both triangles stored, columns sorted, every diagonal entry present.
+/// Off the diagonal L_ij = -(cot alpha_ij + cot beta_ij) / 2 (Pinkall and Polthier 1993); rows sum to zero.
+/// (Equation 17 of the paper prints the same weight without the sign; equation 16 fixes it.)
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology);
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh);
+
+/// Intrinsic gradient G, [2 F, V] float64: rows 2 f and 2 f + 1 are the two components of the gradient in the frame of
+/// face f = (v0, v1, v2), whose x axis is the direction v0 -> v1 and whose y axis points to the side of v2.
+SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh);
+
+/// Tangent frames of the vertices. Rows of vertices that no triangle uses, or whose face normals cancel, hold the
+/// world axes.
+struct VertexFrames
+{
+  PointMatrix Normal; ///< [V, 3], unit: area-weighted mean of the face normals
+  PointMatrix X;      ///< [V, 3], unit, orthogonal to Normal
+  PointMatrix Y;      ///< [V, 3], Normal x X: a tangent vector (a, b) is the complex number a + i b
+};
+VertexFrames TangentFrames(const TriangleMesh& mesh, const MeshTopology& topology);
+
+/// Gamma = || M^-1 L ||_F, the Frobenius norm of the discrete Laplace-Beltrami operator (section 3.5), 1 / square world
+/// units; Gamma^2 is about the sum of the squared eigenvalues. Rows of mass 0 count as zero.
+double LaplaceBeltramiNorm(const SparseMatrix& stiffness, const Eigen::VectorXd& mass);
+
+} // namespace surfsynth

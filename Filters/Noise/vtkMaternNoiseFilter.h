@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkMaternNoiseFilter
+ * @brief   Gaussian random fields on surfaces whose statistics do not depend on the triangulation
+ *
+ * Adds Matérn noise to the points of a surface: the solution f of the screened Poisson equation
+ * (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the lumped mass and n independent normal numbers
+ * ("Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes", Algorithm 1; Lindgren, Rue and Lindström 2011).
+ * The variance of the field at spatial frequency lambda is 1 / (lambda + tau)^2 whatever the mesh: refining, coarsening
+ * or remeshing the surface changes the resolution of the field, not its distribution.
+ *
+ * @par Input
+ * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
+ * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
+ * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
+ * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
+ * reported and left empty, the others are not affected. Empty input gives empty output.
+ *
+ * @par Output
+ * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
+ * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
+ * than 1. Points that no polygon or strip uses get 0.
+ *
+ * @par Scale
+ * ScaleMode chooses one of three ways to say how smooth the field is. CORRELATION_RANGE (the default) takes a distance
+ * in world units and a standard deviation, as statisticians do; SCREENING takes tau itself, as Algorithm 1 of the
+ * paper; NORMALIZED_SCREENING takes tau relative to the spectrum of the triangulation, as Algorithm 2, and makes the
+ * noise invariant under scaling of the mesh (but not under refinement).
+ *
+ * @par Cost
+ * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
+ * component. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
+ * batch.
+ *
+ * @sa vtkWarpScalar, vtkWarpVector, vtkTriangleFilter, vtkCleanPolyData
+ */
+
+#ifndef vtkMaternNoiseFilter_h
+#define vtkMaternNoiseFilter_h
+
+#include "vtkPassInputTypeAlgorithm.h"
+#include "vtkSurfaceSynthesisNoiseModule.h" // For export macro
+
+#include <memory> // For std::unique_ptr
+#include <string> // For std::string
+
+class VTKSURFACESYNTHESISNOISE_EXPORT vtkMaternNoiseFilter : public vtkPassInputTypeAlgorithm
+{
+public:
+  static vtkMaternNoiseFilter* New();
+  vtkTypeMacro(vtkMaternNoiseFilter, vtkPassInputTypeAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// The distributions that can be sampled.
+  enum NoiseModels
+  {
+    MATERN = 0,     ///< Matérn noise: independent of the triangulation
+    PER_VERTEX = 1, ///< one independent normal number per point, for comparison: depends on the triangulation
+    WHITE = 2,      ///< discrete white noise N(0, M^-1), for comparison
+    UNSCREENED = 3, ///< tau = 0, orthogonal to constants on every component, for comparison
+    SPECTRAL = 4    ///< Matérn noise truncated to the lowest eigenpairs, for comparison
+  };
+
+  /// The ways to say the scale.
+  enum ScaleModes
+  {
+    CORRELATION_RANGE = 0,  ///< by CorrelationRange and StandardDeviation
+    SCREENING = 1,          ///< by Screening (Algorithm 1)
+    NORMALIZED_SCREENING = 2 ///< by NormalizedScreening (Algorithm 2)
+  };
+
+  ///@{
+  /**
+   * The distribution to sample. Default MATERN.
+   */
+  vtkSetClampMacro(NoiseModel, int, MATERN, SPECTRAL);
+  vtkGetMacro(NoiseModel, int);
+  void SetNoiseModelToMatern() { this->SetNoiseModel(MATERN); }
+  void SetNoiseModelToPerVertex() { this->SetNoiseModel(PER_VERTEX); }
+  void SetNoiseModelToWhite() { this->SetNoiseModel(WHITE); }
+  void SetNoiseModelToUnscreened() { this->SetNoiseModel(UNSCREENED); }
+  void SetNoiseModelToSpectral() { this->SetNoiseModel(SPECTRAL); }
+  ///@}
+
+  ///@{
+  /**
+   * How the scale of MATERN and SPECTRAL noise is given. Default CORRELATION_RANGE.
+   */
+  vtkSetClampMacro(ScaleMode, int, CORRELATION_RANGE, NORMALIZED_SCREENING);
+  vtkGetMacro(ScaleMode, int);
+  void SetScaleModeToCorrelationRange() { this->SetScaleMode(CORRELATION_RANGE); }
+  void SetScaleModeToScreening() { this->SetScaleMode(SCREENING); }
+  void SetScaleModeToNormalizedScreening() { this->SetScaleMode(NORMALIZED_SCREENING); }
+  ///@}
+
+  ///@{
+  /**
+   * The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along the
+   * surface; larger is smoother. tau = 8 / CorrelationRange^2 (kappa = sqrt(8 nu) / range with smoothness nu = 1).
+   * 0 (the default) stands for 0.2 times the longest side of the bounding box of the input, or of the block.
+   * A warning is given where edges are longer than a third of the range. Used in CORRELATION_RANGE mode.
+   */
+  vtkSetClampMacro(CorrelationRange, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(CorrelationRange, double);
+  ///@}
+
+  ///@{
+  /**
+   * The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces;
+   * within about one range of an open boundary the deviation is larger, by a factor sqrt(2) on a straight one.
+   * Used in CORRELATION_RANGE mode, and by PER_VERTEX. Default 1.
+   */
+  vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(StandardDeviation, double);
+  ///@}
+
+  ///@{
+  /**
+   * The screening term tau, in 1 / square world units, larger than 0; larger is rougher and weaker (the correlation
+   * range is sqrt(8 / tau)). Used in SCREENING mode. Default 100, the value of the paper for shapes of unit size.
+   */
+  vtkSetClampMacro(Screening, double, VTK_DBL_MIN, VTK_DOUBLE_MAX);
+  vtkGetMacro(Screening, double);
+  ///@}
+
+  ///@{
+  /**
+   * The factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius norm of M^-1 L; the noise
+   * is multiplied by sqrt(Gamma). Gamma grows with the number of points, so c that suits one resolution is too large
+   * for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
+   */
+  vtkSetClampMacro(NormalizedScreening, double, VTK_DBL_MIN, VTK_DOUBLE_MAX);
+  vtkGetMacro(NormalizedScreening, double);
+  ///@}
+
+  ///@{
+  /**
+   * Number of eigenpairs of the SPECTRAL model, the constant one included; at least 1 and below the number of points.
+   * The cost grows with its square. Default 256.
+   */
+  vtkSetClampMacro(NumberOfEigenpairs, int, 1, VTK_INT_MAX);
+  vtkGetMacro(NumberOfEigenpairs, int);
+  ///@}
+
+  ///@{
+  /**
+   * The seed. Any integer; each gives other noise, and the same seed always gives the same noise for the same points,
+   * sample and component, whatever the other parameters. Default 0.
+   */
+  vtkSetMacro(Seed, int);
+  vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of components of each array, independent of each other; at least 1. Three make a random displacement for
+   * vtkWarpVector. Default 1.
+   */
+  vtkSetClampMacro(NumberOfComponents, int, 1, VTK_INT_MAX);
+  vtkGetMacro(NumberOfComponents, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of samples, each an array of its own; at least 1. Default 1.
+   */
+  vtkSetClampMacro(NumberOfSamples, int, 1, VTK_INT_MAX);
+  vtkGetMacro(NumberOfSamples, int);
+  ///@}
+
+  ///@{
+  /**
+   * Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+   */
+  vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
+  vtkGetMacro(FirstSample, int);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array that is added. Default "MaternNoise".
+   */
+  vtkSetStdStringFromCharMacro(OutputArrayName);
+  vtkGetCharFromStdStringMacro(OutputArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * What the last update found, for the last block of a composite input. EffectiveScreening: tau in use, 1 / square
+   * world units. EffectiveCorrelationRange: sqrt(8 / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world units.
+   * All three are 0 for models without tau.
+   */
+  double GetEffectiveScreening() const;
+  double GetEffectiveCorrelationRange() const;
+  double GetGamma() const;
+  ///@}
+
+  /**
+   * Largest relative residual || A f - b || / || b || of the solves of the last update; 0 for models without a solve.
+   * An update whose residual exceeds 1e-8 fails.
+   */
+  double GetRelativeResidual() const;
+
+  /**
+   * Number of meshes assembled and factored since this object was made. Stays the same while only seeds, numbers of
+   * samples or names change.
+   */
+  vtkTypeInt64 GetNumberOfFactorizations() const;
+
+protected:
+  vtkMaternNoiseFilter();
+  ~vtkMaternNoiseFilter() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkMaternNoiseFilter(const vtkMaternNoiseFilter&) = delete;
+  void operator=(const vtkMaternNoiseFilter&) = delete;
+
+  int NoiseModel = MATERN;
+  int ScaleMode = CORRELATION_RANGE;
+  double CorrelationRange = 0.0;
+  double StandardDeviation = 1.0;
+  double Screening = 100.0;
+  double NormalizedScreening = 1e-4;
+  int NumberOfEigenpairs = 256;
+  int Seed = 0;
+  int NumberOfComponents = 1;
+  int NumberOfSamples = 1;
+  int FirstSample = 0;
+  std::string OutputArrayName = "MaternNoise";
+
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+#endif
