@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# The plain libraries: CMake libraries without VTK that the VTK modules link.
+#
+# The root CMakeLists.txt includes this file in a standalone build. In a tree that scans this repository for VTK modules
+# that file is read last or never, so each module that links a plain library begins with
+#
+#   include("${CMAKE_CURRENT_SOURCE_DIR}/../PlainLibraries.cmake")
+#
+# and the first one to do so adds the libraries.
+#
+# Defines the targets SurfaceSynthesis::<name> for each name in SURFACE_SYNTHESIS_PLAIN_LIBRARIES.
+include_guard(GLOBAL)
+
+# The targets of what the plain libraries link must be known wherever a plain library is linked.
+set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
+
+set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore)
+add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Core" "${CMAKE_BINARY_DIR}/Filters/Core")
+
+unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
+
+include(GNUInstallDirs)
+install(TARGETS ${SURFACE_SYNTHESIS_PLAIN_LIBRARIES}
+  EXPORT SurfaceSynthesisPlainLibraries
+  RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
+  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
+  ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+  INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis")
+install(DIRECTORY "${CMAKE_CURRENT_LIST_DIR}/Core"
+  DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis"
+  COMPONENT development
+  FILES_MATCHING PATTERN "*.h")
+install(EXPORT SurfaceSynthesisPlainLibraries
+  NAMESPACE SurfaceSynthesis::
+  FILE SurfaceSynthesisPlainLibraries.cmake
+  DESTINATION "${CMAKE_INSTALL_LIBDIR}/cmake/SurfaceSynthesis"
+  COMPONENT development)
+export(EXPORT SurfaceSynthesisPlainLibraries
+  NAMESPACE SurfaceSynthesis::
+  FILE "${CMAKE_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}/cmake/SurfaceSynthesis/SurfaceSynthesisPlainLibraries.cmake")
+
+if (SURFACE_SYNTHESIS_CHOLMOD)
+  include("${CMAKE_CURRENT_LIST_DIR}/CheckBLAS.cmake")
+  surfsynth_check_blas(SurfaceSynthesis::CHOLMOD)
+endif ()

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Installs the build tree into a fresh prefix, moves the prefix, and builds and runs programs against it with
+# find_package(SurfaceSynthesis).
+include("${CMAKE_CURRENT_LIST_DIR}/NestedBuild.cmake")
+
+file(REMOVE_RECURSE "${WORK_DIR}/Installed" "${WORK_DIR}/Prefix")
+run_command("${CMAKE_COMMAND}" --install "${TOP_BUILD_DIR}" --prefix "${WORK_DIR}/Installed")
+file(RENAME "${WORK_DIR}/Installed" "${WORK_DIR}/Prefix") # an install tree is relocatable
+set(prefix "${WORK_DIR}/Prefix")
+
+# No file of the package may point into the source or the build tree.
+file(GLOB_RECURSE package_files "${prefix}/*.cmake")
+if (NOT package_files)
+  message(FATAL_ERROR "No CMake package was installed")
+endif ()
+foreach (file IN LISTS package_files)
+  file(READ "${file}" text)
+  foreach (tree IN ITEMS "${SOURCE_DIR}" "${TOP_BUILD_DIR}")
+    string(FIND "${text}" "${tree}/" position)
+    if (NOT position EQUAL -1)
+      message(FATAL_ERROR "${file} names ${tree}")
+    endif ()
+  endforeach ()
+endforeach ()
+
+# The headers of the installed package are used, not those of the source tree.
+configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/Build"
+  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject")
+run_command("${WORK_DIR}/Build/noise")
+run_command("${WORK_DIR}/Build/core")
+
+# The same program finds Core alone, and does not look for VTK.
+configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/BuildCore"
+  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" -DCORE_ONLY=ON)
+run_command("${WORK_DIR}/BuildCore/core")
+
+if (PYTHON)
+  set(ENV{PYTHONPATH} "${prefix}/${PYTHON_DESTINATION}")
+  run_command("${CMAKE_COMMAND}" -E chdir "${WORK_DIR}" "${PYTHON_EXECUTABLE}" -c
+    "import surfacesynthesis as s; assert s.__file__.startswith('${prefix}/'), s.__file__; s.vtkMaternNoiseFilter().Update")
+endif ()

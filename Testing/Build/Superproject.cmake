@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# A superproject that contains this repository as a subfolder, scans it for VTK modules and builds them with its own
+# program.
+include("${CMAKE_CURRENT_LIST_DIR}/NestedBuild.cmake")
+
+# A copy, as a superproject would have: its folder may not lie outside. Time stamps are kept, so that what has not
+# changed is not compiled again.
+file(REMOVE_RECURSE "${WORK_DIR}/Source")
+file(COPY "${CMAKE_CURRENT_LIST_DIR}/Superproject/" DESTINATION "${WORK_DIR}/Source")
+set(entries "${SOURCE_DIR}/CMakeLists.txt" "${SOURCE_DIR}/vtk.module" "${SOURCE_DIR}/Filters")
+if (IS_DIRECTORY "${SOURCE_DIR}/IO")
+  list(APPEND entries "${SOURCE_DIR}/IO")
+endif ()
+file(COPY ${entries} DESTINATION "${WORK_DIR}/Source/SurfaceSynthesis")
+
+configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build")
+run_command("${WORK_DIR}/Build/bin/noise")

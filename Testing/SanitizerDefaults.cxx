@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Options and suppressions of the sanitizers, compiled into every test executable of a sanitized build so that they
+/// hold however the test is started. Only reports that lie entirely in third-party libraries may be suppressed, each
+/// with its reason.
+
+extern "C"
+{
+
+// detect_stack_use_after_return is on because worker threads receive references to the caller's stack.
+const char* __asan_default_options()
+{
+  return "detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1";
+}
+
+const char* __ubsan_default_options()
+{
+  return "print_stacktrace=1:halt_on_error=1";
+}
+
+const char* __tsan_default_options()
+{
+  return "halt_on_error=0:second_deadlock_stack=1:history_size=4";
+}
+
+const char* __lsan_default_suppressions()
+{
+  return "";
+}
+
+const char* __tsan_default_suppressions()
+{
+  return
+    // OpenBLAS is not instrumented: its own locks and spinning queue are invisible to ThreadSanitizer, while the
+    // memset() and memcpy() that it calls are not.
+    "called_from_lib:libopenblas\n"
+    // As OpenBLAS: TBB's task queue is lock-free code that is not instrumented. VTK's own loops run on it.
+    "called_from_lib:libtbb\n";
+}
+
+}

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# surfsynth_add_gtest(<target>
+#   SOURCES <file>...
+#   [LIBRARIES <target>...]
+#   LABELS <label>...
+#   [ENVIRONMENT <VAR=value>...]
+#   [TIMEOUT <seconds>])
+#
+# Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
+# registers each of its tests with CTest as <target>.<suite>.<test>.
+#
+#   LABELS       at least one of core, learning, io, filters, python, paraview, parity, benchmark, gpu, build; and
+#                "slow" for tests that take more than a few seconds
+#   ENVIRONMENT  for each test
+#   TIMEOUT      of each test, default 120; sanitizers multiply it by four
+#
+# Tests run in the folder of the calling CMakeLists.txt in the build tree, where they may write files.
+include_guard(GLOBAL)
+
+if (SURFACE_SYNTHESIS_TESTING)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+endif ()
+
+set(surfsynth_testing_folder "${CMAKE_CURRENT_LIST_DIR}")
+if (CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+  set(surfsynth_sanitized ON)
+else ()
+  set(surfsynth_sanitized OFF)
+endif ()
+
+function (surfsynth_add_gtest target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  if (arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "surfsynth_add_gtest(${target}): unexpected arguments ${arg_UNPARSED_ARGUMENTS}")
+  endif ()
+  foreach (required IN ITEMS SOURCES LABELS)
+    if (NOT arg_${required})
+      message(FATAL_ERROR "surfsynth_add_gtest(${target}): ${required} is missing")
+    endif ()
+  endforeach ()
+  if (NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif ()
+  if (surfsynth_sanitized)
+    math(EXPR arg_TIMEOUT "4 * ${arg_TIMEOUT}")
+  endif ()
+
+  add_executable(${target} ${arg_SOURCES})
+  surfsynth_set_warnings(${target})
+  target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest GTest::gtest_main)
+  if (surfsynth_sanitized)
+    target_sources(${target} PRIVATE "${surfsynth_testing_folder}/SanitizerDefaults.cxx")
+  endif ()
+
+  # Tests are listed when CTest starts, not when they are built, so that a crash is a failed test.
+  gtest_discover_tests(${target}
+    TEST_PREFIX "${target}."
+    TEST_LIST ${target}_tests
+    DISCOVERY_MODE PRE_TEST
+    DISCOVERY_TIMEOUT 120
+    PROPERTIES TIMEOUT ${arg_TIMEOUT})
+
+  # gtest_discover_tests() cannot pass properties that are lists: they are set by a file that CTest reads after its own.
+  set(properties "${CMAKE_CURRENT_BINARY_DIR}/${target}_properties.cmake")
+  file(CONFIGURE OUTPUT "${properties}" @ONLY CONTENT [[
+if (@target@_tests)
+  set_tests_properties(${@target@_tests} PROPERTIES
+    LABELS "@arg_LABELS@"
+    ENVIRONMENT "@arg_ENVIRONMENT@")
+else ()
+  # An executable without tests must not pass unseen.
+  add_test(@target@.holds_no_tests "@CMAKE_COMMAND@" -E false)
+  set_tests_properties(@target@.holds_no_tests PROPERTIES LABELS "@arg_LABELS@")
+endif ()
+]])
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${properties}")
+endfunction ()
