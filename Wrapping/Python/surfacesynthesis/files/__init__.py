@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads and writes surfaces: STL, PLY, OBJ, OFF, VTK's XML and legacy formats, and VTM for composite datasets."""
+
+import os
+import shutil
+import tempfile
+import warnings
+
+from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkIOGeometry import vtkSTLReader, vtkSTLWriter
+from vtkmodules.vtkIOLegacy import vtkGenericDataObjectReader, vtkGenericDataObjectWriter
+from vtkmodules.vtkIOXML import (
+    vtkXMLMultiBlockDataReader,
+    vtkXMLMultiBlockDataWriter,
+    vtkXMLPolyDataReader,
+    vtkXMLPolyDataWriter,
+)
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+
+from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
+from ..pipeline import silent_console
+from .obj import read_obj, write_obj
+from .off import read_off, write_off
+from .ply import read_ply, write_ply
+from .polygons import from_polydata, to_polydata
+
+#: Extensions that read_mesh() and write_mesh() know, and what is behind them.
+FORMATS = {
+    ".stl": "STL, text or binary",
+    ".ply": "PLY, text or binary",
+    ".obj": "Wavefront OBJ",
+    ".off": "Object File Format",
+    ".vtp": "VTK XML polydata",
+    ".vtk": "VTK legacy polydata or multi-block dataset",
+    ".vtm": "VTK XML multi-block dataset",
+}
+#: Formats without room for point arrays.
+GEOMETRY_ONLY = (".stl", ".obj", ".off")
+
+_READ = {".obj": read_obj, ".off": read_off, ".ply": read_ply}
+_WRITE = {".obj": write_obj, ".off": write_off, ".ply": write_ply}
+
+
+def extension(path):
+    """The extension of a file name in lower case; raises ValueError when it is none of FORMATS."""
+    found = os.path.splitext(os.fspath(path))[1].lower()
+    if found not in FORMATS:
+        known = ", ".join(sorted(FORMATS))
+        raise ValueError(f"{os.fspath(path)}: the extension '{found}' is not known; use one of {known}")
+    return found
+
+
+def read_mesh(path):
+    """Reads a surface: a vtkPolyData, or a vtkMultiBlockDataSet from .vtm and some .vtk files.
+
+    The format follows from the extension; FORMATS lists them. Corners of STL triangles with the same coordinates become
+    one point. Raises ValueError for another extension, OSError when the file cannot be opened, and FormatError, with
+    the file and where possible the line, when it does not follow its format.
+    """
+    path = os.fspath(path)
+    kind = extension(path)
+    with open(path, "rb"):  # the operating system's own words for a missing or unreadable file
+        pass
+    if kind in _READ:
+        return to_polydata(_READ[kind](path))
+    if kind == ".stl":
+        _check_binary_stl(path)
+    elif kind == ".vtk":
+        _check_legacy(path)
+    reader = {
+        ".stl": vtkSTLReader,
+        ".vtp": vtkXMLPolyDataReader,
+        ".vtm": vtkXMLMultiBlockDataReader,
+        ".vtk": vtkGenericDataObjectReader,
+    }[kind]()
+    return _read_with_vtk(reader, path)
+
+
+def _read_with_vtk(reader, path):
+    reader.SetFileName(path)
+    with silent_console() as collected:
+        reader.Update()
+        errors, remarks = collected()
+    # VTK's legacy reader reports unreadable numbers as warnings, and returns arrays that were never filled
+    errors += [text for text in remarks if "rror reading" in text]
+    if errors or reader.GetErrorCode():
+        texts = dict.fromkeys(errors) or ["the file cannot be read"]  # each once, in order
+        raise FormatError(*[f"{path}: {text}" for text in texts])
+    output = reader.GetOutputDataObject(0)
+    if not isinstance(output, (vtkPolyData, vtkDataObjectTree)):
+        found = output.GetClassName() if output is not None else "nothing"
+        raise FormatError(f"{path}: expected vtkPolyData or vtkMultiBlockDataSet, found {found}")
+    for text in remarks:
+        warnings.warn(f"{path}: {text}", SurfaceSynthesisWarning, stacklevel=3)
+    result = output.NewInstance()
+    result.ShallowCopy(output)
+    return result
+
+
+def _check_binary_stl(path):
+    """vtkSTLReader takes any bytes for a binary STL file, so the length is compared with the number of triangles."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        head = file.read(84)
+    is_text = head.lstrip()[:5].lower() == b"solid"
+    expected = 84 + 50 * int.from_bytes(head[80:84], "little")
+    if is_text and size != expected:
+        return  # vtkSTLReader checks every line
+    if len(head) < 84 or size < expected:
+        raise FormatError(f"{path}: this is no complete STL file: {size} bytes, where {expected} are announced")
+
+
+def _check_legacy(path):
+    """vtkGenericDataObjectReader quotes what it cannot read, which is of no use when it is binary."""
+    with open(path, "rb") as file:
+        head = file.read(14)
+    if head != b"# vtk DataFile":
+        raise FormatError(f"{path}:1: a legacy VTK file starts with '# vtk DataFile'")
+
+
+def check_writable(mesh, path):
+    """Raises ValueError or OSError when ``mesh`` cannot go to ``path``: unknown extension, a composite dataset for a
+    format of one surface, a folder that does not exist. Writes nothing."""
+    kind = extension(path)
+    path = os.path.realpath(path)
+    composite = isinstance(mesh, vtkDataObjectTree)
+    if composite and kind not in (".vtm", ".vtk"):
+        raise ValueError(f"{path}: a composite dataset can be written to .vtm or .vtk only")
+    if not composite and kind == ".vtm":
+        raise ValueError(f"{path}: .vtm is for composite datasets; use .vtp")
+    if composite and not isinstance(mesh, vtkMultiBlockDataSet):
+        raise ValueError(f"{path}: of composite datasets only vtkMultiBlockDataSet can be written")
+    folder = os.path.dirname(path)
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(f"the folder {folder} does not exist")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"the folder {folder} is not writable")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise IsADirectoryError(f"{path} exists and is not a file")
+
+
+def write_mesh(mesh, path):
+    """Writes a vtkPolyData, or a vtkMultiBlockDataSet to .vtm or .vtk; the format follows from the extension.
+
+    PLY keeps all points arrays as vertex properties; STL, OBJ and OFF keep the shape only, STL in single precision and
+    as triangles. The file appears under its name when it is complete: until then, and after a failure, a file that was
+    there before stays as it was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
+    """
+    write_meshes([(mesh, path)])
+
+
+def write_meshes(meshes):
+    """write_mesh() for several pairs (mesh, path); none appears unless all could be written."""
+    meshes = [(mesh, os.path.realpath(path)) for mesh, path in meshes]
+    for mesh, path in meshes:
+        check_writable(mesh, path)
+    folders, moves = [], []
+    try:
+        for mesh, path in meshes:
+            # the temporary folder lies beside the file, so that the move never copies
+            folders.append(tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=os.path.dirname(path)))
+            moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
+        for source, target in moves:
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            os.replace(source, target)
+    finally:
+        for folder in folders:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _write(mesh, path, folder):
+    """Writes ``path`` and returns what to move into ``folder``, the pieces of a composite dataset before its index."""
+    kind = extension(path)
+    if kind in _WRITE:
+        with open(path, "wb") as file:
+            _WRITE[kind](from_polydata(mesh), file)
+    elif kind == ".stl":
+        _write_with_vtk(vtkSTLWriter(), _triangles(mesh), path)
+    elif kind == ".vtm":
+        _write_with_vtk(vtkXMLMultiBlockDataWriter(), mesh, path)
+    elif kind == ".vtp":
+        _write_with_vtk(vtkXMLPolyDataWriter(), mesh, path)
+    else:
+        _write_with_vtk(vtkGenericDataObjectWriter(), mesh, path)
+    written = [os.path.join(top, name) for top, _, names in os.walk(os.path.dirname(path)) for name in names]
+    for name in written:
+        with open(name, "rb+") as file:
+            os.fsync(file.fileno())
+    written.sort(key=lambda name: name == path)
+    return [(name, os.path.join(folder, os.path.relpath(name, os.path.dirname(path)))) for name in written]
+
+
+def _triangles(mesh):
+    triangulate = vtkTriangleFilter()
+    triangulate.SetInputData(mesh)
+    triangulate.PassVertsOff()
+    triangulate.PassLinesOff()
+    triangulate.Update()
+    return triangulate.GetOutput()
+
+
+def _write_with_vtk(writer, mesh, path):
+    writer.SetFileName(path)
+    writer.SetInputData(mesh)
+    if hasattr(writer, "SetFileTypeToBinary"):
+        writer.SetFileTypeToBinary()
+    with silent_console() as collected:
+        written = writer.Write()
+        errors, _ = collected()
+    if errors or not written or writer.GetErrorCode() or not os.path.isfile(path):
+        raise SurfaceSynthesisError(*errors or [f"{path} could not be written; is the disk full?"])

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Matérn noise: a function around vtkMaternNoiseFilter that takes and returns datasets or NumPy arrays."""
+
+import math
+import numbers
+import operator
+import warnings
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPolyData
+
+from .errors import SurfaceSynthesisWarning
+from .files.polygons import mesh_of_triangles, to_polydata
+from .pipeline import run_algorithm
+from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
+
+#: The distributions that can be sampled, by the name that ``model`` takes.
+MODELS = {
+    "matern": vtkMaternNoiseFilter.MATERN,
+    "per_vertex": vtkMaternNoiseFilter.PER_VERTEX,
+    "white": vtkMaternNoiseFilter.WHITE,
+    "unscreened": vtkMaternNoiseFilter.UNSCREENED,
+    "spectral": vtkMaternNoiseFilter.SPECTRAL,
+}
+_INT_MIN, _INT_MAX = -(2**31), 2**31 - 1
+
+
+def matern_noise(
+    mesh,
+    range=None,
+    standard_deviation=1.0,
+    seed=0,
+    samples=None,
+    first_sample=0,
+    components=1,
+    screening=None,
+    normalized_screening=None,
+    model="matern",
+    eigenpairs=256,
+    name="MaternNoise",
+    progress=None,
+):
+    """Gaussian random fields on a surface, whose statistics do not depend on its triangulation.
+
+    The field f solves the screened Poisson equation (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the
+    lumped mass and n independent normal numbers: its variance at spatial frequency lambda is 1 / (lambda + tau)^2,
+    whatever the mesh. The same seed gives the same bits for every number of threads, and sample k is the same alone or
+    in a batch.
+
+    Parameters
+    ----------
+    mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
+        Triangles, polygons or strips, float or double points, open or closed. The mesh must have finite points, no
+        degenerate triangle and no edge with more than two triangles. A composite dataset is processed block by block,
+        with noise that differs between blocks. A pair is an array of points [V, 3] and an integer array of triangles
+        [F, 3]. The mesh is never modified.
+    range : float, optional
+        The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along
+        the surface; larger is smoother. Larger than 0; tau = 8 / range^2. Default: 0.2 times the longest side of the
+        bounding box of the mesh, or of the block. A warning is given where edges are longer than a third of the range.
+    standard_deviation : float
+        The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces;
+        within about one range of an open boundary the deviation is larger, by a factor sqrt(2) on a straight one.
+        Goes with ``range`` and with the model "per_vertex". Default 1.
+    seed : int
+        Any integer of 32 bits with sign; each gives other noise. Default 0.
+    samples : int, optional
+        Number of samples, at least 1. Default: one sample.
+    first_sample : int
+        Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+    components : int
+        Number of components, independent of each other; at least 1. Three make a random displacement. Default 1.
+    screening : float, optional
+        Instead of ``range``: the screening term tau, in 1 / square world units, larger than 0; larger is rougher and
+        weaker (the correlation range is sqrt(8 / tau)). 100 is the value for shapes of unit size in "Matérn Noise for
+        Triangulation-Agnostic Flow Matching on Meshes" (Algorithm 1).
+    normalized_screening : float, optional
+        Instead of ``range``: the factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius
+        norm of M^-1 L; the noise is multiplied by sqrt(Gamma) (Algorithm 2). It does not change when the mesh is
+        scaled. Gamma grows with the number of points, so c that suits one resolution is too large for a finer one.
+    model : str
+        "matern" (the default) or, for comparison, "per_vertex": one independent normal number per point, depends on
+        the triangulation; "white": discrete white noise N(0, M^-1); "unscreened": tau = 0, orthogonal to constants;
+        "spectral": Matérn noise truncated to the lowest eigenpairs. The scale goes with "matern" and "spectral" only.
+    eigenpairs : int
+        Number of eigenpairs of the model "spectral", the constant one included; at least 1 and below the number of
+        points. The cost grows with its square. Default 256.
+    name : str
+        Name of the point array. Default "MaternNoise".
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+
+    Returns
+    -------
+    dataset of the type of ``mesh``
+        The mesh with one float64 point array ``name`` or, when ``samples`` is larger than 1, the arrays ``name_k`` for
+        k = first_sample, first_sample + 1, ... Points that no polygon or strip uses get 0. An instance of a Python
+        subclass is returned when its constructor takes a VTK dataset, or none.
+    numpy.ndarray, for a pair
+        The noise, float64, of shape [V]. ``samples``, when given (even 1), adds an axis in front and ``components``
+        larger than 1 an axis at the end: [V], [V, C], [N, V] or [N, V, C].
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The noise could not be computed. The text names what is wrong with the mesh, the first cell or point, and the
+        filter that repairs it; for a composite dataset it holds a line for each bad block.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range, contradicts another, or is of a wrong type.
+    """
+    noise = configured_filter(
+        range=range,
+        standard_deviation=standard_deviation,
+        seed=seed,
+        samples=samples,
+        first_sample=first_sample,
+        components=components,
+        screening=screening,
+        normalized_screening=normalized_screening,
+        model=model,
+        eigenpairs=eigenpairs,
+        name=name,
+    )
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be callable, not {type(progress).__name__}")
+    pair = isinstance(mesh, (tuple, list))
+    dataset = _dataset_of_pair(mesh) if pair else mesh
+    output, remarks = apply_filter(noise, dataset, progress)
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    if pair:
+        return _array(output, noise, samples is not None)
+    return _as_type_of(mesh, output)
+
+
+def configured_filter(
+    range=None,
+    standard_deviation=1.0,
+    seed=0,
+    samples=None,
+    first_sample=0,
+    components=1,
+    screening=None,
+    normalized_screening=None,
+    model="matern",
+    eigenpairs=256,
+    name="MaternNoise",
+):
+    """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
+    if not isinstance(model, str):
+        raise TypeError(f"model must be a string, not {type(model).__name__}")
+    if model not in MODELS:
+        raise ValueError(f"unknown model '{model}'; the models are {', '.join(MODELS)}")
+    if not isinstance(name, str):
+        raise TypeError(f"name must be a string, not {type(name).__name__}")
+    if not name or "\0" in name:
+        raise ValueError("name must be the name of an array; it is empty or holds a zero byte")
+
+    scales = {"range": range, "screening": screening, "normalized_screening": normalized_screening}
+    scales = {key: _positive(key, value) for key, value in scales.items() if value is not None}
+    deviation = _real("standard_deviation", standard_deviation)
+    if not 0.0 <= deviation < math.inf:
+        raise ValueError(f"standard_deviation must be a finite number, at least 0, not {deviation:g}")
+    _check_combination(model, scales, deviation)
+
+    noise = vtkMaternNoiseFilter()
+    noise.SetNoiseModel(MODELS[model])
+    noise.SetStandardDeviation(deviation)
+    if "range" in scales:
+        noise.SetCorrelationRange(scales["range"])
+    elif "screening" in scales:
+        noise.SetScaleModeToScreening()
+        noise.SetScreening(scales["screening"])
+    elif "normalized_screening" in scales:
+        noise.SetScaleModeToNormalizedScreening()
+        noise.SetNormalizedScreening(scales["normalized_screening"])
+    noise.SetSeed(_integer("seed", seed, _INT_MIN))
+    noise.SetNumberOfSamples(1 if samples is None else _integer("samples", samples, 1))
+    noise.SetFirstSample(_integer("first_sample", first_sample, 0))
+    noise.SetNumberOfComponents(_integer("components", components, 1))
+    noise.SetNumberOfEigenpairs(_integer("eigenpairs", eigenpairs, 1))
+    noise.SetOutputArrayName(name)
+    return noise
+
+
+def _check_combination(model, scales, deviation):
+    """Raises ValueError for arguments that exclude each other or would have no effect."""
+    if len(scales) > 1:
+        raise ValueError(f"{' and '.join(scales)} exclude each other: each says how smooth the noise is")
+    if scales and model not in ("matern", "spectral"):
+        raise ValueError(f"{next(iter(scales))} has no meaning for the model '{model}'")
+    if deviation != 1.0:
+        if "range" not in scales and scales:
+            raise ValueError(f"standard_deviation goes with range, not with {next(iter(scales))}")
+        if model in ("white", "unscreened"):
+            raise ValueError(f"standard_deviation has no meaning for the model '{model}'")
+
+
+def _real(name, value):
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a number, not {type(value).__name__}")
+    return float(value)
+
+
+def _positive(name, value):
+    value = _real(name, value)
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{name} must be a finite number larger than 0, not {value:g}")
+    return value
+
+
+def _integer(name, value, smallest):
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        value = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be an integer, not {type(value).__name__}") from None
+    if not smallest <= value <= _INT_MAX:
+        raise ValueError(f"{name} must be from {smallest} to {_INT_MAX}, not {value}")
+    return value
+
+
+def apply_filter(noise, dataset, progress=None):
+    """The output of a filter for a dataset that stays untouched, and the texts of the filter's warnings."""
+    if not isinstance(dataset, (vtkPolyData, vtkDataObjectTree)):
+        raise TypeError(
+            "mesh must be a vtkPolyData, a composite dataset or a pair of arrays (points, triangles), "
+            f"not {type(dataset).__name__}"
+        )
+    given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
+    given.ShallowCopy(dataset)
+    noise.SetInputDataObject(0, given)
+    remarks = run_algorithm(noise, progress)
+    output = noise.GetOutputDataObject(0)
+    result = output.NewInstance()
+    result.ShallowCopy(output)
+    return result, remarks
+
+
+def _as_type_of(mesh, output):
+    """``output`` as an instance of the class of ``mesh``, where that is a Python subclass which allows it."""
+    wanted = type(mesh)
+    if type(output) is wanted:
+        return output
+    for arguments in ((output,), ()):
+        try:
+            result = wanted(*arguments)
+            if not arguments:
+                result.ShallowCopy(output)
+        except Exception:  # the constructor is the caller's; whatever it raises, the plain dataset is right
+            continue
+        if isinstance(result, type(output)) and result.GetNumberOfPoints() == output.GetNumberOfPoints():
+            return result
+    return output
+
+
+def _dataset_of_pair(pair):
+    if len(pair) != 2:
+        raise TypeError(f"mesh must be a pair (points, triangles), not a {type(pair).__name__} of length {len(pair)}")
+    points, triangles = np.asarray(pair[0]), np.asarray(pair[1])
+    if points.dtype.kind not in "fiu":
+        raise TypeError(f"points must be an array of real numbers, not of {points.dtype}")
+    if triangles.dtype.kind not in "iu" and triangles.size > 0:
+        raise TypeError(f"triangles must be an array of integers, not of {triangles.dtype}")
+    for array, what in ((points, "points"), (triangles, "triangles")):
+        if array.size > 0 and (array.ndim != 2 or array.shape[1] != 3):
+            shape = "[V, 3]" if what == "points" else "[F, 3]"
+            raise ValueError(f"{what} must have the shape {shape}, not {list(array.shape)}")
+    if points.dtype not in (np.float32, np.float64):
+        points = points.astype(np.float64)
+    if triangles.dtype.kind == "u":  # so that ids too large for VTK do not become small ones
+        triangles = np.minimum(triangles, np.iinfo(np.int64).max)
+    return to_polydata(mesh_of_triangles(points.reshape(-1, 3), triangles.reshape(-1, 3)))
+
+
+def array_names(noise):
+    """The names of the arrays that a filter adds."""
+    name, first, samples = noise.GetOutputArrayName(), noise.GetFirstSample(), noise.GetNumberOfSamples()
+    return [name] if samples == 1 else [f"{name}_{first + k}" for k in np.arange(samples)]
+
+
+def _array(output, noise, samples_axis):
+    """The arrays that a filter added, as one NumPy array."""
+    points, components = output.GetNumberOfPoints(), noise.GetNumberOfComponents()
+    values = np.zeros((noise.GetNumberOfSamples(), points, components))
+    if points > 0:
+        for sample, name in enumerate(array_names(noise)):
+            array = output.GetPointData().GetArray(name)
+            values[sample] = vtk_to_numpy(array).reshape(points, components)
+    if components == 1:
+        values = values[:, :, 0]
+    return values if samples_axis else values[0]

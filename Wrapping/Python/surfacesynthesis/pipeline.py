@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs one VTK algorithm the Python way: VTK's error events become exceptions, nothing is printed."""
+
+import contextlib
+import re
+import signal
+import sys
+import threading
+
+from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+
+from .errors import Cancelled, SurfaceSynthesisError
+
+# "ERROR: In /path/file.cxx, line 12\nvtkClass (0x1234): "
+_PREFIX = re.compile(r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\w+ \(0x[0-9a-f]+\): )?")
+_EXECUTIVE = "returned failure for request"
+
+
+def plain_message(text):
+    """VTK's message without the source file, the line and the address of the object, on one line."""
+    text = "".join(c if c.isprintable() else " " for c in _PREFIX.sub("", text))
+    return " ".join(text.split())
+
+
+class _Messages:
+    """The error and warning events of some objects, for the time of a ``with`` block."""
+
+    def __init__(self, *objects):
+        self.errors = []
+        self.warnings = []
+        self._objects = objects
+        self._observers = []
+
+    def __enter__(self):
+        for event, texts in (("ErrorEvent", self.errors), ("WarningEvent", self.warnings)):
+            for sender in self._objects:
+                self._observers.append((sender, sender.AddObserver(event, self._collector(texts))))
+        return self
+
+    def __exit__(self, *_):
+        for sender, observer in self._observers:
+            sender.RemoveObserver(observer)
+
+    @staticmethod
+    def _collector(texts):
+        def collect(_sender, _event, text):
+            texts.append(text if isinstance(text, str) else repr(text))
+
+        collect.CallDataType = "string0"
+        return collect
+
+    def what_failed(self):
+        """The errors in plain text; what the executive adds to every failure is left out."""
+        plain = [plain_message(text) for text in self.errors]
+        return [text for text in plain if _EXECUTIVE not in text] or plain[:1]
+
+
+class _Interrupt:
+    """Turns Ctrl-C during a ``with`` block into a flag, because VTK ends the process when an observer is interrupted."""
+
+    def __init__(self):
+        self.pending = False
+        self._previous = None
+
+    def __enter__(self):
+        in_main = threading.current_thread() is threading.main_thread()
+        if in_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            self._previous = signal.signal(signal.SIGINT, self._remember)
+        return self
+
+    def __exit__(self, *_):
+        if self._previous is not None:
+            signal.signal(signal.SIGINT, self._previous)
+
+    def _remember(self, _number, _frame):
+        self.pending = True
+
+
+def run_algorithm(algorithm, progress=None):
+    """Updates ``algorithm`` and returns the texts of its warnings.
+
+    ``progress`` is called with a fraction in [0, 1], never decreasing; when it returns False, the algorithm is aborted.
+    Raises SurfaceSynthesisError with the texts of the error events, Cancelled, KeyboardInterrupt after Ctrl-C, or
+    whatever ``progress`` raised.
+    """
+    cancelled = False
+    raised = []
+
+    def on_progress(sender, _event):
+        nonlocal cancelled
+        if cancelled or raised or interrupt.pending:
+            sender.SetAbortExecute(1)
+            return
+        try:
+            answer = None if progress is None else progress(sender.GetProgress())
+            cancelled = answer is not None and not answer
+        except BaseException:  # an observer must not let any exception through: VTK would print it and go on
+            raised.append(sys.exc_info()[1])
+        if cancelled or raised:
+            sender.SetAbortExecute(1)
+
+    with _Interrupt() as interrupt, _Messages(algorithm, algorithm.GetExecutive()) as messages:
+        observer = algorithm.AddObserver("ProgressEvent", on_progress)
+        try:
+            algorithm.Update()
+        finally:
+            algorithm.RemoveObserver(observer)
+            algorithm.SetAbortExecute(0)
+    if raised:
+        raise raised[0]
+    if interrupt.pending:
+        raise KeyboardInterrupt
+    if cancelled:
+        raise Cancelled("cancelled by the progress callable")
+    if messages.errors:
+        raise SurfaceSynthesisError(*messages.what_failed())
+    return [plain_message(text) for text in messages.warnings]
+
+
+@contextlib.contextmanager
+def silent_console():
+    """Collects everything VTK would print; for readers and writers, whose inner objects cannot be observed.
+
+    Yields a function that returns ``(errors, warnings)`` in plain text so far. VTK's output window and log level are
+    global, so this is not for use from two threads at a time.
+    """
+    window = vtkStringOutputWindow()
+    previous = vtkOutputWindow.GetInstance()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkOutputWindow.SetInstance(window)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+
+    def collected():
+        output = window.GetOutput()
+        if isinstance(output, bytes):  # what VTK quotes from a file need not be text
+            output = output.decode("utf-8", "replace")
+        texts = re.split(r"(?m)^(?=(?:ERROR|Warning|Generic Warning): In )", output)
+        errors = [plain_message(text) for text in texts if text.startswith("ERROR")]
+        warnings = [plain_message(text) for text in texts if text.startswith(("Warning", "Generic Warning"))]
+        return [text for text in errors if _EXECUTIVE not in text] or errors[:1], warnings
+
+    try:
+        yield collected
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+        vtkOutputWindow.SetInstance(previous)
