@@ -65,8 +65,8 @@ public:
   /// The ways to say the scale.
   enum ScaleModes
   {
-    CORRELATION_RANGE = 0,  ///< by CorrelationRange and StandardDeviation
-    SCREENING = 1,          ///< by Screening (Algorithm 1)
+    CORRELATION_RANGE = 0,   ///< by CorrelationRange and StandardDeviation
+    SCREENING = 1,           ///< by Screening (Algorithm 1)
     NORMALIZED_SCREENING = 2 ///< by NormalizedScreening (Algorithm 2)
   };
 
@@ -120,7 +120,7 @@ public:
    * The screening term tau, in 1 / square world units, larger than 0; larger is rougher and weaker (the correlation
    * range is sqrt(8 / tau)). Used in SCREENING mode. Default 100, the value of the paper for shapes of unit size.
    */
-  vtkSetClampMacro(Screening, double, VTK_DBL_MIN, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(Screening, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(Screening, double);
   ///@}
 
@@ -130,7 +130,7 @@ public:
    * is multiplied by sqrt(Gamma). Gamma grows with the number of points, so c that suits one resolution is too large
    * for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
    */
-  vtkSetClampMacro(NormalizedScreening, double, VTK_DBL_MIN, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(NormalizedScreening, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(NormalizedScreening, double);
   ///@}
 
@@ -213,7 +213,8 @@ protected:
   ~vtkMaternNoiseFilter() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
-  int RequestData(vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
 
 private:
   vtkMaternNoiseFilter(const vtkMaternNoiseFilter&) = delete;

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkMaternNoiseFilter.h"
+
+#include "SurfaceBridge.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Noise/MaternField.h"
+
+#include <vtkDataObject.h>
+#include <vtkDoubleArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+using surfsynth::MaternField;
+using surfsynth::MaternFieldOptions;
+using surfsynth::Surface;
+
+vtkStandardNewMacro(vtkMaternNoiseFilter);
+
+namespace
+{
+/// True when two sets of options share operators, factor and eigenpairs.
+bool SameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
+{
+  return a.Model == b.Model && a.Mode == b.Mode && a.CorrelationRange == b.CorrelationRange &&
+    a.Screening == b.Screening && a.NormalizedScreening == b.NormalizedScreening &&
+    a.NumberOfEigenpairs == b.NumberOfEigenpairs;
+}
+
+/// Options with the fields that model and mode ignore at their defaults, so that a change of them keeps the factor.
+MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
+{
+  const MaternFieldOptions defaults;
+  using surfsynth::NoiseModel;
+  using surfsynth::ScaleMode;
+  const bool hasScale = options.Model == NoiseModel::Matern || options.Model == NoiseModel::Spectral;
+  const auto keepFor = [&options, hasScale](ScaleMode mode) { return hasScale && options.Mode == mode; };
+  options.CorrelationRange = keepFor(ScaleMode::CorrelationRange) ? options.CorrelationRange : 0.0;
+  options.Screening = keepFor(ScaleMode::Screening) ? options.Screening : defaults.Screening;
+  options.NormalizedScreening = keepFor(ScaleMode::NormalizedScreening) ? options.NormalizedScreening
+                                                                        : defaults.NormalizedScreening;
+  options.NumberOfEigenpairs = options.Model == NoiseModel::Spectral ? options.NumberOfEigenpairs
+                                                                     : defaults.NumberOfEigenpairs;
+  options.Mode = hasScale ? options.Mode : defaults.Mode;
+  return options;
+}
+
+/// An array that fails with bad_alloc when there is no memory for it, which vtkDoubleArray's own allocation need not.
+vtkSmartPointer<vtkDoubleArray> NewArray(const std::string& name, vtkIdType tuples, int components)
+{
+  std::unique_ptr<double[]> values(new double[static_cast<std::size_t>(tuples) * static_cast<std::size_t>(components)]);
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name.c_str());
+  array->SetNumberOfComponents(components);
+  array->SetArray(values.release(), tuples * components, 0, vtkDoubleArray::VTK_DATA_ARRAY_DELETE);
+  return array;
+}
+} // namespace
+
+/// The random fields of the last update, and what they told.
+class vtkMaternNoiseFilter::Internals
+{
+public:
+  explicit Internals(vtkMaternNoiseFilter* self)
+    : Self(self)
+  {}
+
+  void Begin()
+  {
+    this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
+    for (auto& block : this->Fields)
+    {
+      block.second.InUse = false;
+    }
+  }
+
+  /// Forgets the fields of blocks that are gone, and of those that failed.
+  void DropUnused()
+  {
+    for (auto block = this->Fields.begin(); block != this->Fields.end();)
+    {
+      block = block->second.InUse ? std::next(block) : this->Fields.erase(block);
+    }
+  }
+
+  void AddNoise(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    const double scale = this->Scale();
+    const surfsynth::SampleRequest request = this->Request(surface);
+    const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
+    const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
+    const CachedField* cached = this->Find(surface);
+    const double begin = cached ? 0.0 : factored;
+    const MaternField& field = cached ? *cached->Field
+                                      : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
+    this->Sample(field, request, scale, output, surfsynth::SubProgress(progress, begin, 1.0));
+    this->EffectiveScreening = field.EffectiveScreening();
+    this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
+    this->Gamma = field.Gamma();
+    this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
+  }
+
+  double EffectiveScreening = 0.0;
+  double EffectiveCorrelationRange = 0.0;
+  double Gamma = 0.0;
+  double RelativeResidual = 0.0;
+  vtkTypeInt64 NumberOfFactorizations = 0;
+
+private:
+  struct CachedField
+  {
+    std::uint64_t MeshHash = 0;
+    MaternFieldOptions Options;
+    std::unique_ptr<MaternField> Field;
+    bool InUse = false;
+  };
+
+  /// The options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
+  MaternFieldOptions Options() const
+  {
+    MaternFieldOptions options;
+    options.Model = static_cast<surfsynth::NoiseModel>(this->Self->NoiseModel);
+    options.Mode = static_cast<surfsynth::ScaleMode>(this->Self->ScaleMode);
+    options.CorrelationRange = this->Self->CorrelationRange;
+    options.Screening = this->Self->Screening;
+    options.NormalizedScreening = this->Self->NormalizedScreening;
+    options.NumberOfEigenpairs = this->Self->NumberOfEigenpairs;
+    return WithoutIgnoredFields(options);
+  }
+
+  /// What samples of unit deviation are multiplied with.
+  double Scale() const
+  {
+    const bool inRangeMode = this->Self->ScaleMode == CORRELATION_RANGE &&
+      (this->Self->NoiseModel == MATERN || this->Self->NoiseModel == SPECTRAL);
+    if (!inRangeMode && this->Self->NoiseModel != PER_VERTEX)
+    {
+      return 1.0;
+    }
+    if (!std::isfinite(this->Self->StandardDeviation))
+    {
+      throw surfsynth::InvalidInput("StandardDeviation is " + std::to_string(this->Self->StandardDeviation) +
+        "; a finite number of at least 0 is needed.");
+    }
+    return this->Self->StandardDeviation;
+  }
+
+  surfsynth::SampleRequest Request(const Surface& surface) const
+  {
+    surfsynth::SampleRequest request;
+    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample);
+    request.NumberOfSamples = static_cast<std::uint32_t>(this->Self->NumberOfSamples);
+    request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
+    request.Stream = surface.FlatIndex;
+    return request;
+  }
+
+  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
+  const CachedField* Find(const Surface& surface)
+  {
+    const auto found = this->Fields.find(surface.FlatIndex);
+    if (found == this->Fields.end() || !SameFactor(found->second.Options, this->Options()) ||
+      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
+    {
+      return nullptr;
+    }
+    found->second.InUse = true;
+    return &found->second;
+  }
+
+  const MaternField& Build(const Surface& surface, const surfsynth::Progress& progress)
+  {
+    this->Fields.erase(surface.FlatIndex); // first, so that two factors are never held for one block
+    CachedField cached;
+    cached.MeshHash = surfsynth::ContentHash(surface.Mesh);
+    cached.Options = this->Options();
+    cached.InUse = true;
+    cached.Field = std::make_unique<MaternField>(surface.Mesh, cached.Options, progress);
+    ++this->NumberOfFactorizations;
+    this->WarnOfLongEdges(*cached.Field, surface);
+    return *this->Fields.insert_or_assign(surface.FlatIndex, std::move(cached)).first->second.Field;
+  }
+
+  void WarnOfLongEdges(const MaternField& field, const Surface& surface) const
+  {
+    const double range = field.EffectiveCorrelationRange();
+    if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
+    {
+      vtkWarningWithObjectMacro(this->Self,
+        << "The longest edge" << surface.Where << " is " << field.LongestEdge()
+        << ", more than a third of the correlation range " << range
+        << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
+           "of at least "
+        << 3.0 * field.LongestEdge() << ".");
+    }
+  }
+
+  std::string ArrayName(std::uint32_t sample) const
+  {
+    const std::string& name = this->Self->OutputArrayName;
+    return this->Self->NumberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
+  }
+
+  void Sample(const MaternField& field, const surfsynth::SampleRequest& request, double scale, vtkPolyData* output,
+    const surfsynth::Progress& progress) const
+  {
+    vtkPointData* pointData = output->GetPointData();
+    const bool hadScalars = pointData->GetScalars() != nullptr;
+    const auto addArray = [&](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+      const auto array = NewArray(this->ArrayName(sample), values.rows(), static_cast<int>(values.cols()));
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        array->GetPointer(0), values.rows(), values.cols()) = scale * values;
+      pointData->AddArray(array);
+    };
+    field.Sample(request, addArray, progress);
+    if (!hadScalars)
+    {
+      pointData->SetActiveScalars(this->ArrayName(request.FirstSample).c_str());
+    }
+  }
+
+  vtkMaternNoiseFilter* Self;
+  std::map<unsigned int, CachedField> Fields; ///< by flat index
+};
+
+vtkMaternNoiseFilter::vtkMaternNoiseFilter()
+  : Impl(std::make_unique<Internals>(this))
+{}
+
+vtkMaternNoiseFilter::~vtkMaternNoiseFilter() = default;
+
+int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
+{
+  return surfsynth::AcceptSurfaces(info);
+}
+
+int vtkMaternNoiseFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (this->OutputArrayName.empty())
+  {
+    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
+  this->Impl->Begin();
+  const int success = surfsynth::ProcessSurfaces(this, inputVector, outputVector, surfsynth::MeshRequirements(),
+    [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
+      this->Impl->AddNoise(surface, output, progress);
+    });
+  if (success)
+  {
+    this->Impl->DropUnused();
+  }
+  return success;
+}
+
+double vtkMaternNoiseFilter::GetEffectiveScreening() const { return this->Impl->EffectiveScreening; }
+
+double vtkMaternNoiseFilter::GetEffectiveCorrelationRange() const { return this->Impl->EffectiveCorrelationRange; }
+
+double vtkMaternNoiseFilter::GetGamma() const { return this->Impl->Gamma; }
+
+double vtkMaternNoiseFilter::GetRelativeResidual() const { return this->Impl->RelativeResidual; }
+
+vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+
+void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "NoiseModel: " << this->NoiseModel << "\n";
+  os << indent << "ScaleMode: " << this->ScaleMode << "\n";
+  os << indent << "CorrelationRange: " << this->CorrelationRange << "\n";
+  os << indent << "StandardDeviation: " << this->StandardDeviation << "\n";
+  os << indent << "Screening: " << this->Screening << "\n";
+  os << indent << "NormalizedScreening: " << this->NormalizedScreening << "\n";
+  os << indent << "NumberOfEigenpairs: " << this->NumberOfEigenpairs << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
+  os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
+  os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";
+  os << indent << "Gamma: " << this->GetGamma() << "\n";
+  os << indent << "RelativeResidual: " << this->GetRelativeResidual() << "\n";
+  os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+}
