@@ -25,12 +25,21 @@ install(TARGETS ${SURFACE_SYNTHESIS_PLAIN_LIBRARIES}
   EXPORT SurfaceSynthesisPlainLibraries
   RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
-  ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
-  INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis")
-install(DIRECTORY "${CMAKE_CURRENT_LIST_DIR}/Core"
-  DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis"
-  COMPONENT development
-  FILES_MATCHING PATTERN "*.h")
+  ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+# The public headers are those that a library lists among its sources.
+foreach (library IN LISTS SURFACE_SYNTHESIS_PLAIN_LIBRARIES)
+  get_target_property(folder ${library} SOURCE_DIR)
+  get_target_property(headers ${library} SOURCES)
+  list(FILTER headers INCLUDE REGEX "\\.h$")
+  foreach (header IN LISTS headers)
+    cmake_path(ABSOLUTE_PATH header BASE_DIRECTORY "${folder}" NORMALIZE)
+    file(RELATIVE_PATH subfolder "${CMAKE_CURRENT_LIST_DIR}" "${header}")
+    cmake_path(GET subfolder PARENT_PATH subfolder)
+    install(FILES "${header}"
+      DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis/${subfolder}"
+      COMPONENT development)
+  endforeach ()
+endforeach ()
 install(EXPORT SurfaceSynthesisPlainLibraries
   NAMESPACE SurfaceSynthesis::
   FILE SurfaceSynthesisPlainLibraries.cmake
