@@ -3,6 +3,7 @@
 /// The gate: one check of a triangle mesh that every algorithm of the library shares.
 #pragma once
 
+#include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <cstdint>
@@ -55,8 +56,9 @@ std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequireme
 std::string DescribeFindings(const std::vector<MeshFinding>& findings,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 
-/// @throws InvalidInput with DescribeFindings() when CheckMesh() finds anything.
-void RequireSoundMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {},
+/// The tables of a mesh in which CheckMesh() finds nothing, so that who checks need not build them again.
+/// @throws InvalidInput with DescribeFindings() when it finds anything.
+MeshTopology RequireSoundMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {},
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 
 } // namespace surfsynth

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "Core/Common/Progress.h"
+#include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -80,6 +81,9 @@ public:
   /// @throws SolverFailure when the matrix is not positive definite to working precision.
   /// @throws Cancelled
   MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
+  /// The same for a mesh that the caller has checked, with its tables (see RequireSoundMesh()).
+  MaternField(
+    TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress = {});
   ~MaternField();
   MaternField(MaternField&&) noexcept;
   MaternField& operator=(MaternField&&) noexcept;
@@ -88,8 +92,8 @@ public:
   using Consumer =
     std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
 
-  /// Draws the samples in order and hands each to @p consume, on the calling thread. Memory: 32 columns of V numbers
-  /// per thread at a time, whatever the number of samples. The bits of a sample depend on (seed, sample, component,
+  /// Draws the samples in order and hands each to @p consume, on the calling thread. Memory: a few blocks of 64 columns
+  /// of V numbers for each thread (or of one sample, if larger), whatever the number of samples. The bits of a sample depend on (seed, sample, component,
   /// stream, vertex id) and the mesh alone. A vertex that no triangle uses gets 0.
   ///
   /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8.
@@ -104,8 +108,8 @@ public:
   double EffectiveCorrelationRange() const;
   /// Gamma = || M^-1 L ||_F, 1 / square world units; 0 for models without tau.
   double Gamma() const;
-  /// Largest relative residual || A f - b || / || b || that Sample() has seen so far, over one column of every block
-  /// of up to 32 that are solved together; 0 for models without a solve.
+  /// Largest relative residual || A f - b || / || b || of the last call of Sample(), over one column of every block of
+  /// up to 64 that are solved together; 0 for models without a solve.
   double RelativeResidual() const;
   /// Longest edge, world units: above about a third of the range the mesh cannot carry the field.
   double LongestEdge() const;

@@ -23,7 +23,7 @@ struct NormalKey
 /// Writes N(0, 1) numbers for the points [@p first, @p first + @p count) to @p out.
 ///
 /// Box-Muller on 32-bit uniforms, in float64 arithmetic that uses no libm function whose last bit differs between
-/// systems; the tail ends at 6.7 standard deviations. @p first must be a multiple of 4.
+/// systems; the tail ends at 6.7 standard deviations. @p first must be a multiple of 4; points are below 2^34.
 void FillNormals(const NormalKey& key, std::int64_t first, std::int64_t count, double* out);
 
 /// The single N(0, 1) number of one point.

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <memory>
+#include <vector>
 
 namespace surfsynth
 {
@@ -30,7 +31,8 @@ class CholeskySolver
 {
 public:
   /// @param matrix [V, V] with both triangles stored; only the lower one is read.
-  /// @throws InvalidInput when it is not square, not finite or not symmetric (relative 1e-10, checked entry by entry).
+  /// @throws InvalidInput when it is not square, not finite or not symmetric (each entry to 1e-10 of itself or 1e-14 of the
+  /// largest).
   /// @throws SolverFailure when it is not positive definite to working precision.
   explicit CholeskySolver(const SparseMatrix& matrix, const Progress& progress = {});
   ~CholeskySolver();
@@ -45,7 +47,20 @@ public:
   /// @throws InvalidInput when the number of rows is wrong or an entry is not finite.
   void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const;
 
+  /// Replaces right-hand sides whose rows are in the solver's own order by the solutions, without copying: the number of
+  /// the vertex in row r is Order()[r]. Made for callers that fill many right-hand sides themselves.
+  /// @param rightHandSides [V, K] with K a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not checked
+  /// for finite entries.
+  /// @throws InvalidInput when the shape is wrong; Cancelled.
+  void SolveOrderedInPlace(RowMatrix& rightHandSides, const Progress& progress = {}) const;
+  const std::vector<Index>& Order() const;
+
+  /// Right-hand sides that are worked on together in the registers, and a good number for one pass over the factor.
+  static constexpr Index ColumnGranularity = 8;
+  static constexpr Index BlockColumns = 64;
+
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
+  /// @throws InvalidInput when a length is wrong.
   double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const;
 
   Index Size() const;

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Common/Progress.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+namespace surfsynth
+{
+
+void Report(const Progress& progress, double fraction)
+{
+  if (progress && !progress(fraction))
+  {
+    throw Cancelled("Stopped on request.");
+  }
+}
+
+Progress SubProgress(const Progress& progress, double begin, double end)
+{
+  if (!progress)
+  {
+    return {};
+  }
+  return [progress, begin, end](double fraction) { return progress(begin + fraction * (end - begin)); };
+}
+
+namespace
+{
+/// What the waiting and the working thread share; the last of the two to let go frees it.
+struct CancellableRun
+{
+  std::mutex Mutex;
+  std::condition_variable Ended;
+  bool Done = false;
+  std::exception_ptr Failure;
+};
+}
+
+void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress)
+{
+  if (!progress)
+  {
+    work();
+    return;
+  }
+  auto run = std::make_shared<CancellableRun>();
+  std::thread worker(
+    [run, work, threads = MaximumThreads()]
+    {
+      const ThreadScope scope(threads);
+      std::exception_ptr failure;
+      try
+      {
+        work();
+      }
+      catch (...)
+      {
+        failure = std::current_exception();
+      }
+      std::lock_guard<std::mutex> lock(run->Mutex);
+      run->Failure = failure;
+      run->Done = true;
+      run->Ended.notify_all();
+    });
+
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  std::unique_lock<std::mutex> lock(run->Mutex);
+  while (!run->Ended.wait_for(lock, std::chrono::milliseconds(50), [&] { return run->Done; }))
+  {
+    lock.unlock();
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    try
+    {
+      Report(progress, seconds / (seconds + expectedSeconds));
+    }
+    catch (...)
+    {
+      worker.detach();
+      throw;
+    }
+    lock.lock();
+  }
+  lock.unlock();
+  worker.join();
+  if (run->Failure)
+  {
+    std::rethrow_exception(run->Failure);
+  }
+}
+
+} // namespace surfsynth

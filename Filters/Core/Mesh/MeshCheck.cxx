@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Mesh/MeshCheck.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 16384;
+
+/// Counts the ids in [0, count) for which @p isDefect(id) holds, in parallel.
+template <typename Predicate>
+MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefect)
+{
+  MeshFinding total{ defect };
+  total.First = count;
+  std::mutex mutex;
+  ParallelFor(count, Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      std::int64_t found = 0;
+      std::int64_t first = count;
+      for (std::int64_t id = begin; id < end; ++id)
+      {
+        if (isDefect(id))
+        {
+          first = std::min(first, id);
+          ++found;
+        }
+      }
+      std::lock_guard<std::mutex> lock(mutex);
+      total.Count += found;
+      total.First = std::min(total.First, first);
+    });
+  return total;
+}
+
+bool Degenerate(const TriangleMesh& mesh, std::int64_t f)
+{
+  const auto t = mesh.Triangles.row(f);
+  const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+  const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+  const double longest = std::max({ a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm() });
+  const double doubleArea = a.cross(b).norm();
+  // Written so that an area or a length that overflows or underflows counts as degenerate.
+  return !(doubleArea > 2e-12 * longest && doubleArea > 1e-290 && longest < 1e290);
+}
+
+/// True when the triangles around @p v form one fan (or one closed ring), given manifold edges.
+bool SingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v)
+{
+  const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[v];
+  const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[v + 1];
+  if (first == last)
+  {
+    return true;
+  }
+  // Grow the fan of the first triangle over shared neighbours until nothing is added.
+  std::vector<Index> waiting(first + 1, last);
+  std::vector<Index> reached;
+  const auto add = [&](Index f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      if (mesh.Triangles(f, k) != v)
+      {
+        reached.push_back(mesh.Triangles(f, k));
+      }
+    }
+  };
+  add(*first);
+  for (bool grown = true; grown && !waiting.empty();)
+  {
+    const auto touches = [&](Index f)
+    {
+      return std::any_of(reached.begin(), reached.end(),
+        [&](Index id) { return (mesh.Triangles.row(f).array() == id).any(); });
+    };
+    const auto rest = std::partition(waiting.begin(), waiting.end(), [&](Index f) { return !touches(f); });
+    grown = rest != waiting.end();
+    std::for_each(rest, waiting.end(), add);
+    waiting.erase(rest, waiting.end());
+  }
+  return waiting.empty();
+}
+
+/// Calls visit(v, k) for each edge once, from its lower vertex v, with k its place among the neighbours.
+template <typename Visit>
+std::int64_t CountEdges(const MeshTopology& topology, Index v, const Visit& visit)
+{
+  std::int64_t count = 0;
+  for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+  {
+    count += topology.Neighbours[k] > v && visit(k) ? 1 : 0;
+  }
+  return count;
+}
+
+/// Like Count(), for edges: @p isDefect(v, k) with v the lower vertex.
+template <typename Predicate>
+MeshFinding CountEdgeDefects(MeshDefect defect, const MeshTopology& topology, const Predicate& isDefect)
+{
+  std::int64_t edges = 0;
+  const auto anyAt = [&](std::int64_t v)
+  { return CountEdges(topology, static_cast<Index>(v), [&](Index k) { return isDefect(static_cast<Index>(v), k); }) > 0; };
+  MeshFinding finding = Count(defect, topology.NumberOfPoints(), anyAt);
+  if (finding.Count > 0)
+  {
+    for (Index v = static_cast<Index>(finding.First); v < topology.NumberOfPoints(); ++v)
+    {
+      edges += CountEdges(topology, v, [&](Index k) { return isDefect(v, k); });
+    }
+    finding.Count = edges;
+  }
+  return finding;
+}
+
+/// Triangles around @p v that run from v to @p other.
+int RunsFromTo(const TriangleMesh& mesh, const MeshTopology& topology, Index v, Index other)
+{
+  int runs = 0;
+  for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
+  {
+    const auto t = mesh.Triangles.row(topology.VertexTriangles[k]);
+    for (int corner = 0; corner < 3; ++corner)
+    {
+      runs += t(corner) == v && t((corner + 1) % 3) == other ? 1 : 0;
+    }
+  }
+  return runs;
+}
+
+MeshFinding FindComponents(const MeshTopology& topology)
+{
+  const MeshComponents components =
+    ComputeComponents(topology, Eigen::VectorXd::Zero(topology.NumberOfPoints()));
+  MeshFinding finding{ MeshDefect::SeveralComponents };
+  if (components.Count > 1)
+  {
+    finding.Count = components.Count;
+    finding.First =
+      std::find(components.OfVertex.begin(), components.OfVertex.end(), 1) - components.OfVertex.begin();
+  }
+  return finding;
+}
+
+/// The defects that make the mesh unfit for any further look.
+std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
+{
+  const auto& t = mesh.Triangles;
+  const Index points = mesh.NumberOfPoints();
+  const MeshFinding outOfRange = Count(MeshDefect::IndexOutOfRange, t.rows(),
+    [&](std::int64_t f) { return t.row(f).minCoeff() < 0 || t.row(f).maxCoeff() >= points; });
+  if (outOfRange.Count > 0)
+  {
+    return { outOfRange };
+  }
+  std::vector<MeshFinding> findings;
+  const auto keep = [&](const MeshFinding& finding)
+  {
+    if (finding.Count > 0)
+    {
+      findings.push_back(finding);
+    }
+  };
+  const auto finite = [&](Index v) { return mesh.Points.row(v).allFinite(); };
+  const auto finiteTriangle = [&](std::int64_t f)
+  { return finite(t(f, 0)) && finite(t(f, 1)) && finite(t(f, 2)); };
+  const auto repeats = [&](std::int64_t f)
+  { return t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0); };
+  // Vertices are looked at from the triangles that use them; the exact count is only made when there is one.
+  if (Count(MeshDefect::NonFinitePoint, t.rows(), [&](std::int64_t f) { return !finiteTriangle(f); }).Count > 0)
+  {
+    std::vector<bool> used(static_cast<std::size_t>(points), false);
+    std::for_each(t.data(), t.data() + t.size(), [&](Index v) { used[v] = true; });
+    keep(Count(MeshDefect::NonFinitePoint, points,
+      [&](std::int64_t v) { return used[v] && !finite(static_cast<Index>(v)); }));
+  }
+  keep(Count(MeshDefect::RepeatedVertex, t.rows(), repeats));
+  keep(Count(MeshDefect::DegenerateTriangle, t.rows(),
+    [&](std::int64_t f) { return !repeats(f) && finiteTriangle(f) && Degenerate(mesh, f); }));
+  return findings;
+}
+
+std::vector<MeshFinding> CheckTopology(
+  const TriangleMesh& mesh, const MeshTopology& topology, const MeshRequirements& requirements)
+{
+  std::vector<MeshFinding> findings;
+  const auto keep = [&](const MeshFinding& finding)
+  {
+    if (finding.Count > 0)
+    {
+      findings.push_back(finding);
+    }
+  };
+  const auto& triangles = topology.EdgeTriangles;
+  if (requirements.ManifoldEdges)
+  {
+    keep(CountEdgeDefects(
+      MeshDefect::NonManifoldEdge, topology, [&](Index, Index k) { return triangles[k] > 2; }));
+  }
+  if (requirements.ManifoldVertices && findings.empty())
+  {
+    keep(Count(MeshDefect::NonManifoldVertex, topology.NumberOfPoints(),
+      [&](std::int64_t v) { return !SingleFan(mesh, topology, v); }));
+  }
+  if (requirements.ConsistentWinding)
+  {
+    keep(CountEdgeDefects(MeshDefect::InconsistentWinding, topology,
+      [&](Index v, Index k)
+      { return triangles[k] == 2 && RunsFromTo(mesh, topology, v, topology.Neighbours[k]) != 1; }));
+  }
+  if (requirements.Closed)
+  {
+    keep(CountEdgeDefects(
+      MeshDefect::BoundaryEdge, topology, [&](Index, Index k) { return triangles[k] == 1; }));
+  }
+  if (requirements.SingleComponent)
+  {
+    keep(FindComponents(topology));
+  }
+  return findings;
+}
+
+std::string Describe(const MeshFinding& finding, std::int64_t first)
+{
+  const std::string count = std::to_string(finding.Count);
+  const std::string id = std::to_string(first);
+  switch (finding.Defect)
+  {
+    case MeshDefect::IndexOutOfRange:
+      return count + " cell(s) name a point that does not exist, first cell " + id +
+        "; the dataset is inconsistent: write it again with the program that made it.";
+    case MeshDefect::NonFinitePoint:
+      return count + " point(s) with a NaN or infinite coordinate, first point " + id +
+        "; remove them with vtkExtractGeometry or vtkThreshold, or correct the source.";
+    case MeshDefect::RepeatedVertex:
+      return count + " cell(s) use a point twice, first cell " + id + "; vtkCleanPolyData removes them.";
+    case MeshDefect::DegenerateTriangle:
+      return count + " degenerate triangle(s) of zero area, first cell " + id +
+        "; vtkCleanPolyData (with a tolerance) merges coincident points and removes them.";
+    case MeshDefect::NonManifoldEdge:
+      return count + " non-manifold edge(s) with more than two triangles, first at point " + id +
+        "; vtkFeatureEdges shows them, vtkCleanPolyData removes duplicate cells, vtkPolyDataConnectivityFilter or "
+        "vtkDataSetSurfaceFilter keeps one sheet.";
+    case MeshDefect::NonManifoldVertex:
+      return count + " non-manifold point(s) where several fans of triangles touch, first point " + id +
+        "; vtkPolyDataConnectivityFilter separates the parts.";
+    case MeshDefect::InconsistentWinding:
+      return count + " edge(s) whose two triangles are wound in opposite senses, first at point " + id +
+        "; vtkPolyDataNormals with ConsistencyOn() orients them.";
+    case MeshDefect::BoundaryEdge:
+      return count + " boundary edge(s) where a closed surface is needed, first at point " + id +
+        "; vtkFillHolesFilter closes holes.";
+    case MeshDefect::SeveralComponents:
+      return count + " connected components where one is needed, the second at point " + id +
+        "; vtkPolyDataConnectivityFilter keeps the largest.";
+  }
+  return {};
+}
+
+bool CountsTriangles(MeshDefect defect)
+{
+  return defect == MeshDefect::IndexOutOfRange || defect == MeshDefect::RepeatedVertex ||
+    defect == MeshDefect::DegenerateTriangle;
+}
+}
+
+std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequirements& requirements)
+{
+  const std::vector<MeshFinding> findings = CheckTriangles(mesh);
+  return findings.empty() ? CheckTopology(mesh, MeshTopology(mesh), requirements) : findings;
+}
+
+std::string DescribeFindings(
+  const std::vector<MeshFinding>& findings, const std::function<std::int64_t(std::int64_t)>& cellOfTriangle)
+{
+  std::string text;
+  for (const MeshFinding& finding : findings)
+  {
+    const bool isCell = CountsTriangles(finding.Defect) && cellOfTriangle;
+    text += (text.empty() ? "" : " Also ") + Describe(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
+  }
+  return text;
+}
+
+MeshTopology RequireSoundMesh(const TriangleMesh& mesh, const MeshRequirements& requirements,
+  const std::function<std::int64_t(std::int64_t)>& cellOfTriangle)
+{
+  const auto require = [&](const std::vector<MeshFinding>& findings)
+  {
+    if (!findings.empty())
+    {
+      throw InvalidInput("The mesh has " + DescribeFindings(findings, cellOfTriangle));
+    }
+  };
+  require(CheckTriangles(mesh));
+  MeshTopology topology(mesh);
+  require(CheckTopology(mesh, topology, requirements));
+  return topology;
+}
+
+} // namespace surfsynth

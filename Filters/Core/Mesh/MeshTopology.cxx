@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Mesh/MeshTopology.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 16384;
+
+void RequireProperTriangles(const TriangleMesh& mesh)
+{
+  const Index count = mesh.NumberOfPoints();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const bool inRange = t.minCoeff() >= 0 && t.maxCoeff() < count;
+    if (!inRange || t(0) == t(1) || t(1) == t(2) || t(2) == t(0))
+    {
+      throw InvalidInput("MeshTopology: triangle " + std::to_string(f) + " has vertices " + std::to_string(t(0)) +
+        ", " + std::to_string(t(1)) + ", " + std::to_string(t(2)) + "; expected three different ids in [0, " +
+        std::to_string(count) + ").");
+    }
+  }
+}
+
+/// Sorts the few ids of one row; insertion sort is the fastest at the dozen that a vertex has.
+void SortFew(Index* begin, Index* end)
+{
+  if (end - begin > 64)
+  {
+    std::sort(begin, end);
+    return;
+  }
+  for (Index* i = begin + (begin != end); i < end; ++i)
+  {
+    const Index value = *i;
+    Index* j = i;
+    for (; j > begin && j[-1] > value; --j)
+    {
+      *j = j[-1];
+    }
+    *j = value;
+  }
+}
+}
+
+MeshTopology::MeshTopology(const TriangleMesh& mesh)
+{
+  RequireProperTriangles(mesh);
+  const Index points = mesh.NumberOfPoints();
+  const Index triangles = mesh.NumberOfTriangles();
+  const Index* corners = mesh.Triangles.data();
+
+  this->VertexTriangleStart.assign(static_cast<std::size_t>(points) + 1, 0);
+  for (std::int64_t c = 0; c < 3 * std::int64_t(triangles); ++c)
+  {
+    ++this->VertexTriangleStart[corners[c] + 1];
+  }
+  std::partial_sum(
+    this->VertexTriangleStart.begin(), this->VertexTriangleStart.end(), this->VertexTriangleStart.begin());
+  this->VertexTriangles.resize(3 * static_cast<std::size_t>(triangles));
+  std::vector<Index> next(this->VertexTriangleStart.begin(), this->VertexTriangleStart.end() - 1);
+  for (Index f = 0; f < triangles; ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      this->VertexTriangles[next[corners[3 * std::int64_t(f) + k]]++] = f;
+    }
+  }
+
+  // The other two corners of each triangle around v, sorted: equal ids in a row are one neighbour, and their number is
+  // that of the triangles on the edge. Compacted in place, then moved together.
+  std::vector<Index> others(6 * static_cast<std::size_t>(triangles));
+  std::vector<std::uint8_t> multiplicity(others.size());
+  this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
+  ParallelFor(points, Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t v = begin; v < end; ++v)
+      {
+        const std::int64_t offset = 2 * std::int64_t(this->VertexTriangleStart[v]);
+        Index* row = others.data() + offset;
+        Index* last = row;
+        for (Index k = this->VertexTriangleStart[v]; k < this->VertexTriangleStart[v + 1]; ++k)
+        {
+          const Index* t = corners + 3 * std::int64_t(this->VertexTriangles[k]);
+          *last++ = t[0] == v ? t[1] : t[0];
+          *last++ = t[2] == v ? t[1] : t[2];
+        }
+        SortFew(row, last);
+        Index unique = 0;
+        for (const Index* id = row; id < last; ++unique)
+        {
+          const Index value = *id;
+          int count = 0;
+          for (; id < last && *id == value; ++id)
+          {
+            ++count;
+          }
+          row[unique] = value;
+          multiplicity[offset + unique] = static_cast<std::uint8_t>(std::min(count, 255));
+        }
+        this->NeighbourStart[v + 1] = unique;
+      }
+    });
+  std::partial_sum(this->NeighbourStart.begin(), this->NeighbourStart.end(), this->NeighbourStart.begin());
+  this->Neighbours.resize(static_cast<std::size_t>(this->NeighbourStart.back()));
+  this->EdgeTriangles.resize(this->Neighbours.size());
+  ParallelFor(points, Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t v = begin; v < end; ++v)
+      {
+        const std::int64_t from = 2 * std::int64_t(this->VertexTriangleStart[v]);
+        const Index count = this->NeighbourStart[v + 1] - this->NeighbourStart[v];
+        std::copy_n(others.begin() + from, count, this->Neighbours.begin() + this->NeighbourStart[v]);
+        std::copy_n(multiplicity.begin() + from, count, this->EdgeTriangles.begin() + this->NeighbourStart[v]);
+      }
+    });
+}
+
+MeshComponents ComputeComponents(const MeshTopology& topology, const Eigen::VectorXd& mass)
+{
+  const Index points = topology.NumberOfPoints();
+  MeshComponents components;
+  components.OfVertex.assign(static_cast<std::size_t>(points), -1);
+  std::vector<Index> queue;
+  for (Index start = 0; start < points; ++start)
+  {
+    const bool used = topology.VertexTriangleStart[start] != topology.VertexTriangleStart[start + 1];
+    if (!used || components.OfVertex[start] >= 0)
+    {
+      continue;
+    }
+    // Corners, directed edges and vertices: three corners to a face, two directions to an edge.
+    std::int64_t corners = 0;
+    std::int64_t directedEdges = 0;
+    double area = 0.0;
+    bool closed = true;
+    queue.assign(1, start);
+    components.OfVertex[start] = components.Count;
+    for (std::size_t head = 0; head < queue.size(); ++head)
+    {
+      const Index v = queue[head];
+      area += mass[v];
+      corners += topology.VertexTriangleStart[v + 1] - topology.VertexTriangleStart[v];
+      directedEdges += topology.NeighbourStart[v + 1] - topology.NeighbourStart[v];
+      for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+      {
+        closed = closed && topology.EdgeTriangles[k] != 1;
+        Index& component = components.OfVertex[topology.Neighbours[k]];
+        if (component < 0)
+        {
+          component = components.Count;
+          queue.push_back(topology.Neighbours[k]);
+        }
+      }
+    }
+    components.Area.push_back(area);
+    components.EulerCharacteristic.push_back(
+      static_cast<std::int64_t>(queue.size()) - directedEdges / 2 + corners / 3);
+    components.Closed.push_back(closed);
+    ++components.Count;
+  }
+  return components;
+}
+
+} // namespace surfsynth

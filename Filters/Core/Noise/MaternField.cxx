@@ -1,0 +1,567 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Noise/MaternField.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Random/CounterNormals.h"
+#include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/LaplaceEigenpairs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr double LargestResidual = 1e-8;
+
+bool HasTau(NoiseModel model)
+{
+  return model == NoiseModel::Matern || model == NoiseModel::Spectral;
+}
+
+void Require(bool condition, const char* name, double value, const char* expected)
+{
+  if (!condition)
+  {
+    throw InvalidInput(
+      std::string("MaternField: ") + name + " is " + std::to_string(value) + "; expected " + expected + ".");
+  }
+}
+
+void Validate(const MaternFieldOptions& options)
+{
+  const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+  const bool byRange = HasTau(options.Model) && options.Mode == ScaleMode::CorrelationRange;
+  if (byRange)
+  {
+    Require(options.CorrelationRange == 0.0 || positive(options.CorrelationRange), "the correlation range",
+      options.CorrelationRange, "a finite number, at least 0 (0: 0.2 times the longest side)");
+  }
+  if (byRange || options.Model == NoiseModel::PerVertex)
+  {
+    Require(options.StandardDeviation == 0.0 || positive(options.StandardDeviation), "the standard deviation",
+      options.StandardDeviation, "a finite number, at least 0");
+  }
+  if (HasTau(options.Model) && options.Mode == ScaleMode::Screening)
+  {
+    Require(positive(options.Screening), "the screening term tau", options.Screening, "a finite number above 0");
+  }
+  if (HasTau(options.Model) && options.Mode == ScaleMode::NormalizedScreening)
+  {
+    Require(positive(options.NormalizedScreening), "the normalised screening c", options.NormalizedScreening,
+      "a finite number above 0");
+  }
+}
+
+double FindLongestEdge(const TriangleMesh& mesh)
+{
+  double longest = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    for (int k = 0; k < 3; ++k)
+    {
+      longest = std::max(longest, (mesh.Points.row(t(k)) - mesh.Points.row(t((k + 1) % 3))).squaredNorm());
+    }
+  }
+  return std::sqrt(longest);
+}
+
+/// Adds @p diagonal to the diagonal of @p matrix, in which every diagonal entry is present.
+void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
+{
+  for (Index v = 0; v < matrix.cols(); ++v)
+  {
+    const Index* first = matrix.innerIndexPtr() + matrix.outerIndexPtr()[v];
+    const Index* last = matrix.innerIndexPtr() + matrix.outerIndexPtr()[v + 1];
+    matrix.valuePtr()[std::lower_bound(first, last, v) - matrix.innerIndexPtr()] += diagonal[v];
+  }
+}
+}
+
+class MaternField::Internals
+{
+public:
+  Internals(
+    TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
+
+  /// Columns [first, first + values.cols()) of the request, a column being a component of a sample. @p block is scratch
+  /// that is worth keeping from call to call.
+  void SampleColumns(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
+    RowMatrix& block, const Progress& progress);
+
+  TriangleMesh Mesh;
+  MaternFieldOptions Options;
+  double Tau = 0.0;
+  double Gamma = 0.0;
+  double LongestEdge = 0.0;
+
+  void ForgetResidual()
+  {
+    std::lock_guard<std::mutex> lock(this->ResidualMutex);
+    this->Residual = 0.0;
+  }
+  double WorstResidual()
+  {
+    std::lock_guard<std::mutex> lock(this->ResidualMutex);
+    return this->Residual;
+  }
+
+private:
+  void ChooseScreening(const SparseMatrix& stiffness);
+  void ChooseAmplitude();
+  void FactorScreened(SparseMatrix matrix, const Progress& progress);
+  void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
+  void Factor(const SparseMatrix& matrix, const Progress& progress);
+
+  bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
+  NormalKey Key(const SampleRequest& request, std::int64_t column) const;
+  void SampleBySolve(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
+    RowMatrix& block, const Progress& progress);
+  void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
+  void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
+
+  void FillRightHandSides(const SampleRequest& request, std::int64_t first, Eigen::Index columns, RowMatrix& block) const;
+  void TakeSolutions(const RowMatrix& block, Eigen::Ref<Eigen::MatrixXd> values) const;
+  void RemoveMeans(RowMatrix& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
+  Eigen::VectorXd FirstColumn(const RowMatrix& block) const;
+  void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
+
+  Eigen::VectorXd Mass;
+  Eigen::VectorXd RootMass;
+  Eigen::VectorXd Amplitude; ///< what each vertex's value is multiplied by
+  MeshComponents Components;
+  std::optional<CholeskySolver> Solver;
+  std::vector<Index> RowOfVertex; ///< in the solver's order
+  Eigenpairs Pairs;
+
+  std::mutex ResidualMutex;
+  double Residual = 0.0;
+};
+
+MaternField::Internals::Internals(
+  TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
+  : Mesh(std::move(mesh))
+  , Options(options)
+{
+  this->LongestEdge = FindLongestEdge(this->Mesh);
+  this->Mass = LumpedMass(this->Mesh, topology);
+  this->RootMass = this->Mass.cwiseSqrt();
+  this->Components = ComputeComponents(topology, this->Mass);
+  Report(progress, 0.05);
+  const bool anything = this->Components.Count > 0;
+  if (!anything || options.Model == NoiseModel::PerVertex || options.Model == NoiseModel::White)
+  {
+    this->ChooseAmplitude();
+    return;
+  }
+  SparseMatrix stiffness = CotangentStiffness(this->Mesh, topology);
+  this->ChooseScreening(stiffness);
+  this->ChooseAmplitude();
+  Report(progress, 0.15);
+  const Progress rest = SubProgress(progress, 0.15, 1.0);
+  switch (options.Model)
+  {
+    case NoiseModel::Spectral:
+      this->Pairs = LowestLaplaceEigenpairs(stiffness, this->Mass, options.NumberOfEigenpairs, rest);
+      break;
+    case NoiseModel::Unscreened:
+      this->FactorUnscreened(std::move(stiffness), rest);
+      break;
+    default:
+      this->FactorScreened(std::move(stiffness), rest);
+  }
+}
+
+void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
+{
+  if (!HasTau(this->Options.Model))
+  {
+    return;
+  }
+  this->Gamma = LaplaceBeltramiNorm(stiffness, this->Mass);
+  switch (this->Options.Mode)
+  {
+    case ScaleMode::CorrelationRange:
+    {
+      const double asked = this->Options.CorrelationRange;
+      const double range = asked > 0.0 ? asked : 0.2 * ComputeBoundingBox(this->Mesh).LongestSide();
+      this->Tau = 8.0 / (range * range); // kappa^2 with kappa = sqrt(8 nu) / range, nu = 1
+      break;
+    }
+    case ScaleMode::Screening:
+      this->Tau = this->Options.Screening;
+      break;
+    case ScaleMode::NormalizedScreening:
+      this->Tau = this->Gamma * this->Options.NormalizedScreening;
+      break;
+  }
+  Require(this->Tau > 0.0 && std::isfinite(this->Tau), "the screening term that follows from the options", this->Tau,
+    "a finite number above 0");
+}
+
+void MaternField::Internals::ChooseAmplitude()
+{
+  this->Amplitude = Eigen::VectorXd::Ones(this->Mass.size());
+  if (this->Options.Model == NoiseModel::PerVertex)
+  {
+    this->Amplitude *= this->Options.StandardDeviation;
+  }
+  if (!(this->Tau > 0.0))
+  {
+    return;
+  }
+  if (this->Options.Mode == ScaleMode::NormalizedScreening)
+  {
+    this->Amplitude *= std::sqrt(this->Gamma);
+  }
+  if (this->Options.Mode == ScaleMode::CorrelationRange)
+  {
+    std::vector<double> factor;
+    for (Index c = 0; c < this->Components.Count; ++c)
+    {
+      factor.push_back(this->Options.StandardDeviation /
+        std::sqrt(MarginalVariance(this->Tau, this->Components.Area[c], this->Components.EulerCharacteristic[c],
+          this->Components.Closed[c])));
+    }
+    for (Index v = 0; v < this->Mass.size(); ++v)
+    {
+      this->Amplitude[v] = this->Used(v) ? factor[this->Components.OfVertex[v]] : 0.0;
+    }
+  }
+}
+
+void MaternField::Internals::FactorScreened(SparseMatrix matrix, const Progress& progress)
+{
+  Eigen::VectorXd diagonal = this->Tau * this->Mass;
+  for (Index v = 0; v < diagonal.size(); ++v)
+  {
+    diagonal[v] = this->Used(v) ? diagonal[v] : 1.0;
+  }
+  AddToDiagonal(matrix, diagonal);
+  this->Factor(matrix, progress);
+}
+
+void MaternField::Internals::FactorUnscreened(SparseMatrix matrix, const Progress& progress)
+{
+  // L is singular on each component. With anything added to the diagonal at one vertex, right-hand sides that are
+  // orthogonal to constants have the solution that is 0 there: summing the equations shows it.
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(this->Mass.size());
+  const Eigen::VectorXd stiffnessDiagonal = matrix.diagonal();
+  std::vector<bool> pinned(static_cast<std::size_t>(this->Components.Count), false);
+  for (Index v = 0; v < diagonal.size(); ++v)
+  {
+    if (!this->Used(v))
+    {
+      diagonal[v] = 1.0;
+    }
+    else if (!pinned[this->Components.OfVertex[v]])
+    {
+      pinned[this->Components.OfVertex[v]] = true;
+      diagonal[v] = stiffnessDiagonal[v];
+    }
+  }
+  AddToDiagonal(matrix, diagonal);
+  this->Factor(matrix, progress);
+}
+
+void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& progress)
+{
+  this->Solver.emplace(matrix, progress);
+  const std::vector<Index>& order = this->Solver->Order();
+  this->RowOfVertex.resize(order.size());
+  for (Index row = 0; row < this->Solver->Size(); ++row)
+  {
+    this->RowOfVertex[order[row]] = row;
+  }
+}
+
+NormalKey MaternField::Internals::Key(const SampleRequest& request, std::int64_t column) const
+{
+  NormalKey key;
+  key.Seed = request.Seed;
+  key.Sample = request.FirstSample + static_cast<std::uint32_t>(column / request.NumberOfComponents);
+  key.Component = static_cast<std::uint32_t>(column % request.NumberOfComponents);
+  key.Stream = request.Stream;
+  return key;
+}
+
+void MaternField::Internals::SampleColumns(const SampleRequest& request, std::int64_t first,
+  Eigen::Ref<Eigen::MatrixXd> values, RowMatrix& block, const Progress& progress)
+{
+  if (this->Solver)
+  {
+    this->SampleBySolve(request, first, values, block, progress);
+    return;
+  }
+  for (Eigen::Index k = 0; k < values.cols(); ++k)
+  {
+    const NormalKey key = this->Key(request, first + k);
+    if (this->Pairs.Values.size() > 0)
+    {
+      this->SampleBySpectrum(key, values.col(k));
+    }
+    else
+    {
+      this->SampleByVertex(key, values.col(k));
+    }
+    Report(progress, (k + 1.0) / static_cast<double>(values.cols()));
+  }
+}
+
+void MaternField::Internals::SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
+{
+  FillNormals(key, 0, values.size(), values.data());
+  for (Index v = 0; v < values.size(); ++v)
+  {
+    const double scale =
+      this->Options.Model == NoiseModel::White ? this->Amplitude[v] / this->RootMass[v] : this->Amplitude[v];
+    values[v] = this->Used(v) ? scale * values[v] : 0.0;
+  }
+}
+
+void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
+{
+  // chi_i / (lambda_i + tau), then one eigenvector after the other, in a fixed order.
+  Eigen::VectorXd coefficients(this->Pairs.Values.size());
+  FillNormals(key, 0, coefficients.size(), coefficients.data());
+  coefficients.array() /= this->Pairs.Values.array() + this->Tau;
+  values.setZero();
+  for (Eigen::Index i = 0; i < coefficients.size(); ++i)
+  {
+    values += coefficients[i] * this->Pairs.Vectors.col(i);
+  }
+  values.array() *= this->Amplitude.array();
+}
+
+void MaternField::Internals::FillRightHandSides(
+  const SampleRequest& request, std::int64_t first, Eigen::Index columns, RowMatrix& block) const
+{
+  constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
+  std::vector<double> normals(static_cast<std::size_t>(Tile * columns));
+  for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
+  {
+    const Index count = std::min<Index>(Tile, static_cast<Index>(this->Mass.size()) - begin);
+    for (Eigen::Index k = 0; k < columns; ++k)
+    {
+      FillNormals(this->Key(request, first + k), begin, count, normals.data() + k * Tile);
+    }
+    for (Index v = begin; v < begin + count; ++v)
+    {
+      double* row = block.data() + this->RowOfVertex[v] * block.cols();
+      for (Eigen::Index k = 0; k < columns; ++k)
+      {
+        row[k] = this->RootMass[v] * normals[static_cast<std::size_t>(k * Tile + v - begin)];
+      }
+      std::fill(row + columns, row + block.cols(), 0.0);
+    }
+  }
+}
+
+void MaternField::Internals::RemoveMeans(
+  RowMatrix& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const
+{
+  RowMatrix means = RowMatrix::Zero(this->Components.Count, block.cols());
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Used(v))
+    {
+      const Index c = this->Components.OfVertex[v];
+      means.row(c) += weights[v] / this->Components.Area[c] * block.row(this->RowOfVertex[v]);
+    }
+  }
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Used(v))
+    {
+      block.row(this->RowOfVertex[v]) -= shape[v] * means.row(this->Components.OfVertex[v]);
+    }
+  }
+}
+
+Eigen::VectorXd MaternField::Internals::FirstColumn(const RowMatrix& block) const
+{
+  Eigen::VectorXd column(block.rows());
+  for (Index v = 0; v < column.size(); ++v)
+  {
+    column[v] = block(this->RowOfVertex[v], 0);
+  }
+  return column;
+}
+
+void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
+{
+  const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
+  if (!(residual <= LargestResidual))
+  {
+    throw SolverFailure("MaternField: the relative residual of the solve is " + std::to_string(residual) +
+      "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
+      "system ill-conditioned: remesh, or use a smaller correlation range.");
+  }
+  std::lock_guard<std::mutex> lock(this->ResidualMutex);
+  this->Residual = std::max(this->Residual, residual);
+}
+
+void MaternField::Internals::TakeSolutions(const RowMatrix& block, Eigen::Ref<Eigen::MatrixXd> values) const
+{
+  constexpr Index Tile = 64; // vertices whose rows stay in cache while they are turned into columns
+  bool finite = true;
+  for (Index begin = 0; begin < values.rows(); begin += Tile)
+  {
+    const Index end = std::min<Index>(begin + Tile, static_cast<Index>(values.rows()));
+    for (Eigen::Index k = 0; k < values.cols(); ++k)
+    {
+      double* column = values.data() + k * values.outerStride();
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v)
+      {
+        column[v] = this->Amplitude[v] * block.data()[this->RowOfVertex[v] * block.cols() + k];
+        sum += column[v];
+      }
+      finite = finite && std::isfinite(sum);
+    }
+  }
+  if (!finite)
+  {
+    throw SolverFailure("MaternField: a sample is not finite.");
+  }
+}
+
+void MaternField::Internals::SampleBySolve(const SampleRequest& request, std::int64_t first,
+  Eigen::Ref<Eigen::MatrixXd> values, RowMatrix& block, const Progress& progress)
+{
+  constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
+  const Eigen::Index columns = values.cols();
+  const Eigen::Index padded = (columns + Granularity - 1) / Granularity * Granularity;
+  block.resize(values.rows(), padded);
+  this->FillRightHandSides(request, first, columns, block);
+  const bool unscreened = this->Options.Model == NoiseModel::Unscreened;
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? values.rows() : 0);
+  if (unscreened)
+  {
+    this->RemoveMeans(block, ones, this->Mass); // now orthogonal to constants
+  }
+  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
+  this->Solver->SolveOrderedInPlace(block, progress);
+  this->CheckSolution(this->FirstColumn(block), rightHandSide);
+  if (unscreened)
+  {
+    this->RemoveMeans(block, this->Mass, ones);
+  }
+  this->TakeSolutions(block, values);
+}
+
+MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
+{
+  Validate(options);
+  const MeshTopology topology = RequireSoundMesh(mesh);
+  this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
+}
+
+MaternField::MaternField(
+  TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
+{
+  Validate(options);
+  this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
+}
+
+MaternField::~MaternField() = default;
+MaternField::MaternField(MaternField&&) noexcept = default;
+MaternField& MaternField::operator=(MaternField&&) noexcept = default;
+
+void MaternField::Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress) const
+{
+  if (request.NumberOfComponents < 1)
+  {
+    throw InvalidInput("MaternField: 0 components asked for; expected at least 1.");
+  }
+  constexpr std::int64_t BlockColumns = CholeskySolver::BlockColumns;
+  const std::int64_t components = request.NumberOfComponents;
+  const std::int64_t samples = request.NumberOfSamples;
+  const std::int64_t together = std::clamp<std::int64_t>(BlockColumns * MaximumThreads() / components, 1, samples);
+  const std::thread::id caller = std::this_thread::get_id();
+  this->Impl->ForgetResidual();
+  // Large arrays are made once: the system hands out fresh pages slowly.
+  std::vector<RowMatrix> scratch(static_cast<std::size_t>((together * components + BlockColumns - 1) / BlockColumns));
+  Eigen::MatrixXd group(this->Impl->Mesh.Points.rows(), together * components);
+  for (std::int64_t begin = 0; begin < samples; begin += together)
+  {
+    // A group of whole samples, split into blocks of columns.
+    const std::int64_t columns = std::min(together, samples - begin) * components;
+    const std::int64_t blocks = (columns + BlockColumns - 1) / BlockColumns;
+    const Progress groupProgress = SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
+      (begin + std::min(together, samples - begin)) / static_cast<double>(samples));
+    Eigen::Ref<Eigen::MatrixXd> values = group.leftCols(columns);
+    std::atomic<std::int64_t> done{ 0 };
+    ParallelTasks(blocks,
+      [&](std::int64_t k)
+      {
+        Progress blockProgress;
+        if (groupProgress && std::this_thread::get_id() == caller)
+        {
+          blockProgress = [&](double fraction)
+          { return groupProgress((static_cast<double>(done) + fraction) / static_cast<double>(blocks)); };
+        }
+        const std::int64_t first = k * BlockColumns;
+        this->Impl->SampleColumns(request, begin * components + first,
+          values.middleCols(first, std::min(BlockColumns, columns - first)), scratch[k], blockProgress);
+        ++done;
+      });
+    for (std::int64_t s = 0; s < columns / components; ++s)
+    {
+      consume(request.FirstSample + static_cast<std::uint32_t>(begin + s), values.middleCols(s * components, components));
+    }
+  }
+  Report(progress, 1.0);
+}
+
+Eigen::MatrixXd MaternField::Sample(const SampleRequest& request) const
+{
+  SampleRequest one = request;
+  one.NumberOfSamples = 1;
+  Eigen::MatrixXd values;
+  this->Sample(one, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& sample) { values = sample; });
+  return values;
+}
+
+double MaternField::EffectiveScreening() const
+{
+  return this->Impl->Tau;
+}
+
+double MaternField::EffectiveCorrelationRange() const
+{
+  return this->Impl->Tau > 0.0 ? std::sqrt(8.0 / this->Impl->Tau) : 0.0;
+}
+
+double MaternField::Gamma() const
+{
+  return this->Impl->Gamma;
+}
+
+double MaternField::RelativeResidual() const
+{
+  return this->Impl->WorstResidual();
+}
+
+double MaternField::LongestEdge() const
+{
+  return this->Impl->LongestEdge;
+}
+
+const TriangleMesh& MaternField::Mesh() const
+{
+  return this->Impl->Mesh;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Solvers/CholeskySolver.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+#include "Core/Solvers/SupernodalFactor.h"
+#else
+#include <Eigen/SparseCholesky>
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 16384;
+
+std::string Entry(Index row, Index column)
+{
+  return "(" + std::to_string(row) + ", " + std::to_string(column) + ")";
+}
+
+/// The same structure in every matrix that is handed on: compressed, rows ascending in each column.
+SparseMatrix Sorted(const SparseMatrix& matrix)
+{
+  SparseMatrix sorted = SparseMatrix(SparseRowMatrix(matrix)); // converting sorts
+  sorted.makeCompressed();
+  return sorted;
+}
+
+bool IsSorted(const SparseMatrix& matrix)
+{
+  if (!matrix.isCompressed())
+  {
+    return false;
+  }
+  for (Index column = 0; column < matrix.cols(); ++column)
+  {
+    const Index* first = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
+    const Index* last = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
+    if (!std::is_sorted(first, last))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Compares each entry below the diagonal with its mirror image. Going through the columns in order meets the mirror
+/// images of each column in order as well, so that one cursor for each column suffices.
+void RequireSymmetric(const SparseMatrix& matrix)
+{
+  const Index* start = matrix.outerIndexPtr();
+  const Index* rows = matrix.innerIndexPtr();
+  const double* values = matrix.valuePtr();
+  const Index entries = start[matrix.cols()];
+  const double largest =
+    entries > 0 ? Eigen::Map<const Eigen::ArrayXd>(values, entries).abs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
+  std::vector<Index> cursor(start, start + matrix.cols());
+  for (Index column = 0; column < matrix.cols(); ++column)
+  {
+    for (Index k = start[column]; k < start[column + 1]; ++k)
+    {
+      if (!std::isfinite(values[k]))
+      {
+        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is not finite.");
+      }
+      if (rows[k] <= column)
+      {
+        continue;
+      }
+      Index& mirror = cursor[rows[k]];
+      const bool found = mirror < start[rows[k] + 1] && rows[mirror] == column;
+      const double other = found ? values[mirror] : 0.0;
+      const double tolerance = 1e-10 * std::max(std::abs(values[k]), std::abs(other)) + 1e-14 * largest;
+      if (!found || !(std::abs(values[k] - other) <= tolerance))
+      {
+        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + std::to_string(values[k]) +
+          " but entry " + Entry(column, rows[k]) + " is " + std::to_string(other) + "; expected a symmetric matrix.");
+      }
+      ++mirror;
+    }
+    // What is left of the column above the diagonal has no mirror image.
+    const Index next = cursor[column];
+    if (next < start[column + 1] && rows[next] < column)
+    {
+      throw InvalidInput("CholeskySolver: entry " + Entry(rows[next], column) + " has no entry " +
+        Entry(column, rows[next]) + "; expected a symmetric matrix.");
+    }
+  }
+}
+
+#ifndef SURFACE_SYNTHESIS_CHOLMOD
+/// Eigen's factor behind the same interface.
+class SimplicialFactor
+{
+public:
+  explicit SimplicialFactor(const SparseMatrix& matrix)
+    : Rows(static_cast<std::size_t>(matrix.rows()))
+  {
+    std::iota(this->Rows.begin(), this->Rows.end(), 0);
+    this->Solver.compute(matrix);
+    if (this->Solver.info() != Eigen::Success)
+    {
+      throw SolverFailure("CholeskySolver: the matrix of size " + std::to_string(matrix.rows()) +
+        " is not positive definite; expected a symmetric positive definite matrix. Needle triangles or a screening "
+        "term that is tiny for the size of the mesh cause this.");
+    }
+  }
+  void SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const
+  {
+    Eigen::Map<RowMatrix> block(rightHandSides, static_cast<Eigen::Index>(this->Rows.size()), count);
+    for (Eigen::Index column = 0; column < count; ++column)
+    {
+      const Eigen::VectorXd solution = this->Solver.solve(Eigen::VectorXd(block.col(column)));
+      block.col(column) = solution;
+      Report(progress, (column + 1.0) / count);
+    }
+  }
+  const std::vector<Index>& Order() const { return this->Rows; }
+  std::int64_t Entries() const { return this->Solver.matrixL().nestedExpression().nonZeros(); }
+
+private:
+  std::vector<Index> Rows;
+  Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower> Solver;
+};
+#endif
+}
+
+class CholeskySolver::Internals
+{
+public:
+  std::shared_ptr<const SparseMatrix> Matrix;
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+  std::unique_ptr<SupernodalFactor> Factor;
+  const std::vector<Index>& Order() const { return this->Factor->Analysis().OldOfNew; }
+  void Compute(const Progress& progress)
+  {
+    // Ordering about 100,000 vertices takes a tenth of a second and knows no progress; the numeric part does.
+    auto analysis = std::make_shared<SupernodalAnalysis>();
+    const std::shared_ptr<const SparseMatrix> matrix = this->Matrix;
+    RunCancellable([analysis, matrix] { *analysis = AnalyzeSupernodes(*matrix); }, 1e-6 * matrix->rows(),
+      SubProgress(progress, 0.0, 0.4));
+    this->Factor = std::make_unique<SupernodalFactor>(std::move(*analysis), *matrix, SubProgress(progress, 0.4, 1.0));
+  }
+#else
+  std::unique_ptr<SimplicialFactor> Factor;
+  const std::vector<Index>& Order() const { return this->Factor->Order(); }
+  void Compute(const Progress& progress)
+  {
+    auto factor = std::make_shared<std::unique_ptr<SimplicialFactor>>();
+    const std::shared_ptr<const SparseMatrix> matrix = this->Matrix;
+    RunCancellable([factor, matrix] { *factor = std::make_unique<SimplicialFactor>(*matrix); },
+      1e-5 * matrix->rows(), progress);
+    this->Factor = std::move(*factor);
+  }
+#endif
+};
+
+CholeskySolver::CholeskySolver(const SparseMatrix& matrix, const Progress& progress)
+  : Impl(std::make_unique<Internals>())
+{
+  if (matrix.rows() != matrix.cols() || matrix.rows() == 0)
+  {
+    throw InvalidInput("CholeskySolver: the matrix is " + std::to_string(matrix.rows()) + " by " +
+      std::to_string(matrix.cols()) + "; expected a square matrix of at least one row.");
+  }
+  this->Impl->Matrix =
+    std::make_shared<const SparseMatrix>(IsSorted(matrix) ? matrix : Sorted(matrix));
+  RequireSymmetric(*this->Impl->Matrix);
+  this->Impl->Compute(progress);
+  Report(progress, 1.0);
+}
+
+CholeskySolver::~CholeskySolver() = default;
+CholeskySolver::CholeskySolver(CholeskySolver&&) noexcept = default;
+CholeskySolver& CholeskySolver::operator=(CholeskySolver&&) noexcept = default;
+
+Index CholeskySolver::Size() const
+{
+  return static_cast<Index>(this->Impl->Matrix->rows());
+}
+
+std::int64_t CholeskySolver::FactorEntries() const
+{
+  return this->Impl->Factor->Entries();
+}
+
+const std::vector<Index>& CholeskySolver::Order() const
+{
+  return this->Impl->Order();
+}
+
+void CholeskySolver::SolveOrderedInPlace(RowMatrix& rightHandSides, const Progress& progress) const
+{
+  if (rightHandSides.rows() != this->Size() || rightHandSides.cols() % ColumnGranularity != 0)
+  {
+    throw InvalidInput("CholeskySolver: right-hand sides are " + std::to_string(rightHandSides.rows()) + " by " +
+      std::to_string(rightHandSides.cols()) + "; expected " + std::to_string(this->Size()) +
+      " rows and a multiple of " + std::to_string(ColumnGranularity) + " columns.");
+  }
+  if (rightHandSides.cols() > 0)
+  {
+    this->Impl->Factor->SolveInPlace(rightHandSides.data(), rightHandSides.cols(), progress);
+  }
+}
+
+void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
+{
+  if (rightHandSides.rows() != this->Size())
+  {
+    throw InvalidInput("CholeskySolver: right-hand sides have " + std::to_string(rightHandSides.rows()) +
+      " rows; expected " + std::to_string(this->Size()) + ".");
+  }
+  if (!rightHandSides.allFinite())
+  {
+    throw InvalidInput("CholeskySolver: a right-hand side is not finite.");
+  }
+  const std::vector<Index>& order = this->Order();
+  const Eigen::Index columns = rightHandSides.cols();
+  const Eigen::Index blocks = (columns + BlockColumns - 1) / BlockColumns;
+  ParallelTasks(blocks,
+    [&](std::int64_t k)
+    {
+      const Eigen::Index first = k * BlockColumns;
+      const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
+      const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
+      RowMatrix block = RowMatrix::Zero(this->Size(), padded);
+      for (Index row = 0; row < this->Size(); ++row)
+      {
+        block.row(row).head(count) = rightHandSides.row(order[row]).segment(first, count);
+      }
+      this->SolveOrderedInPlace(block);
+      for (Index row = 0; row < this->Size(); ++row)
+      {
+        rightHandSides.row(order[row]).segment(first, count) = block.row(row).head(count);
+      }
+    });
+}
+
+Eigen::VectorXd CholeskySolver::Solve(const Eigen::VectorXd& rightHandSide) const
+{
+  RowMatrix solution = rightHandSide;
+  this->SolveInPlace(solution);
+  return solution.col(0);
+}
+
+double CholeskySolver::RelativeResidual(
+  const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const
+{
+  if (solution.size() != this->Size() || rightHandSide.size() != this->Size())
+  {
+    throw InvalidInput("CholeskySolver: solution and right-hand side have " + std::to_string(solution.size()) +
+      " and " + std::to_string(rightHandSide.size()) + " rows; expected " + std::to_string(this->Size()) + ".");
+  }
+  // The matrix is symmetric: its columns serve as rows, so that every entry of the product is one sum.
+  const SparseMatrix& matrix = *this->Impl->Matrix;
+  Eigen::VectorXd residual(this->Size());
+  ParallelFor(this->Size(), Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t row = begin; row < end; ++row)
+      {
+        double sum = -rightHandSide[row];
+        for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
+        {
+          sum += entry.value() * solution[entry.row()];
+        }
+        residual[row] = sum;
+      }
+    });
+  const double norm = rightHandSide.norm();
+  return norm > 0.0 ? residual.norm() / norm : 0.0;
+}
+
+Eigen::VectorXd SolveCholesky(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide)
+{
+  return CholeskySolver(matrix).Solve(rightHandSide);
+}
+
+} // namespace surfsynth

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Solvers/SupernodalAnalysis.h"
+
+#include "Core/Common/Errors.h"
+
+#include <cholmod.h>
+
+#include <memory>
+#include <new>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// CHOLMOD's workspace and settings: AMD, postordered, supernodal, silent.
+class CholmodSession
+{
+public:
+  CholmodSession()
+  {
+    cholmod_start(&this->Common);
+    this->Common.nmethods = 1;
+    this->Common.method[0].ordering = CHOLMOD_AMD;
+    this->Common.postorder = 1;
+    this->Common.supernodal = CHOLMOD_SUPERNODAL;
+    this->Common.print = 0;
+  }
+  ~CholmodSession() { cholmod_finish(&this->Common); }
+  CholmodSession(const CholmodSession&) = delete;
+  CholmodSession& operator=(const CholmodSession&) = delete;
+
+  cholmod_common Common{};
+};
+
+/// A view of the lower triangle; CHOLMOD does not write to it.
+cholmod_sparse LowerView(const SparseMatrix& matrix)
+{
+  cholmod_sparse view{};
+  view.nrow = static_cast<std::size_t>(matrix.rows());
+  view.ncol = static_cast<std::size_t>(matrix.cols());
+  view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
+  view.p = const_cast<Index*>(matrix.outerIndexPtr());
+  view.i = const_cast<Index*>(matrix.innerIndexPtr());
+  view.stype = -1;
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_PATTERN;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 1;
+  view.packed = 1;
+  return view;
+}
+
+/// The row after a panel's own columns belongs to the supernode that receives its update.
+std::vector<Index> Parents(const SupernodalAnalysis& analysis)
+{
+  std::vector<Index> owner(static_cast<std::size_t>(analysis.Size));
+  for (Index s = 0; s < analysis.Supernodes(); ++s)
+  {
+    for (Index column = analysis.FirstColumn[s]; column < analysis.FirstColumn[s + 1]; ++column)
+    {
+      owner[column] = s;
+    }
+  }
+  std::vector<Index> parent(static_cast<std::size_t>(analysis.Supernodes()), -1);
+  for (Index s = 0; s < analysis.Supernodes(); ++s)
+  {
+    const Index columns = analysis.Columns(s);
+    if (analysis.PanelRows(s) > columns)
+    {
+      parent[s] = owner[analysis.PanelRowIds(s)[columns]];
+    }
+  }
+  return parent;
+}
+}
+
+SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix)
+{
+  CholmodSession session;
+  cholmod_sparse lower = LowerView(matrix);
+  const auto release = [&session](cholmod_factor* factor) { cholmod_free_factor(&factor, &session.Common); };
+  const std::unique_ptr<cholmod_factor, decltype(release)> factor(cholmod_analyze(&lower, &session.Common), release);
+  if (session.Common.status == CHOLMOD_OUT_OF_MEMORY)
+  {
+    throw std::bad_alloc();
+  }
+  if (!factor || session.Common.status < CHOLMOD_OK || !factor->is_super)
+  {
+    throw SolverFailure("CholeskySolver: CHOLMOD cannot analyse a matrix of size " + std::to_string(matrix.rows()) +
+      " (status " + std::to_string(session.Common.status) + "); the factor may exceed 2^31 entries.");
+  }
+
+  SupernodalAnalysis analysis;
+  analysis.Size = static_cast<Index>(matrix.rows());
+  const auto* order = static_cast<const Index*>(factor->Perm);
+  analysis.OldOfNew.assign(order, order + analysis.Size);
+  analysis.NewOfOld.resize(analysis.OldOfNew.size());
+  for (Index k = 0; k < analysis.Size; ++k)
+  {
+    analysis.NewOfOld[analysis.OldOfNew[k]] = k;
+  }
+  const auto* super = static_cast<const Index*>(factor->super);
+  const auto* rowStart = static_cast<const Index*>(factor->pi);
+  const auto* rows = static_cast<const Index*>(factor->s);
+  analysis.FirstColumn.assign(super, super + factor->nsuper + 1);
+  analysis.RowStart.assign(rowStart, rowStart + factor->nsuper + 1);
+  analysis.Rows.assign(rows, rows + analysis.RowStart.back());
+  analysis.ValueStart.assign(1, 0);
+  for (Index s = 0; s < analysis.Supernodes(); ++s)
+  {
+    analysis.ValueStart.push_back(
+      analysis.ValueStart.back() + std::int64_t(analysis.PanelRows(s)) * analysis.Columns(s));
+  }
+  analysis.Parent = Parents(analysis);
+  return analysis;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The symbolic half of a supernodal Cholesky factorisation. Private to the solvers.
+#pragma once
+
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// Fill-reducing order and supernodes of a symmetric matrix: columns that share their pattern below the diagonal are
+/// stored together as one dense panel, whose first rows are the supernode's own columns.
+struct SupernodalAnalysis
+{
+  Index Size = 0;                        ///< n
+  std::vector<Index> OldOfNew;           ///< [n], row of the matrix at each place of the elimination order
+  std::vector<Index> NewOfOld;           ///< [n], its inverse
+  std::vector<Index> FirstColumn;        ///< [S + 1], columns FirstColumn[s] .. FirstColumn[s + 1) form supernode s
+  std::vector<std::int64_t> RowStart;    ///< [S + 1], into Rows
+  std::vector<Index> Rows;               ///< row ids of each panel, ascending, in elimination order
+  std::vector<std::int64_t> ValueStart;  ///< [S + 1], where each panel begins in the factor's values
+  std::vector<Index> Parent;             ///< [S], the supernode that the panel's update goes to, -1 at a root
+
+  Index Supernodes() const { return static_cast<Index>(this->FirstColumn.size()) - 1; }
+  Index Columns(Index s) const { return this->FirstColumn[s + 1] - this->FirstColumn[s]; }
+  Index PanelRows(Index s) const { return static_cast<Index>(this->RowStart[s + 1] - this->RowStart[s]); }
+  const Index* PanelRowIds(Index s) const { return this->Rows.data() + this->RowStart[s]; }
+};
+
+/// Orders by AMD and finds the supernodes, both by CHOLMOD. Children precede parents.
+/// @throws SolverFailure when the factor would have more than 2^31 entries; std::bad_alloc.
+SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix);
+
+} // namespace surfsynth

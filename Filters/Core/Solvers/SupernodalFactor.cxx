@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Solvers/SupernodalFactor.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
+#include "Core/Solvers/SupernodalKernels.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <mutex>
+#include <numeric>
+
+extern "C"
+{
+  void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+  void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m, const int* n,
+    const double* alpha, const double* a, const int* lda, double* b, const int* ldb);
+  void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha, const double* a,
+    const int* lda, const double* beta, double* c, const int* ldc);
+}
+
+namespace surfsynth
+{
+
+namespace
+{
+struct FreeMemory
+{
+  void operator()(double* memory) const { std::free(memory); }
+};
+/// The update matrix of a front, lower triangle, column-major.
+using UpdateMatrix = std::unique_ptr<double[], FreeMemory>;
+
+UpdateMatrix ZeroedUpdate(std::int64_t rows)
+{
+  if (rows == 0)
+  {
+    return {};
+  }
+  auto* memory = static_cast<double*>(std::calloc(static_cast<std::size_t>(rows * rows), sizeof(double)));
+  if (!memory)
+  {
+    throw std::bad_alloc();
+  }
+  return UpdateMatrix(memory);
+}
+
+/// One numeric factorisation: the state that its fronts share.
+class Multifrontal
+{
+public:
+  Multifrontal(const SupernodalAnalysis& analysis, const SparseMatrix& matrix, double* values)
+    : Symbolic(analysis)
+    , Matrix(matrix)
+    , Values(values)
+    , Updates(static_cast<std::size_t>(analysis.Supernodes()))
+    , FirstChild(static_cast<std::size_t>(analysis.Supernodes()), -1)
+    , NextSibling(static_cast<std::size_t>(analysis.Supernodes()), -1)
+  {
+    for (Index s = analysis.Supernodes(); s-- > 0;)
+    {
+      if (analysis.Parent[s] >= 0)
+      {
+        this->NextSibling[s] = this->FirstChild[analysis.Parent[s]];
+        this->FirstChild[analysis.Parent[s]] = s;
+      }
+    }
+  }
+
+  /// Assembles and factors front @p s, whose children are done. @p place is scratch of length n.
+  void Factor(Index s, std::vector<Index>& place)
+  {
+    const int rows = this->Symbolic.PanelRows(s);
+    const int columns = this->Symbolic.Columns(s);
+    const int below = rows - columns;
+    double* panel = this->Values + this->Symbolic.ValueStart[s];
+    UpdateMatrix update = ZeroedUpdate(below);
+    this->Assemble(s, panel, update.get(), place);
+
+    const double one = 1.0;
+    const double minusOne = -1.0;
+    int info = 0;
+    dpotrf_("L", &columns, panel, &rows, &info);
+    if (info != 0)
+    {
+      throw SolverFailure("CholeskySolver: the matrix is not positive definite (pivot " +
+        std::to_string(this->Symbolic.FirstColumn[s] + info) + " of " + std::to_string(this->Symbolic.Size) +
+        " is not positive); expected a symmetric positive definite matrix. Needle triangles or a screening term that "
+        "is tiny for the size of the mesh cause this.");
+    }
+    if (below > 0)
+    {
+      dtrsm_("R", "L", "T", "N", &below, &columns, &one, panel, &rows, panel + columns, &rows);
+      dsyrk_("L", "N", &below, &columns, &minusOne, panel + columns, &rows, &one, update.get(), &below);
+    }
+    this->Updates[s] = std::move(update);
+  }
+
+private:
+  /// Scatters the entries of A and the children's updates into the panel and the update matrix.
+  void Assemble(Index s, double* panel, double* update, std::vector<Index>& place)
+  {
+    const Index rows = this->Symbolic.PanelRows(s);
+    const Index columns = this->Symbolic.Columns(s);
+    const Index first = this->Symbolic.FirstColumn[s];
+    const Index* ids = this->Symbolic.PanelRowIds(s);
+    std::fill_n(panel, std::int64_t(rows) * columns, 0.0);
+    for (Index k = 0; k < rows; ++k)
+    {
+      place[ids[k]] = k;
+    }
+    for (Index column = 0; column < columns; ++column)
+    {
+      for (SparseMatrix::InnerIterator entry(this->Matrix, this->Symbolic.OldOfNew[first + column]); entry; ++entry)
+      {
+        const Index row = this->Symbolic.NewOfOld[entry.row()];
+        if (row >= first + column)
+        {
+          panel[std::int64_t(column) * rows + place[row]] = entry.value();
+        }
+      }
+    }
+    for (Index child = this->FirstChild[s]; child >= 0; child = this->NextSibling[child])
+    {
+      this->ExtendAdd(child, panel, rows, columns, update, place);
+    }
+  }
+
+  void ExtendAdd(
+    Index child, double* panel, Index rows, Index columns, double* update, const std::vector<Index>& place)
+  {
+    const Index own = this->Symbolic.Columns(child);
+    const Index count = this->Symbolic.PanelRows(child) - own;
+    const Index* ids = this->Symbolic.PanelRowIds(child) + own;
+    const Index below = rows - columns;
+    std::vector<Index> target(static_cast<std::size_t>(count));
+    std::transform(ids, ids + count, target.begin(), [&](Index id) { return place[id]; });
+    const double* source = this->Updates[child].get();
+    for (Index b = 0; b < count; ++b, source += count)
+    {
+      const Index column = target[b];
+      double* destination = column < columns ? panel + std::int64_t(column) * rows
+                                             : update + std::int64_t(column - columns) * below - columns;
+      for (Index a = b; a < count; ++a)
+      {
+        destination[target[a]] += source[a];
+      }
+    }
+    this->Updates[child].reset();
+  }
+
+  const SupernodalAnalysis& Symbolic;
+  const SparseMatrix& Matrix;
+  double* Values;
+  std::vector<UpdateMatrix> Updates;
+  std::vector<Index> FirstChild;
+  std::vector<Index> NextSibling;
+};
+
+/// Floating-point operations of each front, and the supernodes split into disjoint subtrees, each of at most a small
+/// share of the work, and the rest above them. Independent of the number of threads.
+struct TaskTree
+{
+  std::vector<Index> Roots;      ///< of the subtrees, most expensive first
+  std::vector<Index> First;      ///< [S], lowest descendant: subtree of s is First[s] .. s
+  std::vector<Index> Above;      ///< supernodes above the subtrees, children first
+  std::vector<double> Work;      ///< [S], operations of the subtree
+};
+
+TaskTree SplitIntoSubtrees(const SupernodalAnalysis& analysis)
+{
+  constexpr double LargestShare = 1.0 / 64.0;
+  const Index count = analysis.Supernodes();
+  TaskTree tree;
+  tree.First.resize(static_cast<std::size_t>(count));
+  std::iota(tree.First.begin(), tree.First.end(), 0);
+  tree.Work.assign(static_cast<std::size_t>(count), 0.0);
+  double total = 0.0;
+  for (Index s = 0; s < count; ++s)
+  {
+    const double rows = analysis.PanelRows(s);
+    const double columns = analysis.Columns(s);
+    const double own = columns * rows * rows;
+    total += own;
+    tree.Work[s] += own;
+    if (analysis.Parent[s] >= 0)
+    {
+      tree.Work[analysis.Parent[s]] += tree.Work[s];
+      tree.First[analysis.Parent[s]] = std::min(tree.First[analysis.Parent[s]], tree.First[s]);
+    }
+  }
+  const auto small = [&](Index s) { return tree.Work[s] <= LargestShare * total; };
+  for (Index s = 0; s < count; ++s)
+  {
+    if (!small(s))
+    {
+      tree.Above.push_back(s);
+    }
+    else if (analysis.Parent[s] < 0 || !small(analysis.Parent[s]))
+    {
+      tree.Roots.push_back(s);
+    }
+  }
+  std::stable_sort(
+    tree.Roots.begin(), tree.Roots.end(), [&](Index a, Index b) { return tree.Work[a] > tree.Work[b]; });
+  return tree;
+}
+
+/// Scratch arrays that threads borrow, so that there are as many as threads and not as tasks.
+class ScratchPool
+{
+public:
+  explicit ScratchPool(Index size)
+    : Size(static_cast<std::size_t>(size))
+  {
+  }
+  std::vector<Index> Borrow()
+  {
+    std::lock_guard<std::mutex> lock(this->Mutex);
+    if (this->Free.empty())
+    {
+      return std::vector<Index>(this->Size);
+    }
+    std::vector<Index> scratch = std::move(this->Free.back());
+    this->Free.pop_back();
+    return scratch;
+  }
+  void Return(std::vector<Index> scratch)
+  {
+    std::lock_guard<std::mutex> lock(this->Mutex);
+    this->Free.push_back(std::move(scratch));
+  }
+
+private:
+  std::size_t Size;
+  std::mutex Mutex;
+  std::vector<std::vector<Index>> Free;
+};
+}
+
+SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress)
+  : Symbolic(std::move(analysis))
+  , Values(new double[static_cast<std::size_t>(this->Symbolic.ValueStart.back())])
+  , InverseDiagonal(static_cast<std::size_t>(this->Symbolic.Size))
+{
+  const SingleThreadedBlas blas;
+  const TaskTree tree = SplitIntoSubtrees(this->Symbolic);
+  Multifrontal fronts(this->Symbolic, matrix, this->Values.get());
+  ScratchPool scratch(this->Symbolic.Size);
+  const double total = std::accumulate(tree.Work.begin(), tree.Work.end(), 0.0,
+    [&, s = 0](double sum, double work) mutable { return sum + (this->Symbolic.Parent[s++] < 0 ? work : 0.0); });
+  double done = 0.0;
+  std::mutex mutex;
+
+  const auto runSubtree = [&](std::int64_t k)
+  {
+    std::vector<Index> place = scratch.Borrow();
+    for (Index s = tree.First[tree.Roots[k]]; s <= tree.Roots[k]; ++s)
+    {
+      fronts.Factor(s, place);
+    }
+    scratch.Return(std::move(place));
+    std::lock_guard<std::mutex> lock(mutex);
+    done += tree.Work[tree.Roots[k]];
+  };
+  const auto report = [&]
+  {
+    double fraction;
+    {
+      std::lock_guard<std::mutex> lock(mutex);
+      fraction = done / std::max(total, 1.0);
+    }
+    Report(progress, fraction);
+  };
+  ParallelTasks(static_cast<std::int64_t>(tree.Roots.size()), runSubtree, report);
+
+  std::vector<Index> place = scratch.Borrow();
+  for (const Index s : tree.Above)
+  {
+    fronts.Factor(s, place);
+    const double rows = this->Symbolic.PanelRows(s);
+    done += rows * rows * this->Symbolic.Columns(s);
+    report();
+  }
+  for (Index s = 0; s < this->Symbolic.Supernodes(); ++s)
+  {
+    const double* panel = this->Values.get() + this->Symbolic.ValueStart[s];
+    for (Index column = 0; column < this->Symbolic.Columns(s); ++column)
+    {
+      this->InverseDiagonal[this->Symbolic.FirstColumn[s] + column] =
+        1.0 / panel[std::int64_t(column) * (this->Symbolic.PanelRows(s) + 1)];
+    }
+  }
+}
+
+void SupernodalFactor::SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const
+{
+  const SupernodalKernels& kernels = BestSupernodalKernels();
+  const auto panel = [&](Index s)
+  {
+    return SupernodalPanel{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Symbolic.PanelRowIds(s),
+      this->Values.get() + this->Symbolic.ValueStart[s], this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
+  };
+  // Entries of the factor between two reports: a sixteenth of both passes.
+  const std::int64_t interval = std::max<std::int64_t>(this->Entries() / 8, 1);
+  std::int64_t done = 0;
+  const auto report = [&](Index s)
+  {
+    const std::int64_t before = done / interval;
+    done += this->Symbolic.ValueStart[s + 1] - this->Symbolic.ValueStart[s];
+    if (done / interval != before)
+    {
+      Report(progress, 0.5 * static_cast<double>(done) / static_cast<double>(this->Entries()));
+    }
+  };
+  for (Index s = 0; s < this->Symbolic.Supernodes(); ++s)
+  {
+    kernels.Forward(panel(s), rightHandSides, count);
+    report(s);
+  }
+  for (Index s = this->Symbolic.Supernodes(); s-- > 0;)
+  {
+    kernels.Backward(panel(s), rightHandSides, count);
+    report(s);
+  }
+}
+
+} // namespace surfsynth

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The inner loops of triangular solves with one supernode, for many right-hand sides. Private to the solvers.
+#pragma once
+
+#include <cstdint>
+
+namespace surfsynth
+{
+
+/// One panel of a supernodal factor.
+struct SupernodalPanel
+{
+  std::int32_t Rows;             ///< of the panel, the supernode's own columns first
+  std::int32_t Columns;          ///< of the supernode
+  const std::int32_t* RowIds;    ///< [Rows], rows of the right-hand sides
+  const double* Values;          ///< [Rows, Columns], column-major
+  const double* InverseDiagonal; ///< [Columns]
+};
+
+/// Triangular solves with one panel, on right-hand sides that are row-major with @p count columns, a multiple of 8.
+/// Every column goes through the same operations in the same order whatever the count.
+struct SupernodalKernels
+{
+  /// Solves for the supernode's rows and subtracts their effect from the rows below.
+  void (*Forward)(const SupernodalPanel& panel, double* rightHandSides, std::int64_t count);
+  /// Subtracts the effect of the rows below and solves with the transpose for the supernode's rows.
+  void (*Backward)(const SupernodalPanel& panel, double* rightHandSides, std::int64_t count);
+};
+
+/// The kernels for the widest vectors that this processor has.
+const SupernodalKernels& BestSupernodalKernels();
+
+// The variants: the same source compiled for different instruction sets.
+extern const SupernodalKernels GenericSupernodalKernels;
+#ifdef SURFACE_SYNTHESIS_X86_KERNELS
+extern const SupernodalKernels Avx2SupernodalKernels;
+extern const SupernodalKernels Avx512SupernodalKernels;
+#endif
+
+} // namespace surfsynth

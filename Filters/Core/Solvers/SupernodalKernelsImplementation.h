@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The body of the supernodal kernels, included once for each instruction set by a file that defines
+/// SURFSYNTH_VECTOR_DOUBLES (doubles in a vector register) and SURFSYNTH_KERNELS (name of the table to define).
+///
+/// Includes no standard header: inline functions of those would be compiled for the wide instruction set too, and the
+/// linker might keep that copy for everybody.
+#pragma once
+
+#include "Core/Solvers/SupernodalKernels.h"
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr int VectorDoubles = SURFSYNTH_VECTOR_DOUBLES;
+typedef double Vector __attribute__((vector_size(VectorDoubles * sizeof(double)), aligned(8), may_alias));
+
+/// Columns of the panel that are solved before their effect on the other rows is subtracted in one go.
+constexpr int BlockColumns = 32;
+
+const Vector& Load(const double* address)
+{
+  return *reinterpret_cast<const Vector*>(address);
+}
+
+Vector& Store(double* address)
+{
+  return *reinterpret_cast<Vector*>(address);
+}
+
+/// Solves with the triangle of the panel's columns [first, last) for W vectors of right-hand sides.
+template <int W>
+void ForwardTriangle(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+{
+  for (int j = first; j < last; ++j)
+  {
+    const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+    double* own = x + panel.RowIds[j] * count;
+    Vector value[W];
+    for (int w = 0; w < W; ++w)
+    {
+      value[w] = Load(own + w * VectorDoubles) * panel.InverseDiagonal[j];
+      Store(own + w * VectorDoubles) = value[w];
+    }
+    for (int i = j + 1; i < last; ++i)
+    {
+      double* other = x + panel.RowIds[i] * count;
+      for (int w = 0; w < W; ++w)
+      {
+        Store(other + w * VectorDoubles) -= column[i] * value[w];
+      }
+    }
+  }
+}
+
+template <int W>
+void BackwardTriangle(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+{
+  for (int j = last - 1; j >= first; --j)
+  {
+    const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+    double* own = x + panel.RowIds[j] * count;
+    Vector value[W];
+    for (int w = 0; w < W; ++w)
+    {
+      value[w] = Load(own + w * VectorDoubles);
+    }
+    for (int i = j + 1; i < last; ++i)
+    {
+      const double* other = x + panel.RowIds[i] * count;
+      for (int w = 0; w < W; ++w)
+      {
+        value[w] -= column[i] * Load(other + w * VectorDoubles);
+      }
+    }
+    for (int w = 0; w < W; ++w)
+    {
+      Store(own + w * VectorDoubles) = value[w] * panel.InverseDiagonal[j];
+    }
+  }
+}
+
+/// R rows from @p row on: minus the product of their panel entries in columns [first, last) with the solved rows.
+template <int R, int W>
+void SubtractFromRows(const SupernodalPanel& panel, int first, int last, int row, double* x, std::int64_t count)
+{
+  Vector sum[R][W] = {};
+  const double* column = panel.Values + std::int64_t(first) * panel.Rows + row;
+  for (int j = first; j < last; ++j, column += panel.Rows)
+  {
+    const double* solved = x + panel.RowIds[j] * count;
+    Vector value[W];
+    for (int w = 0; w < W; ++w)
+    {
+      value[w] = Load(solved + w * VectorDoubles);
+    }
+    for (int r = 0; r < R; ++r)
+    {
+      for (int w = 0; w < W; ++w)
+      {
+        sum[r][w] += column[r] * value[w];
+      }
+    }
+  }
+  for (int r = 0; r < R; ++r)
+  {
+    double* target = x + panel.RowIds[row + r] * count;
+    for (int w = 0; w < W; ++w)
+    {
+      Store(target + w * VectorDoubles) -= sum[r][w];
+    }
+  }
+}
+
+/// R columns from @p j on: minus the product of their panel entries in rows [first, Rows) with those rows.
+template <int R, int W>
+void SubtractFromColumns(const SupernodalPanel& panel, int j, int first, double* x, std::int64_t count)
+{
+  Vector sum[R][W] = {};
+  const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+  for (int i = first; i < panel.Rows; ++i)
+  {
+    const double* solved = x + panel.RowIds[i] * count;
+    Vector value[W];
+    for (int w = 0; w < W; ++w)
+    {
+      value[w] = Load(solved + w * VectorDoubles);
+    }
+    for (int r = 0; r < R; ++r)
+    {
+      for (int w = 0; w < W; ++w)
+      {
+        sum[r][w] += column[std::int64_t(r) * panel.Rows + i] * value[w];
+      }
+    }
+  }
+  for (int r = 0; r < R; ++r)
+  {
+    double* target = x + panel.RowIds[j + r] * count;
+    for (int w = 0; w < W; ++w)
+    {
+      Store(target + w * VectorDoubles) -= sum[r][w];
+    }
+  }
+}
+
+int BlockEnd(const SupernodalPanel& panel, int first)
+{
+  return first + BlockColumns < panel.Columns ? first + BlockColumns : panel.Columns;
+}
+
+/// SubtractFromRows for all rows from @p row on, R at a time and then in halves.
+template <int R, int W>
+void SubtractFromAllRows(const SupernodalPanel& panel, int first, int last, int row, double* x, std::int64_t count)
+{
+  for (; row + R <= panel.Rows; row += R)
+  {
+    SubtractFromRows<R, W>(panel, first, last, row, x, count);
+  }
+  if constexpr (R > 1)
+  {
+    SubtractFromAllRows<R / 2, W>(panel, first, last, row, x, count);
+  }
+}
+
+/// SubtractFromColumns for the columns [j, last), R at a time and then in halves.
+template <int R, int W>
+void SubtractFromAllColumns(const SupernodalPanel& panel, int j, int last, double* x, std::int64_t count)
+{
+  const int below = last;
+  for (; j + R <= last; j += R)
+  {
+    SubtractFromColumns<R, W>(panel, j, below, x, count);
+  }
+  if constexpr (R > 1)
+  {
+    SubtractFromAllColumns<R / 2, W>(panel, j, last, x, count);
+  }
+}
+
+/// R rows or columns at a time, so that R x W sums and W values fit the registers.
+template <int R, int W>
+void ForwardTile(const SupernodalPanel& panel, double* x, std::int64_t count)
+{
+  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first))
+  {
+    const int last = BlockEnd(panel, first);
+    ForwardTriangle<W>(panel, first, last, x, count);
+    SubtractFromAllRows<R, W>(panel, first, last, last, x, count);
+  }
+}
+
+template <int R, int W>
+void BackwardTile(const SupernodalPanel& panel, double* x, std::int64_t count)
+{
+  for (int first = (panel.Columns - 1) / BlockColumns * BlockColumns; first >= 0; first -= BlockColumns)
+  {
+    const int last = BlockEnd(panel, first);
+    SubtractFromAllColumns<R, W>(panel, first, last, x, count);
+    BackwardTriangle<W>(panel, first, last, x, count);
+  }
+}
+
+/// Vectors in a tile of 8 right-hand sides.
+constexpr int Narrow = 8 / VectorDoubles;
+
+void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
+{
+  std::int64_t done = 0;
+#if SURFSYNTH_VECTOR_DOUBLES == 8
+  for (; done + 32 <= count; done += 32)
+  {
+    ForwardTile<6, 4>(panel, x + done, count);
+  }
+  for (; done + 16 <= count; done += 16)
+  {
+    ForwardTile<8, 2>(panel, x + done, count);
+  }
+#endif
+  for (; done < count; done += 8)
+  {
+    ForwardTile<VectorDoubles, Narrow>(panel, x + done, count);
+  }
+}
+
+void Backward(const SupernodalPanel& panel, double* x, std::int64_t count)
+{
+  std::int64_t done = 0;
+#if SURFSYNTH_VECTOR_DOUBLES == 8
+  for (; done + 32 <= count; done += 32)
+  {
+    BackwardTile<6, 4>(panel, x + done, count);
+  }
+  for (; done + 16 <= count; done += 16)
+  {
+    BackwardTile<8, 2>(panel, x + done, count);
+  }
+#endif
+  for (; done < count; done += 8)
+  {
+    BackwardTile<VectorDoubles, Narrow>(panel, x + done, count);
+  }
+}
+}
+
+extern const SupernodalKernels SURFSYNTH_KERNELS = { Forward, Backward };
+
+} // namespace surfsynth
