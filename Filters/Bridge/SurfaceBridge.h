@@ -8,9 +8,12 @@
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +30,8 @@ namespace surfsynth
 struct Surface
 {
   TriangleMesh Mesh; ///< all points of the input in their order (float64), its polygons and strips as triangles
+  /// The tables of Mesh, which the check has built; always there after ToSurface().
+  std::optional<MeshTopology> Topology;
   /// Cell of the input that each triangle comes from; empty when triangle f is cell f.
   std::vector<std::int64_t> CellOfTriangle;
   /// 0 for a polydata input; the flat index of the block (1 or more) in a composite one.

@@ -389,7 +389,8 @@ Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements)
   Surface surface;
   surface.Mesh.Points = ConvertPoints(input);
   ConvertCells(input, surface);
-  RequireSoundMesh(surface.Mesh, requirements, [&](std::int64_t f) { return surface.Cell(f); });
+  surface.Topology.emplace(
+    RequireSoundMesh(surface.Mesh, requirements, [&](std::int64_t f) { return surface.Cell(f); }));
   return surface;
 }
 

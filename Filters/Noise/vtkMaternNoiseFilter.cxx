@@ -186,7 +186,7 @@ private:
     cached.MeshHash = surfsynth::ContentHash(surface.Mesh);
     cached.Options = this->Options();
     cached.InUse = true;
-    cached.Field = std::make_unique<MaternField>(surface.Mesh, cached.Options, progress);
+    cached.Field = std::make_unique<MaternField>(surface.Mesh, *surface.Topology, cached.Options, progress);
     ++this->NumberOfFactorizations;
     this->WarnOfLongEdges(*cached.Field, surface);
     return *this->Fields.insert_or_assign(surface.FlatIndex, std::move(cached)).first->second.Field;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Surfaces, observers and comparisons that the tests of the filters share.
+#pragma once
+
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <thread>
+#include <vector>
+
+class vtkAlgorithm;
+class vtkDataArray;
+class vtkDataObject;
+class vtkObject;
+
+namespace surfsynthtest
+{
+
+/// Points and cells by hand.
+struct Soup
+{
+  std::vector<double> Points; ///< x0 y0 z0 x1 ...
+  std::vector<std::vector<vtkIdType>> Verts, Lines, Polys, Strips;
+
+  vtkIdType AddPoint(double x, double y, double z);
+  vtkIdType NumberOfPoints() const { return static_cast<vtkIdType>(this->Points.size() / 3); }
+  /// @p pointType is VTK_DOUBLE, VTK_FLOAT, VTK_INT ...
+  vtkSmartPointer<vtkPolyData> ToPolyData(int pointType = 11 /* VTK_DOUBLE */) const;
+};
+
+/// A closed sphere of radius 1: an icosahedron whose triangles are cut in four @p levels times (10 * 4^levels + 2
+/// points).
+Soup Icosphere(int levels);
+
+/// A square of side 1 in the plane z = 0 with @p n cells of @p corners (3 or 4) corners along each side.
+Soup Grid(int n, int corners = 3);
+
+/// A sphere of latitude rings, quick to make at any size; about @p rings * @p sectors points, double precision.
+vtkSmartPointer<vtkPolyData> RingSphere(int rings, int sectors);
+
+/// Records what an algorithm and its executive report while the object lives.
+class EventRecorder
+{
+public:
+  explicit EventRecorder(vtkAlgorithm* algorithm);
+  ~EventRecorder();
+  EventRecorder(const EventRecorder&) = delete;
+  EventRecorder& operator=(const EventRecorder&) = delete;
+
+  std::vector<std::string> Errors; ///< without the executive's remark that a request has failed
+  std::vector<std::string> Warnings;
+  std::vector<double> Progress;
+  int Executions = 0;
+  bool ForeignThread = false;    ///< an event came on another thread than the one that made this object
+  double AbortAt = 2.0;          ///< asks the algorithm to stop once its progress is at least this
+  double SecondsAfterAbort = -1; ///< from the request to the end of the execution
+  std::string AllErrors() const;
+
+private:
+  void Handle(vtkObject* caller, unsigned long event, void* data);
+
+  vtkAlgorithm* Algorithm;
+  vtkSmartPointer<vtkObject> Executive;
+  std::vector<unsigned long> Tags;
+  std::vector<unsigned long> ExecutiveTags;
+  std::thread::id Thread = std::this_thread::get_id();
+  double AbortTime = -1.0;
+};
+
+/// Brings @p algorithm up to date; false when that failed.
+bool Update(vtkAlgorithm* algorithm);
+
+/// Hash of everything a data object holds: points, cells, arrays with names and attributes, modification times, and
+/// of all blocks of a composite one.
+std::uint64_t HashOf(vtkDataObject* data);
+
+/// Whether two arrays have the same shape and the same bits.
+bool SameBits(vtkDataArray* a, vtkDataArray* b);
+
+/// Seconds of a steady clock.
+double Now();
+
+/// Resident memory of this process in bytes.
+std::int64_t ResidentMemory();
+
+/// True in builds with AddressSanitizer or ThreadSanitizer, whose memory figures mean nothing.
+bool IsSanitized();
+
+} // namespace surfsynthtest
