@@ -58,6 +58,7 @@ function (surfsynth_add_gtest target)
   gtest_discover_tests(${target}
     TEST_PREFIX "${target}."
     TEST_LIST ${target}_tests
+    NO_PRETTY_VALUES
     DISCOVERY_MODE PRE_TEST
     DISCOVERY_TIMEOUT 120
     PROPERTIES TIMEOUT ${arg_TIMEOUT})

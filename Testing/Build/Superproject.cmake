@@ -15,4 +15,4 @@ endif ()
 file(COPY ${entries} DESTINATION "${WORK_DIR}/Source/SurfaceSynthesis")
 
 configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build")
-run_command("${WORK_DIR}/Build/bin/noise")
+run_command("${WORK_DIR}/Build/noise")
