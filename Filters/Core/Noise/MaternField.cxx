@@ -2,6 +2,7 @@
 #include "Core/Noise/MaternField.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -23,6 +24,9 @@ namespace surfsynth
 namespace
 {
 constexpr double LargestResidual = 1e-8;
+
+/// Columns that are solved together, rows in the solver's order.
+using Block = Eigen::Map<RowMatrix>;
 
 bool HasTau(NoiseModel model)
 {
@@ -95,10 +99,10 @@ public:
   Internals(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
 
-  /// Columns [first, first + values.cols()) of the request, a column being a component of a sample. @p block is scratch
-  /// that is worth keeping from call to call.
+  /// Columns [first, first + values.cols()) of the request, a column being a component of a sample. @p scratch
+  /// grows as needed and is worth keeping from call to call.
   void SampleColumns(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
-    RowMatrix& block, const Progress& progress);
+    LargeArray& scratch, const Progress& progress);
 
   TriangleMesh Mesh;
   MaternFieldOptions Options;
@@ -127,14 +131,14 @@ private:
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
   NormalKey Key(const SampleRequest& request, std::int64_t column) const;
   void SampleBySolve(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
-    RowMatrix& block, const Progress& progress);
+    LargeArray& scratch, const Progress& progress);
   void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
   void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
 
-  void FillRightHandSides(const SampleRequest& request, std::int64_t first, Eigen::Index columns, RowMatrix& block) const;
-  void TakeSolutions(const RowMatrix& block, Eigen::Ref<Eigen::MatrixXd> values) const;
-  void RemoveMeans(RowMatrix& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
-  Eigen::VectorXd FirstColumn(const RowMatrix& block) const;
+  void FillRightHandSides(const SampleRequest& request, std::int64_t first, Eigen::Index columns, Block& block) const;
+  void TakeSolutions(const Block& block, Eigen::Ref<Eigen::MatrixXd> values) const;
+  void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
+  Eigen::VectorXd FirstColumn(const Block& block) const;
   void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
 
   Eigen::VectorXd Mass;
@@ -297,11 +301,11 @@ NormalKey MaternField::Internals::Key(const SampleRequest& request, std::int64_t
 }
 
 void MaternField::Internals::SampleColumns(const SampleRequest& request, std::int64_t first,
-  Eigen::Ref<Eigen::MatrixXd> values, RowMatrix& block, const Progress& progress)
+  Eigen::Ref<Eigen::MatrixXd> values, LargeArray& scratch, const Progress& progress)
 {
   if (this->Solver)
   {
-    this->SampleBySolve(request, first, values, block, progress);
+    this->SampleBySolve(request, first, values, scratch, progress);
     return;
   }
   for (Eigen::Index k = 0; k < values.cols(); ++k)
@@ -345,7 +349,7 @@ void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<E
 }
 
 void MaternField::Internals::FillRightHandSides(
-  const SampleRequest& request, std::int64_t first, Eigen::Index columns, RowMatrix& block) const
+  const SampleRequest& request, std::int64_t first, Eigen::Index columns, Block& block) const
 {
   constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
   std::vector<double> normals(static_cast<std::size_t>(Tile * columns));
@@ -369,7 +373,7 @@ void MaternField::Internals::FillRightHandSides(
 }
 
 void MaternField::Internals::RemoveMeans(
-  RowMatrix& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const
+  Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const
 {
   RowMatrix means = RowMatrix::Zero(this->Components.Count, block.cols());
   for (Index v = 0; v < this->Mass.size(); ++v)
@@ -389,7 +393,7 @@ void MaternField::Internals::RemoveMeans(
   }
 }
 
-Eigen::VectorXd MaternField::Internals::FirstColumn(const RowMatrix& block) const
+Eigen::VectorXd MaternField::Internals::FirstColumn(const Block& block) const
 {
   Eigen::VectorXd column(block.rows());
   for (Index v = 0; v < column.size(); ++v)
@@ -412,7 +416,7 @@ void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, cons
   this->Residual = std::max(this->Residual, residual);
 }
 
-void MaternField::Internals::TakeSolutions(const RowMatrix& block, Eigen::Ref<Eigen::MatrixXd> values) const
+void MaternField::Internals::TakeSolutions(const Block& block, Eigen::Ref<Eigen::MatrixXd> values) const
 {
   constexpr Index Tile = 64; // vertices whose rows stay in cache while they are turned into columns
   bool finite = true;
@@ -438,12 +442,17 @@ void MaternField::Internals::TakeSolutions(const RowMatrix& block, Eigen::Ref<Ei
 }
 
 void MaternField::Internals::SampleBySolve(const SampleRequest& request, std::int64_t first,
-  Eigen::Ref<Eigen::MatrixXd> values, RowMatrix& block, const Progress& progress)
+  Eigen::Ref<Eigen::MatrixXd> values, LargeArray& scratch, const Progress& progress)
 {
   constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
   const Eigen::Index columns = values.cols();
   const Eigen::Index padded = (columns + Granularity - 1) / Granularity * Granularity;
-  block.resize(values.rows(), padded);
+  const auto size = static_cast<std::size_t>(values.rows() * padded);
+  if (scratch.size() < size)
+  {
+    scratch = LargeArray(size);
+  }
+  Block block(scratch.data(), values.rows(), padded);
   this->FillRightHandSides(request, first, columns, block);
   const bool unscreened = this->Options.Model == NoiseModel::Unscreened;
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? values.rows() : 0);
@@ -492,8 +501,9 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
   const std::thread::id caller = std::this_thread::get_id();
   this->Impl->ForgetResidual();
   // Large arrays are made once: the system hands out fresh pages slowly.
-  std::vector<RowMatrix> scratch(static_cast<std::size_t>((together * components + BlockColumns - 1) / BlockColumns));
-  Eigen::MatrixXd group(this->Impl->Mesh.Points.rows(), together * components);
+  const Eigen::Index points = this->Impl->Mesh.Points.rows();
+  std::vector<LargeArray> scratch(static_cast<std::size_t>((together * components + BlockColumns - 1) / BlockColumns));
+  LargeArray group(static_cast<std::size_t>(points * together * components));
   for (std::int64_t begin = 0; begin < samples; begin += together)
   {
     // A group of whole samples, split into blocks of columns.
@@ -501,7 +511,7 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
     const std::int64_t blocks = (columns + BlockColumns - 1) / BlockColumns;
     const Progress groupProgress = SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
       (begin + std::min(together, samples - begin)) / static_cast<double>(samples));
-    Eigen::Ref<Eigen::MatrixXd> values = group.leftCols(columns);
+    Eigen::Map<Eigen::MatrixXd> values(group.data(), points, columns);
     std::atomic<std::int64_t> done{ 0 };
     ParallelTasks(blocks,
       [&](std::int64_t k)

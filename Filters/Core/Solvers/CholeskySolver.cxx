@@ -2,6 +2,7 @@
 #include "Core/Solvers/CholeskySolver.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
@@ -198,13 +199,14 @@ const std::vector<Index>& CholeskySolver::Order() const
   return this->Impl->Order();
 }
 
-void CholeskySolver::SolveOrderedInPlace(RowMatrix& rightHandSides, const Progress& progress) const
+void CholeskySolver::SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
 {
-  if (rightHandSides.rows() != this->Size() || rightHandSides.cols() % ColumnGranularity != 0)
+  if (rightHandSides.rows() != this->Size() || rightHandSides.cols() % ColumnGranularity != 0 ||
+    rightHandSides.outerStride() != rightHandSides.cols())
   {
     throw InvalidInput("CholeskySolver: right-hand sides are " + std::to_string(rightHandSides.rows()) + " by " +
       std::to_string(rightHandSides.cols()) + "; expected " + std::to_string(this->Size()) +
-      " rows and a multiple of " + std::to_string(ColumnGranularity) + " columns.");
+      " contiguous rows and a multiple of " + std::to_string(ColumnGranularity) + " columns.");
   }
   if (rightHandSides.cols() > 0)
   {
@@ -232,10 +234,12 @@ void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
       const Eigen::Index first = k * BlockColumns;
       const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
       const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
-      RowMatrix block = RowMatrix::Zero(this->Size(), padded);
+      LargeArray memory(static_cast<std::size_t>(this->Size() * padded));
+      Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
       for (Index row = 0; row < this->Size(); ++row)
       {
         block.row(row).head(count) = rightHandSides.row(order[row]).segment(first, count);
+        block.row(row).tail(padded - count).setZero();
       }
       this->SolveOrderedInPlace(block);
       for (Index row = 0; row < this->Size(); ++row)

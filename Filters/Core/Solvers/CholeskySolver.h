@@ -52,7 +52,7 @@ public:
   /// @param rightHandSides [V, K] with K a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not checked
   /// for finite entries.
   /// @throws InvalidInput when the shape is wrong; Cancelled.
-  void SolveOrderedInPlace(RowMatrix& rightHandSides, const Progress& progress = {}) const;
+  void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
   const std::vector<Index>& Order() const;
 
   /// Right-hand sides that are worked on together in the registers, and a good number for one pass over the factor.

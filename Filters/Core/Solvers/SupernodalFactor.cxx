@@ -7,7 +7,7 @@
 #include "Core/Solvers/SupernodalKernels.h"
 
 #include <algorithm>
-#include <cstdlib>
+#include <array>
 #include <mutex>
 #include <numeric>
 
@@ -25,26 +25,57 @@ namespace surfsynth
 
 namespace
 {
-struct FreeMemory
+/// The update matrices of fronts that wait for their parents: square, lower triangle, column-major. Their memory is
+/// used again and again, in sizes that are powers of two.
+class UpdatePool
 {
-  void operator()(double* memory) const { std::free(memory); }
-};
-/// The update matrix of a front, lower triangle, column-major.
-using UpdateMatrix = std::unique_ptr<double[], FreeMemory>;
+public:
+  /// Memory for @p rows x @p rows numbers, the lower triangle zero.
+  LargeArray Borrow(std::int64_t rows)
+  {
+    const auto size = static_cast<std::size_t>(rows * rows);
+    LargeArray memory = this->Take(SizeClass(size));
+    for (std::int64_t column = 0; column < rows; ++column)
+    {
+      std::fill_n(memory.data() + column * (rows + 1), rows - column, 0.0);
+    }
+    return memory;
+  }
+  void Return(LargeArray memory)
+  {
+    const int sizeClass = SizeClass(memory.size());
+    std::lock_guard<std::mutex> lock(this->Mutex);
+    this->Idle[sizeClass].push_back(std::move(memory));
+  }
 
-UpdateMatrix ZeroedUpdate(std::int64_t rows)
-{
-  if (rows == 0)
+private:
+  static int SizeClass(std::size_t size)
   {
-    return {};
+    int sizeClass = 0;
+    while ((std::size_t(1) << sizeClass) < size)
+    {
+      ++sizeClass;
+    }
+    return sizeClass;
   }
-  auto* memory = static_cast<double*>(std::calloc(static_cast<std::size_t>(rows * rows), sizeof(double)));
-  if (!memory)
+  LargeArray Take(int sizeClass)
   {
-    throw std::bad_alloc();
+    {
+      std::lock_guard<std::mutex> lock(this->Mutex);
+      auto& idle = this->Idle[sizeClass];
+      if (!idle.empty())
+      {
+        LargeArray memory = std::move(idle.back());
+        idle.pop_back();
+        return memory;
+      }
+    }
+    return LargeArray(std::size_t(1) << sizeClass);
   }
-  return UpdateMatrix(memory);
-}
+
+  std::mutex Mutex;
+  std::array<std::vector<LargeArray>, 64> Idle;
+};
 
 /// One numeric factorisation: the state that its fronts share.
 class Multifrontal
@@ -75,8 +106,8 @@ public:
     const int columns = this->Symbolic.Columns(s);
     const int below = rows - columns;
     double* panel = this->Values + this->Symbolic.ValueStart[s];
-    UpdateMatrix update = ZeroedUpdate(below);
-    this->Assemble(s, panel, update.get(), place);
+    LargeArray update = below > 0 ? this->Pool.Borrow(below) : LargeArray();
+    this->Assemble(s, panel, update.data(), place);
 
     const double one = 1.0;
     const double minusOne = -1.0;
@@ -92,7 +123,7 @@ public:
     if (below > 0)
     {
       dtrsm_("R", "L", "T", "N", &below, &columns, &one, panel, &rows, panel + columns, &rows);
-      dsyrk_("L", "N", &below, &columns, &minusOne, panel + columns, &rows, &one, update.get(), &below);
+      dsyrk_("L", "N", &below, &columns, &minusOne, panel + columns, &rows, &one, update.data(), &below);
     }
     this->Updates[s] = std::move(update);
   }
@@ -136,7 +167,7 @@ private:
     const Index below = rows - columns;
     std::vector<Index> target(static_cast<std::size_t>(count));
     std::transform(ids, ids + count, target.begin(), [&](Index id) { return place[id]; });
-    const double* source = this->Updates[child].get();
+    const double* source = this->Updates[child].data();
     for (Index b = 0; b < count; ++b, source += count)
     {
       const Index column = target[b];
@@ -147,13 +178,17 @@ private:
         destination[target[a]] += source[a];
       }
     }
-    this->Updates[child].reset();
+    if (count > 0)
+    {
+      this->Pool.Return(std::move(this->Updates[child]));
+    }
   }
 
   const SupernodalAnalysis& Symbolic;
   const SparseMatrix& Matrix;
   double* Values;
-  std::vector<UpdateMatrix> Updates;
+  UpdatePool Pool;
+  std::vector<LargeArray> Updates;
   std::vector<Index> FirstChild;
   std::vector<Index> NextSibling;
 };
@@ -241,12 +276,12 @@ private:
 
 SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress)
   : Symbolic(std::move(analysis))
-  , Values(new double[static_cast<std::size_t>(this->Symbolic.ValueStart.back())])
+  , Values(static_cast<std::size_t>(this->Symbolic.ValueStart.back()))
   , InverseDiagonal(static_cast<std::size_t>(this->Symbolic.Size))
 {
   const SingleThreadedBlas blas;
   const TaskTree tree = SplitIntoSubtrees(this->Symbolic);
-  Multifrontal fronts(this->Symbolic, matrix, this->Values.get());
+  Multifrontal fronts(this->Symbolic, matrix, this->Values.data());
   ScratchPool scratch(this->Symbolic.Size);
   const double total = std::accumulate(tree.Work.begin(), tree.Work.end(), 0.0,
     [&, s = 0](double sum, double work) mutable { return sum + (this->Symbolic.Parent[s++] < 0 ? work : 0.0); });
@@ -285,7 +320,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   }
   for (Index s = 0; s < this->Symbolic.Supernodes(); ++s)
   {
-    const double* panel = this->Values.get() + this->Symbolic.ValueStart[s];
+    const double* panel = this->Values.data() + this->Symbolic.ValueStart[s];
     for (Index column = 0; column < this->Symbolic.Columns(s); ++column)
     {
       this->InverseDiagonal[this->Symbolic.FirstColumn[s] + column] =
@@ -300,7 +335,7 @@ void SupernodalFactor::SolveInPlace(double* rightHandSides, std::int64_t count, 
   const auto panel = [&](Index s)
   {
     return SupernodalPanel{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Symbolic.PanelRowIds(s),
-      this->Values.get() + this->Symbolic.ValueStart[s], this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
+      this->Values.data() + this->Symbolic.ValueStart[s], this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
   };
   // Entries of the factor between two reports: a sixteenth of both passes.
   const std::int64_t interval = std::max<std::int64_t>(this->Entries() / 8, 1);

@@ -3,10 +3,11 @@
 /// The numeric half of a supernodal Cholesky factorisation. Private to the solvers.
 #pragma once
 
+#include "Core/Common/LargeArray.h"
 #include "Core/Common/Progress.h"
 #include "Core/Solvers/SupernodalAnalysis.h"
 
-#include <memory>
+#include <vector>
 
 namespace surfsynth
 {
@@ -32,8 +33,8 @@ public:
 
 private:
   SupernodalAnalysis Symbolic;
-  std::unique_ptr<double[]> Values;       ///< panels, from Symbolic.ValueStart
-  std::vector<double> InverseDiagonal;    ///< [n]
+  LargeArray Values;                   ///< panels, from Symbolic.ValueStart
+  std::vector<double> InverseDiagonal; ///< [n]
 };
 
 } // namespace surfsynth
