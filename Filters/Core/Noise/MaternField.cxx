@@ -4,6 +4,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/ScratchPool.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
@@ -27,6 +28,14 @@ constexpr double LargestResidual = 1e-8;
 
 /// Columns that are solved together, rows in the solver's order.
 using Block = Eigen::Map<RowMatrix>;
+
+/// One component of one sample, and where it is to be written.
+struct Column
+{
+  std::uint32_t Sample;
+  std::uint32_t Component;
+  double* Values; ///< of the first vertex; those of the others follow at a distance of the number of components
+};
 
 bool HasTau(NoiseModel model)
 {
@@ -81,6 +90,16 @@ double FindLongestEdge(const TriangleMesh& mesh)
   return std::sqrt(longest);
 }
 
+NormalKey Key(const SampleRequest& request, const Column& column)
+{
+  NormalKey key;
+  key.Seed = request.Seed;
+  key.Sample = column.Sample;
+  key.Component = column.Component;
+  key.Stream = request.Stream;
+  return key;
+}
+
 /// Adds @p diagonal to the diagonal of @p matrix, in which every diagonal entry is present.
 void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
 {
@@ -99,10 +118,9 @@ public:
   Internals(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
 
-  /// Columns [first, first + values.cols()) of the request, a column being a component of a sample. @p scratch
-  /// grows as needed and is worth keeping from call to call.
-  void SampleColumns(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
-    LargeArray& scratch, const Progress& progress);
+  /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
+  void SampleColumns(
+    const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress);
 
   TriangleMesh Mesh;
   MaternFieldOptions Options;
@@ -129,14 +147,13 @@ private:
   void Factor(const SparseMatrix& matrix, const Progress& progress);
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
-  NormalKey Key(const SampleRequest& request, std::int64_t column) const;
-  void SampleBySolve(const SampleRequest& request, std::int64_t first, Eigen::Ref<Eigen::MatrixXd> values,
-    LargeArray& scratch, const Progress& progress);
+  void SampleBySolve(
+    const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress);
   void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
   void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
 
-  void FillRightHandSides(const SampleRequest& request, std::int64_t first, Eigen::Index columns, Block& block) const;
-  void TakeSolutions(const Block& block, Eigen::Ref<Eigen::MatrixXd> values) const;
+  void FillRightHandSides(const SampleRequest& request, const std::vector<Column>& columns, Block& block) const;
+  void TakeSolutions(const SampleRequest& request, const std::vector<Column>& columns, const Block& block) const;
   void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
   Eigen::VectorXd FirstColumn(const Block& block) const;
   void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
@@ -290,36 +307,29 @@ void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& 
   }
 }
 
-NormalKey MaternField::Internals::Key(const SampleRequest& request, std::int64_t column) const
-{
-  NormalKey key;
-  key.Seed = request.Seed;
-  key.Sample = request.FirstSample + static_cast<std::uint32_t>(column / request.NumberOfComponents);
-  key.Component = static_cast<std::uint32_t>(column % request.NumberOfComponents);
-  key.Stream = request.Stream;
-  return key;
-}
-
-void MaternField::Internals::SampleColumns(const SampleRequest& request, std::int64_t first,
-  Eigen::Ref<Eigen::MatrixXd> values, LargeArray& scratch, const Progress& progress)
+void MaternField::Internals::SampleColumns(
+  const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress)
 {
   if (this->Solver)
   {
-    this->SampleBySolve(request, first, values, scratch, progress);
+    this->SampleBySolve(request, columns, scratch, progress);
     return;
   }
-  for (Eigen::Index k = 0; k < values.cols(); ++k)
+  Eigen::VectorXd values(this->Mass.size());
+  for (std::size_t k = 0; k < columns.size(); ++k)
   {
-    const NormalKey key = this->Key(request, first + k);
+    const NormalKey key = Key(request, columns[k]);
     if (this->Pairs.Values.size() > 0)
     {
-      this->SampleBySpectrum(key, values.col(k));
+      this->SampleBySpectrum(key, values);
     }
     else
     {
-      this->SampleByVertex(key, values.col(k));
+      this->SampleByVertex(key, values);
     }
-    Report(progress, (k + 1.0) / static_cast<double>(values.cols()));
+    Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<>>(
+      columns[k].Values, values.size(), Eigen::InnerStride<>(request.NumberOfComponents)) = request.Scale * values;
+    Report(progress, (k + 1.0) / static_cast<double>(columns.size()));
   }
 }
 
@@ -349,25 +359,25 @@ void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<E
 }
 
 void MaternField::Internals::FillRightHandSides(
-  const SampleRequest& request, std::int64_t first, Eigen::Index columns, Block& block) const
+  const SampleRequest& request, const std::vector<Column>& columns, Block& block) const
 {
   constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
-  std::vector<double> normals(static_cast<std::size_t>(Tile * columns));
+  std::vector<double> normals(Tile * columns.size());
   for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
   {
     const Index count = std::min<Index>(Tile, static_cast<Index>(this->Mass.size()) - begin);
-    for (Eigen::Index k = 0; k < columns; ++k)
+    for (std::size_t k = 0; k < columns.size(); ++k)
     {
-      FillNormals(this->Key(request, first + k), begin, count, normals.data() + k * Tile);
+      FillNormals(Key(request, columns[k]), begin, count, normals.data() + k * Tile);
     }
     for (Index v = begin; v < begin + count; ++v)
     {
       double* row = block.data() + this->RowOfVertex[v] * block.cols();
-      for (Eigen::Index k = 0; k < columns; ++k)
+      for (std::size_t k = 0; k < columns.size(); ++k)
       {
-        row[k] = this->RootMass[v] * normals[static_cast<std::size_t>(k * Tile + v - begin)];
+        row[k] = this->RootMass[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
       }
-      std::fill(row + columns, row + block.cols(), 0.0);
+      std::fill(row + columns.size(), row + block.cols(), 0.0);
     }
   }
 }
@@ -416,21 +426,25 @@ void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, cons
   this->Residual = std::max(this->Residual, residual);
 }
 
-void MaternField::Internals::TakeSolutions(const Block& block, Eigen::Ref<Eigen::MatrixXd> values) const
+void MaternField::Internals::TakeSolutions(
+  const SampleRequest& request, const std::vector<Column>& columns, const Block& block) const
 {
   constexpr Index Tile = 64; // vertices whose rows stay in cache while they are turned into columns
+  const auto stride = static_cast<std::ptrdiff_t>(request.NumberOfComponents);
+  const auto points = static_cast<Index>(block.rows());
   bool finite = true;
-  for (Index begin = 0; begin < values.rows(); begin += Tile)
+  for (Index begin = 0; begin < points; begin += Tile)
   {
-    const Index end = std::min<Index>(begin + Tile, static_cast<Index>(values.rows()));
-    for (Eigen::Index k = 0; k < values.cols(); ++k)
+    const Index end = std::min<Index>(begin + Tile, points);
+    for (std::size_t k = 0; k < columns.size(); ++k)
     {
-      double* column = values.data() + k * values.outerStride();
+      const double* solution = block.data() + k;
       double sum = 0.0;
       for (Index v = begin; v < end; ++v)
       {
-        column[v] = this->Amplitude[v] * block.data()[this->RowOfVertex[v] * block.cols() + k];
-        sum += column[v];
+        const double value = request.Scale * this->Amplitude[v] * solution[this->RowOfVertex[v] * block.cols()];
+        columns[k].Values[v * stride] = value;
+        sum += value;
       }
       finite = finite && std::isfinite(sum);
     }
@@ -441,21 +455,22 @@ void MaternField::Internals::TakeSolutions(const Block& block, Eigen::Ref<Eigen:
   }
 }
 
-void MaternField::Internals::SampleBySolve(const SampleRequest& request, std::int64_t first,
-  Eigen::Ref<Eigen::MatrixXd> values, LargeArray& scratch, const Progress& progress)
+void MaternField::Internals::SampleBySolve(
+  const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress)
 {
   constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
-  const Eigen::Index columns = values.cols();
-  const Eigen::Index padded = (columns + Granularity - 1) / Granularity * Granularity;
-  const auto size = static_cast<std::size_t>(values.rows() * padded);
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  const Eigen::Index padded = (count + Granularity - 1) / Granularity * Granularity;
+  const Eigen::Index points = this->Mass.size();
+  const auto size = static_cast<std::size_t>(points * padded);
   if (scratch.size() < size)
   {
     scratch = LargeArray(size);
   }
-  Block block(scratch.data(), values.rows(), padded);
-  this->FillRightHandSides(request, first, columns, block);
+  Block block(scratch.data(), points, padded);
+  this->FillRightHandSides(request, columns, block);
   const bool unscreened = this->Options.Model == NoiseModel::Unscreened;
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? values.rows() : 0);
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? points : 0);
   if (unscreened)
   {
     this->RemoveMeans(block, ones, this->Mass); // now orthogonal to constants
@@ -467,7 +482,7 @@ void MaternField::Internals::SampleBySolve(const SampleRequest& request, std::in
   {
     this->RemoveMeans(block, this->Mass, ones);
   }
-  this->TakeSolutions(block, values);
+  this->TakeSolutions(request, columns, block);
 }
 
 MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
@@ -488,48 +503,75 @@ MaternField::~MaternField() = default;
 MaternField::MaternField(MaternField&&) noexcept = default;
 MaternField& MaternField::operator=(MaternField&&) noexcept = default;
 
-void MaternField::Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress) const
+void MaternField::SampleInto(
+  const SampleRequest& request, const Destination& destination, const Progress& progress) const
 {
   if (request.NumberOfComponents < 1)
   {
     throw InvalidInput("MaternField: 0 components asked for; expected at least 1.");
   }
-  constexpr std::int64_t BlockColumns = CholeskySolver::BlockColumns;
-  const std::int64_t components = request.NumberOfComponents;
-  const std::int64_t samples = request.NumberOfSamples;
-  const std::int64_t together = std::clamp<std::int64_t>(BlockColumns * MaximumThreads() / components, 1, samples);
-  const std::thread::id caller = std::this_thread::get_id();
+  std::vector<Column> columns;
+  for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
+  {
+    double* values = destination(request.FirstSample + k);
+    for (std::uint32_t component = 0; component < request.NumberOfComponents; ++component)
+    {
+      columns.push_back({ request.FirstSample + k, component, values + component });
+    }
+  }
+  // Blocks of equal size, at least one for each thread, over each of which the factor is read once.
+  const auto count = static_cast<std::int64_t>(columns.size());
+  const std::int64_t fewest = (count + CholeskySolver::BlockColumns - 1) / CholeskySolver::BlockColumns;
+  const std::int64_t granules = (count + CholeskySolver::ColumnGranularity - 1) / CholeskySolver::ColumnGranularity;
+  const std::int64_t threads = MaximumThreads();
+  const std::int64_t blocks = std::min((fewest + threads - 1) / threads * threads, granules);
+  const auto firstOf = [&](std::int64_t block)
+  { return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity); };
+
   this->Impl->ForgetResidual();
-  // Large arrays are made once: the system hands out fresh pages slowly.
+  // Large arrays are made once for each thread: the system hands out fresh pages slowly.
+  ScratchPool<LargeArray> scratch;
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<std::int64_t> done{ 0 };
+  ParallelTasks(blocks,
+    [&](std::int64_t k)
+    {
+      Progress blockProgress;
+      if (progress && std::this_thread::get_id() == caller)
+      {
+        blockProgress = [&](double fraction)
+        { return progress((static_cast<double>(done) + fraction) / static_cast<double>(blocks)); };
+      }
+      LargeArray memory = scratch.Borrow();
+      this->Impl->SampleColumns(
+        request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
+      scratch.Return(std::move(memory));
+      ++done;
+    });
+  Report(progress, 1.0);
+}
+
+void MaternField::Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress) const
+{
+  const std::int64_t components = std::max<std::int64_t>(request.NumberOfComponents, 1);
+  const std::int64_t samples = request.NumberOfSamples;
+  const std::int64_t together = std::clamp<std::int64_t>(
+    CholeskySolver::BlockColumns * MaximumThreads() / components, 1, std::max<std::int64_t>(samples, 1));
   const Eigen::Index points = this->Impl->Mesh.Points.rows();
-  std::vector<LargeArray> scratch(static_cast<std::size_t>((together * components + BlockColumns - 1) / BlockColumns));
   LargeArray group(static_cast<std::size_t>(points * together * components));
   for (std::int64_t begin = 0; begin < samples; begin += together)
   {
-    // A group of whole samples, split into blocks of columns.
-    const std::int64_t columns = std::min(together, samples - begin) * components;
-    const std::int64_t blocks = (columns + BlockColumns - 1) / BlockColumns;
-    const Progress groupProgress = SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
-      (begin + std::min(together, samples - begin)) / static_cast<double>(samples));
-    Eigen::Map<Eigen::MatrixXd> values(group.data(), points, columns);
-    std::atomic<std::int64_t> done{ 0 };
-    ParallelTasks(blocks,
-      [&](std::int64_t k)
-      {
-        Progress blockProgress;
-        if (groupProgress && std::this_thread::get_id() == caller)
-        {
-          blockProgress = [&](double fraction)
-          { return groupProgress((static_cast<double>(done) + fraction) / static_cast<double>(blocks)); };
-        }
-        const std::int64_t first = k * BlockColumns;
-        this->Impl->SampleColumns(request, begin * components + first,
-          values.middleCols(first, std::min(BlockColumns, columns - first)), scratch[k], blockProgress);
-        ++done;
-      });
-    for (std::int64_t s = 0; s < columns / components; ++s)
+    SampleRequest part = request;
+    part.FirstSample = request.FirstSample + static_cast<std::uint32_t>(begin);
+    part.NumberOfSamples = static_cast<std::uint32_t>(std::min(together, samples - begin));
+    const auto valuesOf = [&](std::uint32_t sample)
+    { return group.data() + std::int64_t(sample - part.FirstSample) * points * components; };
+    this->SampleInto(part, valuesOf,
+      SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
+        static_cast<double>(begin + part.NumberOfSamples) / static_cast<double>(samples)));
+    for (std::uint32_t sample = part.FirstSample; sample < part.FirstSample + part.NumberOfSamples; ++sample)
     {
-      consume(request.FirstSample + static_cast<std::uint32_t>(begin + s), values.middleCols(s * components, components));
+      consume(sample, Eigen::MatrixXd(Eigen::Map<const RowMatrix>(valuesOf(sample), points, components)));
     }
   }
   Report(progress, 1.0);

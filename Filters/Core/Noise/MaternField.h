@@ -62,6 +62,7 @@ struct SampleRequest
   std::uint32_t NumberOfSamples = 1;
   std::uint32_t NumberOfComponents = 1; ///< independent components of each sample
   std::uint32_t Stream = 0;             ///< see NormalKey::Stream
+  double Scale = 1.0;                   ///< every value is multiplied by it
 };
 
 /// A random field on one mesh: operators and factor are computed once, samples are drawn many times.
@@ -88,15 +89,25 @@ public:
   MaternField(MaternField&&) noexcept;
   MaternField& operator=(MaternField&&) noexcept;
 
+  /// Says where sample number @p sample is to be written: V * C doubles, the components of a vertex side by side, as in
+  /// a vtkDataArray. Called on the thread that called SampleInto(), in order.
+  using Destination = std::function<double*(std::uint32_t sample)>;
+
+  /// Draws the samples and writes each to its destination. Memory: one block of 64 columns of V numbers for each thread,
+  /// whatever the number of samples. The bits of a sample depend on (seed, sample, component, stream, vertex id) and
+  /// the mesh alone. A vertex that no triangle uses gets 0.
+  ///
+  /// @throws InvalidInput when no component is asked for.
+  /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8; Cancelled. What has
+  /// been written by then is incomplete.
+  void SampleInto(const SampleRequest& request, const Destination& destination, const Progress& progress = {}) const;
+
   /// Receives sample number @p sample as [V, C] float64; the reference is only valid during the call.
   using Consumer =
     std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
 
-  /// Draws the samples in order and hands each to @p consume, on the calling thread. Memory: a few blocks of 64 columns
-  /// of V numbers for each thread (or of one sample, if larger), whatever the number of samples. The bits of a sample depend on (seed, sample, component,
-  /// stream, vertex id) and the mesh alone. A vertex that no triangle uses gets 0.
-  ///
-  /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8.
+  /// The same, handing each sample to @p consume, in order, on the calling thread: for statistics over many samples,
+  /// which need not be kept.
   void Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress = {}) const;
 
   /// The first sample of @p request, [V, C] float64.

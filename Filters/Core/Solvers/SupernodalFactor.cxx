@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/ScratchPool.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Core/Solvers/SupernodalKernels.h"
 
@@ -41,12 +42,7 @@ public:
     }
     return memory;
   }
-  void Return(LargeArray memory)
-  {
-    const int sizeClass = SizeClass(memory.size());
-    std::lock_guard<std::mutex> lock(this->Mutex);
-    this->Idle[sizeClass].push_back(std::move(memory));
-  }
+  void Return(LargeArray memory) { this->Idle[SizeClass(memory.size())].Return(std::move(memory)); }
 
 private:
   static int SizeClass(std::size_t size)
@@ -60,21 +56,11 @@ private:
   }
   LargeArray Take(int sizeClass)
   {
-    {
-      std::lock_guard<std::mutex> lock(this->Mutex);
-      auto& idle = this->Idle[sizeClass];
-      if (!idle.empty())
-      {
-        LargeArray memory = std::move(idle.back());
-        idle.pop_back();
-        return memory;
-      }
-    }
-    return LargeArray(std::size_t(1) << sizeClass);
+    LargeArray memory = this->Idle[sizeClass].Borrow();
+    return memory.size() > 0 ? std::move(memory) : LargeArray(std::size_t(1) << sizeClass);
   }
 
-  std::mutex Mutex;
-  std::array<std::vector<LargeArray>, 64> Idle;
+  std::array<ScratchPool<LargeArray>, 64> Idle;
 };
 
 /// One numeric factorisation: the state that its fronts share.
@@ -241,37 +227,6 @@ TaskTree SplitIntoSubtrees(const SupernodalAnalysis& analysis)
     tree.Roots.begin(), tree.Roots.end(), [&](Index a, Index b) { return tree.Work[a] > tree.Work[b]; });
   return tree;
 }
-
-/// Scratch arrays that threads borrow, so that there are as many as threads and not as tasks.
-class ScratchPool
-{
-public:
-  explicit ScratchPool(Index size)
-    : Size(static_cast<std::size_t>(size))
-  {
-  }
-  std::vector<Index> Borrow()
-  {
-    std::lock_guard<std::mutex> lock(this->Mutex);
-    if (this->Free.empty())
-    {
-      return std::vector<Index>(this->Size);
-    }
-    std::vector<Index> scratch = std::move(this->Free.back());
-    this->Free.pop_back();
-    return scratch;
-  }
-  void Return(std::vector<Index> scratch)
-  {
-    std::lock_guard<std::mutex> lock(this->Mutex);
-    this->Free.push_back(std::move(scratch));
-  }
-
-private:
-  std::size_t Size;
-  std::mutex Mutex;
-  std::vector<std::vector<Index>> Free;
-};
 }
 
 SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress)
@@ -282,7 +237,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   const SingleThreadedBlas blas;
   const TaskTree tree = SplitIntoSubtrees(this->Symbolic);
   Multifrontal fronts(this->Symbolic, matrix, this->Values.data());
-  ScratchPool scratch(this->Symbolic.Size);
+  ScratchPool<std::vector<Index>> scratch;
   const double total = std::accumulate(tree.Work.begin(), tree.Work.end(), 0.0,
     [&, s = 0](double sum, double work) mutable { return sum + (this->Symbolic.Parent[s++] < 0 ? work : 0.0); });
   double done = 0.0;
@@ -291,6 +246,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   const auto runSubtree = [&](std::int64_t k)
   {
     std::vector<Index> place = scratch.Borrow();
+    place.resize(static_cast<std::size_t>(this->Symbolic.Size));
     for (Index s = tree.First[tree.Roots[k]]; s <= tree.Roots[k]; ++s)
     {
       fronts.Factor(s, place);
@@ -311,6 +267,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   ParallelTasks(static_cast<std::int64_t>(tree.Roots.size()), runSubtree, report);
 
   std::vector<Index> place = scratch.Borrow();
+  place.resize(static_cast<std::size_t>(this->Symbolic.Size));
   for (const Index s : tree.Above)
   {
     fronts.Factor(s, place);
