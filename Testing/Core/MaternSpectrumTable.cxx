@@ -6,7 +6,7 @@
 //   MaternSpectrumTable [samples [file.csv]]
 //
 // Fails when a sampled value lies more than 5 standard errors from the expected one, when our noise differs by more than
-// 10 per cent between triangulations at coefficients 2 and 50, or when iid noise does not differ by at least a factor 2.
+// 15 per cent between triangulations at coefficients 2 and 50, or when iid noise does not differ by at least a factor 2.
 #include "SpectralSamples.h"
 #include "TestMeshes.h"
 
@@ -88,7 +88,7 @@ int Check(const std::vector<std::vector<Row>>& table, std::uint32_t samples)
     }
     const Row& coarse = table.front()[i];
     const Row& fine = table.back()[i];
-    require(Numbers[i] > 50 || Within(coarse.Matern, fine.Matern, 0.1), fine, "our noise depends on the triangulation");
+    require(Numbers[i] > 50 || Within(coarse.Matern, fine.Matern, 0.15), fine, "our noise depends on the triangulation");
     require(coarse.Iid > 2.0 * fine.Iid, fine, "iid noise does not depend on the triangulation");
   }
   return broken;
@@ -105,16 +105,18 @@ try
     std::fprintf(stderr, "usage: MaternSpectrumTable [samples, at least 100 [file.csv]]\n");
     return EXIT_FAILURE;
   }
-  std::vector<TriangleMesh> meshes = { test::Triangulation(0), test::Triangulation(1) };
+  std::vector<TriangleMesh> meshes = { test::Triangulation(0) };
   const char* full = std::getenv("SURFACE_SYNTHESIS_FULL");
   if (full != nullptr && full[0] == '1')
   {
+    meshes.push_back(test::Triangulation(1));
     meshes.push_back(test::Triangulation(2));
   }
   else
   {
-    // 500 eigenpairs of the original take a minute; those of this one a few seconds.
-    meshes.push_back(test::Decimate(test::ScannedSurface(), 14000));
+    // 500 eigenpairs of the original take minutes; those of these a few seconds.
+    meshes.push_back(test::Decimate(test::ScannedSurface(), 5000));
+    meshes.push_back(test::Decimate(test::ScannedSurface(), 12000));
   }
   std::vector<std::vector<Row>> table;
   for (const TriangleMesh& mesh : meshes)

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The steps from a mesh in memory to samples of a Matern field.
+#include "BenchmarkMeshes.h"
+
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Noise/MaternField.h"
+#include "Core/Solvers/CholeskySolver.h"
+
+#include <algorithm>
+
+namespace surfsynth::bench
+{
+namespace
+{
+
+void MeshCheck(benchmark::State& state, const TriangleMesh& mesh)
+{
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(CheckMesh(mesh).size());
+  }
+}
+
+void Assembly(benchmark::State& state, const TriangleMesh& mesh)
+{
+  for ([[maybe_unused]] auto step : state)
+  {
+    const MeshTopology topology(mesh);
+    benchmark::DoNotOptimize(LumpedMass(mesh, topology).data());
+    benchmark::DoNotOptimize(CotangentStiffness(mesh, topology).valuePtr());
+  }
+}
+
+void Factorisation(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const SparseMatrix matrix = ScreenedLaplacian(mesh);
+  std::int64_t entries = 0;
+  for ([[maybe_unused]] auto step : state)
+  {
+    entries = CholeskySolver(matrix).FactorEntries();
+  }
+  state.counters["FactorEntries"] = static_cast<double>(entries);
+}
+
+/// From a mesh in memory to the first sample.
+void ColdStart(benchmark::State& state, const TriangleMesh& mesh)
+{
+  PeakMemory memory;
+  double peak = 0.0;
+  double above = 0.0;
+  for ([[maybe_unused]] auto step : state)
+  {
+    state.PauseTiming();
+    memory.Restart();
+    TriangleMesh own = mesh;
+    state.ResumeTiming();
+    {
+      const MaternField field(std::move(own), {});
+      benchmark::DoNotOptimize(field.Sample().data());
+      state.PauseTiming();
+      peak = std::max(peak, memory.PeakMiB());
+      above = std::max(above, memory.AboveStartMiB());
+    }
+    state.ResumeTiming();
+  }
+  state.counters["PeakMiB"] = peak;
+  state.counters["PeakAboveStartMiB"] = above;
+}
+
+void NextSample(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const MaternField field(mesh, {});
+  SampleRequest request;
+  for ([[maybe_unused]] auto step : state)
+  {
+    ++request.Seed;
+    benchmark::DoNotOptimize(field.Sample(request).data());
+  }
+}
+
+void HundredSamples(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const MaternField field(mesh, {});
+  SampleRequest request;
+  request.NumberOfSamples = 100;
+  for ([[maybe_unused]] auto step : state)
+  {
+    ++request.Seed;
+    field.Sample(request,
+      [](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) { benchmark::DoNotOptimize(values.data()); });
+  }
+}
+
+} // namespace
+
+void RegisterCore()
+{
+  Register("MeshCheck", MeshCheck);
+  Register("Assembly", Assembly);
+  Register("Factorisation", Factorisation);
+  Register("ColdStart", ColdStart);
+  Register("NextSample", NextSample);
+  Register("HundredSamples", HundredSamples);
+}
+
+} // namespace surfsynth::bench

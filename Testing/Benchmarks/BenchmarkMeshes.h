@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What the benchmarks share: meshes, threads and memory.
+#pragma once
+
+#include "Core/Common/Parallel.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace surfsynth::bench
+{
+
+/// Vertex counts to measure: 10,000, 104,000 and 603,000, or those of the environment variable
+/// SURFACE_SYNTHESIS_BENCHMARK_SIZES ("1000,5000").
+std::vector<Index> Sizes();
+
+/// The scanned surface (a generated one when there is none) decimated or refined to about @p points points; kept.
+const TriangleMesh& MeshOfSize(Index points);
+
+/// L + tau M of MeshOfSize() for the default correlation range, 0.2 times the longest side.
+SparseMatrix ScreenedLaplacian(const TriangleMesh& mesh);
+
+/// Limits the library and OpenBLAS to @p threads threads while it lives.
+class Threads
+{
+public:
+  explicit Threads(int threads);
+  ~Threads();
+  Threads(const Threads&) = delete;
+  Threads& operator=(const Threads&) = delete;
+
+private:
+  ThreadScope Scope;
+  int BlasBefore = 0;
+};
+
+/// Peak resident memory since Restart(), MiB. Zero where the system does not tell.
+class PeakMemory
+{
+public:
+  void Restart();
+  double PeakMiB() const;      ///< of the whole process
+  double AboveStartMiB() const; ///< beyond what was resident at Restart()
+
+private:
+  double Start = 0.0;
+};
+
+using Body = std::function<void(benchmark::State&, const TriangleMesh&)>;
+/// Registers @p body for every size, and for one thread and two.
+void Register(const std::string& name, const Body& body);
+
+void RegisterCore();
+void RegisterYardsticks();
+
+} // namespace surfsynth::bench
