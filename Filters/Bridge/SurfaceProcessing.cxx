@@ -190,11 +190,9 @@ bool Process(Processing& processing, vtkAlgorithm* self, vtkDataObject* input, v
 
 int AcceptSurfaces(vtkInformation* info)
 {
-  // The tree comes first: the composite executive looks at the first type alone when it decides whether to loop over
-  // the blocks itself.
   info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
-  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
   return 1;
 }
 

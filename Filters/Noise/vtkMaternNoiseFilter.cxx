@@ -240,9 +240,30 @@ vtkMaternNoiseFilter::vtkMaternNoiseFilter()
 
 vtkMaternNoiseFilter::~vtkMaternNoiseFilter() = default;
 
+void vtkMaternNoiseFilter::SetOutputArrayName(const char* name)
+{
+  const std::string wanted = name ? name : "";
+  if (this->OutputArrayName != wanted)
+  {
+    this->OutputArrayName = wanted;
+    this->Modified();
+  }
+}
+
 int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
 {
   return surfsynth::AcceptSurfaces(info);
+}
+
+int vtkMaternNoiseFilter::RequestDataObject(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!vtkDataObject::GetData(inputVector[0]))
+  {
+    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    return 0;
+  }
+  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
 }
 
 int vtkMaternNoiseFilter::RequestData(

@@ -179,9 +179,9 @@ public:
 
   ///@{
   /**
-   * Name of the point array that is added. Default "MaternNoise".
+   * Name of the point array that is added; not empty. Default "MaternNoise".
    */
-  vtkSetStdStringFromCharMacro(OutputArrayName);
+  void SetOutputArrayName(const char* name);
   vtkGetCharFromStdStringMacro(OutputArrayName);
   ///@}
 
@@ -213,6 +213,8 @@ protected:
   ~vtkMaternNoiseFilter() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
   int RequestData(
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
 

@@ -226,6 +226,15 @@ EventRecorder::~EventRecorder()
 void EventRecorder::Handle(vtkObject*, unsigned long event, void* data)
 {
   this->ForeignThread = this->ForeignThread || std::this_thread::get_id() != this->Thread;
+  const double now = Now();
+  if (event == vtkCommand::EndEvent || event == vtkCommand::ProgressEvent)
+  {
+    this->LongestSilence = std::max(this->LongestSilence, now - this->LastReport);
+  }
+  if (event != vtkCommand::ErrorEvent && event != vtkCommand::WarningEvent)
+  {
+    this->LastReport = now;
+  }
   switch (event)
   {
     case vtkCommand::ErrorEvent:

@@ -58,6 +58,7 @@ public:
   bool ForeignThread = false;    ///< an event came on another thread than the one that made this object
   double AbortAt = 2.0;          ///< asks the algorithm to stop once its progress is at least this
   double SecondsAfterAbort = -1; ///< from the request to the end of the execution
+  double LongestSilence = 0.0;   ///< seconds between two progress reports, or one and the start or end
   std::string AllErrors() const;
 
 private:
@@ -69,6 +70,7 @@ private:
   std::vector<unsigned long> ExecutiveTags;
   std::thread::id Thread = std::this_thread::get_id();
   double AbortTime = -1.0;
+  double LastReport = 0.0;
 };
 
 /// Brings @p algorithm up to date; false when that failed.

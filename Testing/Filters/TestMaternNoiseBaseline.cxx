@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// R19, the numbers: statistics and values of one seed, compared with Testing/Data/MaternNoiseBaseline.txt.
+//
+// The file changes only when the noise is meant to change. To write it again, from the build folder:
+//   SURFACE_SYNTHESIS_REGENERATE_BASELINES=1 bin/TestMaternNoiseBaseline
+#include "TestSurfaces.h"
+
+#include "vtkMaternNoiseFilter.h"
+
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <string>
+
+using namespace surfsynthtest;
+using Numbers = std::map<std::string, double>;
+
+namespace
+{
+const char* const BaselineFile = SURFSYNTH_TEST_DATA "/MaternNoiseBaseline.txt";
+constexpr double Tolerance = 1e-9;
+
+/// The mesh is given in exact arithmetic, so that only the noise can move the numbers: a bent grid.
+vtkSmartPointer<vtkPolyData> BentGrid()
+{
+  Soup grid = Grid(16);
+  for (std::size_t k = 0; k < grid.Points.size(); k += 3)
+  {
+    grid.Points[k + 2] = 0.5 * grid.Points[k] * grid.Points[k] - 0.25 * grid.Points[k + 1];
+  }
+  return grid.ToPolyData();
+}
+
+void Describe(const std::string& name, vtkMaternNoiseFilter* filter, Numbers& numbers)
+{
+  ASSERT_TRUE(Update(filter));
+  vtkDataArray* noise = filter->GetPolyDataOutput()->GetPointData()->GetArray("MaternNoise");
+  ASSERT_TRUE(noise);
+  const double count = static_cast<double>(noise->GetNumberOfTuples());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (vtkIdType p = 0; p < noise->GetNumberOfTuples(); ++p)
+  {
+    const double value = noise->GetComponent(p, 0);
+    sum += value;
+    squares += value * value;
+  }
+  double range[2];
+  noise->GetRange(range);
+  numbers[name + ".mean"] = sum / count;
+  numbers[name + ".rms"] = std::sqrt(squares / count);
+  numbers[name + ".minimum"] = range[0];
+  numbers[name + ".maximum"] = range[1];
+  for (const vtkIdType p : { 0, 100, 200, 288 })
+  {
+    numbers[name + ".point" + std::to_string(p)] = noise->GetComponent(p, 0);
+  }
+}
+
+Numbers ComputeNumbers()
+{
+  Numbers numbers;
+  vtkNew<vtkMaternNoiseFilter> filter;
+  filter->SetInputDataObject(BentGrid());
+  filter->SetSeed(42);
+  filter->SetCorrelationRange(0.4);
+  Describe("range", filter, numbers);
+  filter->SetScaleModeToScreening();
+  Describe("screening", filter, numbers);
+  filter->SetScaleModeToNormalizedScreening();
+  Describe("normalized", filter, numbers);
+  filter->SetNoiseModelToPerVertex();
+  Describe("pervertex", filter, numbers);
+  filter->SetNoiseModelToWhite();
+  Describe("white", filter, numbers);
+  filter->SetNoiseModelToUnscreened();
+  Describe("unscreened", filter, numbers);
+  filter->SetNoiseModelToSpectral();
+  filter->SetNumberOfEigenpairs(20);
+  filter->SetScaleModeToCorrelationRange();
+  Describe("spectral", filter, numbers);
+  return numbers;
+}
+
+Numbers ReadNumbers()
+{
+  Numbers numbers;
+  std::ifstream file(BaselineFile);
+  std::string name;
+  for (double value; file >> name >> value;)
+  {
+    numbers[name] = value;
+  }
+  return numbers;
+}
+}
+
+TEST(MaternNoiseBaseline, NumbersOfOneSeedAreThoseOfTheFile)
+{
+  const Numbers found = ComputeNumbers();
+  if (std::getenv("SURFACE_SYNTHESIS_REGENERATE_BASELINES"))
+  {
+    std::ofstream file(BaselineFile);
+    file.precision(17);
+    for (const auto& number : found)
+    {
+      file << number.first << " " << number.second << "\n";
+    }
+    GTEST_SKIP() << "wrote " << BaselineFile;
+  }
+  const Numbers expected = ReadNumbers();
+  ASSERT_EQ(expected.size(), 56u) << BaselineFile;
+  ASSERT_EQ(found.size(), expected.size());
+  for (const auto& number : expected)
+  {
+    ASSERT_EQ(found.count(number.first), 1u) << number.first;
+    EXPECT_NEAR(found.at(number.first), number.second, Tolerance * std::max(1.0, std::abs(number.second)))
+      << number.first;
+  }
+}
