@@ -120,7 +120,7 @@ def _check_legacy(path):
 
 def check_writable(mesh, path):
     """Raises ValueError or OSError when ``mesh`` cannot go to ``path``: unknown extension, a composite dataset for a
-    format of one surface, a folder that does not exist. Writes nothing."""
+    format of one surface, a folder that does not exist or cannot be written to. Leaves nothing behind."""
     kind = extension(path)
     path = os.path.realpath(path)
     composite = isinstance(mesh, vtkDataObjectTree)
@@ -133,8 +133,10 @@ def check_writable(mesh, path):
     folder = os.path.dirname(path)
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"the folder {folder} does not exist")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(f"the folder {folder} is not writable")
+    try:
+        os.rmdir(_temporary_folder(folder))
+    except OSError as error:
+        raise OSError(f"the folder {folder} is not writable: {error.strerror}") from None
     if os.path.exists(path) and not os.path.isfile(path):
         raise IsADirectoryError(f"{path} exists and is not a file")
 
@@ -157,8 +159,7 @@ def write_meshes(meshes):
     folders, moves = [], []
     try:
         for mesh, path in meshes:
-            # the temporary folder lies beside the file, so that the move never copies
-            folders.append(tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=os.path.dirname(path)))
+            folders.append(_temporary_folder(os.path.dirname(path)))
             moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
         for source, target in moves:
             os.makedirs(os.path.dirname(target), exist_ok=True)
@@ -168,12 +169,20 @@ def write_meshes(meshes):
             shutil.rmtree(folder, ignore_errors=True)
 
 
+def _temporary_folder(folder):
+    """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
+    return tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=folder)
+
+
 def _write(mesh, path, folder):
     """Writes ``path`` and returns what to move into ``folder``, the pieces of a composite dataset before its index."""
     kind = extension(path)
     if kind in _WRITE:
         with open(path, "wb") as file:
             _WRITE[kind](from_polydata(mesh), file)
+    elif kind == ".stl" and mesh.GetNumberOfPolys() + mesh.GetNumberOfStrips() == 0:
+        with open(path, "wb") as file:  # vtkSTLWriter refuses
+            file.write(bytes(84))
     elif kind == ".stl":
         _write_with_vtk(vtkSTLWriter(), _triangles(mesh), path)
     elif kind == ".vtm":

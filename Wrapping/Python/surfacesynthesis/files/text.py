@@ -11,7 +11,7 @@ from ..errors import FormatError
 
 def count_of(text):
     """A number of elements written in decimal digits, or None when ``text`` is anything else."""
-    return int(text) if text.isdigit() and len(text) < 19 else None
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 19 else None
 
 
 def numbers(path, rows, lines):

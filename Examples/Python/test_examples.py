@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs an example and checks what it wrote: ``test_examples.py matern_noise|gallery FOLDER``. Run by CTest."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOImage import vtkPNGReader
+
+import surfacesynthesis
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def run(*command):
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    print(done.stdout, done.stderr, sep="")
+    return done
+
+
+def points_of(mesh):
+    return vtk_to_numpy(mesh.GetPoints().GetData())
+
+
+def check_matern_noise(folder):
+    output = os.path.join(folder, "bumpy.vtp")
+    script = os.path.join(HERE, "matern_noise.py")
+    assert run(sys.executable, script, output).returncode == 0
+    mesh = surfacesynthesis.read_mesh(output)
+    values = vtk_to_numpy(mesh.GetPointData().GetArray("MaternNoise"))
+    radius = np.linalg.norm(points_of(mesh).astype(float), axis=1)
+    assert abs(values).max() > 0.01, "the noise is too small to be seen"
+    # the points of a sphere of radius 1 move along its normals by the noise; the normals are those of the triangles
+    assert np.allclose(radius - 1, values, atol=2e-3), np.abs(radius - 1 - values).max()
+    failed = run(sys.executable, script, os.path.join(folder, "no-such-file.stl"), output)
+    assert failed.returncode != 0, "a file that does not exist must be an error"
+
+
+def check_gallery(folder):
+    """The pictures of a sphere: of the announced sizes, and neither blank nor all the same colour."""
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(60)
+    sphere.SetPhiResolution(60)
+    sphere.Update()
+    surface = os.path.join(folder, "sphere.vtp")
+    surfacesynthesis.write_mesh(sphere.GetOutput(), surface)
+    output = os.path.join(folder, "gallery")
+    shutil.rmtree(output, ignore_errors=True)
+    script = [sys.executable, os.path.join(HERE, "gallery.py"), surface, "--output", output]
+    done = run("xvfb-run", "-a", *script, "--spectrum-samples", "200")
+    assert done.returncode == 0
+    for name in ("matern_seeds.png", "triangulations.png", "displacement.png", "spectrum.png"):
+        reader = vtkPNGReader()
+        reader.SetFileName(os.path.join(output, name))
+        reader.Update()
+        image = reader.GetOutput()
+        assert image.GetDimensions()[0] >= 1800, f"{name} is {image.GetDimensions()}"
+        pixels = vtk_to_numpy(image.GetPointData().GetScalars())[:, :3]
+        used = (np.abs(pixels.astype(int) - pixels[0].astype(int)).max(axis=1) > 40).mean()
+        assert 0.05 < used < 0.95, f"{100 * used:.1f} % of {name} differs from the background"
+    fields = [surfacesynthesis.read_mesh(os.path.join(output, f"seed_{k}.vtp")) for k in range(1, 5)]
+    fields = np.stack([vtk_to_numpy(mesh.GetPointData().GetArray("MaternNoise")) for mesh in fields])
+    assert (np.abs(np.corrcoef(fields) - np.eye(4)) < 0.9).all(), "seeds give the same noise"
+
+
+if __name__ == "__main__":
+    {"matern_noise": check_matern_noise, "gallery": check_gallery}[sys.argv[1]](sys.argv[2])

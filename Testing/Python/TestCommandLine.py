@@ -1,0 +1,339 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``python3 -m surfacesynthesis``"""
+
+import io
+import os
+import pty
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import surfacesynthesis
+from conftest import files_in, icosphere, polydata_of, run_command
+from surfacesynthesis import matern_noise, read_mesh, write_mesh
+from surfacesynthesis.command_line import ProgressBar, main
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+
+@pytest.fixture
+def surface(pair, tmp_path):
+    path = tmp_path / "in.off"
+    write_mesh(polydata_of(*pair), path)
+    return path
+
+
+def values_of(path, name="MaternNoise"):
+    return vtk_to_numpy(read_mesh(path).GetPointData().GetArray(name))
+
+
+def points_of(path):
+    return vtk_to_numpy(read_mesh(path).GetPoints().GetData()).astype(float)
+
+
+def fails(arguments, status, words, folder):
+    """Runs a command that must fail with one line on stderr and leave no file behind."""
+    before = files_in(folder)
+    done = run_command(*arguments, cwd=folder)
+    assert done.returncode == status, done
+    assert done.stdout == ""
+    assert re.fullmatch(r"surfacesynthesis: [^\n]+\n", done.stderr), done.stderr
+    assert words in done.stderr, done.stderr
+    assert files_in(folder) == before
+    return done
+
+
+# -- from file to file -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [".stl", ".ply", ".obj", ".off", ".vtp", ".vtk"])
+def test_every_input_format(kind, pair, tmp_path, capsys):
+    source = tmp_path / f"in{kind}"
+    write_mesh(polydata_of(*pair), source)
+    assert main(["noise", str(source), str(tmp_path / "out.vtp"), "--range", "1"]) == 0
+    points = points_of(source)
+    expected = np.sort(matern_noise((points, vtk_to_numpy(read_mesh(source).GetPolys().GetConnectivityArray())
+                                     .reshape(-1, 3)), range=1.0))  # fmt: skip
+    assert np.array_equal(np.sort(values_of(tmp_path / "out.vtp")), expected)
+    assert "642 points, 1,280 cells, tau 8, range 1, residual" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("kind", [".vtp", ".vtk", ".ply"])
+def test_formats_that_hold_the_noise(kind, surface, pair, tmp_path):
+    output = tmp_path / f"out{kind}"
+    done = run_command("noise", surface, output, "--range", "1", "--samples", "3", "--seed", "-4")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.fullmatch(r"642 points, 1,280 cells, tau 8, range 1, residual \S+, \S+ s -> \S+\n", done.stdout)
+    expected = matern_noise(pair, range=1.0, samples=3, seed=-4)
+    for k in range(3):
+        assert np.array_equal(values_of(output, f"MaternNoise_{k}"), expected[k])
+
+
+@pytest.mark.parametrize("kind", [".stl", ".obj", ".off", ".vtp", ".vtk", ".ply"])
+def test_warp_moves_the_points_along_the_normals(kind, surface, pair, tmp_path):
+    output = tmp_path / f"out{kind}"
+    assert main(["noise", str(surface), str(output), "--range", "1", "--warp", "0.05", "--quiet"]) == 0
+    radius = np.sort(np.linalg.norm(points_of(output), axis=1))
+    expected = np.sort(1 + 0.05 * matern_noise(pair, range=1.0))
+    assert np.allclose(radius, expected, atol=1e-4)  # the normals are those of the triangles
+    assert radius[-1] - radius[0] > 0.1
+
+
+def test_warp_by_three_components_moves_along_the_noise(surface, pair, tmp_path):
+    output = tmp_path / "out.off"
+    assert main(["noise", str(surface), str(output), "--range", "1", "--warp", "-2", "--components", "3"]) == 0
+    assert np.allclose(points_of(output), pair[0] - 2 * matern_noise(pair, range=1.0, components=3), atol=1e-12)
+
+
+def test_warp_of_several_samples_writes_a_file_for_each(surface, pair, tmp_path):
+    command = ["noise", str(surface), str(tmp_path / "out.off"), "--range", "1", "--warp", "0.1", "--samples", "2"]
+    assert main(command + ["--first-sample", "3", "--components", "3"]) == 0
+    assert files_in(tmp_path) == ["in.off", "out_3.off", "out_4.off"]
+    expected = matern_noise(pair, range=1.0, samples=2, first_sample=3, components=3)
+    assert np.allclose(points_of(tmp_path / "out_4.off"), pair[0] + 0.1 * expected[1], atol=1e-12)
+
+
+def test_composite_dataset(pair, tmp_path, capsys):
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, polydata_of(*pair))
+    blocks.SetBlock(1, polydata_of(*pair))
+    write_mesh(blocks, tmp_path / "in.vtm")
+    for extra in ([], ["--warp", "0.1"]):
+        assert main(["noise", str(tmp_path / "in.vtm"), str(tmp_path / "out.vtm"), "--range", "1", *extra]) == 0
+        result = read_mesh(tmp_path / "out.vtm")
+        first, second = (
+            vtk_to_numpy(result.GetBlock(k).GetPointData().GetArray("MaternNoise")) for k in range(2)
+        )  # fmt: skip
+        assert not np.array_equal(first, second)
+    points = vtk_to_numpy(result.GetBlock(1).GetPoints().GetData())
+    assert np.allclose(np.linalg.norm(points, axis=1) - 1, 0.1 * second, atol=1e-3)
+    assert "1,284 points" in capsys.readouterr().out
+
+
+def test_all_options_reach_the_filter(surface, pair, tmp_path):
+    cases = [
+        (["--range", "1", "--std", "2.5"], {"range": 1.0, "standard_deviation": 2.5}),
+        (["--screening", "30"], {"screening": 30.0}),
+        (["--normalized-screening", "1e-3"], {"normalized_screening": 1e-3}),
+        (["--model", "per_vertex", "--std", "0.5"], {"model": "per_vertex", "standard_deviation": 0.5}),
+        (["--model", "white"], {"model": "white"}),
+        (["--model", "unscreened"], {"model": "unscreened"}),
+        (["--model", "spectral", "--eigenpairs", "20"], {"model": "spectral", "eigenpairs": 20}),
+        (["--first-sample", "7"], {"first_sample": 7}),
+        (["--components", "3", "--threads", "1"], {"components": 3}),
+        (["--name", "f", "--seed", "9"], {"name": "f", "seed": 9}),
+    ]
+    for options, parameters in cases:
+        assert main(["noise", str(surface), str(tmp_path / "out.vtp"), "--quiet", *options]) == 0
+        found = values_of(tmp_path / "out.vtp", parameters.get("name", "MaternNoise"))
+        expected = matern_noise(pair, **parameters)
+        assert np.allclose(found, expected, rtol=1e-9, atol=1e-9), options
+        if "spectral" not in options:
+            assert np.array_equal(found, expected), options
+
+
+def test_output_may_be_the_input(pair, tmp_path):
+    path = tmp_path / "s.vtp"
+    write_mesh(polydata_of(*pair), path)
+    assert main(["noise", str(path), str(path), "--range", "1", "--quiet"]) == 0
+    assert np.array_equal(values_of(path), matern_noise(pair, range=1.0))
+
+
+def test_warnings_are_one_line_and_quiet_leaves_them_out(surface, tmp_path):
+    done = run_command("noise", surface, tmp_path / "out.vtp", "--range", "0.05")
+    assert done.returncode == 0
+    assert re.fullmatch(r"surfacesynthesis: warning: The longest edge[^\n]+\n", done.stderr)
+    done = run_command("noise", surface, tmp_path / "out.vtp", "--range", "0.05", "--quiet")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+# -- help --------------------------------------------------------------------------------------------------------------
+
+
+def test_help_and_version():
+    done = run_command("--help")
+    assert done.returncode == 0 and "noise" in done.stdout and done.stderr == ""
+    done = run_command("noise", "--help")
+    assert done.returncode == 0
+    options = ("range", "screening", "normalized-screening", "std", "model", "seed", "samples", "first-sample", "quiet",
+               "components", "eigenpairs", "name", "warp", "threads", "no-progress")  # fmt: skip
+    for option in options:
+        assert f"--{option}" in done.stdout
+    assert ".vtp .vtk .ply" in done.stdout and "examples:" in done.stdout
+    done = run_command("--version")
+    assert done.stdout == f"surfacesynthesis {surfacesynthesis.__version__}\n"
+    assert re.fullmatch(r"\d+\.\d+\.\d+", surfacesynthesis.__version__)
+
+
+# -- what goes wrong ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ([], "COMMAND"),
+        (["paint"], "invalid choice: 'paint'"),
+        (["noise"], "INPUT, OUTPUT"),
+        (["noise", "in.off", "out.vtp", "--colour"], "unrecognized arguments: --colour"),
+        (["noise", "in.off", "out.vtp", "--range", "wide"], "invalid float value: 'wide'"),
+        (["noise", "in.off", "out.vtp", "--range", "-1"], "range must be a finite number larger than 0"),
+        (["noise", "in.off", "out.vtp", "--range", "1", "--screening", "2"], "not allowed with argument --range"),
+        (["noise", "in.off", "out.vtp", "--screening", "1", "--std", "2"], "standard_deviation goes with range"),
+        (["noise", "in.off", "out.vtp", "--model", "perlin"], "invalid choice: 'perlin'"),
+        (["noise", "in.off", "out.vtp", "--model", "white", "--range", "1"], "no meaning for the model 'white'"),
+        (["noise", "in.off", "out.vtp", "--seed", "3000000000"], "seed must be"),
+        (["noise", "in.off", "out.vtp", "--samples", "0"], "samples must be"),
+        (["noise", "in.off", "out.vtp", "--threads", "0"], "--threads must be"),
+        (["noise", "in.off", "out.vtp", "--name", ""], "name must be"),
+        (["noise", "in.off", "out.xyz"], "the extension '.xyz' is not known"),
+        (["noise", "in.txt", "out.vtp"], "the extension '.txt' is not known"),
+        (["noise", "in.off", "out.vtm"], ".vtm is for composite datasets"),
+        (["noise", "in.off", "out.stl"], ".stl files cannot hold the noise: write .vtp, .vtk or .ply, or move"),
+        (["noise", "in.off", "out.obj"], "--warp SCALE"),
+        (["noise", "in.off", "out.off"], "--warp SCALE"),
+        (["noise", "in.off", "out.stl", "--warp", "1", "--components", "2"], "--warp needs 1 or 3 components, not 2"),
+        (["noise", "in.off", "out.stl", "--warp", "nan"], "--warp must be a finite number"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(arguments, words, surface, tmp_path):
+    fails(arguments, 2, words, tmp_path)
+
+
+def test_formats_without_arrays_are_refused_before_anything_is_read(tmp_path):
+    fails(["noise", "no such file.off", "out.stl"], 2, "cannot hold the noise", tmp_path)
+
+
+def test_missing_and_malformed_inputs_are_one_line_and_status_1(surface, pair, tmp_path):
+    (tmp_path / "folder.off").mkdir()
+    (tmp_path / "cut.off").write_text("OFF\n3 1 0\n0 0 0\n1 0\n")
+    (tmp_path / "empty.off").write_text("OFF\n0 0 0\n")
+    (tmp_path / "points.off").write_text("OFF\n1 0 0\n0 0 0\n")
+    (tmp_path / "cut.vtp").write_text("<VTKFile type='PolyData'><PolyData>")
+    (tmp_path / "junk.stl").write_bytes(os.urandom(2000))
+    broken = pair[0].copy()
+    broken[5, 2] = np.nan
+    write_mesh(polydata_of(broken, pair[1]), tmp_path / "nan.vtp")
+    for name, words in [
+        ("none.off", "none.off: No such file or directory"),
+        ("folder.off", "Is a directory"),
+        ("cut.off", "cut.off: the file ends after 2 of 3 vertices"),
+        ("empty.off", "empty.off: the file holds no points"),
+        ("points.off", "no polygon"),
+        ("cut.vtp", "cut.vtp: Error parsing XML"),
+        ("junk.stl", "junk.stl: this is no complete STL file"),
+        ("nan.vtp", "NaN or infinite"),
+    ]:
+        fails(["noise", name, "out.vtp"], 1, words, tmp_path)
+
+
+def test_all_bad_blocks_are_in_the_one_line(pair, tmp_path):
+    broken = pair[0].copy()
+    broken[5, 2] = np.nan
+    blocks = vtkMultiBlockDataSet()
+    for k in range(3):
+        blocks.SetBlock(k, polydata_of(broken if k else pair[0], pair[1]))
+    write_mesh(blocks, tmp_path / "in.vtm")
+    done = fails(["noise", "in.vtm", "out.vtm"], 1, "block 2", tmp_path)
+    assert "block 3" in done.stderr and "block 1" not in done.stderr
+
+
+def test_unwritable_outputs(surface, tmp_path):
+    fails(["noise", "in.off", "no folder/out.vtp"], 1, "does not exist", tmp_path)
+    fails(["noise", "in.off", "/proc/out.vtp"], 1, "the folder /proc is not writable", tmp_path)
+    (tmp_path / "taken.vtp").mkdir()
+    fails(["noise", "in.off", "taken.vtp"], 1, "is not a file", tmp_path)
+
+
+@pytest.mark.parametrize("kind", [".vtp", ".ply", ".vtk", ".off"])
+def test_full_disk_leaves_the_old_file(kind, surface, tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    (tmp_path / f"out{kind}").write_text("old")
+    extra = ["--warp", "0.1"] if kind == ".off" else []
+    done = run_command("noise", surface, tmp_path / f"out{kind}", "--range", "1", *extra, preexec_fn=limit)
+    assert done.returncode == 1 and done.stdout == ""
+    assert re.fullmatch(r"surfacesynthesis: [^\n]+\n", done.stderr)
+    assert files_in(tmp_path) == ["in.off", f"out{kind}"]
+    assert (tmp_path / f"out{kind}").read_text() == "old"
+
+
+def long_command(folder):
+    """A command that takes many seconds."""
+    write_mesh(polydata_of(*icosphere(6)), folder / "in.ply")
+    return [sys.executable, "-m", "surfacesynthesis", "noise", "in.ply", "out.vtp", "--range", "1", "--samples", "2000"]
+
+
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_interruption_ends_at_once_and_leaves_nothing(number, status, tmp_path):
+    with subprocess.Popen(long_command(tmp_path), cwd=tmp_path, stdout=-1, stderr=-1, text=True) as process:
+        time.sleep(2.0)
+        assert process.poll() is None, "the command was over before it could be interrupted"
+        process.send_signal(number)
+        started = time.monotonic()
+        out, err = process.communicate(timeout=60)
+        waited = time.monotonic() - started
+    assert process.returncode == status
+    assert out == "" and "Traceback" not in err
+    assert waited < 5, f"{waited:.1f} s after the signal"
+    assert files_in(tmp_path) == ["in.ply"]
+
+
+# -- progress ----------------------------------------------------------------------------------------------------------
+
+
+def on_terminal(command, folder):
+    """Standard error of a command whose standard error is a terminal."""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=theirs) as process:
+        os.close(theirs)
+        text = b""
+        while True:
+            try:
+                data = os.read(ours, 4096)
+            except OSError:  # the other side was closed
+                break
+            if not data:
+                break
+            text += data
+        process.communicate(timeout=60)
+    os.close(ours)
+    assert process.returncode == 0
+    return text.decode()
+
+
+def test_progress_bar_on_a_terminal_only(surface, tmp_path):
+    command = [sys.executable, "-m", "surfacesynthesis", "noise", "in.off", "out.vtp", "--range", "1"]
+    shown = on_terminal(command, tmp_path)
+    percents = [int(percent) for percent in re.findall(r"(\d+) %", shown)]
+    assert percents and percents == sorted(percents) and percents[-1] == 100
+    assert shown.rstrip(" ").endswith("\r"), "the bar stays on the terminal"
+    assert on_terminal(command + ["--no-progress"], tmp_path) == ""
+    assert on_terminal(command + ["--quiet"], tmp_path) == ""
+    assert run_command("noise", surface, tmp_path / "out.vtp", "--range", "1").stderr == ""
+
+
+def test_bar_draws_each_percent_once():
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    stream = Terminal()
+    bar = ProgressBar(stream, True)
+    for fraction in (0.0, 0.001, 0.5, 0.501, 1.0, 1.5):
+        bar(fraction)
+    bar.clear()
+    assert re.findall(r"(\d+) %", stream.getvalue()) == ["0", "50", "100"]
+    assert "[####################                    ]  50 %" in stream.getvalue()
+
+
+def test_closed_output_pipe_is_no_traceback(surface, tmp_path):
+    command = f"{sys.executable} -m surfacesynthesis noise in.off out.vtp --range 1 | true"
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
+    assert "Traceback" not in done.stderr and "Exception" not in done.stderr
+    assert (tmp_path / "out.vtp").exists()
