@@ -2,8 +2,10 @@
 #include "Core/Solvers/LaplaceEigenpairs.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Random/CounterNormals.h"
 #include "Core/Solvers/CholeskySolver.h"
 
+#include <Eigen/Eigenvalues>
 #include <Spectra/SymEigsShiftSolver.h>
 
 #include <algorithm>
@@ -90,8 +92,107 @@ private:
   mutable double Done = 0.0;
 };
 
-/// Scatters to all vertices, ascending, each with its largest entry positive.
-Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors, Eigen::Index rows)
+/// The shifted inverse without the eigenpairs that are known: those directions go to 0.
+class DeflatedInverse
+{
+public:
+  using Scalar = double;
+
+  DeflatedInverse(const ShiftedInverse& inverse, double shift, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors)
+    : Inverse(inverse)
+    , Weights((values.array() + shift).inverse().matrix())
+    , Vectors(vectors)
+  {
+  }
+  Eigen::Index rows() const { return this->Inverse.rows(); }
+  Eigen::Index cols() const { return this->Inverse.cols(); }
+  void set_shift(double) {}
+  void perform_op(const double* in, double* out) const
+  {
+    this->Inverse.perform_op(in, out);
+    const Eigen::Map<const Eigen::VectorXd> x(in, this->rows());
+    Eigen::Map<Eigen::VectorXd>(out, this->rows()) -=
+      this->Vectors * this->Weights.cwiseProduct(this->Vectors.transpose() * x);
+  }
+
+private:
+  const ShiftedInverse& Inverse;
+  Eigen::VectorXd Weights;
+  const Eigen::MatrixXd& Vectors;
+};
+
+/// Runs Lanczos for the @p count lowest eigenvalues of @p inverse. The start vector depends on @p round: Lanczos sees one
+/// direction of each eigenspace, which another start makes another one.
+template <typename Inverse>
+void Solve(Inverse& inverse, double shift, Eigen::Index count, Eigen::Index basis, std::uint32_t round,
+  Eigen::VectorXd& values, Eigen::MatrixXd& vectors)
+{
+  Spectra::SymEigsShiftSolver<Inverse> solver(inverse, count, basis, -shift);
+  Eigen::VectorXd start(inverse.rows());
+  NormalKey key;
+  key.Sample = round;
+  FillNormals(key, 0, start.size(), start.data());
+  solver.init(start.data());
+  constexpr Eigen::Index MaximumIterations = 1000;
+  const Eigen::Index converged = solver.compute(Spectra::SortRule::LargestMagn, MaximumIterations, 1e-10);
+  if (solver.info() != Spectra::CompInfo::Successful || converged < count)
+  {
+    throw SolverFailure("LowestLaplaceEigenpairs: " + std::to_string(converged) + " of " + std::to_string(count) +
+      " eigenpairs converged to 1e-10.");
+  }
+  values = solver.eigenvalues();
+  vectors = solver.eigenvectors();
+}
+
+/// Looks for eigenvalues below the largest of @p values that a Lanczos run has missed, as it may where symmetry of the
+/// surface makes eigenvalues multiple, and appends them; false when there are none.
+bool AppendMissed(const ShiftedInverse& inverse, double shift, std::uint32_t round, Eigen::VectorXd& values,
+  Eigen::MatrixXd& vectors)
+{
+  const Eigen::Index size = inverse.rows();
+  const Eigen::Index known = values.size();
+  const Eigen::Index more = std::min<Eigen::Index>(4, size - known);
+  if (more == 0)
+  {
+    return false;
+  }
+  const Eigen::Index basis = std::min<Eigen::Index>(size, std::max<Eigen::Index>(known, 20));
+  DeflatedInverse deflated(inverse, shift, values, vectors);
+  Eigen::VectorXd otherValues;
+  Eigen::MatrixXd otherVectors;
+  Solve(deflated, shift, more, basis, round, otherValues, otherVectors);
+  const double limit = values.maxCoeff() - 1e-9 * (values.maxCoeff() + shift);
+  for (Eigen::Index k = 0; k < more; ++k)
+  {
+    if (otherValues[k] < limit)
+    {
+      values.conservativeResize(values.size() + 1);
+      values[values.size() - 1] = otherValues[k];
+      vectors.conservativeResize(size, vectors.cols() + 1);
+      vectors.col(vectors.cols() - 1) = otherVectors.col(k);
+    }
+  }
+  return values.size() > known;
+}
+
+/// All eigenpairs of a small problem: below a few hundred vertices the dense solver is as fast, and the Krylov space of a
+/// very symmetric surface (the tetrahedron has two eigenvalues) ends before Lanczos has begun.
+void SolveDense(const UsedPart& part, double shift, Eigen::VectorXd& values, Eigen::MatrixXd& vectors)
+{
+  const Eigen::VectorXd scale = part.RootMass.cwiseInverse();
+  const Eigen::MatrixXd matrix = scale.asDiagonal() * Eigen::MatrixXd(part.Shifted) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix);
+  if (solver.info() != Eigen::Success)
+  {
+    throw SolverFailure("LowestLaplaceEigenpairs: the dense eigensolver did not converge.");
+  }
+  values = solver.eigenvalues().array() - shift;
+  vectors = solver.eigenvectors();
+}
+
+/// Scatters the @p count lowest to all vertices, ascending, each with its largest entry positive.
+Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors,
+  Eigen::Index count, Eigen::Index rows)
 {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
   for (std::size_t k = 0; k < order.size(); ++k)
@@ -100,8 +201,8 @@ Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Ei
   }
   std::stable_sort(
     order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
-  Eigenpairs pairs{ Eigen::VectorXd(values.size()), Eigen::MatrixXd::Zero(rows, values.size()) };
-  for (Eigen::Index k = 0; k < values.size(); ++k)
+  Eigenpairs pairs{ Eigen::VectorXd(count), Eigen::MatrixXd::Zero(rows, count) };
+  for (Eigen::Index k = 0; k < count; ++k)
   {
     pairs.Values[k] = std::max(values[order[k]], 0.0);
     const Eigen::VectorXd vector = vectors.col(order[k]).cwiseQuotient(part.RootMass);
@@ -130,19 +231,24 @@ Eigenpairs LowestLaplaceEigenpairs(
     throw InvalidInput("LowestLaplaceEigenpairs: " + std::to_string(count) + " eigenpairs asked for; expected 1 to " +
       std::to_string(size - 1) + ", one less than the number of vertices in use.");
   }
-  const Eigen::Index basis = std::min<Eigen::Index>(size, std::max<Eigen::Index>(2 * count, 20));
-  ShiftedInverse inverse(part, 2.0 * static_cast<double>(basis), progress);
-  Spectra::SymEigsShiftSolver<ShiftedInverse> solver(inverse, count, basis, -shift);
-  solver.init();
-  constexpr Eigen::Index MaximumIterations = 1000;
-  const Eigen::Index converged = solver.compute(Spectra::SortRule::LargestMagn, MaximumIterations, 1e-10);
-  if (solver.info() != Spectra::CompInfo::Successful || converged < count)
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+  if (size <= 200)
   {
-    throw SolverFailure("LowestLaplaceEigenpairs: " + std::to_string(converged) + " of " + std::to_string(count) +
-      " eigenpairs converged to 1e-10.");
+    SolveDense(part, shift, values, vectors);
+  }
+  else
+  {
+    const Eigen::Index basis = std::min<Eigen::Index>(size, std::max<Eigen::Index>(2 * count, 20));
+    ShiftedInverse inverse(part, 3.0 * static_cast<double>(basis), progress);
+    std::uint32_t round = 0;
+    Solve(inverse, shift, count, basis, round, values, vectors);
+    while (AppendMissed(inverse, shift, ++round, values, vectors))
+    {
+    }
   }
   Report(progress, 1.0);
-  return Collect(part, solver.eigenvalues(), solver.eigenvectors(), stiffness.rows());
+  return Collect(part, values, vectors, count, stiffness.rows());
 }
 
 } // namespace surfsynth
