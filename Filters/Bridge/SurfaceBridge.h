@@ -30,7 +30,7 @@ namespace surfsynth
 struct Surface
 {
   TriangleMesh Mesh; ///< all points of the input in their order (float64), its polygons and strips as triangles
-  /// The tables of Mesh, which the check has built; always there after ToSurface().
+  /// The tables of Mesh, which the check has built; empty when the check was not needed (see ProcessSurfaces()).
   std::optional<MeshTopology> Topology;
   /// Cell of the input that each triangle comes from; empty when triangle f is cell f.
   std::vector<std::int64_t> CellOfTriangle;
@@ -51,20 +51,30 @@ struct Surface
 /// triangulated, or the triangles do not meet @p requirements.
 VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements);
 
+/// The two halves of ToSurface(): the conversion, after which ids are in range and polygons are triangles, ...
+VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ConvertSurface(vtkPolyData* input);
+/// ... and the check, which fills surface.Topology. Both throw what ToSurface() throws.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void CheckSurface(Surface& surface, const MeshRequirements& requirements);
+
 /// What a filter does with one surface: fills @p output, which already holds a shallow copy of the input.
 using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
+
+/// True for a converted surface that the filter knows to be sound, because it still holds what it made of the same mesh.
+using SoundSurface = std::function<bool(const Surface& surface)>;
 
 /// Accepts vtkPolyData and vtkDataObjectTree on the port; for FillInputPortInformation.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 
 /// RequestData of a filter on surfaces. Converts and checks each block, calls @p worker, and
 ///  - binds progress to UpdateProgress() and cancellation to AbortExecute;
+///  - leaves out the check, about a tenth of a second for a million triangles, where @p isKnownSound says so;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
 ///  - leaves empty input empty, without an error.
 /// @return 0 when a polydata input failed or the user aborted, else 1: in a composite input a failed block is reported
 /// and left empty, and the others are kept.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
-  vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker);
+  vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
+  const SoundSurface& isKnownSound = {});
 
 } // namespace surfsynth

@@ -380,7 +380,7 @@ void ConvertCells(vtkPolyData* input, Surface& surface)
 }
 } // namespace
 
-Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements)
+Surface ConvertSurface(vtkPolyData* input)
 {
   if (!input)
   {
@@ -389,8 +389,19 @@ Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements)
   Surface surface;
   surface.Mesh.Points = ConvertPoints(input);
   ConvertCells(input, surface);
+  return surface;
+}
+
+void CheckSurface(Surface& surface, const MeshRequirements& requirements)
+{
   surface.Topology.emplace(
     RequireSoundMesh(surface.Mesh, requirements, [&](std::int64_t f) { return surface.Cell(f); }));
+}
+
+Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements)
+{
+  Surface surface = ConvertSurface(input);
+  CheckSurface(surface, requirements);
   return surface;
 }
 

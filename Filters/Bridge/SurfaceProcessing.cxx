@@ -56,10 +56,12 @@ vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumbe
 class Processing
 {
 public:
-  Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker)
+  Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker,
+    const SoundSurface& isKnownSound)
     : Self(self)
     , Requirements(requirements)
     , Worker(worker)
+    , IsKnownSound(isKnownSound)
   {}
 
   /// The callback that covers [@p begin, @p end] of this filter's progress.
@@ -86,9 +88,13 @@ public:
       {
         return true;
       }
-      Surface surface = ToSurface(input, this->Requirements);
+      Surface surface = ConvertSurface(input);
       surface.FlatIndex = flatIndex;
       surface.Where = where;
+      if (!this->IsKnownSound || !this->IsKnownSound(surface))
+      {
+        CheckSurface(surface, this->Requirements);
+      }
       this->Worker(surface, output, progress);
       return true;
     }
@@ -162,6 +168,7 @@ private:
   vtkAlgorithm* Self;
   const MeshRequirements& Requirements;
   const SurfaceWorker& Worker;
+  const SoundSurface& IsKnownSound;
   double Done = 0.0;
 };
 
@@ -197,14 +204,14 @@ int AcceptSurfaces(vtkInformation* info)
 }
 
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const MeshRequirements& requirements, const SurfaceWorker& worker)
+  const MeshRequirements& requirements, const SurfaceWorker& worker, const SoundSurface& isKnownSound)
 {
   vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
   vtkDataObject* output = vtkDataObject::GetData(outputVector);
   const ThreadScope threads(std::min(MaximumThreads(), vtkSMPTools::GetEstimatedNumberOfThreads()));
   try
   {
-    Processing processing(self, requirements, worker);
+    Processing processing(self, requirements, worker, isKnownSound);
     return Process(processing, self, input, output) ? 1 : 0;
   }
   catch (const Cancelled&)

@@ -71,6 +71,14 @@ vtkSmartPointer<vtkDoubleArray> NewArray(const std::string& name, vtkIdType tupl
 class vtkMaternNoiseFilter::Internals
 {
 public:
+  struct CachedField
+  {
+    std::uint64_t MeshHash = 0;
+    MaternFieldOptions Options;
+    std::unique_ptr<MaternField> Field;
+    bool InUse = false;
+  };
+
   explicit Internals(vtkMaternNoiseFilter* self)
     : Self(self)
   {}
@@ -110,6 +118,19 @@ public:
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
+  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
+  const CachedField* Find(const Surface& surface)
+  {
+    const auto found = this->Fields.find(surface.FlatIndex);
+    if (found == this->Fields.end() || !SameFactor(found->second.Options, this->Options()) ||
+      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
+    {
+      return nullptr;
+    }
+    found->second.InUse = true;
+    return &found->second;
+  }
+
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
   double Gamma = 0.0;
@@ -117,14 +138,6 @@ public:
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  struct CachedField
-  {
-    std::uint64_t MeshHash = 0;
-    MaternFieldOptions Options;
-    std::unique_ptr<MaternField> Field;
-    bool InUse = false;
-  };
-
   /// The options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
   MaternFieldOptions Options() const
   {
@@ -164,19 +177,6 @@ private:
     request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
     request.Stream = surface.FlatIndex;
     return request;
-  }
-
-  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
-  const CachedField* Find(const Surface& surface)
-  {
-    const auto found = this->Fields.find(surface.FlatIndex);
-    if (found == this->Fields.end() || !SameFactor(found->second.Options, this->Options()) ||
-      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
-    {
-      return nullptr;
-    }
-    found->second.InUse = true;
-    return &found->second;
   }
 
   const MaternField& Build(const Surface& surface, const surfsynth::Progress& progress)
@@ -276,10 +276,12 @@ int vtkMaternNoiseFilter::RequestData(
     return 0;
   }
   this->Impl->Begin();
-  const int success = surfsynth::ProcessSurfaces(this, inputVector, outputVector, surfsynth::MeshRequirements(),
-    [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
-      this->Impl->AddNoise(surface, output, progress);
-    });
+  const auto addNoise = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
+    this->Impl->AddNoise(surface, output, progress);
+  };
+  const auto isCached = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
+  const int success = surfsynth::ProcessSurfaces(
+    this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached);
   if (success)
   {
     this->Impl->DropUnused();

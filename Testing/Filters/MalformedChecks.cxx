@@ -63,8 +63,8 @@ std::set<vtkAbstractArray*> ArraysOf(vtkDataObject* data)
   {
     if (auto* polyData = vtkPolyData::SafeDownCast(leaf.second))
     {
-      for (vtkFieldData* fields : { static_cast<vtkFieldData*>(polyData->GetPointData()),
-             static_cast<vtkFieldData*>(polyData->GetCellData()) })
+      for (vtkFieldData* fields :
+        { static_cast<vtkFieldData*>(polyData->GetPointData()), static_cast<vtkFieldData*>(polyData->GetCellData()) })
       {
         for (int k = 0; k < fields->GetNumberOfArrays(); ++k)
         {
@@ -172,12 +172,9 @@ void ExpectSameArrays(vtkDataObject* block, vtkDataObject* expected)
       << "a good block changed beside a bad one";
   }
 }
-}
+} // namespace
 
-double CaseTimeLimit()
-{
-  return 30.0;
-}
+double CaseTimeLimit() { return 30.0; }
 
 void CheckAlone(const MalformedCase& malformed, const FilterFactory& make, const FilterTraits& traits)
 {

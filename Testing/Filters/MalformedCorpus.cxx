@@ -53,36 +53,31 @@ void Add(Cases& cases, const std::string& name, Expectation expected, std::funct
 void Edit(Cases& cases, const std::string& name, Expectation expected, const Soup& base,
   const std::function<void(Soup&)>& edit, int pointType = VTK_DOUBLE)
 {
-  Add(cases, name, expected,
-    [base, edit, pointType]() -> Data
-    {
-      Soup soup = base;
-      edit(soup);
-      return soup.ToPolyData(pointType);
-    });
+  Add(cases, name, expected, [base, edit, pointType]() -> Data {
+    Soup soup = base;
+    edit(soup);
+    return soup.ToPolyData(pointType);
+  });
 }
 
 /// A case that is made by changing the polydata of @p base.
 void Change(Cases& cases, const std::string& name, Expectation expected, const Soup& base,
   const std::function<void(vtkPolyData*)>& change)
 {
-  Add(cases, name, expected,
-    [base, change]() -> Data
-    {
-      const auto polyData = base.ToPolyData();
-      change(polyData);
-      return polyData;
-    });
+  Add(cases, name, expected, [base, change]() -> Data {
+    const auto polyData = base.ToPolyData();
+    change(polyData);
+    return polyData;
+  });
 }
 
 /// A case of scaled and shifted points.
-void Transform(Cases& cases, const std::string& name, Expectation expected, double scale, double offset,
-  int pointType = VTK_DOUBLE)
+void Transform(
+  Cases& cases, const std::string& name, Expectation expected, double scale, double offset, int pointType = VTK_DOUBLE)
 {
   Edit(
     cases, name, expected, Icosphere(2),
-    [scale, offset](Soup& soup)
-    {
+    [scale, offset](Soup& soup) {
       for (double& x : soup.Points)
       {
         x = scale * x + offset;
@@ -202,35 +197,27 @@ void AddEmptyCases(Cases& cases)
 {
   Add(cases, "NoPointsNoCells", Expectation::Empty, []() -> Data { return vtkSmartPointer<vtkPolyData>::New(); });
   Change(cases, "PointsObjectWithoutPoints", Expectation::Empty, Soup(), [](vtkPolyData*) {});
-  Change(cases, "EmptyWithFieldData", Expectation::Empty, Soup(),
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkDoubleArray> array;
-      array->SetName("Time");
-      array->InsertNextValue(1.0);
-      data->GetFieldData()->AddArray(array);
-    });
-  Change(cases, "EmptyWithArraysOfNoTuples", Expectation::Empty, Soup(),
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkDoubleArray> array;
-      array->SetName("Pressure");
-      data->GetPointData()->SetScalars(array);
-    });
+  Change(cases, "EmptyWithFieldData", Expectation::Empty, Soup(), [](vtkPolyData* data) {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName("Time");
+    array->InsertNextValue(1.0);
+    data->GetFieldData()->AddArray(array);
+  });
+  Change(cases, "EmptyWithArraysOfNoTuples", Expectation::Empty, Soup(), [](vtkPolyData* data) {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName("Pressure");
+    data->GetPointData()->SetScalars(array);
+  });
   Edit(cases, "PointsOnly", Expectation::Error, Icosphere(1), [](Soup& soup) { soup.Polys.clear(); });
   Edit(cases, "OnePointOnly", Expectation::Error, Soup(), [](Soup& soup) { soup.AddPoint(1, 2, 3); });
-  Edit(cases, "VerticesOnly", Expectation::Error, Icosphere(1),
-    [](Soup& soup)
-    {
-      soup.Polys.clear();
-      soup.Verts = { { 0 }, { 1, 2, 3 } };
-    });
-  Edit(cases, "LinesOnly", Expectation::Error, Icosphere(1),
-    [](Soup& soup)
-    {
-      soup.Polys.clear();
-      soup.Lines = { { 0, 1, 2 }, { 3, 4 } };
-    });
+  Edit(cases, "VerticesOnly", Expectation::Error, Icosphere(1), [](Soup& soup) {
+    soup.Polys.clear();
+    soup.Verts = { { 0 }, { 1, 2, 3 } };
+  });
+  Edit(cases, "LinesOnly", Expectation::Error, Icosphere(1), [](Soup& soup) {
+    soup.Polys.clear();
+    soup.Lines = { { 0, 1, 2 }, { 3, 4 } };
+  });
 }
 
 void AddTopologyCases(Cases& cases)
@@ -242,125 +229,104 @@ void AddTopologyCases(Cases& cases)
   Edit(cases, "NonManifoldEdgeOfThreeHundred", Expectation::Error, Fan(300), unchanged);
   Edit(cases, "NonManifoldVertexOfTwoTriangles", Expectation::Sound,
     Triangles({ 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, -1, 0 }, { { 0, 1, 2 }, { 0, 3, 4 } }), unchanged);
-  Edit(cases, "NonManifoldVertexOfTwoTetrahedra", Expectation::Sound, Tetrahedron(),
-    [](Soup& soup)
+  Edit(cases, "NonManifoldVertexOfTwoTetrahedra", Expectation::Sound, Tetrahedron(), [](Soup& soup) {
+    Append(soup, Tetrahedron(), 1.0);
+    for (auto& cell : soup.Polys)
     {
-      Append(soup, Tetrahedron(), 1.0);
-      for (auto& cell : soup.Polys)
+      for (vtkIdType& id : cell)
       {
-        for (vtkIdType& id : cell)
-        {
-          id = id == 4 ? 1 : id; // the two meet at (1, 0, 0)
-        }
+        id = id == 4 ? 1 : id; // the two meet at (1, 0, 0)
       }
-    });
+    }
+  });
   Edit(cases, "MoebiusStrip", Expectation::Sound, Band(24, true), unchanged);
   Edit(cases, "Annulus", Expectation::Sound, Band(24, false), unchanged);
-  Edit(cases, "InconsistentWinding", Expectation::Sound, sphere,
-    [](Soup& soup)
+  Edit(cases, "InconsistentWinding", Expectation::Sound, sphere, [](Soup& soup) {
+    for (std::size_t f = 0; f < soup.Polys.size(); f += 3)
     {
-      for (std::size_t f = 0; f < soup.Polys.size(); f += 3)
-      {
-        std::swap(soup.Polys[f][0], soup.Polys[f][1]);
-      }
-    });
-  Edit(cases, "WoundInwards", Expectation::Sound, sphere,
-    [](Soup& soup)
+      std::swap(soup.Polys[f][0], soup.Polys[f][1]);
+    }
+  });
+  Edit(cases, "WoundInwards", Expectation::Sound, sphere, [](Soup& soup) {
+    for (auto& cell : soup.Polys)
     {
-      for (auto& cell : soup.Polys)
-      {
-        std::swap(cell[0], cell[1]);
-      }
-    });
+      std::swap(cell[0], cell[1]);
+    }
+  });
   Edit(cases, "DuplicateFace", Expectation::Error, sphere, [](Soup& soup) { soup.Polys.push_back(soup.Polys[7]); });
-  Edit(cases, "OppositeFace", Expectation::Error, sphere,
-    [](Soup& soup)
-    {
-      const auto t = soup.Polys[7];
-      soup.Polys.push_back({ t[0], t[2], t[1] });
-    });
-  Edit(cases, "EveryFaceTwice", Expectation::Error, sphere,
-    [](Soup& soup)
-    {
-      const auto faces = soup.Polys;
-      soup.Polys.insert(soup.Polys.end(), faces.begin(), faces.end());
-    });
+  Edit(cases, "OppositeFace", Expectation::Error, sphere, [](Soup& soup) {
+    const auto t = soup.Polys[7];
+    soup.Polys.push_back({ t[0], t[2], t[1] });
+  });
+  Edit(cases, "EveryFaceTwice", Expectation::Error, sphere, [](Soup& soup) {
+    const auto faces = soup.Polys;
+    soup.Polys.insert(soup.Polys.end(), faces.begin(), faces.end());
+  });
   Edit(cases, "OneTriangleTwice", Expectation::Either,
     Triangles({ 0, 0, 0, 1, 0, 0, 0, 1, 0 }, { { 0, 1, 2 }, { 0, 1, 2 } }), unchanged);
   Edit(cases, "PillowOfTwoTriangles", Expectation::Sound,
     Triangles({ 0, 0, 0, 1, 0, 0, 0, 1, 0 }, { { 0, 1, 2 }, { 0, 2, 1 } }), unchanged);
-  Edit(cases, "ThousandTriangles", Expectation::Sound, Soup(),
-    [](Soup& soup)
+  Edit(cases, "ThousandTriangles", Expectation::Sound, Soup(), [](Soup& soup) {
+    for (int k = 0; k < 1000; ++k)
     {
-      for (int k = 0; k < 1000; ++k)
-      {
-        Append(soup, Triangles({ 0, 0, 0, 1, 0, 0, 0, 1, 0 }, { { 0, 1, 2 } }), 2.0 * k);
-      }
-    });
-  Edit(cases, "ThousandTetrahedra", Expectation::Sound, Soup(),
-    [](Soup& soup)
+      Append(soup, Triangles({ 0, 0, 0, 1, 0, 0, 0, 1, 0 }, { { 0, 1, 2 } }), 2.0 * k);
+    }
+  });
+  Edit(cases, "ThousandTetrahedra", Expectation::Sound, Soup(), [](Soup& soup) {
+    for (int k = 0; k < 1000; ++k)
     {
-      for (int k = 0; k < 1000; ++k)
-      {
-        Append(soup, Tetrahedron(), 2.0 * k);
-      }
-    });
+      Append(soup, Tetrahedron(), 2.0 * k);
+    }
+  });
   Edit(cases, "OpenBoundary", Expectation::Sound, Grid(8), unchanged);
-  Edit(cases, "ManyHoles", Expectation::Sound, Icosphere(3),
-    [](Soup& soup)
+  Edit(cases, "ManyHoles", Expectation::Sound, Icosphere(3), [](Soup& soup) {
+    std::vector<std::vector<vtkIdType>> kept;
+    for (std::size_t f = 0; f < soup.Polys.size(); ++f)
     {
-      std::vector<std::vector<vtkIdType>> kept;
-      for (std::size_t f = 0; f < soup.Polys.size(); ++f)
+      if (f % 7 != 0)
       {
-        if (f % 7 != 0)
-        {
-          kept.push_back(soup.Polys[f]);
-        }
+        kept.push_back(soup.Polys[f]);
       }
-      soup.Polys = kept;
-    });
+    }
+    soup.Polys = kept;
+  });
   Edit(cases, "SelfIntersection", Expectation::Sound, sphere, [](Soup& soup) { Append(soup, Icosphere(2), 0.5); });
   Edit(cases, "TwoSpheresInOnePlace", Expectation::Sound, sphere, [](Soup& soup) { Append(soup, Icosphere(2), 0.0); });
-  Edit(cases, "TriangleSoup", Expectation::Sound, Soup(),
-    [sphere](Soup& soup)
+  Edit(cases, "TriangleSoup", Expectation::Sound, Soup(), [sphere](Soup& soup) {
+    for (const auto& cell : sphere.Polys)
     {
-      for (const auto& cell : sphere.Polys)
+      soup.Polys.emplace_back();
+      for (const vtkIdType id : cell)
       {
-        soup.Polys.emplace_back();
-        for (const vtkIdType id : cell)
-        {
-          const double* x = sphere.Points.data() + 3 * id;
-          soup.Polys.back().push_back(soup.AddPoint(x[0], x[1], x[2]));
-        }
+        const double* x = sphere.Points.data() + 3 * id;
+        soup.Polys.back().push_back(soup.AddPoint(x[0], x[1], x[2]));
       }
-    });
-  Edit(cases, "UnreferencedPointsBehind", Expectation::Sound, sphere,
-    [](Soup& soup)
+    }
+  });
+  Edit(cases, "UnreferencedPointsBehind", Expectation::Sound, sphere, [](Soup& soup) {
+    for (int k = 0; k < 1000; ++k)
     {
-      for (int k = 0; k < 1000; ++k)
-      {
-        soup.AddPoint(k, 0, 0);
-      }
-    });
-  Edit(cases, "UnreferencedPointsInFront", Expectation::Sound, Soup(),
-    [](Soup& soup)
+      soup.AddPoint(k, 0, 0);
+    }
+  });
+  Edit(cases, "UnreferencedPointsInFront", Expectation::Sound, Soup(), [](Soup& soup) {
+    for (int k = 0; k < 1000; ++k)
     {
-      for (int k = 0; k < 1000; ++k)
-      {
-        soup.AddPoint(k, 0, 0);
-      }
-      Append(soup, Icosphere(2), 0.0);
-    });
-  Edit(cases, "UnreferencedPointWithNaN", Expectation::Sound, sphere,
-    [](Soup& soup) { soup.AddPoint(NaN, Infinity, 0); });
+      soup.AddPoint(k, 0, 0);
+    }
+    Append(soup, Icosphere(2), 0.0);
+  });
+  Edit(
+    cases, "UnreferencedPointWithNaN", Expectation::Sound, sphere, [](Soup& soup) { soup.AddPoint(NaN, Infinity, 0); });
 }
 
 void AddCellCases(Cases& cases)
 {
   const auto unchanged = [](Soup&) {};
   const Soup sphere = Icosphere(2);
-  const auto withPolygon = [&](const std::string& name, Expectation expected, const std::vector<vtkIdType>& polygon)
-  { Edit(cases, name, expected, sphere, [polygon](Soup& soup) { soup.Polys.push_back(polygon); }); };
+  const auto withPolygon = [&](const std::string& name, Expectation expected, const std::vector<vtkIdType>& polygon) {
+    Edit(cases, name, expected, sphere, [polygon](Soup& soup) { soup.Polys.push_back(polygon); });
+  };
   withPolygon("RepeatedVertexInTriangle", Expectation::Error, { 0, 0, 1 });
   withPolygon("RepeatedVertexThreeTimes", Expectation::Error, { 5, 5, 5 });
   withPolygon("RepeatedVertexInQuad", Expectation::Error, { 0, 1, 1, 2 });
@@ -398,37 +364,34 @@ void AddCellCases(Cases& cases)
   Edit(cases, "PolygonWithoutArea", Expectation::Error, Polygon({ 0, 0, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0 }), unchanged);
   Edit(cases, "PolygonInOnePlace", Expectation::Error, Polygon({ 1, 1, 1, 1, 1, 1, 1, 1, 1, 1 }), unchanged);
   Edit(cases, "PolygonWithInfinity", Expectation::Error, Polygon({ 0, 0, 1, 0, 2, 1, Infinity, 2, 0, 1 }), unchanged);
-  Edit(cases, "PolygonTiny", Expectation::Sound, RegularPolygon(7),
-    [](Soup& soup)
+  Edit(cases, "PolygonTiny", Expectation::Sound, RegularPolygon(7), [](Soup& soup) {
+    for (double& x : soup.Points)
     {
-      for (double& x : soup.Points)
-      {
-        x *= 1e-9;
-      }
-    });
+      x *= 1e-9;
+    }
+  });
   Edit(cases, "TriangleStrip", Expectation::Sound, Strip(20), unchanged);
   Edit(cases, "StripOfTwoPoints", Expectation::Error, Strip(2), unchanged);
-  Edit(cases, "StripOfOnePlace", Expectation::Error, Strip(3),
-    [](Soup& soup) { soup.Strips = { { 0, 0, 0, 0, 0 } }; });
-  Edit(cases, "StripWithJoins", Expectation::Sound, Strip(8),
-    [](Soup& soup) { soup.Strips = { { 0, 1, 2, 3, 3, 4, 4, 5, 6, 7 } }; });
-  Edit(cases, "StripOverPolygon", Expectation::Error, Strip(5),
-    [](Soup& soup) { soup.Polys = { { 0, 1, 2 }, { 0, 2, 1 } }; });
-  Edit(cases, "TrianglesQuadsPolygonsStripsLinesVertices", Expectation::Sound, Grid(4),
-    [](Soup& soup)
+  Edit(cases, "StripOfOnePlace", Expectation::Error, Strip(3), [](Soup& soup) { soup.Strips = { { 0, 0, 0, 0, 0 } }; });
+  Edit(cases, "StripWithJoins", Expectation::Sound, Strip(8), [](Soup& soup) {
+    soup.Strips = { { 0, 1, 2, 3, 3, 4, 4, 5, 6, 7 } };
+  });
+  Edit(cases, "StripOverPolygon", Expectation::Error, Strip(5), [](Soup& soup) {
+    soup.Polys = { { 0, 1, 2 }, { 0, 2, 1 } };
+  });
+  Edit(cases, "TrianglesQuadsPolygonsStripsLinesVertices", Expectation::Sound, Grid(4), [](Soup& soup) {
+    Append(soup, Grid(4, 4), 2.0);
+    Append(soup, RegularPolygon(8), 5.0);
+    const vtkIdType first = soup.NumberOfPoints();
+    const Soup strip = Strip(7);
+    for (std::size_t k = 0; k < strip.Points.size(); k += 3)
     {
-      Append(soup, Grid(4, 4), 2.0);
-      Append(soup, RegularPolygon(8), 5.0);
-      const vtkIdType first = soup.NumberOfPoints();
-      const Soup strip = Strip(7);
-      for (std::size_t k = 0; k < strip.Points.size(); k += 3)
-      {
-        soup.AddPoint(strip.Points[k] + 8.0, strip.Points[k + 1], 0.0);
-      }
-      soup.Strips = { { first, first + 1, first + 2, first + 3, first + 4, first + 5, first + 6 } };
-      soup.Lines = { { 0, 1 }, { 2, 3, 4 } };
-      soup.Verts = { { 0 } };
-    });
+      soup.AddPoint(strip.Points[k] + 8.0, strip.Points[k + 1], 0.0);
+    }
+    soup.Strips = { { first, first + 1, first + 2, first + 3, first + 4, first + 5, first + 6 } };
+    soup.Lines = { { 0, 1 }, { 2, 3, 4 } };
+    soup.Verts = { { 0 } };
+  });
 }
 
 template <typename Array>
@@ -454,8 +417,7 @@ void AddStorageCases(Cases& cases)
   const Soup tetrahedron = Tetrahedron();
   const std::vector<vtkIdType> ids = { 0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3 };
   const auto stored = [&](const std::string& name, Expectation expected, const std::vector<vtkIdType>& offsets,
-                        const std::vector<vtkIdType>& connectivity)
-  {
+                        const std::vector<vtkIdType>& connectivity) {
     Change(cases, name + "In64Bits", expected, tetrahedron,
       [=](vtkPolyData* data) { SetPolys<vtkTypeInt64Array>(data, offsets, connectivity); });
     Change(cases, name + "In32Bits", expected, tetrahedron,
@@ -471,12 +433,10 @@ void AddStorageCases(Cases& cases)
   stored("IdOutOfRange", Expectation::Error, { 0, 3, 6, 9, 12 }, { 0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, -1 });
   Change(cases, "NoPointsObjectButCells", Expectation::Error, tetrahedron,
     [](vtkPolyData* data) { data->SetPoints(nullptr); });
-  Change(cases, "NoPointsButCells", Expectation::Error, tetrahedron,
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkPoints> none;
-      data->SetPoints(none);
-    });
+  Change(cases, "NoPointsButCells", Expectation::Error, tetrahedron, [](vtkPolyData* data) {
+    vtkNew<vtkPoints> none;
+    data->SetPoints(none);
+  });
   Change(cases, "FewerPointsThanCellsName", Expectation::Error, tetrahedron,
     [](vtkPolyData* data) { data->GetPoints()->SetNumberOfPoints(3); });
   Change(cases, "PointsOfTwoComponents", Expectation::Error, tetrahedron,
@@ -486,12 +446,10 @@ void AddStorageCases(Cases& cases)
 void AddGeometryCases(Cases& cases)
 {
   const Soup sphere = Icosphere(2);
-  const auto movePoint = [&](const std::string& name, Expectation expected, double x, double y, double z, int type)
-  {
+  const auto movePoint = [&](const std::string& name, Expectation expected, double x, double y, double z, int type) {
     Edit(
       cases, name, expected, sphere,
-      [=](Soup& soup)
-      {
+      [=](Soup& soup) {
         soup.Points[60] = x;
         soup.Points[61] = y;
         soup.Points[62] = z;
@@ -509,51 +467,40 @@ void AddGeometryCases(Cases& cases)
     [](Soup& soup) { soup.Points.assign(soup.Points.size(), NaN); });
   Edit(cases, "EveryPointInOnePlace", Expectation::Error, sphere,
     [](Soup& soup) { soup.Points.assign(soup.Points.size(), 1.0); });
-  Edit(cases, "EveryPointOnALine", Expectation::Error, sphere,
-    [](Soup& soup)
+  Edit(cases, "EveryPointOnALine", Expectation::Error, sphere, [](Soup& soup) {
+    for (std::size_t k = 0; k < soup.Points.size(); k += 3)
     {
-      for (std::size_t k = 0; k < soup.Points.size(); k += 3)
+      soup.Points[k + 1] = soup.Points[k + 2] = 0.0;
+    }
+  });
+  Edit(cases, "TriangleWithoutArea", Expectation::Error, sphere, [](Soup& soup) {
+    const vtkIdType a = soup.AddPoint(3, 0, 0);
+    const vtkIdType b = soup.AddPoint(4, 0, 0);
+    soup.Polys.push_back({ a, b, soup.AddPoint(5, 0, 0) });
+  });
+  Edit(cases, "TwoPointsInOnePlace", Expectation::Error, sphere, [](Soup& soup) {
+    const vtkIdType a = soup.Polys[0][0];
+    const vtkIdType b = soup.Polys[0][1];
+    std::copy_n(soup.Points.begin() + 3 * a, 3, soup.Points.begin() + 3 * b);
+  });
+  const auto needle = [&](const std::string& name, Expectation expected, double width) {
+    Edit(cases, name, expected, Grid(6), [width](Soup& soup) {
+      for (std::size_t k = 1; k < soup.Points.size(); k += 3)
       {
-        soup.Points[k + 1] = soup.Points[k + 2] = 0.0;
+        soup.Points[k] *= width;
       }
     });
-  Edit(cases, "TriangleWithoutArea", Expectation::Error, sphere,
-    [](Soup& soup)
-    {
-      const vtkIdType a = soup.AddPoint(3, 0, 0);
-      const vtkIdType b = soup.AddPoint(4, 0, 0);
-      soup.Polys.push_back({ a, b, soup.AddPoint(5, 0, 0) });
-    });
-  Edit(cases, "TwoPointsInOnePlace", Expectation::Error, sphere,
-    [](Soup& soup)
-    {
-      const vtkIdType a = soup.Polys[0][0];
-      const vtkIdType b = soup.Polys[0][1];
-      std::copy_n(soup.Points.begin() + 3 * a, 3, soup.Points.begin() + 3 * b);
-    });
-  const auto needle = [&](const std::string& name, Expectation expected, double width)
-  {
-    Edit(cases, name, expected, Grid(6),
-      [width](Soup& soup)
-      {
-        for (std::size_t k = 1; k < soup.Points.size(); k += 3)
-        {
-          soup.Points[k] *= width;
-        }
-      });
   };
   needle("Needles1e3", Expectation::Sound, 1e-3);
   needle("Needles1e6", Expectation::Either, 1e-6);
   needle("Needles1e9", Expectation::Either, 1e-9);
   needle("Needles1e14", Expectation::Error, 1e-14);
-  Edit(cases, "ObtuseTriangles", Expectation::Sound, Grid(6),
-    [](Soup& soup)
+  Edit(cases, "ObtuseTriangles", Expectation::Sound, Grid(6), [](Soup& soup) {
+    for (std::size_t k = 0; k < soup.Points.size(); k += 3)
     {
-      for (std::size_t k = 0; k < soup.Points.size(); k += 3)
-      {
-        soup.Points[k] += 3.0 * soup.Points[k + 1];
-      }
-    });
+      soup.Points[k] += 3.0 * soup.Points[k + 1];
+    }
+  });
   Transform(cases, "Scale1e12", Expectation::Sound, 1e12, 0.0);
   Transform(cases, "ScaleMinus1e12", Expectation::Sound, 1e-12, 0.0);
   Transform(cases, "ScaleMinus1e12Float", Expectation::Sound, 1e-12, 0.0, VTK_FLOAT);
@@ -568,33 +515,29 @@ void AddGeometryCases(Cases& cases)
   Transform(cases, "Offset1e9", Expectation::Sound, 1.0, 1e9);
   Transform(cases, "Offset1e9Float", Expectation::Error, 1.0, 1e9, VTK_FLOAT);
   Transform(cases, "Offset1e15", Expectation::Either, 1.0, 1e15);
-  Edit(cases, "MixedScales", Expectation::Either, sphere,
-    [](Soup& soup)
+  Edit(cases, "MixedScales", Expectation::Either, sphere, [](Soup& soup) {
+    Soup tiny = Tetrahedron();
+    for (double& x : tiny.Points)
     {
-      Soup tiny = Tetrahedron();
-      for (double& x : tiny.Points)
-      {
-        x *= 1e-8;
-      }
-      Append(soup, tiny, 5.0);
-      Soup huge = Tetrahedron();
-      for (double& x : huge.Points)
-      {
-        x *= 1e8;
-      }
-      Append(soup, huge, 10.0);
-    });
-  Edit(cases, "PlaneOfConstantX", Expectation::Sound, Grid(6),
-    [](Soup& soup)
+      x *= 1e-8;
+    }
+    Append(soup, tiny, 5.0);
+    Soup huge = Tetrahedron();
+    for (double& x : huge.Points)
     {
-      for (std::size_t k = 0; k < soup.Points.size(); k += 3)
-      {
-        std::swap(soup.Points[k], soup.Points[k + 2]);
-      }
-    });
-  Edit(cases, "IntegerPoints", Expectation::Sound, Grid(6),
-    [](Soup& soup)
+      x *= 1e8;
+    }
+    Append(soup, huge, 10.0);
+  });
+  Edit(cases, "PlaneOfConstantX", Expectation::Sound, Grid(6), [](Soup& soup) {
+    for (std::size_t k = 0; k < soup.Points.size(); k += 3)
     {
+      std::swap(soup.Points[k], soup.Points[k + 2]);
+    }
+  });
+  Edit(
+    cases, "IntegerPoints", Expectation::Sound, Grid(6),
+    [](Soup& soup) {
       for (double& x : soup.Points)
       {
         x = std::round(6.0 * x);
@@ -602,176 +545,142 @@ void AddGeometryCases(Cases& cases)
     },
     VTK_INT);
   Transform(cases, "FloatPoints", Expectation::Sound, 1.0, 0.0, VTK_FLOAT);
-  Change(cases, "PointsInStructureOfArrays", Expectation::Sound, sphere,
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkSOADataArrayTemplate<double>> array;
-      array->DeepCopy(data->GetPoints()->GetData());
-      data->GetPoints()->SetData(array);
-    });
+  Change(cases, "PointsInStructureOfArrays", Expectation::Sound, sphere, [](vtkPolyData* data) {
+    vtkNew<vtkSOADataArrayTemplate<double>> array;
+    array->DeepCopy(data->GetPoints()->GetData());
+    data->GetPoints()->SetData(array);
+  });
 }
 
 void AddDataCases(Cases& cases)
 {
   const Soup sphere = Icosphere(2);
-  const auto withPointArray = [&](const std::string& name, vtkIdType tuples, int components, double value)
-  {
-    Change(cases, name, Expectation::Sound, sphere,
-      [=](vtkPolyData* data)
-      {
-        vtkNew<vtkDoubleArray> array;
-        array->SetName("Pressure");
-        array->SetNumberOfComponents(components);
-        array->SetNumberOfTuples(tuples);
-        array->Fill(value);
-        data->GetPointData()->AddArray(array);
-        data->GetPointData()->SetActiveScalars("Pressure");
-      });
+  const auto withPointArray = [&](const std::string& name, vtkIdType tuples, int components, double value) {
+    Change(cases, name, Expectation::Sound, sphere, [=](vtkPolyData* data) {
+      vtkNew<vtkDoubleArray> array;
+      array->SetName("Pressure");
+      array->SetNumberOfComponents(components);
+      array->SetNumberOfTuples(tuples);
+      array->Fill(value);
+      data->GetPointData()->AddArray(array);
+      data->GetPointData()->SetActiveScalars("Pressure");
+    });
   };
   withPointArray("PointArrayTooShort", 5, 1, 1.0);
   withPointArray("PointArrayTooLong", 5000, 1, 1.0);
   withPointArray("PointArrayOfNoTuples", 0, 1, 1.0);
   withPointArray("PointArrayOfNaN", sphere.NumberOfPoints(), 1, NaN);
   withPointArray("PointArrayOfElevenComponents", sphere.NumberOfPoints(), 11, 2.0);
-  Change(cases, "CellArrayTooShort", Expectation::Sound, sphere,
-    [](vtkPolyData* data)
+  Change(cases, "CellArrayTooShort", Expectation::Sound, sphere, [](vtkPolyData* data) {
+    vtkNew<vtkIntArray> array;
+    array->SetName("Material");
+    array->InsertNextValue(1);
+    data->GetCellData()->SetScalars(array);
+  });
+  Change(cases, "ArraysWithoutName", Expectation::Sound, sphere, [](vtkPolyData* data) {
+    for (int k = 0; k < 2; ++k)
     {
-      vtkNew<vtkIntArray> array;
-      array->SetName("Material");
-      array->InsertNextValue(1);
-      data->GetCellData()->SetScalars(array);
+      vtkNew<vtkFloatArray> array;
+      array->SetNumberOfTuples(data->GetNumberOfPoints());
+      array->Fill(0.0);
+      data->GetPointData()->AddArray(array);
+    }
+  });
+  Change(cases, "StringsAndVariants", Expectation::Sound, sphere, [](vtkPolyData* data) {
+    vtkNew<vtkStringArray> strings;
+    strings->SetName("Label");
+    strings->SetNumberOfValues(data->GetNumberOfPoints());
+    data->GetPointData()->AddArray(strings);
+    vtkNew<vtkVariantArray> variants;
+    variants->SetName("Anything");
+    variants->SetNumberOfValues(data->GetNumberOfPoints());
+    data->GetPointData()->AddArray(variants);
+  });
+  const auto withGhosts = [&](const std::string& name, bool points, unsigned char value) {
+    Change(cases, name, Expectation::Sound, sphere, [=](vtkPolyData* data) {
+      vtkNew<vtkUnsignedCharArray> ghosts;
+      ghosts->SetName(vtkDataSetAttributes::GhostArrayName());
+      ghosts->SetNumberOfValues(points ? data->GetNumberOfPoints() : data->GetNumberOfCells());
+      ghosts->Fill(0);
+      ghosts->SetValue(3, value);
+      (points ? static_cast<vtkFieldData*>(data->GetPointData()) : data->GetCellData())->AddArray(ghosts);
     });
-  Change(cases, "ArraysWithoutName", Expectation::Sound, sphere,
-    [](vtkPolyData* data)
-    {
-      for (int k = 0; k < 2; ++k)
-      {
-        vtkNew<vtkFloatArray> array;
-        array->SetNumberOfTuples(data->GetNumberOfPoints());
-        array->Fill(0.0);
-        data->GetPointData()->AddArray(array);
-      }
-    });
-  Change(cases, "StringsAndVariants", Expectation::Sound, sphere,
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkStringArray> strings;
-      strings->SetName("Label");
-      strings->SetNumberOfValues(data->GetNumberOfPoints());
-      data->GetPointData()->AddArray(strings);
-      vtkNew<vtkVariantArray> variants;
-      variants->SetName("Anything");
-      variants->SetNumberOfValues(data->GetNumberOfPoints());
-      data->GetPointData()->AddArray(variants);
-    });
-  const auto withGhosts = [&](const std::string& name, bool points, unsigned char value)
-  {
-    Change(cases, name, Expectation::Sound, sphere,
-      [=](vtkPolyData* data)
-      {
-        vtkNew<vtkUnsignedCharArray> ghosts;
-        ghosts->SetName(vtkDataSetAttributes::GhostArrayName());
-        ghosts->SetNumberOfValues(points ? data->GetNumberOfPoints() : data->GetNumberOfCells());
-        ghosts->Fill(0);
-        ghosts->SetValue(3, value);
-        (points ? static_cast<vtkFieldData*>(data->GetPointData()) : data->GetCellData())->AddArray(ghosts);
-      });
   };
   withGhosts("GhostPoint", true, vtkDataSetAttributes::DUPLICATEPOINT);
   withGhosts("HiddenPoint", true, vtkDataSetAttributes::HIDDENPOINT);
   withGhosts("GhostCell", false, vtkDataSetAttributes::DUPLICATECELL);
-  Change(cases, "GlobalIdsOfAnotherMesh", Expectation::Sound, sphere,
-    [](vtkPolyData* data)
-    {
-      vtkNew<vtkIdTypeArray> ids;
-      ids->SetName("GlobalIds");
-      ids->InsertNextValue(1000000);
-      data->GetPointData()->SetGlobalIds(ids);
-    });
+  Change(cases, "GlobalIdsOfAnotherMesh", Expectation::Sound, sphere, [](vtkPolyData* data) {
+    vtkNew<vtkIdTypeArray> ids;
+    ids->SetName("GlobalIds");
+    ids->InsertNextValue(1000000);
+    data->GetPointData()->SetGlobalIds(ids);
+  });
 }
 
 void AddPipelineCases(Cases& cases)
 {
-  Add(cases, "UnstructuredGrid", Expectation::Error,
-    []() -> Data
-    {
-      auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
-      grid->SetPoints(Tetrahedron().ToPolyData()->GetPoints());
-      return grid;
-    });
+  Add(cases, "UnstructuredGrid", Expectation::Error, []() -> Data {
+    auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+    grid->SetPoints(Tetrahedron().ToPolyData()->GetPoints());
+    return grid;
+  });
   Add(cases, "Image", Expectation::Error, []() -> Data { return vtkSmartPointer<vtkImageData>::New(); });
   Add(cases, "Table", Expectation::Error, []() -> Data { return vtkSmartPointer<vtkTable>::New(); });
   Add(cases, "CompositeOfNothing", Expectation::Empty,
     []() -> Data { return vtkSmartPointer<vtkMultiBlockDataSet>::New(); });
-  Add(cases, "CompositeOfNullBlocks", Expectation::Empty,
-    []() -> Data
+  Add(cases, "CompositeOfNullBlocks", Expectation::Empty, []() -> Data {
+    auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+    blocks->SetNumberOfBlocks(5);
+    return blocks;
+  });
+  Add(cases, "CompositeOfEmptyBlocks", Expectation::Empty, []() -> Data {
+    auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+    for (unsigned int k = 0; k < 3; ++k)
     {
-      auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-      blocks->SetNumberOfBlocks(5);
-      return blocks;
-    });
-  Add(cases, "CompositeOfEmptyBlocks", Expectation::Empty,
-    []() -> Data
+      vtkNew<vtkPolyData> empty;
+      blocks->SetBlock(k, empty);
+    }
+    return blocks;
+  });
+  Add(cases, "CompositeNestedTenDeep", Expectation::Sound, []() -> Data {
+    vtkSmartPointer<vtkDataObject> inner = Icosphere(1).ToPolyData();
+    for (int k = 0; k < 10; ++k)
     {
-      auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-      for (unsigned int k = 0; k < 3; ++k)
-      {
-        vtkNew<vtkPolyData> empty;
-        blocks->SetBlock(k, empty);
-      }
-      return blocks;
-    });
-  Add(cases, "CompositeNestedTenDeep", Expectation::Sound,
-    []() -> Data
-    {
-      vtkSmartPointer<vtkDataObject> inner = Icosphere(1).ToPolyData();
-      for (int k = 0; k < 10; ++k)
-      {
-        auto outer = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-        outer->SetBlock(1, inner);
-        inner = outer;
-      }
-      return inner;
-    });
-  Add(cases, "CompositeOfPieces", Expectation::Sound,
-    []() -> Data
-    {
-      vtkNew<vtkMultiPieceDataSet> pieces;
-      pieces->SetPiece(0, Icosphere(1).ToPolyData());
-      pieces->SetPiece(2, Grid(3).ToPolyData());
-      auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-      blocks->SetBlock(0, pieces);
-      return blocks;
-    });
-  Add(cases, "CompositeOfOneBlockTwice", Expectation::Sound,
-    []() -> Data
-    {
-      const auto sphere = Icosphere(1).ToPolyData();
-      auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-      blocks->SetBlock(0, sphere);
-      blocks->SetBlock(1, sphere);
-      return blocks;
-    });
-  Add(cases, "CompositeWithTable", Expectation::Error,
-    []() -> Data
-    {
-      auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
-      vtkNew<vtkTable> table;
-      blocks->SetBlock(0, table);
-      return blocks;
-    });
+      auto outer = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+      outer->SetBlock(1, inner);
+      inner = outer;
+    }
+    return inner;
+  });
+  Add(cases, "CompositeOfPieces", Expectation::Sound, []() -> Data {
+    vtkNew<vtkMultiPieceDataSet> pieces;
+    pieces->SetPiece(0, Icosphere(1).ToPolyData());
+    pieces->SetPiece(2, Grid(3).ToPolyData());
+    auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+    blocks->SetBlock(0, pieces);
+    return blocks;
+  });
+  Add(cases, "CompositeOfOneBlockTwice", Expectation::Sound, []() -> Data {
+    const auto sphere = Icosphere(1).ToPolyData();
+    auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+    blocks->SetBlock(0, sphere);
+    blocks->SetBlock(1, sphere);
+    return blocks;
+  });
+  Add(cases, "CompositeWithTable", Expectation::Error, []() -> Data {
+    auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+    vtkNew<vtkTable> table;
+    blocks->SetBlock(0, table);
+    return blocks;
+  });
 }
-}
+} // namespace
 
-std::ostream& operator<<(std::ostream& os, const MalformedCase& malformed)
-{
-  return os << malformed.Name;
-}
+std::ostream& operator<<(std::ostream& os, const MalformedCase& malformed) { return os << malformed.Name; }
 
 const std::vector<MalformedCase>& MalformedCorpus()
 {
-  static const Cases corpus = []
-  {
+  static const Cases corpus = [] {
     Cases cases;
     AddEmptyCases(cases);
     AddTopologyCases(cases);

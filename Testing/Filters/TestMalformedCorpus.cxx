@@ -13,20 +13,13 @@ using namespace surfsynthtest;
 
 namespace
 {
-vtkSmartPointer<vtkAlgorithm> MakeMaternNoise()
-{
-  return vtkSmartPointer<vtkMaternNoiseFilter>::New();
-}
+vtkSmartPointer<vtkAlgorithm> MakeMaternNoise() { return vtkSmartPointer<vtkMaternNoiseFilter>::New(); }
 
 class MalformedInput : public ::testing::TestWithParam<MalformedCase>
-{
-};
+{};
 
-std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info)
-{
-  return info.param.Name;
-}
-}
+std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return info.param.Name; }
+} // namespace
 
 TEST(MalformedCorpus, HoldsAtLeastNinetyDifferentCases)
 {
@@ -38,14 +31,8 @@ TEST(MalformedCorpus, HoldsAtLeastNinetyDifferentCases)
   EXPECT_GE(names.size(), 90u);
 }
 
-TEST_P(MalformedInput, ToMaternNoise)
-{
-  CheckAlone(GetParam(), MakeMaternNoise);
-}
+TEST_P(MalformedInput, ToMaternNoise) { CheckAlone(GetParam(), MakeMaternNoise); }
 
-TEST_P(MalformedInput, BetweenGoodBlocksToMaternNoise)
-{
-  CheckAsBlock(GetParam(), MakeMaternNoise);
-}
+TEST_P(MalformedInput, BetweenGoodBlocksToMaternNoise) { CheckAsBlock(GetParam(), MakeMaternNoise); }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);

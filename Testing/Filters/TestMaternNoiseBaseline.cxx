@@ -101,7 +101,7 @@ Numbers ReadNumbers()
   }
   return numbers;
 }
-}
+} // namespace
 
 TEST(MaternNoiseBaseline, NumbersOfOneSeedAreThoseOfTheFile)
 {

@@ -40,7 +40,7 @@ vtkSmartPointer<Noise> FilterOn(vtkDataObject* input)
   EXPECT_GE(filter->GetNumberOfFactorizations(), 1);
   return filter;
 }
-}
+} // namespace
 
 TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
 {

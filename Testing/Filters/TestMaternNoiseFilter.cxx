@@ -40,7 +40,7 @@ vtkSmartPointer<vtkMaternNoiseFilter> Filter(vtkDataObject* input, double range 
   filter->SetCorrelationRange(range);
   return filter;
 }
-}
+} // namespace
 
 TEST(MaternNoiseFilter, IsTheFieldOfTheCore)
 {
@@ -108,8 +108,7 @@ TEST(MaternNoiseFilter, DefaultRangeIsAFifthOfTheLongestSide)
 TEST(MaternNoiseFilter, ScalingTheMeshLeavesNormalizedNoiseUnchanged)
 {
   const Soup sphere = Icosphere(3);
-  const auto noiseAtScale = [&](double scale)
-  {
+  const auto noiseAtScale = [&](double scale) {
     Soup scaled = sphere;
     for (double& x : scaled.Points)
     {
@@ -326,10 +325,9 @@ TEST(MaternNoiseFilter, PrintsEveryProperty)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "NoiseModel: 0", "ScaleMode: 0", "CorrelationRange: 0", "StandardDeviation: 1",
-         "Screening: 100", "NormalizedScreening: 0.0001", "NumberOfEigenpairs: 256", "Seed: 0",
-         "NumberOfComponents: 1", "NumberOfSamples: 1", "FirstSample: 0", "OutputArrayName: Bumps",
-         "EffectiveScreening: 0", "EffectiveCorrelationRange: 0", "Gamma: 0", "RelativeResidual: 0",
-         "NumberOfFactorizations: 0" })
+         "Screening: 100", "NormalizedScreening: 0.0001", "NumberOfEigenpairs: 256", "Seed: 0", "NumberOfComponents: 1",
+         "NumberOfSamples: 1", "FirstSample: 0", "OutputArrayName: Bumps", "EffectiveScreening: 0",
+         "EffectiveCorrelationRange: 0", "Gamma: 0", "RelativeResidual: 0", "NumberOfFactorizations: 0" })
   {
     EXPECT_THAT(text.str(), ::testing::HasSubstr(line));
   }
@@ -351,7 +349,7 @@ void CheckProperty(vtkMaternNoiseFilter* filter, void (vtkMaternNoiseFilter::*se
   EXPECT_EQ((filter->*get)(), lowest);
   EXPECT_GT(filter->GetMTime(), modified);
 }
-}
+} // namespace
 
 TEST(MaternNoiseFilter, PropertiesAreSetGotAndClamped)
 {

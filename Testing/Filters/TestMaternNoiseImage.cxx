@@ -71,7 +71,7 @@ double Difference(vtkImageData* picture, vtkImageData* baseline)
   difference->Update();
   return difference->GetThresholdedError();
 }
-}
+} // namespace
 
 TEST(MaternNoiseImage, ThePictureOfOneSeedIsThatOfTheFile)
 {

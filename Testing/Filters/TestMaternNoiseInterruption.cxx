@@ -74,7 +74,7 @@ void CheckAbort(vtkMaternNoiseFilter* filter, double fraction)
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 1) << "and then it is up to date";
 }
-}
+} // namespace
 
 TEST(MaternNoiseInterruption, AbortDuringTheFactorisation)
 {
@@ -85,10 +85,7 @@ TEST(MaternNoiseInterruption, AbortDuringTheFactorisation)
   EXPECT_TRUE(SameBits(LastSample(filter), LastSample(undisturbed)));
 }
 
-TEST(MaternNoiseInterruption, AbortAtTheFirstReport)
-{
-  CheckAbort(LargeFilter(1), 0.0);
-}
+TEST(MaternNoiseInterruption, AbortAtTheFirstReport) { CheckAbort(LargeFilter(1), 0.0); }
 
 TEST(MaternNoiseInterruption, AbortWhileSampling)
 {

@@ -39,7 +39,7 @@ namespace
 /// Only allocations of at least this size are counted and can fail: arrays over points and triangles, not bookkeeping.
 constexpr std::size_t Large = 16 * 1024;
 
-std::atomic<long> FailAt{ 0 };   ///< the how manieth large allocation fails; 0: none
+std::atomic<long> FailAt{ 0 }; ///< the how manieth large allocation fails; 0: none
 std::atomic<long> LargeCount{ 0 };
 
 bool Fails(std::size_t size)
@@ -47,42 +47,32 @@ bool Fails(std::size_t size)
   const long failAt = FailAt.load(std::memory_order_relaxed);
   return size >= Large && failAt > 0 && LargeCount.fetch_add(1) + 1 == failAt;
 }
-}
+} // namespace
 
 // The implementation that glibc keeps for those who replace malloc().
-extern "C"
-{
-  void* __libc_malloc(std::size_t);
-  void* __libc_calloc(std::size_t, std::size_t);
-  void* __libc_realloc(void*, std::size_t);
-  void* __libc_memalign(std::size_t, std::size_t);
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
 
-  void* malloc(std::size_t size)
+void* malloc(std::size_t size) { return Fails(size) ? nullptr : __libc_malloc(size); }
+void* calloc(std::size_t count, std::size_t size) { return Fails(count * size) ? nullptr : __libc_calloc(count, size); }
+void* realloc(void* old, std::size_t size) { return Fails(size) ? nullptr : __libc_realloc(old, size); }
+void* aligned_alloc(std::size_t alignment, std::size_t size)
+{
+  return Fails(size) ? nullptr : __libc_memalign(alignment, size);
+}
+int posix_memalign(void** result, std::size_t alignment, std::size_t size)
+{
+  void* memory = Fails(size) ? nullptr : __libc_memalign(alignment, size);
+  if (!memory)
   {
-    return Fails(size) ? nullptr : __libc_malloc(size);
+    return ENOMEM;
   }
-  void* calloc(std::size_t count, std::size_t size)
-  {
-    return Fails(count * size) ? nullptr : __libc_calloc(count, size);
-  }
-  void* realloc(void* old, std::size_t size)
-  {
-    return Fails(size) ? nullptr : __libc_realloc(old, size);
-  }
-  void* aligned_alloc(std::size_t alignment, std::size_t size)
-  {
-    return Fails(size) ? nullptr : __libc_memalign(alignment, size);
-  }
-  int posix_memalign(void** result, std::size_t alignment, std::size_t size)
-  {
-    void* memory = Fails(size) ? nullptr : __libc_memalign(alignment, size);
-    if (!memory)
-    {
-      return ENOMEM;
-    }
-    *result = memory;
-    return 0;
-  }
+  *result = memory;
+  return 0;
+}
 }
 
 namespace
@@ -134,7 +124,7 @@ vtkSmartPointer<vtkMaternNoiseFilter> FilterOn(vtkDataObject* input, int model)
   filter->SetNumberOfSamples(2);
   return filter;
 }
-}
+} // namespace
 
 TEST(MaternNoiseMemory, EveryFailedAllocationIsOneErrorThatNamesIt)
 {
@@ -189,8 +179,7 @@ TEST(MaternNoiseMemory, AHundredRunsDoNotGrow)
   {
     GTEST_SKIP() << "sanitizers keep freed memory; leaks are LeakSanitizer's to find";
   }
-  const auto run = [](int seed)
-  {
+  const auto run = [](int seed) {
     const auto filter = vtkSmartPointer<vtkMaternNoiseFilter>::New();
     filter->SetInputDataObject(Icosphere(4).ToPolyData());
     filter->SetCorrelationRange(1.0);

@@ -59,7 +59,7 @@ Soup Three(const std::vector<double>& points)
   soup.Polys = { { 0, 1, 2 } };
   return soup;
 }
-}
+} // namespace
 
 TEST(MaternNoiseMessages, NoInput)
 {
@@ -149,19 +149,15 @@ TEST(MaternNoiseMessages, ParametersThatAreNotNumbers)
   const double nan = std::nan("");
   EXPECT_THAT(ErrorWith([&](auto* f) { f->SetCorrelationRange(nan); }), HasSubstr("range is nan"));
   EXPECT_THAT(ErrorWith([&](auto* f) { f->SetStandardDeviation(nan); }), HasSubstr("StandardDeviation is nan"));
-  EXPECT_THAT(ErrorWith(
-                [&](auto* f)
-                {
-                  f->SetScaleModeToScreening();
-                  f->SetScreening(nan);
-                }),
+  EXPECT_THAT(ErrorWith([&](auto* f) {
+    f->SetScaleModeToScreening();
+    f->SetScreening(nan);
+  }),
     HasSubstr("tau is nan"));
-  EXPECT_THAT(ErrorWith(
-                [&](auto* f)
-                {
-                  f->SetScaleModeToNormalizedScreening();
-                  f->SetNormalizedScreening(nan);
-                }),
+  EXPECT_THAT(ErrorWith([&](auto* f) {
+    f->SetScaleModeToNormalizedScreening();
+    f->SetNormalizedScreening(nan);
+  }),
     HasSubstr("c is nan"));
 }
 
@@ -199,12 +195,10 @@ TEST(MaternNoiseMessages, EmptyArrayName)
 
 TEST(MaternNoiseMessages, MoreEigenpairsThanTheMeshHas)
 {
-  EXPECT_THAT(ErrorWith(
-                [](auto* f)
-                {
-                  f->SetNoiseModelToSpectral();
-                  f->SetNumberOfEigenpairs(100000);
-                }),
+  EXPECT_THAT(ErrorWith([](auto* f) {
+    f->SetNoiseModelToSpectral();
+    f->SetNumberOfEigenpairs(100000);
+  }),
     AllOf(HasSubstr("100000"), HasSubstr("eigenpairs")));
 }
 
@@ -236,8 +230,8 @@ TEST(MaternNoiseMessages, EdgesTooLongForTheRangeAreAWarning)
   EXPECT_THAT(events.Errors, IsEmpty());
   ASSERT_THAT(events.Warnings, SizeIs(1));
   EXPECT_THAT(events.Warnings[0],
-    AllOf(HasSubstr("longest edge is 0.3"), HasSubstr("correlation range 0.5"),
-      HasSubstr("vtkAdaptiveSubdivisionFilter")));
+    AllOf(
+      HasSubstr("longest edge is 0.3"), HasSubstr("correlation range 0.5"), HasSubstr("vtkAdaptiveSubdivisionFilter")));
   filter->SetCorrelationRange(1.5);
   EXPECT_TRUE(Update(filter));
   filter->SetScaleModeToScreening();

@@ -63,7 +63,7 @@ void ExpectSame(const Arrays& a, const Arrays& b, const std::string& what)
     EXPECT_TRUE(SameBits(a[k], b[k])) << what << ", array " << k;
   }
 }
-}
+} // namespace
 
 TEST(MaternNoiseReproducibility, BitsDoNotDependOnThreadsInTenRepeats)
 {
@@ -148,21 +148,20 @@ TEST(MaternNoiseReproducibility, TwoFiltersOnTwoThreadsGiveWhatEachGivesAlone)
 {
   // Each has its own copy: VTK data objects are not made to be read by two pipelines at a time.
   const auto sphere = Icosphere(IsSanitized() ? 3 : 4).ToPolyData();
-  const Arrays expected[2] = { FreshNoise(sphere, Noise::MATERN, 0, 4, 1), FreshNoise(sphere, Noise::UNSCREENED, 2, 4, 1) };
+  const Arrays expected[2] = { FreshNoise(sphere, Noise::MATERN, 0, 4, 1),
+    FreshNoise(sphere, Noise::UNSCREENED, 2, 4, 1) };
   vtkNew<vtkPolyData> copies[2];
   Arrays found[2][3];
   std::vector<std::thread> threads;
   for (int t = 0; t < 2; ++t)
   {
     copies[t]->DeepCopy(sphere);
-    threads.emplace_back(
-      [&, t]
+    threads.emplace_back([&, t] {
+      for (Arrays& arrays : found[t])
       {
-        for (Arrays& arrays : found[t])
-        {
-          arrays = FreshNoise(copies[t], t == 0 ? Noise::MATERN : Noise::UNSCREENED, t == 0 ? 0 : 2, 4, 1);
-        }
-      });
+        arrays = FreshNoise(copies[t], t == 0 ? Noise::MATERN : Noise::UNSCREENED, t == 0 ? 0 : 2, 4, 1);
+      }
+    });
   }
   for (std::thread& thread : threads)
   {

@@ -25,10 +25,7 @@ using surfsynth::ToSurface;
 
 namespace
 {
-double AreaOf(const Surface& surface)
-{
-  return surfsynth::FaceAreas(surface.Mesh).sum();
-}
+double AreaOf(const Surface& surface) { return surfsynth::FaceAreas(surface.Mesh).sum(); }
 
 /// z component of the sum of the area vectors: the area of a planar mesh whose triangles all face upwards.
 double UpwardArea(const Surface& surface)
@@ -44,10 +41,7 @@ double UpwardArea(const Surface& surface)
   return area;
 }
 
-Surface Convert(const Soup& soup)
-{
-  return ToSurface(soup.ToPolyData(), MeshRequirements());
-}
+Surface Convert(const Soup& soup) { return ToSurface(soup.ToPolyData(), MeshRequirements()); }
 
 std::string MessageOf(const Soup& soup)
 {
@@ -72,7 +66,7 @@ Soup PolygonOf(const std::vector<std::pair<double, double>>& corners)
   }
   return soup;
 }
-}
+} // namespace
 
 TEST(SurfaceBridge, TrianglesAreTakenAsTheyAre)
 {
@@ -144,8 +138,8 @@ TEST(SurfaceBridge, QuadrilateralsAreCutAlongTheShorterDiagonalInside)
 
 TEST(SurfaceBridge, PolygonsOfAnyShapeKeepAreaAndWinding)
 {
-  const Surface letter =
-    Convert(PolygonOf({ { 0, 0 }, { 4, 0 }, { 4, 3 }, { 3, 3 }, { 3, 1 }, { 1, 1 }, { 1, 3 }, { 0, 3 } }));
+  const Surface letter = Convert(
+    PolygonOf({ { 0, 0 }, { 4, 0 }, { 4, 3 }, { 3, 3 }, { 3, 1 }, { 1, 1 }, { 1, 3 }, { 0, 3 } }));
   EXPECT_EQ(letter.Mesh.NumberOfTriangles(), 6);
   EXPECT_NEAR(UpwardArea(letter), 8.0, 1e-13);
   EXPECT_NEAR(AreaOf(letter), 8.0, 1e-13) << "no triangle overlaps another";
@@ -216,8 +210,8 @@ TEST(SurfaceBridge, MessagesNameCountFirstCellAndRepair)
   Soup range = Icosphere(1);
   range.Polys[5][1] = 42;
   range.Polys[9] = { 0, 1, -1, 3 };
-  EXPECT_THAT(MessageOf(range),
-    AllOf(HasSubstr("2 cell(s)"), HasSubstr("point that does not exist"), HasSubstr("first cell 5")));
+  EXPECT_THAT(
+    MessageOf(range), AllOf(HasSubstr("2 cell(s)"), HasSubstr("point that does not exist"), HasSubstr("first cell 5")));
 
   Soup points = Icosphere(1);
   points.Polys.clear();

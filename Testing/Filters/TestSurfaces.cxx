@@ -17,6 +17,10 @@
 
 #include <unistd.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -45,7 +49,7 @@ vtkSmartPointer<vtkCellArray> ToCellArray(const std::vector<std::vector<vtkIdTyp
   }
   return array;
 }
-}
+} // namespace
 
 vtkSmartPointer<vtkPolyData> Soup::ToPolyData(int pointType) const
 {
@@ -68,8 +72,7 @@ vtkSmartPointer<vtkPolyData> Soup::ToPolyData(int pointType) const
 Soup Icosphere(int levels)
 {
   Soup soup;
-  const auto add = [&soup](double x, double y, double z)
-  {
+  const auto add = [&soup](double x, double y, double z) {
     const double length = std::sqrt(x * x + y * y + z * z);
     return soup.AddPoint(x / length, y / length, z / length);
   };
@@ -85,8 +88,7 @@ Soup Icosphere(int levels)
   }
   // Faces are the triples of points at the edge length 2 / |(1, golden, 0)|, wound outwards.
   const auto x = [&soup](vtkIdType p) { return soup.Points.data() + 3 * p; };
-  const auto near = [&](vtkIdType p, vtkIdType q)
-  {
+  const auto near = [&](vtkIdType p, vtkIdType q) {
     const double d2 = std::inner_product(x(p), x(p) + 3, x(q), 0.0);
     return d2 > 0.4;
   };
@@ -103,8 +105,7 @@ Soup Icosphere(int levels)
           const double* c = x(r);
           const double volume = a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
             a[2] * (b[0] * c[1] - b[1] * c[0]);
-          soup.Polys.push_back(
-            volume > 0.0 ? std::vector<vtkIdType>{ p, q, r } : std::vector<vtkIdType>{ p, r, q });
+          soup.Polys.push_back(volume > 0.0 ? std::vector<vtkIdType>{ p, q, r } : std::vector<vtkIdType>{ p, r, q });
         }
       }
     }
@@ -112,8 +113,7 @@ Soup Icosphere(int levels)
   for (int level = 0; level < levels; ++level)
   {
     std::map<std::pair<vtkIdType, vtkIdType>, vtkIdType> middles;
-    const auto middle = [&](vtkIdType p, vtkIdType q)
-    {
+    const auto middle = [&](vtkIdType p, vtkIdType q) {
       const auto key = std::minmax(p, q);
       const auto found = middles.find(key);
       if (found != middles.end())
@@ -272,10 +272,7 @@ std::string EventRecorder::AllErrors() const
   return std::accumulate(this->Errors.begin(), this->Errors.end(), std::string());
 }
 
-bool Update(vtkAlgorithm* algorithm)
-{
-  return algorithm->GetExecutive()->Update() != 0;
-}
+bool Update(vtkAlgorithm* algorithm) { return algorithm->GetExecutive()->Update() != 0; }
 
 namespace
 {
@@ -366,7 +363,7 @@ void AddObject(vtkDataObject* data, Hash& hash)
     }
   }
 }
-}
+} // namespace
 
 std::uint64_t HashOf(vtkDataObject* data)
 {
@@ -386,13 +383,13 @@ bool SameBits(vtkDataArray* a, vtkDataArray* b)
   return bytes == 0 || std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0), bytes) == 0;
 }
 
-double Now()
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double Now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::int64_t ResidentMemory()
 {
+#ifdef __GLIBC__
+  malloc_trim(0); // how much freed memory malloc() keeps is chance
+#endif
   std::int64_t total = 0;
   std::int64_t resident = 0;
   std::ifstream("/proc/self/statm") >> total >> resident;

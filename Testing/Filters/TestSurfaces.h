@@ -86,7 +86,7 @@ bool SameBits(vtkDataArray* a, vtkDataArray* b);
 /// Seconds of a steady clock.
 double Now();
 
-/// Resident memory of this process in bytes.
+/// Resident memory of this process in bytes, once freed memory has been given back to the system.
 std::int64_t ResidentMemory();
 
 /// True in builds with AddressSanitizer or ThreadSanitizer, whose memory figures mean nothing.
