@@ -30,6 +30,8 @@ def main(arguments):
         source.SetThetaResolution(200)
         source.SetPhiResolution(200)
     source.Update()
+    if source.GetOutput().GetNumberOfPoints() == 0:
+        return f"{arguments[0]} holds no surface"  # VTK has said why
     bounds = source.GetOutput().GetBounds()
     longest = max(bounds[2 * axis + 1] - bounds[2 * axis] for axis in range(3))
 

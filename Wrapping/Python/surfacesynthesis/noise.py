@@ -60,8 +60,9 @@ def matern_noise(
         the surface; larger is smoother. Larger than 0; tau = 8 / range^2. Default: 0.2 times the longest side of the
         bounding box of the mesh, or of the block. A warning is given where edges are longer than a third of the range.
     standard_deviation : float
-        The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces;
-        within about one range of an open boundary the deviation is larger, by a factor sqrt(2) on a straight one.
+        The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces
+        that are wide and finely divided for the range; parts narrower than the range (fingers, a tail) have a larger
+        one, and so has the neighbourhood of an open boundary, by a factor sqrt(2) on a straight one.
         Goes with ``range`` and with the model "per_vertex". Default 1.
     seed : int
         Any integer of 32 bits with sign; each gives other noise. Default 0.
