@@ -26,6 +26,14 @@ class vtkPolyData;
 namespace surfsynth
 {
 
+/// Which part of the work on a surface falls to this rank: where that is many independent things, such as the samples
+/// of an ensemble, those with index k for which k % Count == Index.
+struct SurfacePart
+{
+  int Index = 0;
+  int Count = 1;
+};
+
 /// A surface as the core sees it.
 struct Surface
 {
@@ -36,8 +44,10 @@ struct Surface
   std::vector<std::int64_t> CellOfTriangle;
   /// 0 for a polydata input; the flat index of the block (1 or more) in a composite one.
   unsigned int FlatIndex = 0;
-  /// "" for a polydata input, " in block 3" for a composite one: ends error messages.
+  /// "" for a polydata input, "Block 3" for a composite one: begins messages.
   std::string Where;
+  /// All of the work, except in a pipeline that runs on several MPI ranks.
+  SurfacePart Part;
 
   /// Cell id of triangle @p f.
   std::int64_t Cell(std::int64_t f) const { return this->CellOfTriangle.empty() ? f : this->CellOfTriangle[f]; }
@@ -70,11 +80,16 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///  - leaves out the check, about a tenth of a second for a million triangles, where @p isKnownSound says so;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
-///  - leaves empty input empty, without an error.
+///  - leaves empty input empty, without an error;
+///  - on several MPI ranks, works on blocks where they lie, gathers a surface of which several ranks hold pieces, shares
+///    its @p parts (independent things to make, each one point array, in order) among the ranks, hands the new point
+///    arrays back to the pieces, and reports an error on all ranks. Points of different pieces are the same when their
+///    global ids are, or else their coordinates; with global ids of points and cells the result has the same bits as
+///    on one rank.
 /// @return 0 when a polydata input failed or the user aborted, else 1: in a composite input a failed block is reported
 /// and left empty, and the others are kept.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
-  const SoundSurface& isKnownSound = {});
+  const SoundSurface& isKnownSound = {}, int parts = 1);
 
 } // namespace surfsynth

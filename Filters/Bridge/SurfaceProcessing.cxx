@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfaceBridge.h"
 
+#include "DistributedSurfaces.h"
+
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
 
@@ -9,11 +11,13 @@
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
 #include <vtkDemandDrivenPipeline.h>
+#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSMPTools.h>
 #include <vtkSmartPointer.h>
@@ -39,15 +43,10 @@ bool AbortRequested(Algorithm* self, long)
   return self->GetAbortExecute() != 0;
 }
 
-/// @p text followed by @p where, inside the final full stop.
-std::string At(std::string text, const std::string& where)
+/// @p text with the place it is about in front.
+std::string At(const std::string& where, const std::string& text)
 {
-  const bool stop = !text.empty() && text.back() == '.';
-  if (stop)
-  {
-    text.pop_back();
-  }
-  return text + where + (stop ? "." : "");
+  return where.empty() ? text : where + ": " + text;
 }
 
 vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
@@ -57,11 +56,12 @@ class Processing
 {
 public:
   Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker,
-    const SoundSurface& isKnownSound)
+    const SoundSurface& isKnownSound, int parts)
     : Self(self)
     , Requirements(requirements)
     , Worker(worker)
     , IsKnownSound(isKnownSound)
+    , Parts(parts)
   {}
 
   /// The callback that covers [@p begin, @p end] of this filter's progress.
@@ -79,24 +79,205 @@ public:
   /// @throws Cancelled
   bool Polygons(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
   {
-    const std::string where = flatIndex == 0 ? "" : " in block " + std::to_string(flatIndex);
+    const std::string error =
+      this->Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
+    return this->Conclude(error, flatIndex, output);
+  }
+
+  /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked on
+  /// by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
+  bool DistributedPolygons(
+    const Ranks& ranks, vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
+  {
+    // A piece that is broken in itself is not sent around.
+    const auto convert = [&]
+    {
+      if (input->GetNumberOfPolys() + input->GetNumberOfStrips() > 0)
+      {
+        ConvertSurface(input);
+      }
+    };
+    std::string error = this->Attempt(input, convert);
+    error = ranks.FirstText(error.empty() ? error : At("Rank " + std::to_string(ranks.Rank()), error));
+    if (!error.empty())
+    {
+      return this->Conclude(error, flatIndex, output);
+    }
+    const GatheredSurface gathered = GatherPieces(ranks, input);
+    if (gathered.Owners == 0)
+    {
+      return this->Polygons(input, output, flatIndex, progress);
+    }
+    const int workers = std::max(1, std::min(this->Parts, ranks.Count()));
+    vtkNew<vtkPolyData> whole;
+    bool cancelled = false;
+    const auto work = [&]
+    {
+      try
+      {
+        this->Work(gathered.Whole, whole, flatIndex, { ranks.Rank(), workers }, progress);
+      }
+      catch (const Cancelled&)
+      {
+        cancelled = true;
+      }
+    };
+    error = ranks.Rank() < workers ? this->Attempt(gathered.Whole, work) : std::string();
+    const auto flags = ranks.Gather({ cancelled });
+    if (std::any_of(flags.begin(), flags.end(), [](const auto& flag) { return flag[0] != 0; }))
+    {
+      throw Cancelled("Stopped on request.");
+    }
+    error = ranks.FirstText(error);
+    if (error.empty())
+    {
+      output->ShallowCopy(input);
+      HandBack(ranks, gathered, whole, output);
+    }
+    return this->Conclude(error, flatIndex, output);
+  }
+
+  /// Fills @p output, which has the structure of @p input, block by block.
+  /// @throws Cancelled
+  void Blocks(
+    vtkDataObjectTree* input, vtkDataObjectTree* output, const std::function<bool(std::size_t leaf)>& isWanted = {})
+  {
+    double cells = 0.0;
+    this->EachLeafOrNull(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
+    double done = 0.0;
+    std::size_t leaf = 0;
+    this->EachLeafOrNull(input,
+      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
+      {
+        if ((isWanted && !isWanted(leaf++)) || !place->GetCurrentDataObject())
+        {
+          return;
+        }
+        if (!block)
+        {
+          this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
+              " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
+            Where(place->GetCurrentFlatIndex()));
+          return;
+        }
+        const double before = done / cells;
+        done += Weight(block);
+        vtkNew<vtkPolyData> result;
+        this->Polygons(block, result, place->GetCurrentFlatIndex(), this->Within(before, done / cells));
+        output->SetDataSet(place, result);
+      });
+  }
+
+  /// The same when each rank holds some of the blocks, or pieces of blocks. Blocks that lie on one rank are worked on
+  /// there; the others are gathered one after the other. Collective.
+  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, vtkDataObjectTree* output)
+  {
+    std::vector<std::int64_t> indices;
+    std::vector<std::int64_t> cells;
+    this->EachLeafOrNull(input,
+      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
+      {
+        indices.push_back(place->GetCurrentFlatIndex());
+        cells.push_back(block ? block->GetNumberOfPolys() + block->GetNumberOfStrips() : 0);
+      });
+    const auto counts = ranks.Gather({ static_cast<std::int64_t>(indices.size()) });
+    const auto sameCount = [&](const auto& count) { return count == counts[0]; };
+    const auto structures = std::all_of(counts.begin(), counts.end(), sameCount) ? ranks.Gather(indices)
+                                                                                 : decltype(counts)();
+    const auto sameStructure = [&](const auto& structure) { return structure == structures[0]; };
+    if (structures.empty() || !std::all_of(structures.begin(), structures.end(), sameStructure))
+    {
+      this->Fail("The blocks are not numbered alike on all ranks, so that the noise would depend on how they are "
+                 "distributed; give all ranks the same tree of blocks, empty where the data lies elsewhere.",
+        "");
+      return;
+    }
+    const auto cellsOfRank = ranks.Gather(cells);
+    const auto shared = [&](std::size_t leaf)
+    { return std::count_if(cellsOfRank.begin(), cellsOfRank.end(), [&](const auto& of) { return of[leaf] > 0; }) > 1; };
+    bool cancelled = false;
     try
     {
-      Report(progress, 0.0);
-      output->ShallowCopy(input);
-      if (input->GetNumberOfPoints() == 0 && Cells(input) == 0)
+      this->Blocks(input, output, [&](std::size_t leaf) { return !shared(leaf); });
+    }
+    catch (const Cancelled&)
+    {
+      cancelled = true;
+    }
+    const auto flags = ranks.Gather({ cancelled });
+    if (std::any_of(flags.begin(), flags.end(), [](const auto& flag) { return flag[0] != 0; }))
+    {
+      throw Cancelled("Stopped on request.");
+    }
+    std::size_t leaf = 0;
+    this->EachLeafOrNull(input,
+      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
       {
-        return true;
-      }
-      Surface surface = ConvertSurface(input);
-      surface.FlatIndex = flatIndex;
-      surface.Where = where;
-      if (!this->IsKnownSound || !this->IsKnownSound(surface))
-      {
-        CheckSurface(surface, this->Requirements);
-      }
-      this->Worker(surface, output, progress);
-      return true;
+        if (shared(leaf++))
+        {
+          vtkNew<vtkPolyData> empty;
+          vtkNew<vtkPolyData> result;
+          this->DistributedPolygons(
+            ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Within(1.0, 1.0));
+          if (block)
+          {
+            output->SetDataSet(place, result);
+          }
+        }
+      });
+  }
+
+private:
+  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(Cells(block)) : 0.0; }
+
+  static std::string Where(unsigned int flatIndex)
+  {
+    return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex);
+  }
+
+  /// Calls visit(place, polydata) for every leaf; the polydata is null when the leaf is, or is something else.
+  template <typename Visit>
+  static void EachLeafOrNull(vtkDataObjectTree* tree, const Visit& visit)
+  {
+    const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+    place->VisitOnlyLeavesOn();
+    place->TraverseSubTreeOn();
+    place->SkipEmptyNodesOff();
+    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+    {
+      visit(place.Get(), vtkPolyData::SafeDownCast(place->GetCurrentDataObject()));
+    }
+  }
+
+  /// Converts, checks and works on one surface.
+  void Work(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const SurfacePart& part,
+    const Progress& progress) const
+  {
+    Report(progress, 0.0);
+    output->ShallowCopy(input);
+    if (input->GetNumberOfPoints() == 0 && Cells(input) == 0)
+    {
+      return;
+    }
+    Surface surface = ConvertSurface(input);
+    surface.FlatIndex = flatIndex;
+    surface.Where = Where(flatIndex);
+    surface.Part = part;
+    if (!this->IsKnownSound || !this->IsKnownSound(surface))
+    {
+      CheckSurface(surface, this->Requirements);
+    }
+    this->Worker(surface, output, progress);
+  }
+
+  /// The text of what went wrong in @p work on @p input; empty when nothing did.
+  /// @throws Cancelled
+  static std::string Attempt(vtkPolyData* input, const std::function<void()>& work)
+  {
+    try
+    {
+      work();
+      return {};
     }
     catch (const Cancelled&)
     {
@@ -104,88 +285,101 @@ public:
     }
     catch (const std::bad_alloc&)
     {
-      this->Fail("There is not enough memory for a surface of " + std::to_string(input->GetNumberOfPoints()) +
-          " points and " + std::to_string(Cells(input)) + " cells.",
-        where);
+      return "There is not enough memory for a surface of " + std::to_string(input->GetNumberOfPoints()) +
+        " points and " + std::to_string(Cells(input)) + " cells.";
     }
     catch (const std::exception& error)
     {
-      this->Fail(error.what(), where);
+      return error.what();
     }
     catch (...)
     {
-      this->Fail("An error of unknown type was thrown.", where);
+      return "An error of unknown type was thrown.";
     }
+  }
+
+  /// Reports @p error, if there is one, and then empties @p output.
+  bool Conclude(const std::string& error, unsigned int flatIndex, vtkPolyData* output) const
+  {
+    if (error.empty())
+    {
+      return true;
+    }
+    this->Fail(error, Where(flatIndex));
     output->Initialize();
     return false;
   }
 
-  /// Fills @p output, which has the structure of @p input, block by block.
-  /// @throws Cancelled
-  void Blocks(vtkDataObjectTree* input, vtkDataObjectTree* output)
+  /// Gives each rank its part of the point arrays that the workers have added to @p whole, part by part.
+  static void HandBack(
+    const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, vtkPolyData* output)
   {
-    double cells = 0.0;
-    this->EachLeaf(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
-    double done = 0.0;
-    this->EachLeaf(input, [&](vtkDataObjectTreeIterator* place, vtkPolyData* block) {
-      if (!block)
-      {
-        this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
-            " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
-          " in block " + std::to_string(place->GetCurrentFlatIndex()));
-        return;
-      }
-      const double before = done / cells;
-      done += Weight(block);
-      vtkNew<vtkPolyData> result;
-      this->Polygons(block, result, place->GetCurrentFlatIndex(), this->Within(before, done / cells));
-      output->SetDataSet(place, result);
-    });
-  }
-
-private:
-  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(Cells(block)) : 0.0; }
-
-  /// Calls visit(place, polydata) for every leaf that is not null; the polydata is null when it is something else.
-  template <typename Visit>
-  static void EachLeaf(vtkDataObjectTree* tree, const Visit& visit)
-  {
-    const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-    place->VisitOnlyLeavesOn();
-    place->TraverseSubTreeOn();
-    place->SkipEmptyNodesOn();
-    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+    std::vector<vtkDataArray*> made;
+    for (int k = 0; k < whole->GetPointData()->GetNumberOfArrays(); ++k)
     {
-      visit(place.Get(), vtkPolyData::SafeDownCast(place->GetCurrentDataObject()));
+      vtkDataArray* array = whole->GetPointData()->GetArray(k);
+      if (array && !gathered.Whole->GetPointData()->HasArray(array->GetName()))
+      {
+        made.push_back(array);
+      }
+    }
+    const auto counts = ranks.Gather({ static_cast<std::int64_t>(made.size()) });
+    const std::int64_t most = (*std::max_element(counts.begin(), counts.end()))[0];
+    const bool hasPiece = static_cast<vtkIdType>(gathered.WholeOfLocal.size()) == output->GetNumberOfPoints();
+    for (std::int64_t k = 0; k < most; ++k)
+    {
+      for (int rank = 0; rank < ranks.Count(); ++rank)
+      {
+        if (k >= counts[rank][0])
+        {
+          continue;
+        }
+        vtkSmartPointer<vtkDataArray> array;
+        array = rank == ranks.Rank() ? made[k] : vtkSmartPointer<vtkDoubleArray>::New().Get();
+        ranks.Broadcast(array, rank);
+        if (hasPiece)
+        {
+          output->GetPointData()->AddArray(TakeLocal(gathered, array));
+          if (!output->GetPointData()->GetScalars())
+          {
+            output->GetPointData()->SetActiveScalars(array->GetName());
+          }
+        }
+      }
     }
   }
 
   void Fail(const std::string& text, const std::string& where) const
   {
-    vtkErrorWithObjectMacro(this->Self, << At(text, where));
+    vtkErrorWithObjectMacro(this->Self, << At(where, text));
   }
 
   vtkAlgorithm* Self;
   const MeshRequirements& Requirements;
   const SurfaceWorker& Worker;
   const SoundSurface& IsKnownSound;
+  int Parts;
   double Done = 0.0;
 };
 
 /// Throws Cancelled; reports inputs of another type.
 bool Process(Processing& processing, vtkAlgorithm* self, vtkDataObject* input, vtkDataObject* output)
 {
+  vtkMultiProcessController* several = Ranks::Several();
   if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
   {
     auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
     outputTree->CopyStructure(tree);
     outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
-    processing.Blocks(tree, outputTree);
+    several ? processing.DistributedBlocks(Ranks(several), tree, outputTree) : processing.Blocks(tree, outputTree);
     return true;
   }
   if (auto* polygons = vtkPolyData::SafeDownCast(input))
   {
-    return processing.Polygons(polygons, vtkPolyData::SafeDownCast(output), 0, processing.Within(0.0, 1.0));
+    auto* result = vtkPolyData::SafeDownCast(output);
+    const Progress progress = processing.Within(0.0, 1.0);
+    return several ? processing.DistributedPolygons(Ranks(several), polygons, result, 0, progress)
+                   : processing.Polygons(polygons, result, 0, progress);
   }
   vtkErrorWithObjectMacro(self, << "The input is "
                                 << (input ? std::string("a ") + input->GetClassName() : std::string("missing"))
@@ -204,14 +398,14 @@ int AcceptSurfaces(vtkInformation* info)
 }
 
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const MeshRequirements& requirements, const SurfaceWorker& worker, const SoundSurface& isKnownSound)
+  const MeshRequirements& requirements, const SurfaceWorker& worker, const SoundSurface& isKnownSound, int parts)
 {
   vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
   vtkDataObject* output = vtkDataObject::GetData(outputVector);
   const ThreadScope threads(std::min(MaximumThreads(), vtkSMPTools::GetEstimatedNumberOfThreads()));
   try
   {
-    Processing processing(self, requirements, worker, isKnownSound);
+    Processing processing(self, requirements, worker, isKnownSound, parts);
     return Process(processing, self, input, output) ? 1 : 0;
   }
   catch (const Cancelled&)

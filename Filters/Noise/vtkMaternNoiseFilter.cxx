@@ -20,6 +20,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <vector>
 
 using surfsynth::MaternField;
 using surfsynth::MaternFieldOptions;
@@ -103,7 +104,6 @@ public:
 
   void AddNoise(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
-    const double scale = this->Scale();
     const surfsynth::SampleRequest request = this->Request(surface);
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
@@ -111,7 +111,7 @@ public:
     const double begin = cached ? 0.0 : factored;
     const MaternField& field = cached ? *cached->Field
                                       : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
-    this->Sample(field, request, scale, output, surfsynth::SubProgress(progress, begin, 1.0));
+    this->Sample(field, request, output, surfsynth::SubProgress(progress, begin, 1.0));
     this->EffectiveScreening = field.EffectiveScreening();
     this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
     this->Gamma = field.Gamma();
@@ -170,12 +170,15 @@ private:
 
   surfsynth::SampleRequest Request(const Surface& surface) const
   {
+    const int samples = this->Self->NumberOfSamples - surface.Part.Index;
     surfsynth::SampleRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample);
-    request.NumberOfSamples = static_cast<std::uint32_t>(this->Self->NumberOfSamples);
+    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample + surface.Part.Index);
+    request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
+    request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
     request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
     request.Stream = surface.FlatIndex;
+    request.Scale = this->Scale();
     return request;
   }
 
@@ -198,7 +201,7 @@ private:
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
       vtkWarningWithObjectMacro(this->Self,
-        << "The longest edge" << surface.Where << " is " << field.LongestEdge()
+        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The longest edge is " << field.LongestEdge()
         << ", more than a third of the correlation range " << range
         << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
            "of at least "
@@ -212,21 +215,24 @@ private:
     return this->Self->NumberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
   }
 
-  void Sample(const MaternField& field, const surfsynth::SampleRequest& request, double scale, vtkPolyData* output,
+  void Sample(const MaternField& field, const surfsynth::SampleRequest& request, vtkPolyData* output,
     const surfsynth::Progress& progress) const
   {
-    vtkPointData* pointData = output->GetPointData();
-    const bool hadScalars = pointData->GetScalars() != nullptr;
-    const auto addArray = [&](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values) {
-      const auto array = NewArray(this->ArrayName(sample), values.rows(), static_cast<int>(values.cols()));
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-        array->GetPointer(0), values.rows(), values.cols()) = scale * values;
-      pointData->AddArray(array);
+    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
+    const auto newArray = [&](std::uint32_t sample) {
+      arrays.push_back(NewArray(
+        this->ArrayName(sample), output->GetNumberOfPoints(), static_cast<int>(request.NumberOfComponents)));
+      return arrays.back()->GetPointer(0);
     };
-    field.Sample(request, addArray, progress);
-    if (!hadScalars)
+    field.SampleInto(request, newArray, progress);
+    vtkPointData* pointData = output->GetPointData();
+    for (const auto& array : arrays)
     {
-      pointData->SetActiveScalars(this->ArrayName(request.FirstSample).c_str());
+      pointData->AddArray(array);
+    }
+    if (!pointData->GetScalars() && !arrays.empty())
+    {
+      pointData->SetActiveScalars(arrays.front()->GetName());
     }
   }
 
@@ -281,7 +287,7 @@ int vtkMaternNoiseFilter::RequestData(
   };
   const auto isCached = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
   const int success = surfsynth::ProcessSurfaces(
-    this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached);
+    this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
   if (success)
   {
     this->Impl->DropUnused();

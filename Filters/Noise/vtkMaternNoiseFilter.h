@@ -107,8 +107,10 @@ public:
 
   ///@{
   /**
-   * The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces;
-   * within about one range of an open boundary the deviation is larger, by a factor sqrt(2) on a straight one.
+   * The standard deviation of the noise, in the units wanted for the output; at least 0. Holds for closed surfaces,
+   * within 5 % where edges are shorter than about a tenth of the range and parts are wider than the range; the deviation
+   * is larger on coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a
+   * straight one).
    * Used in CORRELATION_RANGE mode, and by PER_VERTEX. Default 1.
    */
   vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);

@@ -215,9 +215,9 @@ TEST(MaternNoiseMessages, BlocksAreNamedInMessages)
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   ASSERT_THAT(events.Errors, SizeIs(2));
-  EXPECT_THAT(events.Errors[0], AllOf(HasSubstr("degenerate triangle"), HasSubstr("in block 2.")));
+  EXPECT_THAT(events.Errors[0], AllOf(HasSubstr("degenerate triangle"), HasSubstr("Block 2: ")));
   EXPECT_THAT(events.Errors[1],
-    AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter"), HasSubstr("in block 3.")));
+    AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter"), HasSubstr("Block 3: ")));
 }
 
 TEST(MaternNoiseMessages, EdgesTooLongForTheRangeAreAWarning)

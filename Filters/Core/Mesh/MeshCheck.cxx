@@ -239,13 +239,13 @@ std::string Describe(const MeshFinding& finding, std::int64_t first)
   switch (finding.Defect)
   {
     case MeshDefect::IndexOutOfRange:
-      return count + " cell(s) name a point that does not exist, first cell " + id +
+      return count + " cell(s) that name a point that does not exist, first cell " + id +
         "; the dataset is inconsistent: write it again with the program that made it.";
     case MeshDefect::NonFinitePoint:
       return count + " point(s) with a NaN or infinite coordinate, first point " + id +
         "; remove them with vtkExtractGeometry or vtkThreshold, or correct the source.";
     case MeshDefect::RepeatedVertex:
-      return count + " cell(s) use a point twice, first cell " + id + "; vtkCleanPolyData removes them.";
+      return count + " cell(s) that use a point twice, first cell " + id + "; vtkCleanPolyData removes them.";
     case MeshDefect::DegenerateTriangle:
       return count + " degenerate triangle(s) of zero area, first cell " + id +
         "; vtkCleanPolyData (with a tolerance) merges coincident points and removes them.";

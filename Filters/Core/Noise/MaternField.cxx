@@ -17,6 +17,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace surfsynth
@@ -513,10 +514,11 @@ void MaternField::SampleInto(
   std::vector<Column> columns;
   for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
   {
-    double* values = destination(request.FirstSample + k);
+    const std::uint32_t sample = request.FirstSample + k * request.SampleStep;
+    double* values = destination(sample);
     for (std::uint32_t component = 0; component < request.NumberOfComponents; ++component)
     {
-      columns.push_back({ request.FirstSample + k, component, values + component });
+      columns.push_back({ sample, component, values + component });
     }
   }
   // Blocks of equal size, at least one for each thread, over each of which the factor is read once.
@@ -562,16 +564,18 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
   for (std::int64_t begin = 0; begin < samples; begin += together)
   {
     SampleRequest part = request;
-    part.FirstSample = request.FirstSample + static_cast<std::uint32_t>(begin);
+    part.FirstSample = request.FirstSample + static_cast<std::uint32_t>(begin) * request.SampleStep;
     part.NumberOfSamples = static_cast<std::uint32_t>(std::min(together, samples - begin));
-    const auto valuesOf = [&](std::uint32_t sample)
-    { return group.data() + std::int64_t(sample - part.FirstSample) * points * components; };
-    this->SampleInto(part, valuesOf,
+    double* next = group.data();
+    this->SampleInto(
+      part, [&](std::uint32_t) { return std::exchange(next, next + points * components); },
       SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
         static_cast<double>(begin + part.NumberOfSamples) / static_cast<double>(samples)));
-    for (std::uint32_t sample = part.FirstSample; sample < part.FirstSample + part.NumberOfSamples; ++sample)
+    for (std::uint32_t k = 0; k < part.NumberOfSamples; ++k)
     {
-      consume(sample, Eigen::MatrixXd(Eigen::Map<const RowMatrix>(valuesOf(sample), points, components)));
+      const double* values = group.data() + std::int64_t(k) * points * components;
+      consume(part.FirstSample + k * request.SampleStep,
+        Eigen::MatrixXd(Eigen::Map<const RowMatrix>(values, points, components)));
     }
   }
   Report(progress, 1.0);

@@ -60,6 +60,7 @@ struct SampleRequest
   std::uint64_t Seed = 0;
   std::uint32_t FirstSample = 0;
   std::uint32_t NumberOfSamples = 1;
+  std::uint32_t SampleStep = 1;         ///< the samples are FirstSample + k SampleStep
   std::uint32_t NumberOfComponents = 1; ///< independent components of each sample
   std::uint32_t Stream = 0;             ///< see NormalKey::Stream
   double Scale = 1.0;                   ///< every value is multiplied by it

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Surfaces that lie on several MPI ranks. Private to the bridge.
+///
+/// Everything here is collective: all ranks call it in the same order, and no rank leaves early, whatever happens on it.
+#pragma once
+
+#include "vtkSmartPointer.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+class vtkDataArray;
+class vtkMultiProcessController;
+class vtkPolyData;
+
+namespace surfsynth
+{
+
+/// The ranks that run this pipeline together.
+class Ranks
+{
+public:
+  /// The global controller's, or null when there is one process only.
+  static vtkMultiProcessController* Several();
+
+  explicit Ranks(vtkMultiProcessController* controller)
+    : Controller(controller)
+  {
+  }
+  int Rank() const;
+  int Count() const;
+
+  /// The numbers of all ranks, in the order of ranks: [Count()][values.size()]. The lengths must agree.
+  std::vector<std::vector<std::int64_t>> Gather(const std::vector<std::int64_t>& values) const;
+  /// The lowest rank's text that is not empty, the same on all ranks; empty when there is none.
+  std::string FirstText(const std::string& text) const;
+  /// Replaces @p array, on every rank but @p source, by that of @p source, its name included.
+  void Broadcast(vtkDataArray* array, int source) const;
+  void Broadcast(vtkPolyData* polydata, int source) const;
+
+private:
+  vtkMultiProcessController* Controller;
+};
+
+/// A surface of which each rank holds a piece, whole on every rank.
+struct GatheredSurface
+{
+  vtkSmartPointer<vtkPolyData> Whole;   ///< points, polygons and strips; no arrays
+  std::vector<std::int64_t> WholeOfLocal; ///< for each point of this rank's piece, its id in Whole
+  int Owners = 0;                       ///< ranks with at least one polygon or strip
+};
+
+/// Puts the pieces of all ranks together, so that every rank has the same.
+///
+///  - Cells that are marked as ghosts are left out, and so are cells that several pieces hold.
+///  - Points are the same when their global ids are (the global ids of the point data, on all pieces), and are then in
+///    the order of these ids; else when pieces of different ranks hold the same coordinates, and are then in the order
+///    of ranks.
+///  - Cells are in the order of their global ids where all pieces have them, else in the order of ranks.
+///
+/// With both kinds of global ids the whole is the mesh as it was before it was distributed, bit for bit.
+/// A surface that lies on one rank only is taken as it is.
+GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece);
+
+/// The tuples of @p whole, an array on the points of the whole surface, that belong to the local piece.
+vtkSmartPointer<vtkDataArray> TakeLocal(const GatheredSurface& surface, vtkDataArray* whole);
+
+} // namespace surfsynth
