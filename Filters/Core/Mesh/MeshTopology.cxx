@@ -30,24 +30,33 @@ void RequireProperTriangles(const TriangleMesh& mesh)
   }
 }
 
-/// Sorts the few ids of one row; insertion sort is the fastest at the dozen that a vertex has.
+/// Sorts the few ids of one row. At the dozen that a vertex has, placing each id by the number of those before it is
+/// the fastest: there is no branch to mispredict.
 void SortFew(Index* begin, Index* end)
 {
-  if (end - begin > 64)
+  constexpr int Few = 32;
+  const int count = static_cast<int>(end - begin);
+  if (count > Few)
   {
     std::sort(begin, end);
     return;
   }
-  for (Index* i = begin + (begin != end); i < end; ++i)
+  Index sorted[Few];
+  for (int i = 0; i < count; ++i)
   {
-    const Index value = *i;
-    Index* j = i;
-    for (; j > begin && j[-1] > value; --j)
+    const Index value = begin[i];
+    int place = 0;
+    for (int j = 0; j < i; ++j)
     {
-      *j = j[-1];
+      place += begin[j] <= value ? 1 : 0;
     }
-    *j = value;
+    for (int j = i + 1; j < count; ++j)
+    {
+      place += begin[j] < value ? 1 : 0;
+    }
+    sorted[place] = value;
   }
+  std::copy_n(sorted, count, begin);
 }
 }
 

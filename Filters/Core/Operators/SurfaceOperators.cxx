@@ -136,9 +136,17 @@ SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& to
         const Index count = stiffness.outerIndexPtr()[v + 1] - stiffness.outerIndexPtr()[v];
         const auto entry = [&](Index row) -> double&
         {
-          const Index* place =
-            count > 32 ? std::lower_bound(rows, rows + count, row) : std::find(rows, rows + count, row);
-          return values[place - rows];
+          if (count > 32)
+          {
+            return values[std::lower_bound(rows, rows + count, row) - rows];
+          }
+          // Counting the smaller ids has no branch to mispredict, unlike a search.
+          Index place = 0;
+          for (Index k = 0; k < count; ++k)
+          {
+            place += rows[k] < row ? 1 : 0;
+          }
+          return values[place];
         };
         std::fill_n(values, count, 0.0);
         double diagonal = 0.0;
