@@ -86,8 +86,8 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///    arrays back to the pieces, and reports an error on all ranks. Points of different pieces are the same when their
 ///    global ids are, or else their coordinates; with global ids of points and cells the result has the same bits as
 ///    on one rank.
-/// @return 0 when a polydata input failed or the user aborted, else 1: in a composite input a failed block is reported
-/// and left empty, and the others are kept.
+/// @return 0 when a polydata input failed, else 1: in a composite input a failed block is reported and left empty, and
+/// the others are kept. An abort is no failure: the output is empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
   const SoundSurface& isKnownSound = {}, int parts = 1);

@@ -413,6 +413,7 @@ int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkI
     // Not an error. Marked as not generated, so that the next update runs again without a change of the filter.
     output->Initialize();
     outputVector->GetInformationObject(0)->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    return 1;
   }
   catch (const std::exception& error)
   {

@@ -4,6 +4,7 @@
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
 #include "Core/Noise/MaternField.h"
 
 #include <vtkDataObject.h>
@@ -162,7 +163,7 @@ private:
     }
     if (!std::isfinite(this->Self->StandardDeviation))
     {
-      throw surfsynth::InvalidInput("StandardDeviation is " + std::to_string(this->Self->StandardDeviation) +
+      throw surfsynth::InvalidInput("StandardDeviation is " + surfsynth::Text(this->Self->StandardDeviation) +
         "; a finite number of at least 0 is needed.");
     }
     return this->Self->StandardDeviation;
@@ -173,7 +174,8 @@ private:
     const int samples = this->Self->NumberOfSamples - surface.Part.Index;
     surfsynth::SampleRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample + surface.Part.Index);
+    request.FirstSample =
+      static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(surface.Part.Index);
     request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
     request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
     request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
@@ -288,7 +290,7 @@ int vtkMaternNoiseFilter::RequestData(
   const auto isCached = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
   const int success = surfsynth::ProcessSurfaces(
     this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
-  if (success)
+  if (success && !this->GetAbortExecute())
   {
     this->Impl->DropUnused();
   }

@@ -55,7 +55,7 @@ void CheckAbort(vtkMaternNoiseFilter* filter, double fraction)
   {
     EventRecorder events(filter);
     events.AbortAt = fraction;
-    EXPECT_FALSE(Update(filter));
+    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
     EXPECT_TRUE(events.Errors.empty()) << "an abort is no error: " << events.AllErrors();
     ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
     EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
@@ -106,7 +106,7 @@ TEST(MaternNoiseInterruption, AbortEmptiesACompositeOutput)
   {
     EventRecorder events(filter);
     events.AbortAt = 0.5;
-    EXPECT_FALSE(Update(filter));
+    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
     ASSERT_GE(events.SecondsAfterAbort, 0.0);
     EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
   }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <exception>
 #include <mutex>
@@ -46,10 +48,8 @@ public:
       {
         this->Failure = std::current_exception();
       }
-      this->Any = true;
     }
   }
-  bool Happened() const { return this->Any; }
   void Rethrow() const
   {
     if (this->Failure)
@@ -61,42 +61,81 @@ public:
 private:
   std::mutex Mutex;
   std::exception_ptr Failure;
-  std::atomic<bool> Any{ false };
 };
 
-/// Runs work(t) for t in [0, threads): t = 0 here, the others each on a thread of their own that may not go parallel
-/// again.
-void RunOnThreads(int threads, const std::function<void(int)>& work)
+/// The helpers of one parallel loop, which tell when they have ended.
+class Helpers
 {
-  FirstFailure failure;
-  std::vector<std::thread> helpers;
-  const auto joinAll = [&helpers]
+public:
+  ~Helpers()
   {
-    for (std::thread& helper : helpers)
+    for (std::thread& thread : this->Threads)
     {
-      helper.join();
+      thread.join();
     }
-  };
-  try
+  }
+  /// Runs @p work on a thread of its own, which may not go parallel again.
+  void Start(const std::function<void()>& work)
   {
-    helpers.reserve(static_cast<std::size_t>(threads));
-    for (int t = 1; t < threads; ++t)
+    ++this->Running;
+    try
     {
-      helpers.emplace_back(
-        [&failure, &work, t]
+      this->Threads.emplace_back(
+        [this, work]
         {
-          ThreadScope alone(1);
-          failure.Catch([&] { work(t); });
+          const ThreadScope alone(1);
+          work();
+          std::lock_guard<std::mutex> lock(this->Mutex);
+          --this->Running;
+          this->Ended.notify_all();
         });
     }
+    catch (...)
+    {
+      --this->Running;
+      throw;
+    }
   }
-  catch (...)
+  /// Waits until all have ended, calling @p heartbeat about twenty times a second.
+  void Wait(const std::function<void()>& heartbeat)
   {
-    joinAll();
-    throw;
+    std::unique_lock<std::mutex> lock(this->Mutex);
+    while (!this->Ended.wait_for(lock, std::chrono::milliseconds(50), [this] { return this->Running == 0; }))
+    {
+      lock.unlock();
+      heartbeat();
+      lock.lock();
+    }
   }
-  failure.Catch([&] { work(0); });
-  joinAll();
+
+private:
+  std::vector<std::thread> Threads;
+  std::mutex Mutex;
+  std::condition_variable Ended;
+  std::atomic<int> Running{ 0 };
+};
+
+/// Runs work(t) for t in [0, threads): t = 0 here, the others each on a thread of their own. @p heartbeat is called on
+/// this thread while it waits for the others.
+void RunOnThreads(int threads, const std::function<void(int)>& work, const std::function<void()>& heartbeat)
+{
+  FirstFailure failure;
+  {
+    Helpers helpers;
+    failure.Catch(
+      [&]
+      {
+        for (int t = 1; t < threads; ++t)
+        {
+          helpers.Start([&failure, &work, t] { failure.Catch([&] { work(t); }); });
+        }
+        work(0);
+        if (heartbeat)
+        {
+          helpers.Wait(heartbeat);
+        }
+      });
+  }
   failure.Rethrow();
 }
 }
@@ -130,7 +169,7 @@ void ParallelFor(std::int64_t count, std::int64_t grain, const std::function<voi
     body(0, count);
     return;
   }
-  RunOnThreads(static_cast<int>(ranges), [&](int t) { body(count * t / ranges, count * (t + 1) / ranges); });
+  RunOnThreads(static_cast<int>(ranges), [&](int t) { body(count * t / ranges, count * (t + 1) / ranges); }, {});
 }
 
 void ParallelTasks(
@@ -138,26 +177,26 @@ void ParallelTasks(
 {
   std::atomic<std::int64_t> next{ 0 };
   const int threads = static_cast<int>(std::clamp<std::int64_t>(count, 1, MaximumThreads()));
-  RunOnThreads(threads,
-    [&](int t)
+  const auto takeTasks = [&](int t)
+  {
+    try
     {
-      try
+      for (std::int64_t k = next++; k < count; k = next++)
       {
-        for (std::int64_t k = next++; k < count; k = next++)
+        task(k);
+        if (t == 0 && heartbeat)
         {
-          task(k);
-          if (t == 0 && heartbeat)
-          {
-            heartbeat();
-          }
+          heartbeat();
         }
       }
-      catch (...)
-      {
-        next = count;
-        throw;
-      }
-    });
+    }
+    catch (...)
+    {
+      next = count;
+      throw;
+    }
+  };
+  RunOnThreads(threads, takeTasks, heartbeat);
 }
 
 } // namespace surfsynth

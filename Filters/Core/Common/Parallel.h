@@ -33,8 +33,9 @@ private:
 void ParallelFor(std::int64_t count, std::int64_t grain, const std::function<void(std::int64_t, std::int64_t)>& body);
 
 /// Calls task(k) once for every k in [0, @p count), on up to MaximumThreads() threads that take the next k when free
-/// (for tasks of unequal cost). After each of its own tasks the calling thread calls @p heartbeat; when that throws, no
-/// further task starts and the exception is rethrown once the running ones have ended.
+/// (for tasks of unequal cost). The calling thread calls @p heartbeat after each of its own tasks, and about twenty times
+/// a second while it only waits for the others; when that throws, no further task starts and the exception is rethrown
+/// once the running ones have ended.
 void ParallelTasks(std::int64_t count, const std::function<void(std::int64_t)>& task,
   const std::function<void()>& heartbeat = {});
 

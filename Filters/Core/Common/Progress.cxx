@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/Parallel.h"
 
 #include <chrono>
 #include <condition_variable>

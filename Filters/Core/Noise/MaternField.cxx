@@ -5,6 +5,7 @@
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
+#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
@@ -48,7 +49,7 @@ void Require(bool condition, const char* name, double value, const char* expecte
   if (!condition)
   {
     throw InvalidInput(
-      std::string("MaternField: ") + name + " is " + std::to_string(value) + "; expected " + expected + ".");
+      std::string("MaternField: ") + name + " is " + Text(value) + "; expected " + expected + ".");
   }
 }
 
@@ -419,7 +420,7 @@ void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, cons
   const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
   if (!(residual <= LargestResidual))
   {
-    throw SolverFailure("MaternField: the relative residual of the solve is " + std::to_string(residual) +
+    throw SolverFailure("MaternField: the relative residual of the solve is " + Text(residual) +
       "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
       "system ill-conditioned: remesh, or use a smaller correlation range.");
   }
