@@ -32,13 +32,13 @@ void RequireProperTriangles(const TriangleMesh& mesh)
 
 /// Sorts the few ids of one row. At the dozen that a vertex has, placing each id by the number of those before it is
 /// the fastest: there is no branch to mispredict.
-void SortFew(Index* begin, Index* end)
+void SortFew(Index* begin, const Index* end)
 {
   constexpr int Few = 32;
   const int count = static_cast<int>(end - begin);
   if (count > Few)
   {
-    std::sort(begin, end);
+    std::sort(begin, begin + count);
     return;
   }
   Index sorted[Few];
@@ -75,18 +75,30 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
   std::partial_sum(
     this->VertexTriangleStart.begin(), this->VertexTriangleStart.end(), this->VertexTriangleStart.begin());
   this->VertexTriangles.resize(3 * static_cast<std::size_t>(triangles));
+  this->CornerPlace.resize(this->VertexTriangles.size());
   std::vector<Index> next(this->VertexTriangleStart.begin(), this->VertexTriangleStart.end() - 1);
-  for (Index f = 0; f < triangles; ++f)
+  for (std::int64_t c = 0; c < 3 * std::int64_t(triangles); ++c)
   {
-    for (int k = 0; k < 3; ++k)
-    {
-      this->VertexTriangles[next[corners[3 * std::int64_t(f) + k]]++] = f;
-    }
+    this->CornerPlace[c] = next[corners[c]]++;
   }
 
   // The other two corners of each triangle around v, sorted: equal ids in a row are one neighbour, and their number is
   // that of the triangles on the edge. Compacted in place, then moved together.
   std::vector<Index> others(6 * static_cast<std::size_t>(triangles));
+  ParallelFor(triangles, Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t f = begin; f < end; ++f)
+      {
+        for (int k = 0; k < 3; ++k)
+        {
+          const std::int64_t place = this->CornerPlace[3 * f + k];
+          this->VertexTriangles[place] = static_cast<Index>(f);
+          others[2 * place] = corners[3 * f + (k + 1) % 3];
+          others[2 * place + 1] = corners[3 * f + (k + 2) % 3];
+        }
+      }
+    });
   std::vector<std::uint8_t> multiplicity(others.size());
   this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
   ParallelFor(points, Grain,
@@ -96,13 +108,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
       {
         const std::int64_t offset = 2 * std::int64_t(this->VertexTriangleStart[v]);
         Index* row = others.data() + offset;
-        Index* last = row;
-        for (Index k = this->VertexTriangleStart[v]; k < this->VertexTriangleStart[v + 1]; ++k)
-        {
-          const Index* t = corners + 3 * std::int64_t(this->VertexTriangles[k]);
-          *last++ = t[0] == v ? t[1] : t[0];
-          *last++ = t[2] == v ? t[1] : t[2];
-        }
+        const Index* last = others.data() + 2 * std::int64_t(this->VertexTriangleStart[v + 1]);
         SortFew(row, last);
         Index unique = 0;
         for (const Index* id = row; id < last; ++unique)

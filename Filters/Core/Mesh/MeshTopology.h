@@ -22,6 +22,9 @@ public:
   /// Triangles around vertex v, ascending, are VertexTriangles[VertexTriangleStart[v] .. VertexTriangleStart[v + 1]).
   std::vector<Index> VertexTriangleStart; ///< [V + 1]
   std::vector<Index> VertexTriangles;     ///< [3 F]
+  /// Where corner k of triangle f stands in VertexTriangles: CornerPlace[3 f + k]. What a triangle does to its vertices
+  /// can so be written in the order of triangles, in parallel, and read in the order of vertices.
+  std::vector<Index> CornerPlace; ///< [3 F]
 
   /// Vertices joined to v by an edge, ascending, are Neighbours[NeighbourStart[v] .. NeighbourStart[v + 1]).
   std::vector<Index> NeighbourStart; ///< [V + 1]

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace surfsynth
 {
@@ -33,10 +34,19 @@ Eigen::Index Faces(const TriangleMesh& mesh)
   return mesh.Triangles.rows();
 }
 
-/// Half the cotangents of the three angles of each triangle, [F, 3], the angle at corner k in column k.
-PointMatrix HalfCotangents(const TriangleMesh& mesh)
+/// What a triangle adds to the row of the stiffness matrix that belongs to one of its corners.
+struct CornerWeights
 {
-  PointMatrix half(Faces(mesh), 3);
+  double Next; ///< half the cotangent of the angle at the last corner, for the edge to the next one
+  double Last; ///< half the cotangent of the angle at the next corner, for the edge to the last one
+  Index NextVertex;
+  Index LastVertex;
+};
+
+/// The weights of all corners, [3 F], in the order of topology.VertexTriangles.
+std::vector<CornerWeights> CotangentWeights(const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  std::vector<CornerWeights> weights(topology.CornerPlace.size());
   ParallelFor(Faces(mesh), Grain,
     [&](std::int64_t begin, std::int64_t end)
     {
@@ -46,13 +56,20 @@ PointMatrix HalfCotangents(const TriangleMesh& mesh)
         const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
           Point(mesh, t(1)) - Point(mesh, t(0)) };
         const double doubleArea = edge[0].cross(edge[1]).norm();
+        double half[3];
         for (int k = 0; k < 3; ++k)
         {
-          half(f, k) = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
+          half[k] = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
+        }
+        for (int k = 0; k < 3; ++k)
+        {
+          const int next = (k + 1) % 3;
+          const int last = (k + 2) % 3;
+          weights[topology.CornerPlace[3 * f + k]] = { half[last], half[next], t(next), t(last) };
         }
       }
     });
-  return half;
+  return weights;
 }
 
 /// Column pointers and row ids of a matrix with an entry for each edge, both ways, and each vertex.
@@ -124,7 +141,7 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh)
 
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology)
 {
-  const PointMatrix half = HalfCotangents(mesh);
+  const std::vector<CornerWeights> weights = CotangentWeights(mesh, topology);
   SparseMatrix stiffness = AdjacencyPattern(topology);
   ParallelFor(mesh.Points.rows(), Grain,
     [&](std::int64_t begin, std::int64_t end)
@@ -152,14 +169,10 @@ SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& to
         double diagonal = 0.0;
         for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
         {
-          const Index f = topology.VertexTriangles[k];
-          const auto t = mesh.Triangles.row(f);
-          const int corner = t(0) == v ? 0 : (t(1) == v ? 1 : 2);
-          const int next = (corner + 1) % 3;
-          const int last = (corner + 2) % 3;
-          entry(t(next)) -= half(f, last);
-          entry(t(last)) -= half(f, next);
-          diagonal += half(f, last) + half(f, next);
+          const CornerWeights& corner = weights[k];
+          entry(corner.NextVertex) -= corner.Next;
+          entry(corner.LastVertex) -= corner.Last;
+          diagonal += corner.Next + corner.Last;
         }
         entry(static_cast<Index>(v)) = diagonal;
       }
