@@ -33,9 +33,9 @@ const char* __tsan_default_suppressions()
   return
     // OpenBLAS is not instrumented: its own locks and spinning queue are invisible to ThreadSanitizer, while the
     // memset() and memcpy() that it calls are not.
-    "called_from_lib:libopenblas\n"
+    "race:libopenblas\n"
     // As OpenBLAS: TBB's task queue is lock-free code that is not instrumented. VTK's own loops run on it.
-    "called_from_lib:libtbb\n";
+    "race:libtbb\n";
 }
 
 }
