@@ -512,6 +512,10 @@ void MaternField::SampleInto(
   {
     throw InvalidInput("MaternField: 0 components asked for; expected at least 1.");
   }
+  if (request.FirstSample + std::uint64_t(request.NumberOfSamples) * request.SampleStep > 0x100000000ULL)
+  {
+    throw InvalidInput("MaternField: samples beyond number 4294967295 asked for.");
+  }
   std::vector<Column> columns;
   for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
   {

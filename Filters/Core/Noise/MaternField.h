@@ -98,7 +98,7 @@ public:
   /// whatever the number of samples. The bits of a sample depend on (seed, sample, component, stream, vertex id) and
   /// the mesh alone. A vertex that no triangle uses gets 0.
   ///
-  /// @throws InvalidInput when no component is asked for.
+  /// @throws InvalidInput when no component, or a sample beyond number 2^32 - 1, is asked for.
   /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8; Cancelled. What has
   /// been written by then is incomplete.
   void SampleInto(const SampleRequest& request, const Destination& destination, const Progress& progress = {}) const;
