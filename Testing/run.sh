@@ -3,9 +3,10 @@
 #
 # All tests: installs what is missing (Debian 12, as root or with sudo), then
 #   1. builds with g++ and warnings as errors, and runs every test;
-#   2. compiles the library with clang and warnings as errors;
-#   3. builds with AddressSanitizer and UndefinedBehaviorSanitizer, and runs the C++ tests;
-#   4. builds with ThreadSanitizer, and runs the C++ tests.
+#   2. unpacks ParaView into build/paraview-prefix, builds the plugin, and runs its tests in ParaView;
+#   3. compiles the library with clang and warnings as errors;
+#   4. builds with AddressSanitizer and UndefinedBehaviorSanitizer, and runs the C++ tests;
+#   5. builds with ThreadSanitizer, and runs the C++ tests.
 # Goes on after a failure and ends with a summary; its exit status is 0 when everything passed.
 #
 #   Testing/run.sh [--quick]
@@ -76,6 +77,8 @@ run_tests_at_fixed_addresses() {
 step "Build with g++, warnings as errors" build dev && step "All tests" run_all_tests dev
 
 if [ $quick = 0 ]; then
+  step "ParaView" bash Wrapping/ParaView/fetch-paraview.sh &&
+    step "Build of the ParaView plugin" build paraview && step "Tests in ParaView" run_tests paraview
   step "Library with clang, warnings as errors" build dev-clang --target surfsynth_libraries
   step "Build with ASan and UBSan" build asan && step "C++ tests with ASan and UBSan" run_tests asan
   step "Build with TSan" build tsan && step "C++ tests with TSan" run_tests_at_fixed_addresses tsan

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every property of a filter's header is in its server-manager XML, with its default, range and words.
+
+Needs neither VTK nor ParaView. Usage: TestDocumentation.py <folder of the repository>
+"""
+
+import os
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+
+FILTERS = (("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml"),)
+GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
+SETTER = re.compile(
+    r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
+GETTER = re.compile(r"(?:double|vtkTypeInt64) Get(?P<name>\w+)\(\) const;")
+
+
+def plain(text):
+    """Words only: the header writes PER_VERTEX, vtkWarpVector and "Default 1.", the XML Per Vertex and Warp By Vector."""
+    text = re.sub(r"\n\s*\*", "\n", text)
+    text = re.sub(r"\bvtkWarpVector\b", "Warp By Vector", text)
+    text = re.sub(r"\b[A-Z]{2,}(?:_[A-Z]+)*\b", lambda found: found.group().replace("_", " ").title(), text)
+    text = text.replace("é", "e").replace("(the default) ", "")
+    return " ".join(text.lower().split())
+
+
+def first_sentence(text):
+    return re.split(r"(?<=[.;:])\s|\.$", plain(text), maxsplit=1)[0].rstrip(".;: ")
+
+
+def properties_of_header(path):
+    """For each property that can be set: comment, bounds and default; and the names of those that can be read only."""
+    with open(path, encoding="utf-8") as file:
+        header = file.read()
+    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z_]+) = (\d+)", header, re.MULTILINE)}
+    defaults = dict(re.findall(r"^  (?:int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
+    settable, readable = {}, {}
+    for group in GROUP.finditer(header):
+        found = SETTER.search(group["body"])
+        if found:
+            name = found["name"] or found["text"]
+            low, high = (enumerators.get(found[end], found[end]) if found["clamp"] else None for end in ("low", "high"))
+            default = defaults[name].strip('"')
+            settable[name] = (group["comment"], (low, high), enumerators.get(default, default))
+        else:
+            for name in GETTER.findall(group["body"]):
+                readable[name] = group["comment"]
+    return settable, readable
+
+
+def check(header, xml):
+    settable, readable = properties_of_header(header)
+    assert len(settable) >= 10 and len(readable) >= 5, (sorted(settable), sorted(readable))
+    proxy = ElementTree.parse(xml).getroot().find("ProxyGroup/SourceProxy")
+    assert proxy.get("class") == os.path.splitext(os.path.basename(header))[0]
+    properties = {element.get("name"): element for element in proxy if element.tag.endswith("Property")}
+    for name, element in properties.items():
+        text = element.findtext("Documentation") or ""
+        assert len(text.split()) >= 2, f"{name} is not documented"
+    for name, (comment, ends, default) in settable.items():
+        element = properties.pop(name, None)
+        assert element is not None, f"{name} is in {header} and not in {xml}"
+        assert element.get("command") == "Set" + name
+        same_default = element.get("default_values") == default or (
+            not element.tag.startswith("String") and float(element.get("default_values")) == float(default))
+        assert same_default, f"{name}: default {element.get('default_values')}, {default} in the header"
+        check_range(name, element, *ends)
+        sentence = first_sentence(element.findtext("Documentation"))
+        assert sentence in plain(comment), f"{name}: {sentence!r} is not in the header, which says {plain(comment)!r}"
+    for name in readable:
+        element = properties.pop(name, None)
+        assert element is not None, f"{name} is in {header} and not in {xml}"
+        assert element.get("command") == "Get" + name and element.get("information_only") == "1", name
+        sentence = first_sentence(element.findtext("Documentation"))
+        assert sentence in plain(readable[name]), f"{name}: {sentence!r} is not in the header"
+    assert set(properties) == {"Input", "Execute"}, f"not in the header: {sorted(properties)}"
+    print(f"{xml}: {len(settable)} properties and {len(readable)} results as in {header}")
+
+
+def check_range(name, element, low, high):
+    """The lower end of a range, or both of an enumeration."""
+    if low is None:
+        return
+    domain = element.find("IntRangeDomain") if element.find("IntRangeDomain") is not None else element.find(
+        "DoubleRangeDomain")
+    entries = [int(entry.get("value")) for entry in element.findall("EnumerationDomain/Entry")]
+    if domain is not None:
+        assert float(domain.get("min")) == float(low), f"{name}: at least {domain.get('min')}, {low} in the header"
+    elif entries:
+        assert entries == list(range(int(low), int(high) + 1)), f"{name}: {entries}"
+    else:  # the range comes from the data; it begins at 0
+        assert element.find("BoundsDomain").get("mode") == "scaled_extent" and float(low) == 0.0, name
+
+
+if __name__ == "__main__":
+    for pair in FILTERS:
+        check(*(os.path.join(sys.argv[1], path) for path in pair))

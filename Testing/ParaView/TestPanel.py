@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The graphical interface, played by ParaView's own test machinery: menu, panel, Apply, trace, messages.
+
+Run by Python, it starts paraview, in which PanelSetup.py makes the surface and records what happens, and which then
+plays the events below. A widget that is missing, hidden or holds another value ends the play with an error.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from xml.sax.saxutils import quoteattr
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+PANEL = "pqClientMainWindow/propertiesDock/propertiesPanel"
+PROPERTIES = PANEL + "/scrollArea/qt_scrollarea_viewport/scrollAreaWidgetContents/PropertiesFrame/ProxyPanel/"
+EVERY_ROW = {"NoiseModel", "ScaleMode", "CorrelationRange", "StandardDeviation", "Screening", "NormalizedScreening",
+             "NumberOfEigenpairs", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName",
+             "Execute"}
+ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName", "Execute"}
+
+
+def event(widget, command, arguments=""):
+    return f"  <pqevent object={quoteattr(widget)} command={quoteattr(command)} arguments={quoteattr(arguments)} />"
+
+
+def check(widget, name, value):
+    return f"  <pqcheck object={quoteattr(widget)} property={quoteattr(name)} arguments={quoteattr(value)} />"
+
+
+def apply():
+    return event(PANEL + "/Accept", "activate")
+
+
+def choose(name, text):
+    return event(PROPERTIES + name + "/ComboBox", "set_string", text)
+
+
+def rows(*shown):
+    """The rows that only some modes use: exactly those named are shown, beside those that every mode has."""
+    return [check(PROPERTIES + name, "visible", "true" if name in ALWAYS or name in shown else "false")
+            for name in sorted(EVERY_ROW)]
+
+
+def add_filter():
+    menu = "pqClientMainWindow/menubar"
+    return [
+        event(menu, "activate", "menuFilters"),
+        event(menu + "/menuFilters", "activate", "Surface Synthesis"),
+        event(menu + "/menuFilters/Surface Synthesis", "activate", "MaternNoise"),
+    ]
+
+
+def play(name, events, surface):
+    """Plays events in paraview on a surface; returns what it wrote, and what PanelSetup.py recorded."""
+    script, record = os.path.abspath(name + ".xml"), os.path.abspath(name + ".json")
+    with open(script, "w", encoding="utf-8") as file:
+        file.write("\n".join(('<?xml version="1.0" ?>', "<pqevents>", *events, "</pqevents>", "")))
+    if os.path.exists(record):
+        os.remove(record)
+    os.makedirs("panel", exist_ok=True)
+    environment = dict(os.environ, SURFACE_SYNTHESIS_RECORD=record, SURFACE_SYNTHESIS_SURFACE=surface)
+    result = subprocess.run(
+        [os.environ["SURFACE_SYNTHESIS_PARAVIEW"], "--dr", "--script=" + os.path.join(HERE, "PanelSetup.py"),
+         "--test-directory=" + os.path.abspath("panel"), "--test-script=" + script, "--exit"],
+        env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200)
+    with open(record, encoding="utf-8") as file:
+        recorded = json.load(file)
+    return result, recorded
+
+
+def succeed(result):
+    assert result.returncode == 0 and "Success =  true" in result.stdout, result.stdout
+
+
+def panel_shows_what_the_mode_uses():
+    events = [
+        *add_filter(),
+        # 0.2 times the longest side of the ball, shown before Apply
+        check(PROPERTIES + "CorrelationRange/DoubleRangeWidget/DoubleLineEdit", "text", "0.4"),
+        check(PROPERTIES + "Seed/Seed", "value", "0"),
+        check(PROPERTIES + "NoiseModel", "visible", "false"),  # advanced
+        event(PANEL + "/SearchBox/AdvancedButton", "set_boolean", "true"),
+        *rows("ScaleMode", "CorrelationRange", "StandardDeviation"),
+        choose("ScaleMode", "Screening"), *rows("ScaleMode", "Screening"),
+        choose("ScaleMode", "Normalized Screening"), *rows("ScaleMode", "NormalizedScreening"),
+        choose("NoiseModel", "Spectral"), *rows("ScaleMode", "NormalizedScreening", "NumberOfEigenpairs"),
+        choose("NoiseModel", "Per Vertex"), *rows("StandardDeviation"),
+        choose("NoiseModel", "White"), *rows(),
+        choose("NoiseModel", "Unscreened"), *rows(),
+        choose("NoiseModel", "Matern"), choose("ScaleMode", "Correlation Range"),
+        *rows("ScaleMode", "CorrelationRange", "StandardDeviation"),
+        apply(),
+    ]
+    result, recorded = play("shows", events, "ball")
+    succeed(result)
+    assert recorded["properties"]["CorrelationRange"] == 0.4, recorded
+    assert recorded["points"] > 0 and recorded["errors"] == [], recorded
+
+
+def panel_applies_and_trace_replays():
+    events = [
+        *add_filter(),
+        event(PROPERTIES + "CorrelationRange/DoubleRangeWidget/DoubleLineEdit", "set_string", "0.7"),
+        event(PROPERTIES + "Seed/Seed", "set_int", "17"),
+        event(PROPERTIES + "NumberOfSamples/LineEdit0", "set_string", "2"),
+        apply(),
+        event(PROPERTIES + "Seed/NewSeed", "activate"),
+        event(PROPERTIES + "StandardDeviation/DoubleLineEdit0", "set_string", "3"),
+        apply(),
+    ]
+    result, recorded = play("applies", events, "ball")
+    succeed(result)
+    found = recorded["properties"]
+    assert (found["CorrelationRange"], found["NumberOfSamples"], found["StandardDeviation"]) == (0.7, 2, 3.0), found
+    assert found["Seed"] not in (0, 17) and 0 <= found["Seed"] < 1000000, "New seed made no other seed"
+    assert recorded["errors"] == [], recorded
+    with open("trace.py", "w", encoding="utf-8") as file:
+        file.write(recorded["trace"])
+    replay = subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], "-c", f"""
+import numpy, surfaces
+from paraview import servermanager
+from paraview.simple import *
+LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+exec(open("trace.py", encoding="utf-8").read())
+made = next(proxy for proxy in GetSources().values() if proxy.GetXMLName() == "MaternNoise")
+made.UpdatePipeline()
+found = servermanager.Fetch(made)
+expected = surfaces.noise(
+    surfaces.ball(), CorrelationRange=0.7, NumberOfSamples=2, StandardDeviation=3.0, Seed={found["Seed"]})
+for name in ("MaternNoise_0", "MaternNoise_1"):
+    surfaces.assert_same(surfaces.array(found, name), surfaces.array(expected, name), name)
+print("replayed")
+"""], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=100)
+    assert replay.returncode == 0 and "replayed" in replay.stdout, replay.stdout + recorded["trace"]
+
+
+def error_reaches_the_message_window():
+    """The test machinery takes every error for a failure, so the play ends with one; the text is what counts."""
+    result, recorded = play("fails", [*add_filter(), apply()], "fin")
+    assert recorded["points"] == 0, recorded
+    assert any("non-manifold edge" in text and "vtkCleanPolyData" in text for text in recorded["errors"]), recorded
+
+
+if __name__ == "__main__":
+    failed = 0
+    for test in (panel_shows_what_the_mode_uses, panel_applies_and_trace_replays, error_reaches_the_message_window):
+        try:
+            test()
+            print(f"passed: {test.__name__}", flush=True)
+        except (AssertionError, OSError, subprocess.TimeoutExpired) as error:
+            print(f"FAILED: {test.__name__}\n{error}", flush=True)
+            failed += 1
+    sys.exit(1 if failed else 0)

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Surfaces and samples on 1 to 4 MPI ranks: what pvbatch finds there is what one process finds, bit for bit.
+
+Run by Python, it writes the surfaces and the expected arrays with pvpython, then starts this file again under mpiexec
+with pvbatch for each number of ranks given. A run that hangs is ended and fails.
+"""
+
+import os
+import re
+import subprocess
+import sys
+
+RANKS = (1, 2, 3, 4)
+TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
+SAMPLES = 7
+RANGE = 24.0  # world units of the armadillo
+# On one rank nothing is distributed: there the pieces of a file are pieces for every filter.
+SOUND_CASES = ("one_rank", "blocks", "redistributed")
+SOUND_CASES_ON_SEVERAL_RANKS = (*SOUND_CASES, "distributed", "empty_rank")
+CASES = (*SOUND_CASES_ON_SEVERAL_RANKS, "bad_piece", "bad_block")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# One process, without ParaView: surfaces and expected arrays.
+def write_surfaces():
+    import numpy as np
+    import surfaces
+    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+    from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
+
+    whole = surfaces.armadillo()
+    surfaces.write(whole, "whole.vtp")
+    expected = surfaces.noise(whole, CorrelationRange=RANGE, NumberOfSamples=SAMPLES, Seed=11)
+    np.save("whole.npy", np.stack([surfaces.array(expected, f"MaternNoise_{k}") for k in range(SAMPLES)]))
+
+    blocks = vtkMultiBlockDataSet()
+    for k in range(5):
+        if k != 3:  # a hole
+            blocks.SetBlock(k, surfaces.ball(8 + 2 * k, 3.0 * k))
+    write_blocks(vtkXMLMultiBlockDataWriter, blocks, "blocks.vtm")
+    expected = surfaces.noise(blocks, CorrelationRange=1.5, Seed=11)
+    for k in (0, 1, 2, 4):
+        np.save(f"block{k}.npy", surfaces.array(expected.GetBlock(k)))
+    blocks.SetBlock(3, surfaces.fin())
+    write_blocks(vtkXMLMultiBlockDataWriter, blocks, "bad_blocks.vtm")
+
+    # four pieces by the angle around the axis, point and cell ids those of the whole; and the same with an empty piece
+    points = np.array([whole.GetPoint(p) for p in range(whole.GetNumberOfPoints())])
+    triangles = surfaces.vtk_to_numpy(whole.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    centre = points[triangles].mean(axis=1) - points.mean(axis=0)
+    quarter = np.floor((np.arctan2(centre[:, 2], centre[:, 0]) + np.pi) / (0.5 * np.pi)).astype(int) % 4
+    for name, shares in (("quarters", [0, 1, 2, 3]), ("with_empty", [0, 1, -1, 3])):
+        owner = np.where(quarter == 2, 1, quarter) if name == "with_empty" else quarter
+        pieces = [piece_of(surfaces, points, triangles, np.flatnonzero(owner == share)) for share in shares]
+        write_pieces(surfaces, pieces, name)
+    bad = [piece_of(surfaces, points, triangles, np.flatnonzero(quarter == share)) for share in range(4)]
+    fin = surfaces.mesh_of([[500, 0, 0], [501, 0, 0], [500, 1, 0], [500, -1, 0], [500, 0, 1]],
+                           [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+    bad[1] = with_ids(surfaces, fin, len(points) + np.arange(5), len(triangles) + np.arange(3))
+    write_pieces(surfaces, bad, "bad")
+
+
+def write_blocks(writer_class, blocks, path):
+    writer = writer_class()
+    writer.SetInputDataObject(blocks)
+    writer.SetFileName(path)
+    assert writer.Write() == 1
+
+
+def piece_of(surfaces, points, triangles, cells):
+    import numpy as np
+
+    used, local = np.unique(triangles[cells], return_inverse=True)
+    return with_ids(surfaces, surfaces.mesh_of(points[used], local.reshape(-1, 3)), used, cells)
+
+
+def with_ids(surfaces, piece, point_ids, cell_ids):
+    for ids, data, kind in ((point_ids, piece.GetPointData(), "Point"), (cell_ids, piece.GetCellData(), "Cell")):
+        for name in (f"Global{kind}Ids", f"Serial{kind}"):
+            array = surfaces.numpy_to_vtkIdTypeArray(ids.astype("int64"), deep=True)
+            array.SetName(name)
+            data.AddArray(array)
+        data.SetActiveGlobalIds(f"Global{kind}Ids")
+    return piece
+
+
+def write_pieces(surfaces, pieces, name):
+    for k, piece in enumerate(pieces):
+        surfaces.write(piece, f"{name}_{k}.vtp")
+    with open(name + ".pvtp", "w", encoding="ascii") as file:
+        file.write(f"""<?xml version="1.0"?>
+<VTKFile type="PPolyData" version="1.0" byte_order="LittleEndian" header_type="UInt32">
+  <PPolyData GhostLevel="0">
+    <PPointData GlobalIds="GlobalPointIds">
+      <PDataArray type="Int64" IdType="1" Name="GlobalPointIds"/><PDataArray type="Int64" IdType="1" Name="SerialPoint"/>
+    </PPointData>
+    <PCellData GlobalIds="GlobalCellIds">
+      <PDataArray type="Int64" IdType="1" Name="GlobalCellIds"/><PDataArray type="Int64" IdType="1" Name="SerialCell"/>
+    </PCellData>
+    <PPoints><PDataArray type="Float64" NumberOfComponents="3" Name="Points"/></PPoints>
+    {"".join(f'<Piece Source="{name}_{k}.vtp"/>' for k in range(len(pieces)))}
+  </PPolyData>
+</VTKFile>
+""")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# One case in pvbatch. The script runs on the first rank, the pipeline on all.
+def run_case(case):
+    import numpy as np
+    import surfaces
+    from paraview import servermanager
+    from paraview import simple as pv
+
+    if not hasattr(pv, "MaternNoise"):
+        pv.LoadPlugin(surfaces.plugin(), remote=False, ns=vars(pv))
+    ranks = servermanager.vtkProcessModule.GetProcessModule().GetNumberOfLocalPartitions()
+    assert ranks == int(os.environ["SURFACE_SYNTHESIS_RANKS"]), f"there are {ranks} ranks"
+    parameters = {"CorrelationRange": RANGE, "NumberOfSamples": SAMPLES, "Seed": 11}
+    whole = np.load("whole.npy")
+
+    def update(proxy):
+        proxy.UpdatePipeline()
+        return servermanager.Fetch(proxy)
+
+    def count_of_ranks_with_cells(proxy):
+        ids = update(pv.ProcessIdScalars(Input=proxy))
+        return len(np.unique(surfaces.array(ids, "ProcessId")))
+
+    def compare_with_whole(found, points=None):
+        points = surfaces.array(found, "SerialPoint") if points is None else points
+        for k in range(SAMPLES):
+            surfaces.assert_same(surfaces.array(found, f"MaternNoise_{k}"), whole[k][points], f"{case}, sample {k}")
+
+    if case == "one_rank":
+        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
+        assert count_of_ranks_with_cells(reader) == 1
+        made = pv.MaternNoise(Input=reader, **parameters)
+        compare_with_whole(update(made), np.arange(whole.shape[1]))
+        for first, count in ((0, 1), (2, 5)):  # again, with fewer samples than ranks, and with others
+            made.FirstSample, made.NumberOfSamples = first, count
+            found = update(made)
+            for k in range(first, first + count):
+                name = f"MaternNoise_{k}" if count > 1 else "MaternNoise"
+                surfaces.assert_same(surfaces.array(found, name), whole[k], f"{case}, sample {k} of {count}")
+    elif case == "blocks":
+        made = pv.MaternNoise(Input=pv.XMLMultiBlockDataReader(FileName=["blocks.vtm"]), CorrelationRange=1.5, Seed=11)
+        made.UpdatePipeline()
+        pv.SaveData(f"found_blocks_{ranks}.vtm", proxy=made)
+        found = read_blocks(f"found_blocks_{ranks}.vtm")
+        for k in (0, 1, 2, 4):
+            surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
+    elif case in ("distributed", "empty_rank"):
+        name = "quarters" if case == "distributed" else "with_empty"
+        reader = pv.XMLPartitionedPolydataReader(FileName=[name + ".pvtp"])
+        assert count_of_ranks_with_cells(reader) == (min(ranks, 4) if case == "distributed" else min(ranks, 3))
+        found = update(pv.MaternNoise(Input=reader, **parameters))
+        points = surfaces.array(found, "SerialPoint")
+        assert set(points) == set(range(whole.shape[1])), "a point is missing"
+        assert found.GetNumberOfCells() == 52000, found.GetNumberOfCells()
+        assert ranks == 1 or len(points) > whole.shape[1], "no point lies on two pieces"
+        compare_with_whole(found)
+    elif case == "redistributed":  # no ids: points on a cut are found by their coordinates
+        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
+        pieces = pv.ExtractSurface(Input=pv.RedistributeDataSet(Input=reader))
+        assert count_of_ranks_with_cells(pieces) == ranks
+        found = update(pv.MaternNoise(Input=pieces, **parameters))
+        places = np.array([found.GetPoint(p) for p in range(found.GetNumberOfPoints())])
+        unique, first, point = np.unique(places, axis=0, return_index=True, return_inverse=True)
+        assert len(unique) == whole.shape[1], (len(unique), whole.shape[1])
+        assert ranks == 1 or len(places) > len(unique), "no point lies on two pieces"
+        fields = np.stack([surfaces.array(found, f"MaternNoise_{k}") for k in range(SAMPLES)])
+        assert (fields == fields[:, first][:, point]).all(), "a seam: one point has two values"
+        deviation = np.sqrt(np.mean(fields[:, first] ** 2))
+        assert 0.85 < deviation < 1.15, f"the standard deviation is {deviation}"
+    elif case == "bad_piece":
+        found = update(pv.MaternNoise(Input=pv.XMLPartitionedPolydataReader(FileName=["bad.pvtp"]), **parameters))
+        assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
+    elif case == "bad_block":
+        made = pv.MaternNoise(
+            Input=pv.XMLMultiBlockDataReader(FileName=["bad_blocks.vtm"]), CorrelationRange=1.5, Seed=11)
+        made.UpdatePipeline()
+        pv.SaveData(f"found_bad_blocks_{ranks}.vtm", proxy=made)
+        found = read_blocks(f"found_bad_blocks_{ranks}.vtm")
+        for k in (0, 1, 2, 4):
+            surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
+        assert found[3] is None or found[3].GetNumberOfPoints() == 0
+    else:
+        raise ValueError(case)
+    print(f"finished: {case} on {ranks} ranks", flush=True)
+
+
+def read_blocks(path):
+    """The blocks of a file by their place; a block that is cut into pieces fails."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataReader
+
+    reader = vtkXMLMultiBlockDataReader()
+    reader.SetFileName(path)
+    reader.Update()
+    blocks = reader.GetOutputDataObject(0)
+    found = []
+    for k in range(blocks.GetNumberOfBlocks()):
+        block = blocks.GetBlock(k)
+        if block is not None and not block.IsA("vtkPolyData"):
+            pieces = [block.GetPartition(p) if hasattr(block, "GetPartition") else block.GetBlock(p)
+                      for p in range(block.GetNumberOfChildren())]
+            pieces = [piece for piece in pieces if piece is not None and piece.GetNumberOfPoints() > 0]
+            assert len(pieces) <= 1, f"block {k} has {len(pieces)} pieces"
+            block = pieces[0] if pieces else vtkPolyData()
+        found.append(block)
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The driver.
+def mpi_run(ranks, cases):
+    """Runs cases in one process per rank; returns what they wrote, or ends with an assertion."""
+    case = ", ".join(cases)
+    command = [os.environ["SURFACE_SYNTHESIS_MPIEXEC"], "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n", str(ranks),
+               os.environ["SURFACE_SYNTHESIS_PVBATCH"], os.path.abspath(__file__), *cases]
+    environment = dict(os.environ, SURFACE_SYNTHESIS_RANKS=str(ranks), OMP_NUM_THREADS="1")
+    process = subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+    try:
+        output, _ = process.communicate(timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired:
+        import signal
+
+        os.killpg(process.pid, signal.SIGKILL)
+        output, _ = process.communicate()
+        raise AssertionError(f"{case} on {ranks} ranks hangs:\n{output}") from None
+    assert process.returncode == 0, f"{case} on {ranks} ranks ended with {process.returncode}:\n{output}"
+    for case in cases:
+        assert f"finished: {case} on {ranks} ranks" in output, f"{case} on {ranks} ranks did not finish:\n{output}"
+    return output
+
+
+def check_sound(ranks):
+    output = mpi_run(ranks, SOUND_CASES if ranks == 1 else SOUND_CASES_ON_SEVERAL_RANKS)
+    assert "ERR|" not in output, output
+
+
+def errors_of_the_filter(output):
+    return [line.split("): ", 1)[1] for line in output.splitlines() if re.search(r"ERR\| vtkMaternNoiseFilter", line)]
+
+
+def check_bad_piece(ranks):
+    """Every rank tells the same, once."""
+    errors = errors_of_the_filter(mpi_run(ranks, ["bad_piece"]))
+    assert len(errors) == ranks and len(set(errors)) == 1, errors
+    assert "non-manifold edge" in errors[0] and "vtkFeatureEdges" in errors[0], errors
+
+
+def check_bad_block(ranks):
+    """The other blocks are not affected."""
+    errors = errors_of_the_filter(mpi_run(ranks, ["bad_block"]))
+    assert errors and len(set(errors)) == 1, errors
+    assert "non-manifold edge" in errors[0] and "lock 4" in errors[0], errors
+
+
+def main(ranks):
+    environment = dict(os.environ)
+    subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], os.path.abspath(__file__), "--write"],
+                   env=environment, check=True, timeout=TIME_LIMIT)
+    checks = (check_sound, check_bad_piece, check_bad_block)
+    failed = 0
+    for count in ranks:
+        for check in checks:
+            try:
+                check(count)
+                print(f"passed: {check.__name__} on {count} ranks", flush=True)
+            except AssertionError as error:
+                print(f"FAILED: {check.__name__} on {count} ranks\n{error}", flush=True)
+                failed += 1
+    print(f"{len(ranks) * len(checks) - failed} of {len(ranks) * len(checks)} checks passed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--write"]:
+        write_surfaces()
+    elif sys.argv[1:] and sys.argv[1] in CASES:
+        try:
+            for argument in sys.argv[1:]:
+                run_case(argument)
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+            sys.stderr.flush()
+            os._exit(1)  # at once: other ranks wait for this one
+    else:
+        sys.exit(main([int(count) for count in sys.argv[1:]] or RANKS))
