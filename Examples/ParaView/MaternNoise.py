@@ -34,7 +34,10 @@ noise = MaternNoise(registrationName="Colours", Input=normals)
 noise.CorrelationRange = 0.4
 noise.Seed = 1
 
-view = GetActiveViewOrCreate("RenderView")
+view = CreateView("RenderView")
+layout = CreateLayout(name="Layout #1")
+layout.AssignView(0, view)
+SetActiveView(view)
 display = Show(noise, view)
 ColorBy(display, ("POINTS", "MaternNoise"))
 colours = GetColorTransferFunction("MaternNoise")

@@ -156,6 +156,34 @@ def samples_are_arrays():
         surfaces.assert_same(surfaces.array(found, f"f_{sample}"), surfaces.array(expected), f"sample {sample}")
 
 
+def progress_is_reported_and_abort_stops():
+    """As the progress bar and a stop button do it: through events and the flag of the object. The next update is whole."""
+    made = MaternNoise(Input=source_of(ARMADILLO), CorrelationRange=30.0, NumberOfSamples=20)
+    made.UpdateVTKObjects()
+    held = made.GetClientSideObject()
+    seen, stop_at = [], [0.3]
+
+    def note(caller, _):
+        seen.append(caller.GetProgress())
+        if seen[-1] >= stop_at[0]:
+            caller.SetAbortExecute(1)
+
+    held.AddObserver("ProgressEvent", note)
+    made.UpdatePipeline()
+    past = [progress for progress in seen if progress >= 0.3]
+    assert past[0] < 1.0 and past[1:] in ([], [1.0]), f"went on after the stop: {seen}"  # VTK itself ends with 1
+    assert held.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    seen.clear()
+    stop_at[0] = 2.0
+    held.SetAbortExecute(0)
+    made.Seed = 1
+    made.UpdatePipeline()
+    found = held.GetOutputDataObject(0)
+    assert seen == sorted(seen) and len(seen) >= 5 and seen[-1] == 1.0, seen
+    expected = surfaces.noise(ARMADILLO, CorrelationRange=30.0, NumberOfSamples=20, Seed=1)
+    surfaces.assert_same(surfaces.array(found, "MaternNoise_19"), surfaces.array(expected, "MaternNoise_19"), "after")
+
+
 def numbers_are_those_of_the_baseline():
     """The same numbers as in the build against VTK, whose tests keep the file."""
     with open(os.environ["SURFACE_SYNTHESIS_BASELINE"], encoding="ascii") as file:
@@ -195,5 +223,6 @@ surfaces.run(
     execute_runs_again,
     blocks_get_noise_of_their_own,
     samples_are_arrays,
+    progress_is_reported_and_abort_stops,
     numbers_are_those_of_the_baseline,
 )
