@@ -2,8 +2,6 @@
 #include "Core/Common/LargeArray.h"
 
 #include <cstdlib>
-#include <limits>
-#include <new>
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -18,30 +16,29 @@ constexpr std::size_t CacheLine = 64;
 constexpr std::size_t HugePage = std::size_t(1) << 21;
 }
 
-LargeArray::LargeArray(std::size_t size)
-  : Size(size)
+void* AllocateLarge(std::size_t bytes)
 {
-  if (size > (std::numeric_limits<std::size_t>::max() - HugePage) / sizeof(double))
+  if (bytes > std::numeric_limits<std::size_t>::max() - 2 * HugePage)
   {
     throw std::bad_alloc();
   }
-  const std::size_t bytes = size * sizeof(double);
   const std::size_t alignment = bytes >= 2 * HugePage ? HugePage : CacheLine;
   const std::size_t rounded = (bytes / alignment + 1) * alignment;
-  this->Memory.reset(static_cast<double*>(std::aligned_alloc(alignment, rounded)));
-  if (!this->Memory)
+  void* memory = std::aligned_alloc(alignment, rounded);
+  if (!memory)
   {
     throw std::bad_alloc();
   }
 #ifdef __linux__
   if (alignment == HugePage)
   {
-    madvise(this->Memory.get(), rounded, MADV_HUGEPAGE); // only advice: without huge pages all works the same
+    madvise(memory, rounded, MADV_HUGEPAGE); // only advice: without huge pages all works the same
   }
 #endif
+  return memory;
 }
 
-void LargeArray::Free::operator()(double* memory) const
+void FreeLarge(void* memory)
 {
   std::free(memory);
 }

@@ -2,6 +2,7 @@
 #include "Core/Mesh/MeshTopology.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 
 #include <algorithm>
@@ -84,7 +85,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
 
   // The other two corners of each triangle around v, sorted: equal ids in a row are one neighbour, and their number is
   // that of the triangles on the edge. Compacted in place, then moved together.
-  std::vector<Index> others(6 * static_cast<std::size_t>(triangles));
+  LargeArray<Index> others(6 * static_cast<std::size_t>(triangles));
   ParallelFor(triangles, Grain,
     [&](std::int64_t begin, std::int64_t end)
     {
@@ -99,7 +100,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
         }
       }
     });
-  std::vector<std::uint8_t> multiplicity(others.size());
+  LargeArray<std::uint8_t> multiplicity(others.size());
   this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
   ParallelFor(points, Grain,
     [&](std::int64_t begin, std::int64_t end)
@@ -135,8 +136,8 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
       {
         const std::int64_t from = 2 * std::int64_t(this->VertexTriangleStart[v]);
         const Index count = this->NeighbourStart[v + 1] - this->NeighbourStart[v];
-        std::copy_n(others.begin() + from, count, this->Neighbours.begin() + this->NeighbourStart[v]);
-        std::copy_n(multiplicity.begin() + from, count, this->EdgeTriangles.begin() + this->NeighbourStart[v]);
+        std::copy_n(others.data() + from, count, this->Neighbours.begin() + this->NeighbourStart[v]);
+        std::copy_n(multiplicity.data() + from, count, this->EdgeTriangles.begin() + this->NeighbourStart[v]);
       }
     });
 }

@@ -122,7 +122,7 @@ public:
 
   /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
   void SampleColumns(
-    const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress);
+    const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress);
 
   TriangleMesh Mesh;
   MaternFieldOptions Options;
@@ -150,7 +150,7 @@ private:
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
   void SampleBySolve(
-    const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress);
+    const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress);
   void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
   void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
 
@@ -310,7 +310,7 @@ void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& 
 }
 
 void MaternField::Internals::SampleColumns(
-  const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress)
+  const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress)
 {
   if (this->Solver)
   {
@@ -458,7 +458,7 @@ void MaternField::Internals::TakeSolutions(
 }
 
 void MaternField::Internals::SampleBySolve(
-  const SampleRequest& request, const std::vector<Column>& columns, LargeArray& scratch, const Progress& progress)
+  const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress)
 {
   constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
   const auto count = static_cast<Eigen::Index>(columns.size());
@@ -467,7 +467,7 @@ void MaternField::Internals::SampleBySolve(
   const auto size = static_cast<std::size_t>(points * padded);
   if (scratch.size() < size)
   {
-    scratch = LargeArray(size);
+    scratch = LargeArray<double>(size);
   }
   Block block(scratch.data(), points, padded);
   this->FillRightHandSides(request, columns, block);
@@ -537,7 +537,7 @@ void MaternField::SampleInto(
 
   this->Impl->ForgetResidual();
   // Large arrays are made once for each thread: the system hands out fresh pages slowly.
-  ScratchPool<LargeArray> scratch;
+  ScratchPool<LargeArray<double>> scratch;
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<std::int64_t> done{ 0 };
   ParallelTasks(blocks,
@@ -549,7 +549,7 @@ void MaternField::SampleInto(
         blockProgress = [&](double fraction)
         { return progress((static_cast<double>(done) + fraction) / static_cast<double>(blocks)); };
       }
-      LargeArray memory = scratch.Borrow();
+      LargeArray<double> memory = scratch.Borrow();
       this->Impl->SampleColumns(
         request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
       scratch.Return(std::move(memory));
@@ -565,7 +565,7 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
   const std::int64_t together = std::clamp<std::int64_t>(
     CholeskySolver::BlockColumns * MaximumThreads() / components, 1, std::max<std::int64_t>(samples, 1));
   const Eigen::Index points = this->Impl->Mesh.Points.rows();
-  LargeArray group(static_cast<std::size_t>(points * together * components));
+  LargeArray<double> group(static_cast<std::size_t>(points * together * components));
   for (std::int64_t begin = 0; begin < samples; begin += together)
   {
     SampleRequest part = request;

@@ -94,7 +94,7 @@ public:
   /// a vtkDataArray. Called on the thread that called SampleInto(), in order.
   using Destination = std::function<double*(std::uint32_t sample)>;
 
-  /// Draws the samples and writes each to its destination. Memory: one block of 64 columns of V numbers for each thread,
+  /// Draws the samples and writes each to its destination. Memory: one block of 32 columns of V numbers for each thread,
   /// whatever the number of samples. The bits of a sample depend on (seed, sample, component, stream, vertex id) and
   /// the mesh alone. A vertex that no triangle uses gets 0.
   ///
@@ -121,7 +121,7 @@ public:
   /// Gamma = || M^-1 L ||_F, 1 / square world units; 0 for models without tau.
   double Gamma() const;
   /// Largest relative residual || A f - b || / || b || of the last call of Sample(), over one column of every block of
-  /// up to 64 that are solved together; 0 for models without a solve.
+  /// up to 32 that are solved together; 0 for models without a solve.
   double RelativeResidual() const;
   /// Longest edge, world units: above about a third of the range the mesh cannot carry the field.
   double LongestEdge() const;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Operators/SurfaceOperators.h"
 
+#include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace surfsynth
 {
@@ -44,9 +44,9 @@ struct CornerWeights
 };
 
 /// The weights of all corners, [3 F], in the order of topology.VertexTriangles.
-std::vector<CornerWeights> CotangentWeights(const TriangleMesh& mesh, const MeshTopology& topology)
+LargeArray<CornerWeights> CotangentWeights(const TriangleMesh& mesh, const MeshTopology& topology)
 {
-  std::vector<CornerWeights> weights(topology.CornerPlace.size());
+  LargeArray<CornerWeights> weights(topology.CornerPlace.size());
   ParallelFor(Faces(mesh), Grain,
     [&](std::int64_t begin, std::int64_t end)
     {
@@ -141,7 +141,7 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh)
 
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology)
 {
-  const std::vector<CornerWeights> weights = CotangentWeights(mesh, topology);
+  const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology);
   SparseMatrix stiffness = AdjacencyPattern(topology);
   ParallelFor(mesh.Points.rows(), Grain,
     [&](std::int64_t begin, std::int64_t end)

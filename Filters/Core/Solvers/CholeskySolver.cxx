@@ -235,7 +235,7 @@ void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
       const Eigen::Index first = k * BlockColumns;
       const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
       const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
-      LargeArray memory(static_cast<std::size_t>(this->Size() * padded));
+      LargeArray<double> memory(static_cast<std::size_t>(this->Size() * padded));
       Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
       for (Index row = 0; row < this->Size(); ++row)
       {

@@ -57,7 +57,7 @@ public:
 
   /// Right-hand sides that are worked on together in the registers, and a good number for one pass over the factor.
   static constexpr Index ColumnGranularity = 8;
-  static constexpr Index BlockColumns = 64;
+  static constexpr Index BlockColumns = 32;
 
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   /// @throws InvalidInput when a length is wrong.

@@ -32,17 +32,17 @@ class UpdatePool
 {
 public:
   /// Memory for @p rows x @p rows numbers, the lower triangle zero.
-  LargeArray Borrow(std::int64_t rows)
+  LargeArray<double> Borrow(std::int64_t rows)
   {
     const auto size = static_cast<std::size_t>(rows * rows);
-    LargeArray memory = this->Take(SizeClass(size));
+    LargeArray<double> memory = this->Take(SizeClass(size));
     for (std::int64_t column = 0; column < rows; ++column)
     {
       std::fill_n(memory.data() + column * (rows + 1), rows - column, 0.0);
     }
     return memory;
   }
-  void Return(LargeArray memory) { this->Idle[SizeClass(memory.size())].Return(std::move(memory)); }
+  void Return(LargeArray<double> memory) { this->Idle[SizeClass(memory.size())].Return(std::move(memory)); }
 
 private:
   static int SizeClass(std::size_t size)
@@ -54,13 +54,13 @@ private:
     }
     return sizeClass;
   }
-  LargeArray Take(int sizeClass)
+  LargeArray<double> Take(int sizeClass)
   {
-    LargeArray memory = this->Idle[sizeClass].Borrow();
-    return memory.size() > 0 ? std::move(memory) : LargeArray(std::size_t(1) << sizeClass);
+    LargeArray<double> memory = this->Idle[sizeClass].Borrow();
+    return memory.size() > 0 ? std::move(memory) : LargeArray<double>(std::size_t(1) << sizeClass);
   }
 
-  std::array<ScratchPool<LargeArray>, 64> Idle;
+  std::array<ScratchPool<LargeArray<double>>, 64> Idle;
 };
 
 /// One numeric factorisation: the state that its fronts share.
@@ -92,7 +92,7 @@ public:
     const int columns = this->Symbolic.Columns(s);
     const int below = rows - columns;
     double* panel = this->Values + this->Symbolic.ValueStart[s];
-    LargeArray update = below > 0 ? this->Pool.Borrow(below) : LargeArray();
+    LargeArray<double> update = below > 0 ? this->Pool.Borrow(below) : LargeArray<double>();
     this->Assemble(s, panel, update.data(), place);
 
     const double one = 1.0;
@@ -174,7 +174,7 @@ private:
   const SparseMatrix& Matrix;
   double* Values;
   UpdatePool Pool;
-  std::vector<LargeArray> Updates;
+  std::vector<LargeArray<double>> Updates;
   std::vector<Index> FirstChild;
   std::vector<Index> NextSibling;
 };
