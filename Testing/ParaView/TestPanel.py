@@ -64,9 +64,10 @@ def play(name, events, surface):
         [os.environ["SURFACE_SYNTHESIS_PARAVIEW"], "--dr", "--script=" + os.path.join(HERE, "PanelSetup.py"),
          "--test-directory=" + os.path.abspath("panel"), "--test-script=" + script, "--exit"],
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200)
+    if not os.path.exists(record):
+        raise AssertionError("the filter was not run:\n" + result.stdout)
     with open(record, encoding="utf-8") as file:
-        recorded = json.load(file)
-    return result, recorded
+        return result, json.load(file)
 
 
 def succeed(result):

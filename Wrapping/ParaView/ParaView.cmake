@@ -40,7 +40,9 @@ if (PARAVIEW_USE_QT)
 endif ()
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The plugin, its modules included.
+# The plugin, its modules included. An installed plugin finds ParaView's libraries where they are now: pvpython, unlike
+# paraview, has not loaded those of the widgets.
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge
   VTK::SurfaceSynthesisNoise)
