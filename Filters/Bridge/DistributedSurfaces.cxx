@@ -30,16 +30,20 @@ vtkMultiProcessController* Ranks::Several()
 
 int Ranks::Rank() const
 {
-  return this->Controller->GetLocalProcessId();
+  return this->Controller ? this->Controller->GetLocalProcessId() : 0;
 }
 
 int Ranks::Count() const
 {
-  return this->Controller->GetNumberOfProcesses();
+  return this->Controller ? this->Controller->GetNumberOfProcesses() : 1;
 }
 
 std::vector<std::vector<std::int64_t>> Ranks::Gather(const std::vector<std::int64_t>& values) const
 {
+  if (!this->Controller)
+  {
+    return { values };
+  }
   const std::size_t length = values.size();
   const std::vector<long long> mine(values.begin(), values.end());
   std::vector<long long> all(length * static_cast<std::size_t>(this->Count()));
@@ -58,6 +62,10 @@ std::vector<std::vector<std::int64_t>> Ranks::Gather(const std::vector<std::int6
 
 std::string Ranks::FirstText(const std::string& text) const
 {
+  if (!this->Controller)
+  {
+    return text;
+  }
   const auto lengths = this->Gather({ static_cast<std::int64_t>(text.size()) });
   for (int rank = 0; rank < this->Count(); ++rank)
   {
@@ -74,6 +82,10 @@ std::string Ranks::FirstText(const std::string& text) const
 
 void Ranks::Broadcast(vtkDataArray* array, int source) const
 {
+  if (!this->Controller)
+  {
+    return;
+  }
   std::string name = this->Rank() == source && array->GetName() ? array->GetName() : "";
   std::int64_t length = this->Gather({ static_cast<std::int64_t>(name.size()) })[source][0];
   name.resize(static_cast<std::size_t>(length));
@@ -87,7 +99,10 @@ void Ranks::Broadcast(vtkDataArray* array, int source) const
 
 void Ranks::Broadcast(vtkPolyData* polydata, int source) const
 {
-  this->Controller->Broadcast(polydata, source);
+  if (this->Controller)
+  {
+    this->Controller->Broadcast(polydata, source);
+  }
 }
 
 namespace
@@ -327,12 +342,29 @@ PieceList GatherAll(const Ranks& ranks, vtkPolyData* geometry)
 }
 }
 
+bool RepeatsGlobalIds(vtkPolyData* piece)
+{
+  vtkDataArray* ids = piece->GetPointData()->GetGlobalIds();
+  if (!Fits(ids, piece->GetNumberOfPoints()))
+  {
+    return false;
+  }
+  std::vector<vtkIdType> sorted;
+  for (vtkIdType k = 0; k < ids->GetNumberOfTuples(); ++k)
+  {
+    sorted.push_back(static_cast<vtkIdType>(ids->GetTuple1(k)));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+}
+
 GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece)
 {
   const vtkSmartPointer<vtkPolyData> geometry = Geometry(piece);
   const bool hasPoints = geometry->GetNumberOfPoints() > 0;
   const auto facts = ranks.Gather({ Surfaces(geometry), hasPoints && !geometry->GetPointData()->GetGlobalIds(),
-    Surfaces(geometry) > 0 && !geometry->GetCellData()->GetGlobalIds() });
+    Surfaces(geometry) > 0 && !geometry->GetCellData()->GetGlobalIds(), RepeatsGlobalIds(geometry) });
+  bool repeats = false;
   bool byPointId = true;
   bool byCellId = true;
   GatheredSurface gathered;
@@ -343,8 +375,9 @@ GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece)
     lastOwner = facts[rank][0] > 0 ? rank : lastOwner;
     byPointId = byPointId && !facts[rank][1];
     byCellId = byCellId && !facts[rank][2];
+    repeats = repeats || facts[rank][3];
   }
-  if (gathered.Owners <= 1)
+  if (gathered.Owners <= 1 && !repeats)
   {
     gathered.Whole = lastOwner == ranks.Rank() ? geometry : vtkSmartPointer<vtkPolyData>::New();
     ranks.Broadcast(gathered.Whole, lastOwner);

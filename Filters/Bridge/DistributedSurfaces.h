@@ -25,6 +25,7 @@ public:
   /// The global controller's, or null when there is one process only.
   static vtkMultiProcessController* Several();
 
+  /// @param controller null for a pipeline that runs in one process.
   explicit Ranks(vtkMultiProcessController* controller)
     : Controller(controller)
   {
@@ -61,8 +62,11 @@ struct GatheredSurface
 ///  - Cells are in the order of their global ids where all pieces have them, else in the order of ranks.
 ///
 /// With both kinds of global ids the whole is the mesh as it was before it was distributed, bit for bit.
-/// A surface that lies on one rank only is taken as it is.
+/// A surface that lies on one rank only, and in which no global id of a point is repeated, is taken as it is.
 GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece);
+
+/// True when two points of @p piece have the same global id: pieces of a distributed surface that one process has read.
+bool RepeatsGlobalIds(vtkPolyData* piece);
 
 /// The tuples of @p whole, an array on the points of the whole surface, that belong to the local piece.
 vtkSmartPointer<vtkDataArray> TakeLocal(const GatheredSurface& surface, vtkDataArray* whole);

@@ -98,7 +98,8 @@ public:
       }
     };
     std::string error = this->Attempt(input, convert);
-    error = ranks.FirstText(error.empty() ? error : At("Rank " + std::to_string(ranks.Rank()), error));
+    const bool several = ranks.Count() > 1;
+    error = ranks.FirstText(error.empty() || !several ? error : At("Rank " + std::to_string(ranks.Rank()), error));
     if (!error.empty())
     {
       return this->Conclude(error, flatIndex, output);
@@ -163,7 +164,10 @@ public:
         const double before = done / cells;
         done += Weight(block);
         vtkNew<vtkPolyData> result;
-        this->Polygons(block, result, place->GetCurrentFlatIndex(), this->Within(before, done / cells));
+        const Progress progress = this->Within(before, done / cells);
+        RepeatsGlobalIds(block)
+          ? this->DistributedPolygons(Ranks(nullptr), block, result, place->GetCurrentFlatIndex(), progress)
+          : this->Polygons(block, result, place->GetCurrentFlatIndex(), progress);
         output->SetDataSet(place, result);
       });
   }
@@ -378,8 +382,9 @@ bool Process(Processing& processing, vtkAlgorithm* self, vtkDataObject* input, v
   {
     auto* result = vtkPolyData::SafeDownCast(output);
     const Progress progress = processing.Within(0.0, 1.0);
-    return several ? processing.DistributedPolygons(Ranks(several), polygons, result, 0, progress)
-                   : processing.Polygons(polygons, result, 0, progress);
+    return several || RepeatsGlobalIds(polygons)
+      ? processing.DistributedPolygons(Ranks(several), polygons, result, 0, progress)
+      : processing.Polygons(polygons, result, 0, progress);
   }
   vtkErrorWithObjectMacro(self, << "The input is "
                                 << (input ? std::string("a ") + input->GetClassName() : std::string("missing"))

@@ -8,8 +8,11 @@
 #include "Core/Noise/MaternField.h"
 #include "SurfaceBridge.h"
 
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
+#include <vtkIdList.h>
+#include <vtkIdTypeArray.h>
 #include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
@@ -377,4 +380,48 @@ TEST(MaternNoiseFilter, PropertiesAreSetGotAndClamped)
   EXPECT_EQ(f->GetNoiseModel(), static_cast<int>(Noise::WHITE));
   f->SetScaleModeToNormalizedScreening();
   EXPECT_EQ(f->GetScaleMode(), static_cast<int>(Noise::NORMALIZED_SCREENING));
+}
+
+TEST(MaternNoiseFilter, MergesPointsWithTheSameGlobalId)
+{
+  // Every triangle with points of its own, as pieces that one process has read: the ids say which are the same.
+  const auto sphere = Icosphere(3).ToPolyData();
+  vtkNew<vtkPolyData> soup;
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> triangles;
+  vtkNew<vtkIdTypeArray> pointIds;
+  vtkNew<vtkIdTypeArray> cellIds;
+  pointIds->SetName("PointIds");
+  cellIds->SetName("CellIds");
+  for (vtkIdType cell = sphere->GetNumberOfCells(); cell-- > 0;)
+  {
+    vtkNew<vtkIdList> corners;
+    sphere->GetCellPoints(cell, corners);
+    triangles->InsertNextCell(3);
+    for (vtkIdType k = 0; k < 3; ++k)
+    {
+      triangles->InsertCellPoint(points->InsertNextPoint(sphere->GetPoint(corners->GetId(k))));
+      pointIds->InsertNextValue(corners->GetId(k));
+    }
+    cellIds->InsertNextValue(cell);
+  }
+  soup->SetPoints(points);
+  soup->SetPolys(triangles);
+  soup->GetPointData()->SetGlobalIds(pointIds);
+  soup->GetCellData()->SetGlobalIds(cellIds);
+
+  const auto whole = Filter(sphere);
+  const auto pieces = Filter(soup);
+  ASSERT_TRUE(Update(whole));
+  ASSERT_TRUE(Update(pieces));
+  vtkDataArray* expected = NoiseOf(whole->GetOutput());
+  vtkDataArray* found = NoiseOf(pieces->GetOutput());
+  ASSERT_TRUE(expected && found);
+  ASSERT_EQ(found->GetNumberOfTuples(), soup->GetNumberOfPoints());
+  for (vtkIdType k = 0; k < soup->GetNumberOfPoints(); ++k)
+  {
+    ASSERT_EQ(found->GetTuple1(k), expected->GetTuple1(pointIds->GetValue(k))) << "point " << k;
+  }
+  EXPECT_TRUE(vtkPolyData::SafeDownCast(pieces->GetOutput())->GetPointData()->GetGlobalIds()) << "the caller's arrays stay";
 }

@@ -94,7 +94,7 @@ bool SingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int6
   return waiting.empty();
 }
 
-/// Calls visit(v, k) for each edge once, from its lower vertex v, with k its place among the neighbours.
+/// Counts the edges from @p v to higher vertices for which @p visit(k) holds, with k their place among the neighbours.
 template <typename Visit>
 std::int64_t CountEdges(const MeshTopology& topology, Index v, const Visit& visit)
 {
@@ -154,6 +154,14 @@ MeshFinding FindComponents(const MeshTopology& topology)
   return finding;
 }
 
+void KeepIfAny(const MeshFinding& finding, std::vector<MeshFinding>& findings)
+{
+  if (finding.Count > 0)
+  {
+    findings.push_back(finding);
+  }
+}
+
 /// The defects that make the mesh unfit for any further look.
 std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
 {
@@ -166,13 +174,7 @@ std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
     return { outOfRange };
   }
   std::vector<MeshFinding> findings;
-  const auto keep = [&](const MeshFinding& finding)
-  {
-    if (finding.Count > 0)
-    {
-      findings.push_back(finding);
-    }
-  };
+  const auto keep = [&](const MeshFinding& finding) { KeepIfAny(finding, findings); };
   const auto finite = [&](Index v) { return mesh.Points.row(v).allFinite(); };
   const auto finiteTriangle = [&](std::int64_t f)
   { return finite(t(f, 0)) && finite(t(f, 1)) && finite(t(f, 2)); };
@@ -196,13 +198,7 @@ std::vector<MeshFinding> CheckTopology(
   const TriangleMesh& mesh, const MeshTopology& topology, const MeshRequirements& requirements)
 {
   std::vector<MeshFinding> findings;
-  const auto keep = [&](const MeshFinding& finding)
-  {
-    if (finding.Count > 0)
-    {
-      findings.push_back(finding);
-    }
-  };
+  const auto keep = [&](const MeshFinding& finding) { KeepIfAny(finding, findings); };
   const auto& triangles = topology.EdgeTriangles;
   if (requirements.ManifoldEdges)
   {

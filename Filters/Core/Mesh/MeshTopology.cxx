@@ -59,34 +59,69 @@ void SortFew(Index* begin, const Index* end)
   }
   std::copy_n(sorted, count, begin);
 }
+
+/// Sorts the ids of one row and keeps each once, with how often it was there (saturated at 255); returns their number.
+Index CountEqualIds(Index* begin, const Index* end, std::uint8_t* counts)
+{
+  SortFew(begin, end);
+  Index unique = 0;
+  for (const Index* id = begin; id < end; ++unique)
+  {
+    const Index value = *id;
+    int count = 0;
+    for (; id < end && *id == value; ++id)
+    {
+      ++count;
+    }
+    begin[unique] = value;
+    counts[unique] = static_cast<std::uint8_t>(std::min(count, 255));
+  }
+  return unique;
+}
 }
 
 MeshTopology::MeshTopology(const TriangleMesh& mesh)
 {
   RequireProperTriangles(mesh);
-  const Index points = mesh.NumberOfPoints();
-  const Index triangles = mesh.NumberOfTriangles();
-  const Index* corners = mesh.Triangles.data();
+  this->PlaceCorners(mesh);
+  this->FindNeighbours(mesh);
+}
 
-  this->VertexTriangleStart.assign(static_cast<std::size_t>(points) + 1, 0);
-  for (std::int64_t c = 0; c < 3 * std::int64_t(triangles); ++c)
+void MeshTopology::PlaceCorners(const TriangleMesh& mesh)
+{
+  const Index* corners = mesh.Triangles.data();
+  const std::int64_t count = mesh.Triangles.size();
+  auto& start = this->VertexTriangleStart;
+  start.assign(static_cast<std::size_t>(mesh.NumberOfPoints()) + 1, 0);
+  for (std::int64_t c = 0; c < count; ++c)
   {
-    ++this->VertexTriangleStart[corners[c] + 1];
+    ++start[corners[c] + 1];
   }
-  std::partial_sum(
-    this->VertexTriangleStart.begin(), this->VertexTriangleStart.end(), this->VertexTriangleStart.begin());
-  this->VertexTriangles.resize(3 * static_cast<std::size_t>(triangles));
-  this->CornerPlace.resize(this->VertexTriangles.size());
-  std::vector<Index> next(this->VertexTriangleStart.begin(), this->VertexTriangleStart.end() - 1);
-  for (std::int64_t c = 0; c < 3 * std::int64_t(triangles); ++c)
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  this->CornerPlace.resize(static_cast<std::size_t>(count));
+  std::vector<Index> next(start.begin(), start.end() - 1);
+  for (std::int64_t c = 0; c < count; ++c)
   {
     this->CornerPlace[c] = next[corners[c]]++;
   }
+  this->VertexTriangles.resize(this->CornerPlace.size());
+  ParallelFor(count, Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t c = begin; c < end; ++c)
+      {
+        this->VertexTriangles[this->CornerPlace[c]] = static_cast<Index>(c / 3);
+      }
+    });
+}
 
+void MeshTopology::FindNeighbours(const TriangleMesh& mesh)
+{
   // The other two corners of each triangle around v, sorted: equal ids in a row are one neighbour, and their number is
   // that of the triangles on the edge. Compacted in place, then moved together.
-  LargeArray<Index> others(6 * static_cast<std::size_t>(triangles));
-  ParallelFor(triangles, Grain,
+  const Index* corners = mesh.Triangles.data();
+  LargeArray<Index> others(2 * this->CornerPlace.size());
+  ParallelFor(mesh.NumberOfTriangles(), Grain,
     [&](std::int64_t begin, std::int64_t end)
     {
       for (std::int64_t f = begin; f < end; ++f)
@@ -94,36 +129,22 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
         for (int k = 0; k < 3; ++k)
         {
           const std::int64_t place = this->CornerPlace[3 * f + k];
-          this->VertexTriangles[place] = static_cast<Index>(f);
           others[2 * place] = corners[3 * f + (k + 1) % 3];
           others[2 * place + 1] = corners[3 * f + (k + 2) % 3];
         }
       }
     });
   LargeArray<std::uint8_t> multiplicity(others.size());
+  const auto row = [this](std::int64_t v) { return 2 * std::int64_t(this->VertexTriangleStart[v]); };
+  const Index points = mesh.NumberOfPoints();
   this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
   ParallelFor(points, Grain,
     [&](std::int64_t begin, std::int64_t end)
     {
       for (std::int64_t v = begin; v < end; ++v)
       {
-        const std::int64_t offset = 2 * std::int64_t(this->VertexTriangleStart[v]);
-        Index* row = others.data() + offset;
-        const Index* last = others.data() + 2 * std::int64_t(this->VertexTriangleStart[v + 1]);
-        SortFew(row, last);
-        Index unique = 0;
-        for (const Index* id = row; id < last; ++unique)
-        {
-          const Index value = *id;
-          int count = 0;
-          for (; id < last && *id == value; ++id)
-          {
-            ++count;
-          }
-          row[unique] = value;
-          multiplicity[offset + unique] = static_cast<std::uint8_t>(std::min(count, 255));
-        }
-        this->NeighbourStart[v + 1] = unique;
+        this->NeighbourStart[v + 1] =
+          CountEqualIds(others.data() + row(v), others.data() + row(v + 1), multiplicity.data() + row(v));
       }
     });
   std::partial_sum(this->NeighbourStart.begin(), this->NeighbourStart.end(), this->NeighbourStart.begin());
@@ -134,10 +155,10 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
     {
       for (std::int64_t v = begin; v < end; ++v)
       {
-        const std::int64_t from = 2 * std::int64_t(this->VertexTriangleStart[v]);
-        const Index count = this->NeighbourStart[v + 1] - this->NeighbourStart[v];
-        std::copy_n(others.data() + from, count, this->Neighbours.begin() + this->NeighbourStart[v]);
-        std::copy_n(multiplicity.data() + from, count, this->EdgeTriangles.begin() + this->NeighbourStart[v]);
+        const Index to = this->NeighbourStart[v];
+        const Index count = this->NeighbourStart[v + 1] - to;
+        std::copy_n(others.data() + row(v), count, this->Neighbours.begin() + to);
+        std::copy_n(multiplicity.data() + row(v), count, this->EdgeTriangles.begin() + to);
       }
     });
 }

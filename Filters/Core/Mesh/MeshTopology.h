@@ -35,6 +35,10 @@ public:
 
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexTriangleStart.size()) - 1; }
   std::int64_t NumberOfEdges() const { return static_cast<std::int64_t>(this->Neighbours.size()) / 2; }
+
+private:
+  void PlaceCorners(const TriangleMesh& mesh);
+  void FindNeighbours(const TriangleMesh& mesh);
 };
 
 /// The connected components of a mesh; vertices that no triangle uses belong to none.

@@ -2,43 +2,23 @@
 #include "Core/Noise/MaternField.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
 #include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
-#include "Core/Operators/SurfaceOperators.h"
-#include "Core/Random/CounterNormals.h"
-#include "Core/Solvers/CholeskySolver.h"
-#include "Core/Solvers/LaplaceEigenpairs.h"
+#include "Core/Noise/MaternFieldInternals.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
-#include <optional>
 #include <thread>
 #include <utility>
-#include <vector>
 
 namespace surfsynth
 {
 
 namespace
 {
-constexpr double LargestResidual = 1e-8;
-
-/// Columns that are solved together, rows in the solver's order.
-using Block = Eigen::Map<RowMatrix>;
-
-/// One component of one sample, and where it is to be written.
-struct Column
-{
-  std::uint32_t Sample;
-  std::uint32_t Component;
-  double* Values; ///< of the first vertex; those of the others follow at a distance of the number of components
-};
-
 bool HasTau(NoiseModel model)
 {
   return model == NoiseModel::Matern || model == NoiseModel::Spectral;
@@ -92,16 +72,6 @@ double FindLongestEdge(const TriangleMesh& mesh)
   return std::sqrt(longest);
 }
 
-NormalKey Key(const SampleRequest& request, const Column& column)
-{
-  NormalKey key;
-  key.Seed = request.Seed;
-  key.Sample = column.Sample;
-  key.Component = column.Component;
-  key.Stream = request.Stream;
-  return key;
-}
-
 /// Adds @p diagonal to the diagonal of @p matrix, in which every diagonal entry is present.
 void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
 {
@@ -113,64 +83,6 @@ void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
   }
 }
 }
-
-class MaternField::Internals
-{
-public:
-  Internals(
-    TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
-
-  /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
-  void SampleColumns(
-    const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress);
-
-  TriangleMesh Mesh;
-  MaternFieldOptions Options;
-  double Tau = 0.0;
-  double Gamma = 0.0;
-  double LongestEdge = 0.0;
-
-  void ForgetResidual()
-  {
-    std::lock_guard<std::mutex> lock(this->ResidualMutex);
-    this->Residual = 0.0;
-  }
-  double WorstResidual()
-  {
-    std::lock_guard<std::mutex> lock(this->ResidualMutex);
-    return this->Residual;
-  }
-
-private:
-  void ChooseScreening(const SparseMatrix& stiffness);
-  void ChooseAmplitude();
-  void FactorScreened(SparseMatrix matrix, const Progress& progress);
-  void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
-  void Factor(const SparseMatrix& matrix, const Progress& progress);
-
-  bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
-  void SampleBySolve(
-    const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress);
-  void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
-  void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
-
-  void FillRightHandSides(const SampleRequest& request, const std::vector<Column>& columns, Block& block) const;
-  void TakeSolutions(const SampleRequest& request, const std::vector<Column>& columns, const Block& block) const;
-  void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
-  Eigen::VectorXd FirstColumn(const Block& block) const;
-  void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
-
-  Eigen::VectorXd Mass;
-  Eigen::VectorXd RootMass;
-  Eigen::VectorXd Amplitude; ///< what each vertex's value is multiplied by
-  MeshComponents Components;
-  std::optional<CholeskySolver> Solver;
-  std::vector<Index> RowOfVertex; ///< in the solver's order
-  Eigenpairs Pairs;
-
-  std::mutex ResidualMutex;
-  double Residual = 0.0;
-};
 
 MaternField::Internals::Internals(
   TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
@@ -309,184 +221,6 @@ void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& 
   }
 }
 
-void MaternField::Internals::SampleColumns(
-  const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress)
-{
-  if (this->Solver)
-  {
-    this->SampleBySolve(request, columns, scratch, progress);
-    return;
-  }
-  Eigen::VectorXd values(this->Mass.size());
-  for (std::size_t k = 0; k < columns.size(); ++k)
-  {
-    const NormalKey key = Key(request, columns[k]);
-    if (this->Pairs.Values.size() > 0)
-    {
-      this->SampleBySpectrum(key, values);
-    }
-    else
-    {
-      this->SampleByVertex(key, values);
-    }
-    Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<>>(
-      columns[k].Values, values.size(), Eigen::InnerStride<>(request.NumberOfComponents)) = request.Scale * values;
-    Report(progress, (k + 1.0) / static_cast<double>(columns.size()));
-  }
-}
-
-void MaternField::Internals::SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
-{
-  FillNormals(key, 0, values.size(), values.data());
-  for (Index v = 0; v < values.size(); ++v)
-  {
-    const double scale =
-      this->Options.Model == NoiseModel::White ? this->Amplitude[v] / this->RootMass[v] : this->Amplitude[v];
-    values[v] = this->Used(v) ? scale * values[v] : 0.0;
-  }
-}
-
-void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
-{
-  // chi_i / (lambda_i + tau), then one eigenvector after the other, in a fixed order.
-  Eigen::VectorXd coefficients(this->Pairs.Values.size());
-  FillNormals(key, 0, coefficients.size(), coefficients.data());
-  coefficients.array() /= this->Pairs.Values.array() + this->Tau;
-  values.setZero();
-  for (Eigen::Index i = 0; i < coefficients.size(); ++i)
-  {
-    values += coefficients[i] * this->Pairs.Vectors.col(i);
-  }
-  values.array() *= this->Amplitude.array();
-}
-
-void MaternField::Internals::FillRightHandSides(
-  const SampleRequest& request, const std::vector<Column>& columns, Block& block) const
-{
-  constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
-  std::vector<double> normals(Tile * columns.size());
-  for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
-  {
-    const Index count = std::min<Index>(Tile, static_cast<Index>(this->Mass.size()) - begin);
-    for (std::size_t k = 0; k < columns.size(); ++k)
-    {
-      FillNormals(Key(request, columns[k]), begin, count, normals.data() + k * Tile);
-    }
-    for (Index v = begin; v < begin + count; ++v)
-    {
-      double* row = block.data() + this->RowOfVertex[v] * block.cols();
-      for (std::size_t k = 0; k < columns.size(); ++k)
-      {
-        row[k] = this->RootMass[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
-      }
-      std::fill(row + columns.size(), row + block.cols(), 0.0);
-    }
-  }
-}
-
-void MaternField::Internals::RemoveMeans(
-  Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const
-{
-  RowMatrix means = RowMatrix::Zero(this->Components.Count, block.cols());
-  for (Index v = 0; v < this->Mass.size(); ++v)
-  {
-    if (this->Used(v))
-    {
-      const Index c = this->Components.OfVertex[v];
-      means.row(c) += weights[v] / this->Components.Area[c] * block.row(this->RowOfVertex[v]);
-    }
-  }
-  for (Index v = 0; v < this->Mass.size(); ++v)
-  {
-    if (this->Used(v))
-    {
-      block.row(this->RowOfVertex[v]) -= shape[v] * means.row(this->Components.OfVertex[v]);
-    }
-  }
-}
-
-Eigen::VectorXd MaternField::Internals::FirstColumn(const Block& block) const
-{
-  Eigen::VectorXd column(block.rows());
-  for (Index v = 0; v < column.size(); ++v)
-  {
-    column[v] = block(this->RowOfVertex[v], 0);
-  }
-  return column;
-}
-
-void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
-{
-  const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
-  if (!(residual <= LargestResidual))
-  {
-    throw SolverFailure("MaternField: the relative residual of the solve is " + Text(residual) +
-      "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
-      "system ill-conditioned: remesh, or use a smaller correlation range.");
-  }
-  std::lock_guard<std::mutex> lock(this->ResidualMutex);
-  this->Residual = std::max(this->Residual, residual);
-}
-
-void MaternField::Internals::TakeSolutions(
-  const SampleRequest& request, const std::vector<Column>& columns, const Block& block) const
-{
-  constexpr Index Tile = 64; // vertices whose rows stay in cache while they are turned into columns
-  const auto stride = static_cast<std::ptrdiff_t>(request.NumberOfComponents);
-  const auto points = static_cast<Index>(block.rows());
-  bool finite = true;
-  for (Index begin = 0; begin < points; begin += Tile)
-  {
-    const Index end = std::min<Index>(begin + Tile, points);
-    for (std::size_t k = 0; k < columns.size(); ++k)
-    {
-      const double* solution = block.data() + k;
-      double sum = 0.0;
-      for (Index v = begin; v < end; ++v)
-      {
-        const double value = request.Scale * this->Amplitude[v] * solution[this->RowOfVertex[v] * block.cols()];
-        columns[k].Values[v * stride] = value;
-        sum += value;
-      }
-      finite = finite && std::isfinite(sum);
-    }
-  }
-  if (!finite)
-  {
-    throw SolverFailure("MaternField: a sample is not finite.");
-  }
-}
-
-void MaternField::Internals::SampleBySolve(
-  const SampleRequest& request, const std::vector<Column>& columns, LargeArray<double>& scratch, const Progress& progress)
-{
-  constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
-  const auto count = static_cast<Eigen::Index>(columns.size());
-  const Eigen::Index padded = (count + Granularity - 1) / Granularity * Granularity;
-  const Eigen::Index points = this->Mass.size();
-  const auto size = static_cast<std::size_t>(points * padded);
-  if (scratch.size() < size)
-  {
-    scratch = LargeArray<double>(size);
-  }
-  Block block(scratch.data(), points, padded);
-  this->FillRightHandSides(request, columns, block);
-  const bool unscreened = this->Options.Model == NoiseModel::Unscreened;
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? points : 0);
-  if (unscreened)
-  {
-    this->RemoveMeans(block, ones, this->Mass); // now orthogonal to constants
-  }
-  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
-  this->Solver->SolveOrderedInPlace(block, progress);
-  this->CheckSolution(this->FirstColumn(block), rightHandSide);
-  if (unscreened)
-  {
-    this->RemoveMeans(block, this->Mass, ones);
-  }
-  this->TakeSolutions(request, columns, block);
-}
-
 MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
 {
   Validate(options);
@@ -516,7 +250,7 @@ void MaternField::SampleInto(
   {
     throw InvalidInput("MaternField: samples beyond number 4294967295 asked for.");
   }
-  std::vector<Column> columns;
+  std::vector<MaternColumn> columns;
   for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
   {
     const std::uint32_t sample = request.FirstSample + k * request.SampleStep;

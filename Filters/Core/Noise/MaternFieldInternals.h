@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a MaternField holds. Private to the noise.
+#pragma once
+
+#include "Core/Common/LargeArray.h"
+#include "Core/Noise/MaternField.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Random/CounterNormals.h"
+#include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/LaplaceEigenpairs.h"
+
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// One component of one sample, and where it is to be written.
+struct MaternColumn
+{
+  std::uint32_t Sample;
+  std::uint32_t Component;
+  double* Values; ///< of the first vertex; those of the others follow at a distance of the number of components
+};
+
+/// The constructor and what it calls are in MaternField.cxx, sampling is in MaternSampling.cxx.
+class MaternField::Internals
+{
+public:
+  /// Columns that are solved together, rows in the solver's order.
+  using Block = Eigen::Map<RowMatrix>;
+
+  Internals(
+    TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
+
+  /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
+  void SampleColumns(
+    const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress);
+
+  TriangleMesh Mesh;
+  MaternFieldOptions Options;
+  double Tau = 0.0;
+  double Gamma = 0.0;
+  double LongestEdge = 0.0;
+
+  void ForgetResidual()
+  {
+    std::lock_guard<std::mutex> lock(this->ResidualMutex);
+    this->Residual = 0.0;
+  }
+  double WorstResidual()
+  {
+    std::lock_guard<std::mutex> lock(this->ResidualMutex);
+    return this->Residual;
+  }
+
+private:
+  void ChooseScreening(const SparseMatrix& stiffness);
+  void ChooseAmplitude();
+  void FactorScreened(SparseMatrix matrix, const Progress& progress);
+  void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
+  void Factor(const SparseMatrix& matrix, const Progress& progress);
+
+  bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
+  void SampleBySolve(
+    const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress);
+  void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
+  void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
+
+  void FillRightHandSides(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
+  void TakeSolutions(const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const;
+  void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
+  Eigen::VectorXd FirstColumn(const Block& block) const;
+  void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
+
+  Eigen::VectorXd Mass;
+  Eigen::VectorXd RootMass;
+  Eigen::VectorXd Amplitude; ///< what each vertex's value is multiplied by
+  MeshComponents Components;
+  std::optional<CholeskySolver> Solver;
+  std::vector<Index> RowOfVertex; ///< in the solver's order
+  Eigenpairs Pairs;
+
+  std::mutex ResidualMutex;
+  double Residual = 0.0;
+};
+
+} // namespace surfsynth

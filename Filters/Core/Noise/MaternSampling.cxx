@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Noise/MaternFieldInternals.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr double LargestResidual = 1e-8;
+
+NormalKey Key(const SampleRequest& request, const MaternColumn& column)
+{
+  NormalKey key;
+  key.Seed = request.Seed;
+  key.Sample = column.Sample;
+  key.Component = column.Component;
+  key.Stream = request.Stream;
+  return key;
+}
+}
+
+void MaternField::Internals::SampleColumns(
+  const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress)
+{
+  if (this->Solver)
+  {
+    this->SampleBySolve(request, columns, scratch, progress);
+    return;
+  }
+  Eigen::VectorXd values(this->Mass.size());
+  for (std::size_t k = 0; k < columns.size(); ++k)
+  {
+    const NormalKey key = Key(request, columns[k]);
+    if (this->Pairs.Values.size() > 0)
+    {
+      this->SampleBySpectrum(key, values);
+    }
+    else
+    {
+      this->SampleByVertex(key, values);
+    }
+    Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<>>(
+      columns[k].Values, values.size(), Eigen::InnerStride<>(request.NumberOfComponents)) = request.Scale * values;
+    Report(progress, (k + 1.0) / static_cast<double>(columns.size()));
+  }
+}
+
+void MaternField::Internals::SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
+{
+  FillNormals(key, 0, values.size(), values.data());
+  for (Index v = 0; v < values.size(); ++v)
+  {
+    const double scale =
+      this->Options.Model == NoiseModel::White ? this->Amplitude[v] / this->RootMass[v] : this->Amplitude[v];
+    values[v] = this->Used(v) ? scale * values[v] : 0.0;
+  }
+}
+
+void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
+{
+  // chi_i / (lambda_i + tau), then one eigenvector after the other, in a fixed order.
+  Eigen::VectorXd coefficients(this->Pairs.Values.size());
+  FillNormals(key, 0, coefficients.size(), coefficients.data());
+  coefficients.array() /= this->Pairs.Values.array() + this->Tau;
+  values.setZero();
+  for (Eigen::Index i = 0; i < coefficients.size(); ++i)
+  {
+    values += coefficients[i] * this->Pairs.Vectors.col(i);
+  }
+  values.array() *= this->Amplitude.array();
+}
+
+void MaternField::Internals::FillRightHandSides(
+  const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const
+{
+  constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
+  std::vector<double> normals(Tile * columns.size());
+  for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
+  {
+    const Index count = std::min<Index>(Tile, static_cast<Index>(this->Mass.size()) - begin);
+    for (std::size_t k = 0; k < columns.size(); ++k)
+    {
+      FillNormals(Key(request, columns[k]), begin, count, normals.data() + k * Tile);
+    }
+    for (Index v = begin; v < begin + count; ++v)
+    {
+      double* row = block.data() + this->RowOfVertex[v] * block.cols();
+      for (std::size_t k = 0; k < columns.size(); ++k)
+      {
+        row[k] = this->RootMass[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
+      }
+      std::fill(row + columns.size(), row + block.cols(), 0.0);
+    }
+  }
+}
+
+void MaternField::Internals::RemoveMeans(
+  Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const
+{
+  RowMatrix means = RowMatrix::Zero(this->Components.Count, block.cols());
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Used(v))
+    {
+      const Index c = this->Components.OfVertex[v];
+      means.row(c) += weights[v] / this->Components.Area[c] * block.row(this->RowOfVertex[v]);
+    }
+  }
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Used(v))
+    {
+      block.row(this->RowOfVertex[v]) -= shape[v] * means.row(this->Components.OfVertex[v]);
+    }
+  }
+}
+
+Eigen::VectorXd MaternField::Internals::FirstColumn(const Block& block) const
+{
+  Eigen::VectorXd column(block.rows());
+  for (Index v = 0; v < column.size(); ++v)
+  {
+    column[v] = block(this->RowOfVertex[v], 0);
+  }
+  return column;
+}
+
+void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
+{
+  const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
+  if (!(residual <= LargestResidual))
+  {
+    throw SolverFailure("MaternField: the relative residual of the solve is " + Text(residual) +
+      "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
+      "system ill-conditioned: remesh, or use a smaller correlation range.");
+  }
+  std::lock_guard<std::mutex> lock(this->ResidualMutex);
+  this->Residual = std::max(this->Residual, residual);
+}
+
+void MaternField::Internals::TakeSolutions(
+  const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const
+{
+  constexpr Index Tile = 64; // vertices whose rows stay in cache while they are turned into columns
+  const auto stride = static_cast<std::ptrdiff_t>(request.NumberOfComponents);
+  const auto points = static_cast<Index>(block.rows());
+  bool finite = true;
+  for (Index begin = 0; begin < points; begin += Tile)
+  {
+    const Index end = std::min<Index>(begin + Tile, points);
+    for (std::size_t k = 0; k < columns.size(); ++k)
+    {
+      const double* solution = block.data() + k;
+      double sum = 0.0;
+      for (Index v = begin; v < end; ++v)
+      {
+        const double value = request.Scale * this->Amplitude[v] * solution[this->RowOfVertex[v] * block.cols()];
+        columns[k].Values[v * stride] = value;
+        sum += value;
+      }
+      finite = finite && std::isfinite(sum);
+    }
+  }
+  if (!finite)
+  {
+    throw SolverFailure("MaternField: a sample is not finite.");
+  }
+}
+
+void MaternField::Internals::SampleBySolve(
+  const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress)
+{
+  constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  const Eigen::Index padded = (count + Granularity - 1) / Granularity * Granularity;
+  const Eigen::Index points = this->Mass.size();
+  const auto size = static_cast<std::size_t>(points * padded);
+  if (scratch.size() < size)
+  {
+    scratch = LargeArray<double>(size);
+  }
+  Block block(scratch.data(), points, padded);
+  this->FillRightHandSides(request, columns, block);
+  const bool unscreened = this->Options.Model == NoiseModel::Unscreened;
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(unscreened ? points : 0);
+  if (unscreened)
+  {
+    this->RemoveMeans(block, ones, this->Mass); // now orthogonal to constants
+  }
+  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
+  this->Solver->SolveOrderedInPlace(block, progress);
+  this->CheckSolution(this->FirstColumn(block), rightHandSide);
+  if (unscreened)
+  {
+    this->RemoveMeans(block, this->Mass, ones);
+  }
+  this->TakeSolutions(request, columns, block);
+}
+
+} // namespace surfsynth
