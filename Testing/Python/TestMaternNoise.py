@@ -328,8 +328,8 @@ def test_bad_blocks_of_a_composite_dataset_are_all_named(pair, sphere, capfd):
     with pytest.raises(surfacesynthesis.SurfaceSynthesisError) as caught:
         matern_noise(mesh, range=1.0)
     assert len(caught.value.messages) == 2
-    assert "NaN or infinite" in caught.value.messages[0] and "block 1" in caught.value.messages[0]
-    assert "twice" in caught.value.messages[1] and "block 3" in caught.value.messages[1]
+    assert "NaN or infinite" in caught.value.messages[0] and "Block 1: " in caught.value.messages[0]
+    assert "twice" in caught.value.messages[1] and "Block 3: " in caught.value.messages[1]
     assert str(caught.value) == "\n".join(caught.value.messages)
     assert capfd.readouterr() == ("", "")
 

@@ -18,7 +18,7 @@ needed=(
   # MPI, an X server without a screen, Qt's development files for the plugin's widgets
   libopenmpi-dev openmpi-bin xauth xvfb qtbase5-dev
   # what ParaView loads and libvtk9-dev does not bring
-  libqt5help5 libqt5sql5-sqlite libqt5svg5
+  libqt5help5 libqt5opengl5 libqt5sql5-sqlite libqt5svg5
 )
 packages=(paraview paraview-dev python3-paraview)
 

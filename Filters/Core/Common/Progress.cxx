@@ -8,9 +8,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <iterator>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace surfsynth
 {
@@ -42,6 +45,57 @@ struct CancellableRun
   bool Done = false;
   std::exception_ptr Failure;
 };
+
+/// Threads whose work nobody waits for any more. They are joined when the process ends: work that went on while the
+/// libraries it calls are taken down would crash.
+class AbandonedThreads
+{
+public:
+  ~AbandonedThreads()
+  {
+    for (Abandoned& abandoned : this->Threads)
+    {
+      abandoned.Thread.join();
+    }
+  }
+  void Add(std::thread thread, std::shared_ptr<CancellableRun> run)
+  {
+    std::lock_guard<std::mutex> lock(this->Mutex);
+    for (auto abandoned = this->Threads.begin(); abandoned != this->Threads.end();)
+    {
+      abandoned = abandoned->JoinIfDone() ? this->Threads.erase(abandoned) : std::next(abandoned);
+    }
+    this->Threads.push_back({ std::move(thread), std::move(run) });
+  }
+
+private:
+  struct Abandoned
+  {
+    std::thread Thread;
+    std::shared_ptr<CancellableRun> Run;
+
+    bool JoinIfDone()
+    {
+      {
+        std::lock_guard<std::mutex> lock(this->Run->Mutex);
+        if (!this->Run->Done)
+        {
+          return false;
+        }
+      }
+      this->Thread.join();
+      return true;
+    }
+  };
+  std::mutex Mutex;
+  std::list<Abandoned> Threads;
+};
+
+AbandonedThreads& TheAbandonedThreads()
+{
+  static AbandonedThreads threads;
+  return threads;
+}
 }
 
 void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress)
@@ -84,7 +138,7 @@ void RunCancellable(const std::function<void()>& work, double expectedSeconds, c
     }
     catch (...)
     {
-      worker.detach();
+      TheAbandonedThreads().Add(std::move(worker), run);
       throw;
     }
     lock.lock();

@@ -22,8 +22,8 @@ Progress SubProgress(const Progress& progress, double begin, double end);
 /// progress nor cancellation does not hold up either: reports about twenty times a second a fraction that approaches
 /// 1 (half of it after @p expectedSeconds).
 ///
-/// On cancellation it throws Cancelled at once; @p work then runs to its end in the background, so everything it
-/// touches must be owned by the closure (capture shared pointers by value). Exceptions of @p work are rethrown here.
+/// On cancellation it throws Cancelled at once; @p work then runs to its end in the background (the process waits for it
+/// before it exits), so everything it touches must be owned by the closure (capture shared pointers by value). Exceptions of @p work are rethrown here.
 /// With an empty @p progress, @p work simply runs on this thread.
 void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress);
 
