@@ -55,25 +55,32 @@ class _Messages:
         return [text for text in plain if _EXECUTIVE not in text] or plain[:1]
 
 
-class _Interrupt:
-    """Turns Ctrl-C during a ``with`` block into a flag, because VTK ends the process when an observer is interrupted."""
+class HeldSignals:
+    """Holds Ctrl-C and termination back during a ``with`` block, because VTK ends the process in the middle of its work
+    when a handler raises inside an observer. deliver(), after the block, hands over what came."""
 
     def __init__(self):
-        self.pending = False
-        self._previous = None
+        self.pending = None
+        self._previous = {}
 
     def __enter__(self):
-        in_main = threading.current_thread() is threading.main_thread()
-        if in_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self._previous = signal.signal(signal.SIGINT, self._remember)
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                handler = signal.getsignal(number)
+                if callable(handler):
+                    self._previous[number] = signal.signal(number, self._remember)
         return self
 
     def __exit__(self, *_):
-        if self._previous is not None:
-            signal.signal(signal.SIGINT, self._previous)
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
 
-    def _remember(self, _number, _frame):
-        self.pending = True
+    def _remember(self, number, _frame):
+        self.pending = number
+
+    def deliver(self):
+        if self.pending is not None:
+            self._previous[self.pending](self.pending, None)
 
 
 def run_algorithm(algorithm, progress=None):
@@ -88,7 +95,7 @@ def run_algorithm(algorithm, progress=None):
 
     def on_progress(sender, _event):
         nonlocal cancelled
-        if cancelled or raised or interrupt.pending:
+        if cancelled or raised or signals.pending is not None:
             sender.SetAbortExecute(1)
             return
         try:
@@ -99,7 +106,7 @@ def run_algorithm(algorithm, progress=None):
         if cancelled or raised:
             sender.SetAbortExecute(1)
 
-    with _Interrupt() as interrupt, _Messages(algorithm, algorithm.GetExecutive()) as messages:
+    with HeldSignals() as signals, _Messages(algorithm, algorithm.GetExecutive()) as messages:
         observer = algorithm.AddObserver("ProgressEvent", on_progress)
         try:
             algorithm.Update()
@@ -108,8 +115,7 @@ def run_algorithm(algorithm, progress=None):
             algorithm.SetAbortExecute(0)
     if raised:
         raise raised[0]
-    if interrupt.pending:
-        raise KeyboardInterrupt
+    signals.deliver()
     if cancelled:
         raise Cancelled("cancelled by the progress callable")
     if messages.errors:

@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import (
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
-from ..pipeline import silent_console
+from ..pipeline import HeldSignals, silent_console
 from .obj import read_obj, write_obj
 from .off import read_off, write_off
 from .ply import read_ply, write_ply
@@ -213,8 +213,15 @@ def _write_with_vtk(writer, mesh, path):
     writer.SetInputData(mesh)
     if hasattr(writer, "SetFileTypeToBinary"):
         writer.SetFileTypeToBinary()
-    with silent_console() as collected:
+    if hasattr(writer, "SetCompressorTypeToLZ4"):  # ten times as fast as ZLib, and noise hardly shrinks with either
+        writer.SetCompressorTypeToLZ4()
+        writer.EncodeAppendedDataOff()
+    with HeldSignals() as signals, silent_console() as collected:
+        writer.AddObserver(
+            "ProgressEvent", lambda sender, _: sender.SetAbortExecute(0 if signals.pending is None else 1)
+        )
         written = writer.Write()
         errors, _ = collected()
+    signals.deliver()
     if errors or not written or writer.GetErrorCode() or not os.path.isfile(path):
         raise SurfaceSynthesisError(*errors or [f"{path} could not be written; is the disk full?"])
