@@ -313,8 +313,15 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
     for (std::uint32_t k = 0; k < part.NumberOfSamples; ++k)
     {
       const double* values = group.data() + std::int64_t(k) * points * components;
-      consume(part.FirstSample + k * request.SampleStep,
-        Eigen::MatrixXd(Eigen::Map<const RowMatrix>(values, points, components)));
+      const std::uint32_t sample = part.FirstSample + k * request.SampleStep;
+      if (components == 1)
+      {
+        consume(sample, Eigen::Map<const Eigen::MatrixXd>(values, points, 1));
+      }
+      else
+      {
+        consume(sample, Eigen::MatrixXd(Eigen::Map<const RowMatrix>(values, points, components)));
+      }
     }
   }
   Report(progress, 1.0);
