@@ -220,6 +220,7 @@ void AddEmptyCases(Cases& cases)
   });
 }
 
+// One flat list: each case is read on its own, and a split would only hide one.
 void AddTopologyCases(Cases& cases)
 {
   const auto unchanged = [](Soup&) {};
@@ -320,6 +321,7 @@ void AddTopologyCases(Cases& cases)
     cases, "UnreferencedPointWithNaN", Expectation::Sound, sphere, [](Soup& soup) { soup.AddPoint(NaN, Infinity, 0); });
 }
 
+// One flat list: each case is read on its own, and a split would only hide one.
 void AddCellCases(Cases& cases)
 {
   const auto unchanged = [](Soup&) {};
@@ -443,6 +445,7 @@ void AddStorageCases(Cases& cases)
     [](vtkPolyData* data) { data->GetPoints()->GetData()->SetNumberOfComponents(2); });
 }
 
+// One flat list: each case is read on its own, and a split would only hide one.
 void AddGeometryCases(Cases& cases)
 {
   const Soup sphere = Icosphere(2);
