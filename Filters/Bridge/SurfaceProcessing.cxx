@@ -2,53 +2,29 @@
 #include "SurfaceBridge.h"
 
 #include "DistributedSurfaces.h"
+#include "ProcessingSupport.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Parallel.h"
 
 #include <vtkAlgorithm.h>
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
-#include <vtkDemandDrivenPipeline.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
-#include <vtkInformationVector.h>
 #include <vtkNew.h>
-#include <vtkObject.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkSMPTools.h>
 #include <vtkSmartPointer.h>
 
 #include <algorithm>
-#include <exception>
-#include <new>
 
 namespace surfsynth
 {
 
 namespace
 {
-/// Whether the user asked to stop: vtkAlgorithm::CheckAbort() where VTK has it (9.3 and ParaView 5.11), else the flag.
-template <typename Algorithm>
-auto AbortRequested(Algorithm* self, int) -> decltype(static_cast<bool>(self->CheckAbort()))
-{
-  return static_cast<bool>(self->CheckAbort());
-}
-template <typename Algorithm>
-bool AbortRequested(Algorithm* self, long)
-{
-  return self->GetAbortExecute() != 0;
-}
-
-/// @p text with the place it is about in front.
-std::string At(const std::string& where, const std::string& text)
-{
-  return where.empty() ? text : where + ": " + text;
-}
-
 vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
 
 /// One call of a filter's RequestData.
@@ -57,22 +33,15 @@ class Processing
 public:
   Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker,
     const SoundSurface& isKnownSound, int parts)
-    : Self(self)
+    : Steps(self)
+    , Self(self)
     , Requirements(requirements)
     , Worker(worker)
     , IsKnownSound(isKnownSound)
     , Parts(parts)
   {}
 
-  /// The callback that covers [@p begin, @p end] of this filter's progress.
-  Progress Within(double begin, double end)
-  {
-    return [this, begin, end](double fraction) {
-      this->Done = std::max(this->Done, begin + std::clamp(fraction, 0.0, 1.0) * (end - begin));
-      this->Self->UpdateProgress(this->Done);
-      return !AbortRequested(this->Self, 0);
-    };
-  }
+  PipelineProgress Steps;
 
   /// Fills @p output from @p input; after an error, which is reported here, it is empty.
   /// @return false after an error.
@@ -80,7 +49,7 @@ public:
   bool Polygons(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
   {
     const std::string error =
-      this->Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
+      Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
     return this->Conclude(error, flatIndex, output);
   }
 
@@ -97,9 +66,9 @@ public:
         ConvertSurface(input);
       }
     };
-    std::string error = this->Attempt(input, convert);
+    std::string error = Attempt(input, convert);
     const bool several = ranks.Count() > 1;
-    error = ranks.FirstText(error.empty() || !several ? error : At("Rank " + std::to_string(ranks.Rank()), error));
+    error = ranks.FirstText(error.empty() || !several ? error : "Rank " + std::to_string(ranks.Rank()) + ": " + error);
     if (!error.empty())
     {
       return this->Conclude(error, flatIndex, output);
@@ -123,12 +92,8 @@ public:
         cancelled = true;
       }
     };
-    error = ranks.Rank() < workers ? this->Attempt(gathered.Whole, work) : std::string();
-    const auto flags = ranks.Gather({ cancelled });
-    if (std::any_of(flags.begin(), flags.end(), [](const auto& flag) { return flag[0] != 0; }))
-    {
-      throw Cancelled("Stopped on request.");
-    }
+    error = ranks.Rank() < workers ? Attempt(gathered.Whole, work) : std::string();
+    CancelTogether(ranks, cancelled);
     error = ranks.FirstText(error);
     if (error.empty())
     {
@@ -144,10 +109,10 @@ public:
     vtkDataObjectTree* input, vtkDataObjectTree* output, const std::function<bool(std::size_t leaf)>& isWanted = {})
   {
     double cells = 0.0;
-    this->EachLeafOrNull(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
+    EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
     double done = 0.0;
     std::size_t leaf = 0;
-    this->EachLeafOrNull(input,
+    EachBlock(input,
       [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
       {
         if ((isWanted && !isWanted(leaf++)) || !place->GetCurrentDataObject())
@@ -158,13 +123,13 @@ public:
         {
           this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
               " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
-            Where(place->GetCurrentFlatIndex()));
+            BlockName(place->GetCurrentFlatIndex()));
           return;
         }
         const double before = done / cells;
         done += Weight(block);
         vtkNew<vtkPolyData> result;
-        const Progress progress = this->Within(before, done / cells);
+        const Progress progress = this->Steps.Within(before, done / cells);
         RepeatsGlobalIds(block)
           ? this->DistributedPolygons(Ranks(nullptr), block, result, place->GetCurrentFlatIndex(), progress)
           : this->Polygons(block, result, place->GetCurrentFlatIndex(), progress);
@@ -176,53 +141,35 @@ public:
   /// there; the others are gathered one after the other. Collective.
   void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, vtkDataObjectTree* output)
   {
-    std::vector<std::int64_t> indices;
     std::vector<std::int64_t> cells;
-    this->EachLeafOrNull(input,
-      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
-      {
-        indices.push_back(place->GetCurrentFlatIndex());
-        cells.push_back(block ? block->GetNumberOfPolys() + block->GetNumberOfStrips() : 0);
-      });
-    const auto counts = ranks.Gather({ static_cast<std::int64_t>(indices.size()) });
-    const auto sameCount = [&](const auto& count) { return count == counts[0]; };
-    const auto structures = std::all_of(counts.begin(), counts.end(), sameCount) ? ranks.Gather(indices)
-                                                                                 : decltype(counts)();
-    const auto sameStructure = [&](const auto& structure) { return structure == structures[0]; };
-    if (structures.empty() || !std::all_of(structures.begin(), structures.end(), sameStructure))
+    EachBlock(input,
+      [&](vtkDataObjectTreeIterator*, vtkPolyData* block)
+      { cells.push_back(block ? block->GetNumberOfPolys() + block->GetNumberOfStrips() : 0); });
+    const std::vector<bool> shared = SharedLeaves(this->Self, ranks, input, cells);
+    if (shared.size() != cells.size())
     {
-      this->Fail("The blocks are not numbered alike on all ranks, so that the noise would depend on how they are "
-                 "distributed; give all ranks the same tree of blocks, empty where the data lies elsewhere.",
-        "");
       return;
     }
-    const auto cellsOfRank = ranks.Gather(cells);
-    const auto shared = [&](std::size_t leaf)
-    { return std::count_if(cellsOfRank.begin(), cellsOfRank.end(), [&](const auto& of) { return of[leaf] > 0; }) > 1; };
     bool cancelled = false;
     try
     {
-      this->Blocks(input, output, [&](std::size_t leaf) { return !shared(leaf); });
+      this->Blocks(input, output, [&](std::size_t leaf) { return !shared[leaf]; });
     }
     catch (const Cancelled&)
     {
       cancelled = true;
     }
-    const auto flags = ranks.Gather({ cancelled });
-    if (std::any_of(flags.begin(), flags.end(), [](const auto& flag) { return flag[0] != 0; }))
-    {
-      throw Cancelled("Stopped on request.");
-    }
+    CancelTogether(ranks, cancelled);
     std::size_t leaf = 0;
-    this->EachLeafOrNull(input,
+    EachBlock(input,
       [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
       {
-        if (shared(leaf++))
+        if (shared[leaf++])
         {
           vtkNew<vtkPolyData> empty;
           vtkNew<vtkPolyData> result;
           this->DistributedPolygons(
-            ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Within(1.0, 1.0));
+            ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
           if (block)
           {
             output->SetDataSet(place, result);
@@ -234,23 +181,12 @@ public:
 private:
   static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(Cells(block)) : 0.0; }
 
-  static std::string Where(unsigned int flatIndex)
-  {
-    return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex);
-  }
-
   /// Calls visit(place, polydata) for every leaf; the polydata is null when the leaf is, or is something else.
   template <typename Visit>
-  static void EachLeafOrNull(vtkDataObjectTree* tree, const Visit& visit)
+  static void EachBlock(vtkDataObjectTree* tree, const Visit& visit)
   {
-    const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-    place->VisitOnlyLeavesOn();
-    place->TraverseSubTreeOn();
-    place->SkipEmptyNodesOff();
-    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
-    {
-      visit(place.Get(), vtkPolyData::SafeDownCast(place->GetCurrentDataObject()));
-    }
+    EachLeaf(tree, [&](vtkDataObjectTreeIterator* place)
+      { visit(place, vtkPolyData::SafeDownCast(place->GetCurrentDataObject())); });
   }
 
   /// Converts, checks and works on one surface.
@@ -265,41 +201,13 @@ private:
     }
     Surface surface = ConvertSurface(input);
     surface.FlatIndex = flatIndex;
-    surface.Where = Where(flatIndex);
+    surface.Where = BlockName(flatIndex);
     surface.Part = part;
     if (!this->IsKnownSound || !this->IsKnownSound(surface))
     {
       CheckSurface(surface, this->Requirements);
     }
     this->Worker(surface, output, progress);
-  }
-
-  /// The text of what went wrong in @p work on @p input; empty when nothing did.
-  /// @throws Cancelled
-  static std::string Attempt(vtkPolyData* input, const std::function<void()>& work)
-  {
-    try
-    {
-      work();
-      return {};
-    }
-    catch (const Cancelled&)
-    {
-      throw;
-    }
-    catch (const std::bad_alloc&)
-    {
-      return "There is not enough memory for a surface of " + std::to_string(input->GetNumberOfPoints()) +
-        " points and " + std::to_string(Cells(input)) + " cells.";
-    }
-    catch (const std::exception& error)
-    {
-      return error.what();
-    }
-    catch (...)
-    {
-      return "An error of unknown type was thrown.";
-    }
   }
 
   /// Reports @p error, if there is one, and then empties @p output.
@@ -309,7 +217,7 @@ private:
     {
       return true;
     }
-    this->Fail(error, Where(flatIndex));
+    this->Fail(error, BlockName(flatIndex));
     output->Initialize();
     return false;
   }
@@ -353,17 +261,13 @@ private:
     }
   }
 
-  void Fail(const std::string& text, const std::string& where) const
-  {
-    vtkErrorWithObjectMacro(this->Self, << At(where, text));
-  }
+  void Fail(const std::string& text, const std::string& where) const { ReportError(this->Self, where, text); }
 
   vtkAlgorithm* Self;
   const MeshRequirements& Requirements;
   const SurfaceWorker& Worker;
   const SoundSurface& IsKnownSound;
   int Parts;
-  double Done = 0.0;
 };
 
 /// Throws Cancelled; reports inputs of another type.
@@ -381,7 +285,7 @@ bool Process(Processing& processing, vtkAlgorithm* self, vtkDataObject* input, v
   if (auto* polygons = vtkPolyData::SafeDownCast(input))
   {
     auto* result = vtkPolyData::SafeDownCast(output);
-    const Progress progress = processing.Within(0.0, 1.0);
+    const Progress progress = processing.Steps.Within(0.0, 1.0);
     return several || RepeatsGlobalIds(polygons)
       ? processing.DistributedPolygons(Ranks(several), polygons, result, 0, progress)
       : processing.Polygons(polygons, result, 0, progress);
@@ -405,27 +309,13 @@ int AcceptSurfaces(vtkInformation* info)
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
   const MeshRequirements& requirements, const SurfaceWorker& worker, const SoundSurface& isKnownSound, int parts)
 {
-  vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-  vtkDataObject* output = vtkDataObject::GetData(outputVector);
-  const ThreadScope threads(std::min(MaximumThreads(), vtkSMPTools::GetEstimatedNumberOfThreads()));
-  try
-  {
-    Processing processing(self, requirements, worker, isKnownSound, parts);
-    return Process(processing, self, input, output) ? 1 : 0;
-  }
-  catch (const Cancelled&)
-  {
-    // Not an error. Marked as not generated, so that the next update runs again without a change of the filter.
-    output->Initialize();
-    outputVector->GetInformationObject(0)->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
-    return 1;
-  }
-  catch (const std::exception& error)
-  {
-    output->Initialize();
-    vtkErrorWithObjectMacro(self, << error.what());
-  }
-  return 0;
+  return RunGuarded(self, outputVector,
+    [&]
+    {
+      Processing processing(self, requirements, worker, isKnownSound, parts);
+      return Process(
+        processing, self, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
+    });
 }
 
 } // namespace surfsynth

@@ -16,7 +16,8 @@ import pytest
 import surfacesynthesis
 from conftest import files_in, icosphere, polydata_of, run_command
 from surfacesynthesis import matern_noise, read_mesh, write_mesh
-from surfacesynthesis.command_line import ProgressBar, main
+from surfacesynthesis.command_line import main
+from surfacesynthesis.commands.common import ProgressBar
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 

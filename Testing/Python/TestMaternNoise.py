@@ -258,7 +258,7 @@ def test_same_bits_for_every_number_of_threads(pair):
         ({"components": 0}, "components must be from 1"),
         ({"eigenpairs": 0}, "eigenpairs must be from 1"),
         ({"name": ""}, "name must be"),
-        ({"model": "perlin"}, "unknown model 'perlin'; the models are matern, per_vertex, white, unscreened, spectral"),
+        ({"model": "perlin"}, "unknown model 'perlin'; choose one of matern, per_vertex, white, unscreened, spectral"),
         ({"range": 1.0, "screening": 8.0}, "range and screening exclude each other"),
         ({"range": 1.0, "model": "white"}, "range has no meaning for the model 'white'"),
         ({"screening": 8.0, "standard_deviation": 2.0}, "standard_deviation goes with range, not with screening"),

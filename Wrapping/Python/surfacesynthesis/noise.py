@@ -2,17 +2,15 @@
 """Matérn noise: a function around vtkMaternNoiseFilter that takes and returns datasets or NumPy arrays."""
 
 import math
-import numbers
-import operator
 import warnings
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPolyData
 
+from .arguments import INT_MIN, array_name, choice, integer, positive, progress_callback, real
+from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisWarning
-from .files.polygons import mesh_of_triangles, to_polydata
-from .pipeline import run_algorithm
+from .pipeline import apply_filter
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
 
 #: The distributions that can be sampled, by the name that ``model`` takes.
@@ -23,7 +21,6 @@ MODELS = {
     "unscreened": vtkMaternNoiseFilter.UNSCREENED,
     "spectral": vtkMaternNoiseFilter.SPECTRAL,
 }
-_INT_MIN, _INT_MAX = -(2**31), 2**31 - 1
 
 
 def matern_noise(
@@ -125,16 +122,13 @@ def matern_noise(
         eigenpairs=eigenpairs,
         name=name,
     )
-    if progress is not None and not callable(progress):
-        raise TypeError(f"progress must be callable, not {type(progress).__name__}")
-    pair = isinstance(mesh, (tuple, list))
-    dataset = _dataset_of_pair(mesh) if pair else mesh
-    output, remarks = apply_filter(noise, dataset, progress)
+    progress_callback(progress)
+    output, remarks = apply_filter(noise, given_dataset(mesh), progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
-    if pair:
+    if isinstance(mesh, (tuple, list)):
         return _array(output, noise, samples is not None)
-    return _as_type_of(mesh, output)
+    return as_type_of(mesh, output)
 
 
 def configured_filter(
@@ -151,24 +145,18 @@ def configured_filter(
     name="MaternNoise",
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
-    if not isinstance(model, str):
-        raise TypeError(f"model must be a string, not {type(model).__name__}")
-    if model not in MODELS:
-        raise ValueError(f"unknown model '{model}'; the models are {', '.join(MODELS)}")
-    if not isinstance(name, str):
-        raise TypeError(f"name must be a string, not {type(name).__name__}")
-    if not name or "\0" in name:
-        raise ValueError("name must be the name of an array; it is empty or holds a zero byte")
+    model_id = choice("model", model, MODELS)
+    array_name("name", name)
 
     scales = {"range": range, "screening": screening, "normalized_screening": normalized_screening}
-    scales = {key: _positive(key, value) for key, value in scales.items() if value is not None}
-    deviation = _real("standard_deviation", standard_deviation)
+    scales = {key: positive(key, value) for key, value in scales.items() if value is not None}
+    deviation = real("standard_deviation", standard_deviation)
     if not 0.0 <= deviation < math.inf:
         raise ValueError(f"standard_deviation must be a finite number, at least 0, not {deviation:g}")
     _check_combination(model, scales, deviation)
 
     noise = vtkMaternNoiseFilter()
-    noise.SetNoiseModel(MODELS[model])
+    noise.SetNoiseModel(model_id)
     noise.SetStandardDeviation(deviation)
     if "range" in scales:
         noise.SetCorrelationRange(scales["range"])
@@ -178,11 +166,11 @@ def configured_filter(
     elif "normalized_screening" in scales:
         noise.SetScaleModeToNormalizedScreening()
         noise.SetNormalizedScreening(scales["normalized_screening"])
-    noise.SetSeed(_integer("seed", seed, _INT_MIN))
-    noise.SetNumberOfSamples(1 if samples is None else _integer("samples", samples, 1))
-    noise.SetFirstSample(_integer("first_sample", first_sample, 0))
-    noise.SetNumberOfComponents(_integer("components", components, 1))
-    noise.SetNumberOfEigenpairs(_integer("eigenpairs", eigenpairs, 1))
+    noise.SetSeed(integer("seed", seed, INT_MIN))
+    noise.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
+    noise.SetFirstSample(integer("first_sample", first_sample, 0))
+    noise.SetNumberOfComponents(integer("components", components, 1))
+    noise.SetNumberOfEigenpairs(integer("eigenpairs", eigenpairs, 1))
     noise.SetOutputArrayName(name)
     return noise
 
@@ -198,84 +186,6 @@ def _check_combination(model, scales, deviation):
             raise ValueError(f"standard_deviation goes with range, not with {next(iter(scales))}")
         if model in ("white", "unscreened"):
             raise ValueError(f"standard_deviation has no meaning for the model '{model}'")
-
-
-def _real(name, value):
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{name} must be a number, not {type(value).__name__}")
-    return float(value)
-
-
-def _positive(name, value):
-    value = _real(name, value)
-    if not 0.0 < value < math.inf:
-        raise ValueError(f"{name} must be a finite number larger than 0, not {value:g}")
-    return value
-
-
-def _integer(name, value, smallest):
-    try:
-        if isinstance(value, (bool, np.bool_)):
-            raise TypeError
-        value = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name} must be an integer, not {type(value).__name__}") from None
-    if not smallest <= value <= _INT_MAX:
-        raise ValueError(f"{name} must be from {smallest} to {_INT_MAX}, not {value}")
-    return value
-
-
-def apply_filter(noise, dataset, progress=None):
-    """The output of a filter for a dataset that stays untouched, and the texts of the filter's warnings."""
-    if not isinstance(dataset, (vtkPolyData, vtkDataObjectTree)):
-        raise TypeError(
-            "mesh must be a vtkPolyData, a composite dataset or a pair of arrays (points, triangles), "
-            f"not {type(dataset).__name__}"
-        )
-    given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
-    given.ShallowCopy(dataset)
-    noise.SetInputDataObject(0, given)
-    remarks = run_algorithm(noise, progress)
-    output = noise.GetOutputDataObject(0)
-    result = output.NewInstance()
-    result.ShallowCopy(output)
-    return result, remarks
-
-
-def _as_type_of(mesh, output):
-    """``output`` as an instance of the class of ``mesh``, where that is a Python subclass which allows it."""
-    wanted = type(mesh)
-    if type(output) is wanted:
-        return output
-    for arguments in ((output,), ()):
-        try:
-            result = wanted(*arguments)
-            if not arguments:
-                result.ShallowCopy(output)
-        except Exception:  # the constructor is the caller's; whatever it raises, the plain dataset is right
-            continue
-        if isinstance(result, type(output)) and result.GetNumberOfPoints() == output.GetNumberOfPoints():
-            return result
-    return output
-
-
-def _dataset_of_pair(pair):
-    if len(pair) != 2:
-        raise TypeError(f"mesh must be a pair (points, triangles), not a {type(pair).__name__} of length {len(pair)}")
-    points, triangles = np.asarray(pair[0]), np.asarray(pair[1])
-    if points.dtype.kind not in "fiu":
-        raise TypeError(f"points must be an array of real numbers, not of {points.dtype}")
-    if triangles.dtype.kind not in "iu" and triangles.size > 0:
-        raise TypeError(f"triangles must be an array of integers, not of {triangles.dtype}")
-    for array, what in ((points, "points"), (triangles, "triangles")):
-        if array.size > 0 and (array.ndim != 2 or array.shape[1] != 3):
-            shape = "[V, 3]" if what == "points" else "[F, 3]"
-            raise ValueError(f"{what} must have the shape {shape}, not {list(array.shape)}")
-    if points.dtype not in (np.float32, np.float64):
-        points = points.astype(np.float64)
-    if triangles.dtype.kind == "u":  # so that ids too large for VTK do not become small ones
-        triangles = np.minimum(triangles, np.iinfo(np.int64).max)
-    return to_polydata(mesh_of_triangles(points.reshape(-1, 3), triangles.reshape(-1, 3)))
 
 
 def array_names(noise):

@@ -123,6 +123,21 @@ def run_algorithm(algorithm, progress=None):
     return [plain_message(text) for text in messages.warnings]
 
 
+def apply_filter(algorithm, dataset, progress=None):
+    """The output of a filter for a dataset that stays untouched, and the texts of the filter's warnings.
+
+    Raises what run_algorithm() raises.
+    """
+    given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
+    given.ShallowCopy(dataset)
+    algorithm.SetInputDataObject(0, given)
+    remarks = run_algorithm(algorithm, progress)
+    output = algorithm.GetOutputDataObject(0)
+    result = output.NewInstance()
+    result.ShallowCopy(output)
+    return result, remarks
+
+
 @contextlib.contextmanager
 def silent_console():
     """Collects everything VTK would print; for readers and writers, whose inner objects cannot be observed.

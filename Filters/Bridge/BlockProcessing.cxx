@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "BlockBridge.h"
+
+#include "DistributedSurfaces.h"
+#include "ProcessingSupport.h"
+
+#include "Core/Common/Errors.h"
+
+#include <vtkAlgorithm.h>
+#include <vtkDataObject.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
+#include <vtkDataObjectTypes.h>
+#include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace surfsynth
+{
+
+namespace
+{
+std::int64_t SizeOf(vtkDataObject* data)
+{
+  return data ? std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::POINT), 0) +
+      std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::CELL), 0)
+              : 0;
+}
+
+vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
+{
+  return vtkSmartPointer<vtkDataObject>::Take(vtkDataObjectTypes::NewDataObject(className.c_str()));
+}
+
+/// "a vtkImageData or a vtkPolyData"
+std::string Alternatives(const std::vector<std::string>& classes)
+{
+  std::string text;
+  for (const std::string& name : classes)
+  {
+    text += (text.empty() ? "a " : " or a ") + name;
+  }
+  return text;
+}
+
+/// One call of a filter's RequestData.
+class BlockProcessing
+{
+public:
+  BlockProcessing(vtkAlgorithm* self, const BlockTypes& types, const BlockWorker& worker)
+    : Self(self)
+    , Types(types)
+    , Worker(worker)
+    , Steps(self)
+    , Controller(Ranks::Several())
+  {}
+
+  /// Fills @p output from @p input, which is no composite dataset.
+  /// @return false after an error, which is reported here. Collective on several ranks.
+  bool Dataset(vtkDataObject* input, vtkDataObject* output)
+  {
+    if (!this->Accepts(input))
+    {
+      this->RejectType(input, 0);
+      return false;
+    }
+    const Ranks ranks(this->Controller);
+    const auto sizes = ranks.Gather({ SizeOf(input) });
+    const auto owners = std::count_if(sizes.begin(), sizes.end(), [](const auto& size) { return size[0] > 0; });
+    if (owners > 1)
+    {
+      this->RejectPieces(owners, 0);
+      return false;
+    }
+    std::string error;
+    bool cancelled = false;
+    try
+    {
+      error = this->Attempted(input, output, 0, this->Steps.Within(0.0, 1.0));
+    }
+    catch (const Cancelled&)
+    {
+      cancelled = true;
+    }
+    CancelTogether(ranks, cancelled);
+    return this->Conclude(ranks.FirstText(error), 0, output);
+  }
+
+  /// Fills @p output, which has the structure of @p input, block by block. Collective on several ranks.
+  /// @throws Cancelled
+  void Tree(vtkDataObjectTree* input, vtkDataObjectTree* output)
+  {
+    std::vector<std::int64_t> sizes;
+    EachLeaf(input,
+      [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
+    std::vector<bool> shared(sizes.size(), false);
+    if (this->Controller)
+    {
+      shared = SharedLeaves(this->Self, Ranks(this->Controller), input, sizes);
+      if (shared.size() != sizes.size())
+      {
+        return;
+      }
+    }
+    const double total = static_cast<double>(sizes.size()) + std::accumulate(sizes.begin(), sizes.end(), 0.0);
+    double done = 0.0;
+    std::size_t leaf = 0;
+    EachLeaf(input,
+      [&](vtkDataObjectTreeIterator* place)
+      {
+        const double before = done / total;
+        const bool isShared = shared[leaf];
+        done += 1.0 + static_cast<double>(sizes[leaf++]);
+        this->Leaf(place, isShared, output, this->Steps.Within(before, done / total));
+      });
+  }
+
+private:
+  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, vtkDataObjectTree* output, const Progress& progress)
+  {
+    vtkDataObject* input = place->GetCurrentDataObject();
+    const unsigned int flatIndex = place->GetCurrentFlatIndex();
+    if (isShared)
+    {
+      this->RejectPieces(2, flatIndex);
+      return;
+    }
+    if (!input)
+    {
+      return;
+    }
+    if (!this->Accepts(input))
+    {
+      this->RejectType(input, flatIndex);
+      return;
+    }
+    const auto result = NewDataObject(this->Types.Output);
+    this->Conclude(this->Attempted(input, result, flatIndex, progress), flatIndex, result);
+    output->SetDataSet(place, result);
+  }
+
+  bool Accepts(vtkDataObject* input) const
+  {
+    return std::any_of(this->Types.Input.begin(), this->Types.Input.end(),
+      [input](const std::string& type) { return input->IsA(type.c_str()) != 0; });
+  }
+
+  /// Works on @p input; the text of what went wrong.
+  /// @throws Cancelled
+  std::string Attempted(
+    vtkDataObject* input, vtkDataObject* output, unsigned int flatIndex, const Progress& progress) const
+  {
+    return Attempt(input,
+      [&]
+      {
+        Report(progress, 0.0);
+        if (SizeOf(input) > 0)
+        {
+          this->Worker({ input, output, flatIndex, BlockName(flatIndex) }, progress);
+        }
+      });
+  }
+
+  /// Reports @p error, if there is one, and then empties @p output.
+  bool Conclude(const std::string& error, unsigned int flatIndex, vtkDataObject* output) const
+  {
+    if (error.empty())
+    {
+      return true;
+    }
+    ReportError(this->Self, BlockName(flatIndex), error);
+    output->Initialize();
+    return false;
+  }
+
+  void RejectType(vtkDataObject* input, unsigned int flatIndex) const
+  {
+    ReportError(this->Self, BlockName(flatIndex),
+      std::string("A ") + input->GetClassName() + " was found where " + Alternatives(this->Types.Input) +
+        " is needed; " + this->Types.Advice + ".");
+  }
+
+  void RejectPieces(std::int64_t owners, unsigned int flatIndex) const
+  {
+    ReportError(this->Self, BlockName(flatIndex),
+      "The dataset lies in pieces on " + std::to_string(owners) +
+        (flatIndex > 0 ? " or more" : "") +
+        " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
+        "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
+  }
+
+  vtkAlgorithm* Self;
+  const BlockTypes& Types;
+  const BlockWorker& Worker;
+  PipelineProgress Steps;
+  vtkMultiProcessController* Controller;
+};
+} // namespace
+
+int AcceptBlocks(vtkInformation* info, const BlockTypes& types)
+{
+  info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
+  for (const std::string& type : types.Input)
+  {
+    info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), type.c_str());
+  }
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
+  return 1;
+}
+
+int RequestBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
+  const BlockTypes& types)
+{
+  vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+  if (!input)
+  {
+    ReportError(self, "", "There is no input; " + Alternatives(types.Input) + ", or a composite dataset, is needed.");
+    return 0;
+  }
+  const std::string wanted = vtkDataObjectTree::SafeDownCast(input) ? input->GetClassName() : types.Output;
+  vtkDataObject* present = vtkDataObject::GetData(outputVector);
+  if (!present || wanted != present->GetClassName())
+  {
+    outputVector->GetInformationObject(0)->Set(vtkDataObject::DATA_OBJECT(), NewDataObject(wanted));
+  }
+  return 1;
+}
+
+int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
+  const BlockTypes& types, const BlockWorker& worker)
+{
+  return RunGuarded(self, outputVector,
+    [&]
+    {
+      vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+      vtkDataObject* output = vtkDataObject::GetData(outputVector);
+      BlockProcessing processing(self, types, worker);
+      auto* tree = vtkDataObjectTree::SafeDownCast(input);
+      if (!tree)
+      {
+        return processing.Dataset(input, output);
+      }
+      auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
+      outputTree->CopyStructure(tree);
+      outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
+      processing.Tree(tree, outputTree);
+      return true;
+    });
+}
+
+} // namespace surfsynth

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What the frames around RequestData have in common. Private to the bridge.
+#pragma once
+
+#include "Core/Common/Progress.h"
+
+#include <vtkDataObject.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
+#include <vtkSmartPointer.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+class vtkAlgorithm;
+class vtkInformationVector;
+
+namespace surfsynth
+{
+
+class Ranks;
+
+/// The progress of one call of a filter's RequestData: what core calls report goes to UpdateProgress(), never backwards,
+/// and what the user asks of the filter, to stop, goes to them.
+class PipelineProgress
+{
+public:
+  explicit PipelineProgress(vtkAlgorithm* self)
+    : Self(self)
+  {}
+  /// The callback that covers [@p begin, @p end] of the filter's progress; it must not outlive this object.
+  Progress Within(double begin, double end);
+
+private:
+  vtkAlgorithm* Self;
+  double Done = 0.0;
+};
+
+/// "" for a dataset by itself, whose @p flatIndex is 0, "Block 3" for one in a composite dataset.
+std::string BlockName(unsigned int flatIndex);
+
+/// Reports one error of @p self: @p text, after @p where when that is not empty.
+void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
+
+/// The text of what went wrong in @p work on @p input; empty when nothing did.
+/// @throws Cancelled
+std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
+
+/// Calls @p work with as many threads for the core as vtkSMPTools uses, and turns what it throws into one error event or,
+/// when it was cancelled, into an empty output that the next update makes again.
+/// @return what RequestData returns: 1 when @p work returned true or was cancelled, else 0.
+int RunGuarded(vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work);
+
+/// Throws Cancelled on every rank when @p cancelled is true on one. Collective.
+void CancelTogether(const Ranks& ranks, bool cancelled);
+
+/// For each leaf of the tree, in order, whether several ranks hold something of it; @p sizes says how much this rank
+/// does. Collective. Empty, and an error on every rank, when the trees differ from rank to rank.
+std::vector<bool> SharedLeaves(
+  vtkAlgorithm* self, const Ranks& ranks, vtkDataObjectTree* tree, const std::vector<std::int64_t>& sizes);
+
+/// Calls visit(place) for every leaf of @p tree, null ones included; place->GetCurrentDataObject() is the leaf.
+template <typename Visit>
+void EachLeaf(vtkDataObjectTree* tree, const Visit& visit)
+{
+  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+  place->VisitOnlyLeavesOn();
+  place->TraverseSubTreeOn();
+  place->SkipEmptyNodesOff();
+  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+  {
+    visit(place.Get());
+  }
+}
+
+} // namespace surfsynth

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfaceArrays.h"
+
+#include "Core/Common/Parallel.h"
+
+#include <vtkAbstractArray.h>
+#include <vtkAOSDataArrayTemplate.h>
+#include <vtkCellArray.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkGenericCell.h>
+#include <vtkIdTypeArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStaticCellLocator.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 1024;
+
+/// Barycentric coordinates of the nearest point of the segment from corner @p i to corner @p j.
+Eigen::Vector3d NearestOnEdge(const Eigen::Vector3d corners[3], int i, int j, const Eigen::Vector3d& point)
+{
+  const Eigen::Vector3d edge = corners[j] - corners[i];
+  const double length = edge.squaredNorm();
+  const double t = length > 0.0 ? std::clamp((point - corners[i]).dot(edge) / length, 0.0, 1.0) : 0.0;
+  Eigen::Vector3d weights = Eigen::Vector3d::Zero();
+  weights[i] = 1.0 - t;
+  weights[j] = t;
+  return weights;
+}
+
+bool KeepsItsMeaning(vtkDataSetAttributes* source, int k)
+{
+  const int role = source->IsArrayAnAttribute(k);
+  vtkAbstractArray* array = source->GetAbstractArray(k);
+  const char* name = array->GetName();
+  const bool ghosts = name && std::strcmp(name, vtkDataSetAttributes::GhostArrayName()) == 0;
+  return !ghosts && role != vtkDataSetAttributes::GLOBALIDS && role != vtkDataSetAttributes::PEDIGREEIDS;
+}
+
+/// Adds to @p target an array like each of those of @p source that stay meaningful, filled by @p fill(old, made, role).
+void Carry(vtkDataSetAttributes* source, vtkIdType tuples, vtkDataSetAttributes* target,
+  const std::function<void(vtkAbstractArray*, vtkAbstractArray*, int)>& fill)
+{
+  vtkIdType wanted = 0;
+  for (int k = 0; k < source->GetNumberOfArrays(); ++k)
+  {
+    vtkAbstractArray* old = source->GetAbstractArray(k);
+    wanted = std::max(wanted, old->GetNumberOfTuples());
+  }
+  for (int k = 0; k < source->GetNumberOfArrays(); ++k)
+  {
+    vtkAbstractArray* old = source->GetAbstractArray(k);
+    if (!KeepsItsMeaning(source, k) || old->GetNumberOfTuples() < wanted)
+    {
+      continue; // an array that is too short has no value for every point
+    }
+    const auto made = vtkSmartPointer<vtkAbstractArray>::Take(old->NewInstance());
+    made->SetName(old->GetName());
+    made->SetNumberOfComponents(old->GetNumberOfComponents());
+    made->CopyComponentNames(old);
+    made->SetNumberOfTuples(tuples);
+    const int role = source->IsArrayAnAttribute(k);
+    fill(old, made, role);
+    const int place = target->AddArray(made);
+    if (role >= 0)
+    {
+      target->SetActiveAttribute(place, role);
+    }
+  }
+}
+
+int LargestOf(const Eigen::Vector3d& weights)
+{
+  int corner = 0;
+  weights.maxCoeff(&corner);
+  return corner;
+}
+
+void InterpolateTuple(vtkDataArray* old, const TriangleMesh& mesh, const SurfacePlace& place, bool isNormal,
+  std::vector<double>& tuple, std::vector<double>& corner)
+{
+  std::fill(tuple.begin(), tuple.end(), 0.0);
+  for (int k = 0; k < 3; ++k)
+  {
+    if (place.Weights[k] > 0.0) // a corner that does not count must not spread its NaN
+    {
+      old->GetTuple(mesh.Triangles(place.Triangle, k), corner.data());
+      std::transform(tuple.begin(), tuple.end(), corner.begin(), tuple.begin(),
+        [&](double sum, double value) { return sum + place.Weights[k] * value; });
+    }
+  }
+  const double length = isNormal ? Eigen::Map<Eigen::VectorXd>(tuple.data(), tuple.size()).norm() : 1.0;
+  if (isNormal && length > 0.0)
+  {
+    std::for_each(tuple.begin(), tuple.end(), [&](double& value) { value /= length; });
+  }
+}
+} // namespace
+
+void SetGeometry(vtkPolyData* output, const TriangleMesh& mesh, bool doublePrecision)
+{
+  output->Initialize();
+  vtkNew<vtkPoints> points;
+  points->SetDataType(doublePrecision ? VTK_DOUBLE : VTK_FLOAT);
+  points->SetNumberOfPoints(mesh.NumberOfPoints());
+  if (doublePrecision)
+  {
+    std::copy_n(mesh.Points.data(), mesh.Points.size(), vtkDoubleArray::SafeDownCast(points->GetData())->GetPointer(0));
+  }
+  else
+  {
+    std::copy_n(mesh.Points.data(), mesh.Points.size(), vtkFloatArray::SafeDownCast(points->GetData())->GetPointer(0));
+  }
+  output->SetPoints(points);
+  const vtkIdType count = mesh.NumberOfTriangles();
+  vtkNew<vtkIdTypeArray> offsets;
+  offsets->SetNumberOfValues(count + 1);
+  for (vtkIdType f = 0; f <= count; ++f)
+  {
+    offsets->SetValue(f, 3 * f);
+  }
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetNumberOfValues(3 * count);
+  std::copy_n(mesh.Triangles.data(), 3 * count, ids->GetPointer(0));
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(offsets, ids);
+  output->SetPolys(cells);
+}
+
+bool HasDoublePoints(vtkPolyData* surface)
+{
+  return surface->GetPoints() && surface->GetPoints()->GetDataType() == VTK_DOUBLE;
+}
+
+SurfacePlace NearestOnTriangle(const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point)
+{
+  Eigen::Vector3d corners[3];
+  for (int k = 0; k < 3; ++k)
+  {
+    corners[k] = mesh.Points.row(mesh.Triangles(f, k)).transpose();
+  }
+  const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  SurfacePlace place{ f };
+  for (int k = 0; k < 3; ++k)
+  {
+    const Eigen::Vector3d edge = corners[(k + 2) % 3] - corners[(k + 1) % 3];
+    place.Weights[k] = normal.dot(edge.cross(point - corners[(k + 1) % 3])) / normal.squaredNorm();
+  }
+  if (place.Weights.allFinite() && place.Weights.minCoeff() >= 0.0)
+  {
+    place.Weights /= place.Weights.sum();
+    return place;
+  }
+  // Outside, or without an inside: the nearest point lies on an edge.
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k)
+  {
+    const Eigen::Vector3d weights = NearestOnEdge(corners, k, (k + 1) % 3, point);
+    const double distance =
+      (weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2] - point).squaredNorm();
+    if (distance < nearest)
+    {
+      nearest = distance;
+      place.Weights = weights;
+    }
+  }
+  return place;
+}
+
+class NearestPlaces::Internals
+{
+public:
+  explicit Internals(const TriangleMesh& mesh)
+    : Mesh(mesh)
+  {
+    SetGeometry(this->Surface, mesh, true);
+    this->Locator->SetDataSet(this->Surface);
+    this->Locator->BuildLocator();
+  }
+
+  const TriangleMesh& Mesh;
+  vtkNew<vtkPolyData> Surface;
+  vtkNew<vtkStaticCellLocator> Locator;
+};
+
+NearestPlaces::NearestPlaces(const TriangleMesh& mesh)
+  : Impl(std::make_unique<Internals>(mesh))
+{}
+
+NearestPlaces::~NearestPlaces() = default;
+
+std::vector<SurfacePlace> NearestPlaces::Find(const PointMatrix& points) const
+{
+  std::vector<SurfacePlace> places(static_cast<std::size_t>(points.rows()));
+  ParallelFor(points.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    vtkNew<vtkGenericCell> cell;
+    for (std::int64_t p = begin; p < end; ++p)
+    {
+      double nearest[3];
+      vtkIdType triangle = -1;
+      int subId = 0;
+      double squaredDistance = 0.0;
+      this->Impl->Locator->FindClosestPoint(points.row(p).data(), nearest, cell, triangle, subId, squaredDistance);
+      const Index f = triangle >= 0 ? static_cast<Index>(triangle) : 0;
+      places[p] = NearestOnTriangle(this->Impl->Mesh, f, points.row(p).transpose());
+    }
+  });
+  return places;
+}
+
+void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, const std::vector<SurfacePlace>& places,
+  vtkDataSetAttributes* target)
+{
+  const auto count = static_cast<vtkIdType>(places.size());
+  Carry(source, count, target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int role) {
+    auto* numbers = vtkDataArray::SafeDownCast(old);
+    const bool isReal = numbers && (old->GetDataType() == VTK_FLOAT || old->GetDataType() == VTK_DOUBLE);
+    std::vector<double> tuple(static_cast<std::size_t>(old->GetNumberOfComponents()));
+    std::vector<double> corner(tuple.size());
+    for (vtkIdType p = 0; p < count; ++p)
+    {
+      if (isReal)
+      {
+        InterpolateTuple(numbers, mesh, places[p], role == vtkDataSetAttributes::NORMALS, tuple, corner);
+        vtkDataArray::SafeDownCast(made)->SetTuple(p, tuple.data());
+      }
+      else
+      {
+        made->SetTuple(p, mesh.Triangles(places[p].Triangle, LargestOf(places[p].Weights)), old);
+      }
+    }
+  });
+}
+
+void PickArrays(vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target)
+{
+  Carry(source, static_cast<vtkIdType>(ids.size()), target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int) {
+    for (std::size_t k = 0; k < ids.size(); ++k)
+    {
+      made->SetTuple(static_cast<vtkIdType>(k), static_cast<vtkIdType>(ids[k]), old);
+    }
+  });
+}
+
+} // namespace surfsynth

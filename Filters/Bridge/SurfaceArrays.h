@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Carrying geometry and attributes between VTK's datasets and new meshes.
+#pragma once
+
+#include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
+
+#include "Core/Mesh/TriangleMesh.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <vector>
+
+class vtkDataSetAttributes;
+class vtkPolyData;
+
+namespace surfsynth
+{
+
+/// Replaces the geometry of @p output by @p mesh; its arrays go. Points are stored in double or single precision.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void SetGeometry(vtkPolyData* output, const TriangleMesh& mesh, bool doublePrecision);
+
+/// True when the points of @p surface are stored in double precision, and those of what is made of it should be.
+VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
+
+/// A place on a triangle mesh.
+struct SurfacePlace
+{
+  Index Triangle = -1;
+  Eigen::Vector3d Weights = Eigen::Vector3d::Zero(); ///< barycentric coordinates, at least 0, sum 1
+};
+
+/// The place of the point of triangle @p f of @p mesh that is nearest to @p point.
+VTKSURFACESYNTHESISBRIDGE_EXPORT SurfacePlace NearestOnTriangle(
+  const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point);
+
+/// Finds the nearest places on a triangle mesh with finite points, by vtkStaticCellLocator.
+class VTKSURFACESYNTHESISBRIDGE_EXPORT NearestPlaces
+{
+public:
+  /// @param mesh must outlive this object and have at least one triangle.
+  explicit NearestPlaces(const TriangleMesh& mesh);
+  ~NearestPlaces();
+  NearestPlaces(const NearestPlaces&) = delete;
+  NearestPlaces& operator=(const NearestPlaces&) = delete;
+
+  /// The place that is nearest to each point, in parallel.
+  std::vector<SurfacePlace> Find(const PointMatrix& points) const;
+
+private:
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+/// Fills @p target, one tuple for each place, with the point arrays @p source interpolated on @p mesh: floating-point
+/// arrays linearly, normals then scaled to unit length; integers and text, which are labels, from the nearest corner.
+/// Arrays that only mean something on the old mesh (global and pedigree ids, ghost flags) are left out. Which arrays
+/// are the active scalars, vectors, normals, texture coordinates and tensors stays.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh,
+  const std::vector<SurfacePlace>& places, vtkDataSetAttributes* target);
+
+/// Fills @p target with the tuples @p ids of @p source, with the same arrays left out.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void PickArrays(
+  vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target);
+
+} // namespace surfsynth

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of the arguments of the package's functions: each returns the value, or raises TypeError or ValueError with the
+argument's name."""
+
+import math
+import numbers
+import operator
+
+import numpy as np
+
+INT_MIN, INT_MAX = -(2**31), 2**31 - 1
+
+
+def real(name, value):
+    """A number, of any kind but bool."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a number, not {type(value).__name__}")
+    return float(value)
+
+
+def positive(name, value):
+    """A finite number larger than 0."""
+    value = real(name, value)
+    if not 0.0 < value < math.inf:
+        raise ValueError(f"{name} must be a finite number larger than 0, not {value:g}")
+    return value
+
+
+def integer(name, value, smallest):
+    """An integer of 32 bits, at least ``smallest``."""
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        value = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be an integer, not {type(value).__name__}") from None
+    if not smallest <= value <= INT_MAX:
+        raise ValueError(f"{name} must be from {smallest} to {INT_MAX}, not {value}")
+    return value
+
+
+def choice(name, value, choices):
+    """One of the keys of ``choices``; returns what it stands for."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a string, not {type(value).__name__}")
+    if value not in choices:
+        raise ValueError(f"unknown {name} '{value}'; choose one of {', '.join(choices)}")
+    return choices[value]
+
+
+def array_name(name, value):
+    """The name of an array."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a string, not {type(value).__name__}")
+    if not value or "\0" in value:
+        raise ValueError(f"{name} must be the name of an array; it is empty or holds a zero byte")
+    return value
+
+
+def flag(name, value):
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, not {type(value).__name__}")
+    return bool(value)
+
+
+def progress_callback(value):
+    """A callable, or None."""
+    if value is not None and not callable(value):
+        raise TypeError(f"progress must be callable, not {type(value).__name__}")
+    return value

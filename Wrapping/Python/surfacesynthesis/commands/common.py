@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the commands have in common: options, the progress bar, wrong usage."""
+
+import argparse
+import sys
+import warnings
+
+PROGRAM = "surfacesynthesis"
+
+
+class UsageError(Exception):
+    """What the user asked for makes no sense; exit status 2."""
+
+
+class ProgressBar:
+    """A bar on a terminal; nothing anywhere else."""
+
+    WIDTH = 40
+
+    def __init__(self, stream, wanted):
+        self._stream = stream if wanted and stream.isatty() else None
+        self._shown = None
+
+    def __call__(self, fraction):
+        percent = int(100 * min(max(fraction, 0.0), 1.0))
+        if self._stream is None or percent == self._shown:
+            return
+        self._shown = percent
+        done = self.WIDTH * percent // 100
+        self._stream.write(f"\r[{'#' * done}{' ' * (self.WIDTH - done)}] {percent:3d} %")
+        self._stream.flush()
+
+    def clear(self):
+        """Takes the bar off the terminal."""
+        if self._shown is not None:
+            self._stream.write("\r" + " " * (self.WIDTH + 8) + "\r")
+            self._stream.flush()
+            self._shown = None
+
+
+def add_command(commands, name, files, help, description, epilog):
+    """Adds a command and returns its parser. ``files`` are the positional arguments in the usage line."""
+    return commands.add_parser(
+        name,
+        help=help,
+        usage=f"python3 -m {PROGRAM} {name} {files} [options]",
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def add_running_options(group):
+    """The options about how a command runs, which all commands have."""
+    group.add_argument("--threads", type=int, metavar="N", help="number of threads (default: VTK's)")
+    group.add_argument("--no-progress", action="store_true", help="show no progress bar")
+    group.add_argument("--quiet", action="store_true", help="print errors only")
+
+
+def as_usage(function, *arguments, **parameters):
+    """Calls a function whose TypeError and ValueError say what is wrong with the user's options."""
+    try:
+        return function(*arguments, **parameters)
+    except (TypeError, ValueError) as error:
+        raise UsageError(str(error)) from None
+
+
+def run_filter(algorithm, dataset, arguments):
+    """The output of a VTK filter for ``dataset``, with a progress bar; the filter's warnings are issued."""
+    from ..errors import SurfaceSynthesisWarning
+    from ..pipeline import apply_filter
+
+    set_threads(arguments.threads)
+    bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
+    try:
+        output, remarks = apply_filter(algorithm, dataset, bar)
+    finally:
+        bar.clear()
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return output
+
+
+def set_threads(threads):
+    if threads is None:
+        return
+    if not 1 <= threads <= 4096:
+        raise UsageError(f"--threads must be from 1 to 4096, not {threads}")
+    from vtkmodules.vtkCommonCore import vtkSMPTools
+
+    vtkSMPTools.Initialize(threads)

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``noise``."""
+
+import os
+import time
+
+from .common import UsageError, add_command, add_running_options, as_usage, run_filter
+
+_DESCRIPTION = """\
+Adds Matérn noise to the points of a surface: a Gaussian random field whose statistics do not depend on the
+triangulation. The output is the input with one array for each sample."""
+_FORMATS = """\
+files: the format follows from the extension.
+  .vtp .vtk .ply          keep the noise as point arrays
+  .stl .obj .off          keep the shape only: use --warp
+  .vtm (.vtk)             composite datasets, processed block by block
+"""
+_EXAMPLES = (
+    _FORMATS
+    + """
+examples:
+  %(prog)s in.stl out.vtp --range 5 --samples 8
+  %(prog)s in.ply bumpy.stl --range 5 --warp 0.3
+  %(prog)s in.off out.vtp --components 3 --std 0.2 --seed 7
+"""
+)
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "noise", "INPUT OUTPUT", "add Matérn noise to a surface", _DESCRIPTION, _EXAMPLES
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
+
+    scale = parser.add_argument_group("scale").add_mutually_exclusive_group()
+    scale.add_argument(
+        "--range",
+        type=float,
+        metavar="R",
+        help="distance, in units of the mesh, at which the correlation of two points has fallen to about 0.14; larger "
+        "is smoother (default: 0.2 times the longest side of the bounding box)",
+    )
+    scale.add_argument(
+        "--screening", type=float, metavar="TAU", help="screening term tau = 8 / R^2, in 1 / square units of the mesh"
+    )
+    scale.add_argument(
+        "--normalized-screening",
+        type=float,
+        metavar="C",
+        help="tau relative to the spectrum of the triangulation: the same for a mesh of any size",
+    )
+
+    noise = parser.add_argument_group("noise")
+    noise.add_argument("--std", type=float, default=1.0, metavar="S", help="standard deviation (default: 1)")
+    noise.add_argument(
+        "--model",
+        default="matern",
+        choices=["matern", "per_vertex", "white", "unscreened", "spectral"],
+        metavar="MODEL",
+        help="matern (default) or, for comparison, per_vertex, white, unscreened, spectral",
+    )
+    noise.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    noise.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
+    noise.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    noise.add_argument("--components", type=int, default=1, metavar="C", help="components per sample (default: 1)")
+    noise.add_argument(
+        "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the model spectral (default: 256)"
+    )
+
+    output = parser.add_argument_group("output")
+    output.add_argument("--name", default="MaternNoise", metavar="NAME", help="name of the array (default: %(default)s)")
+    output.add_argument(
+        "--warp",
+        type=float,
+        metavar="SCALE",
+        help="move the points by SCALE times the noise, along the normals or, with --components 3, along the noise "
+        "itself; with several samples, OUTPUT_0, OUTPUT_1, ... are written",
+    )
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``noise``; returns the line to print."""
+    from .. import files
+    from ..noise import array_names
+
+    started = time.monotonic()
+    noise = _filter_of(arguments)
+    _check_output(arguments, files)
+    mesh = files.read_mesh(arguments.input)
+    if mesh.GetNumberOfPoints() == 0:
+        raise files.FormatError(f"{arguments.input}: the file holds no points")
+    as_usage(files.check_writable, mesh, arguments.output)
+    output = run_filter(noise, mesh, arguments)
+    written = _outputs(output, arguments, array_names(noise))
+    files.write_meshes(written)
+    return _summary(noise, output, [path for _, path in written], time.monotonic() - started)
+
+
+def _filter_of(arguments):
+    from ..noise import configured_filter
+
+    return as_usage(
+        configured_filter,
+        range=arguments.range,
+        standard_deviation=arguments.std,
+        seed=arguments.seed,
+        samples=arguments.samples,
+        first_sample=arguments.first_sample,
+        components=arguments.components,
+        screening=arguments.screening,
+        normalized_screening=arguments.normalized_screening,
+        model=arguments.model,
+        eigenpairs=arguments.eigenpairs,
+        name=arguments.name,
+    )
+
+
+def _check_output(arguments, files):
+    """What can be said about the output before anything is read."""
+    as_usage(files.extension, arguments.input)
+    kind = as_usage(files.extension, arguments.output)
+    if arguments.warp is None and kind in files.GEOMETRY_ONLY:
+        raise UsageError(
+            f"{kind} files cannot hold the noise: write .vtp, .vtk or .ply, or move the points with --warp SCALE"
+        )
+    if arguments.warp is not None and not abs(arguments.warp) < float("inf"):
+        raise UsageError(f"--warp must be a finite number, not {arguments.warp:g}")
+    if arguments.warp is not None and arguments.components not in (1, 3):
+        raise UsageError(f"--warp needs 1 or 3 components, not {arguments.components}")
+
+
+def _outputs(output, arguments, names):
+    """What to write where: one file or, for several samples of a displacement, one for each."""
+    from ..warp import warped
+
+    if arguments.warp is None:
+        return [(output, arguments.output)]
+    if len(names) == 1:
+        return [(warped(output, names[0], arguments.warp), arguments.output)]
+    stem, kind = os.path.splitext(arguments.output)
+    numbers = range(arguments.first_sample, arguments.first_sample + len(names))
+    return [(warped(output, name, arguments.warp), f"{stem}_{k}{kind}") for name, k in zip(names, numbers)]
+
+
+def _summary(noise, output, paths, seconds):
+    parts = [f"{output.GetNumberOfPoints():,} points", f"{output.GetNumberOfCells():,} cells"]
+    if noise.GetEffectiveScreening() > 0:
+        parts.append(f"tau {noise.GetEffectiveScreening():.4g}")
+        parts.append(f"range {noise.GetEffectiveCorrelationRange():.4g}")
+    if noise.GetRelativeResidual() > 0:
+        parts.append(f"residual {noise.GetRelativeResidual():.1e}")
+    parts.append(f"{seconds:.1f} s")
+    shown = paths[0] if len(paths) == 1 else f"{paths[0]} ... {paths[-1]}"
+    return f"{', '.join(parts)} -> {shown}"
