@@ -13,10 +13,12 @@
 #include <vtkGenericCell.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStaticCellLocator.h>
+#include <vtkVariant.h>
 
 #include <Eigen/Geometry>
 
@@ -25,6 +27,8 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <numeric>
+#include <tuple>
 
 namespace surfsynth
 {
@@ -112,6 +116,60 @@ void InterpolateTuple(vtkDataArray* old, const TriangleMesh& mesh, const Surface
     std::for_each(tuple.begin(), tuple.end(), [&](double& value) { value /= length; });
   }
 }
+
+/// Whether two tuples of the arrays that are carried over agree.
+class TupleComparison
+{
+public:
+  explicit TupleComparison(vtkDataSetAttributes* source, vtkIdType points)
+  {
+    for (int k = 0; k < source->GetNumberOfArrays(); ++k)
+    {
+      vtkAbstractArray* array = source->GetAbstractArray(k);
+      if (!KeepsItsMeaning(source, k) || array->GetNumberOfTuples() < points)
+      {
+        continue;
+      }
+      double tolerance = 0.0;
+      if (auto* numbers = vtkDataArray::SafeDownCast(array))
+      {
+        for (int c = 0; c < numbers->GetNumberOfComponents(); ++c)
+        {
+          const double* range = numbers->GetRange(c);
+          tolerance = std::max(tolerance, 1e-6 * (range[1] - range[0]));
+        }
+      }
+      this->Arrays.push_back({ array, tolerance });
+    }
+  }
+
+  bool Same(vtkIdType a, vtkIdType b) const
+  {
+    return std::all_of(this->Arrays.begin(), this->Arrays.end(), [a, b](const Compared& compared) {
+      const int components = compared.Array->GetNumberOfComponents();
+      auto* numbers = vtkDataArray::SafeDownCast(compared.Array);
+      for (int c = 0; c < components; ++c)
+      {
+        const bool same = numbers
+          ? std::abs(numbers->GetComponent(a, c) - numbers->GetComponent(b, c)) <= compared.Tolerance
+          : compared.Array->GetVariantValue(a * components + c) == compared.Array->GetVariantValue(b * components + c);
+        if (!same)
+        {
+          return false;
+        }
+      }
+      return true;
+    });
+  }
+
+private:
+  struct Compared
+  {
+    vtkAbstractArray* Array;
+    double Tolerance;
+  };
+  std::vector<Compared> Arrays;
+};
 } // namespace
 
 void SetGeometry(vtkPolyData* output, const TriangleMesh& mesh, bool doublePrecision)
@@ -257,6 +315,32 @@ void PickArrays(vtkDataSetAttributes* source, const std::vector<std::int64_t>& i
       made->SetTuple(static_cast<vtkIdType>(k), static_cast<vtkIdType>(ids[k]), old);
     }
   });
+}
+
+std::vector<Index> AttributeClasses(vtkPolyData* surface, const PointMatrix& points)
+{
+  const TupleComparison tuples(surface->GetPointData(), points.rows());
+  std::vector<Index> order(static_cast<std::size_t>(points.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  const auto coordinates = [&](Index p) { return std::make_tuple(points(p, 0), points(p, 1), points(p, 2), p); };
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return coordinates(a) < coordinates(b); });
+  std::vector<Index> classes(order.size());
+  for (std::size_t begin = 0; begin < order.size();)
+  {
+    std::size_t end = begin + 1;
+    while (end < order.size() && points.row(order[end]) == points.row(order[begin]))
+    {
+      ++end;
+    }
+    for (std::size_t k = begin; k < end; ++k)
+    {
+      const auto same = [&](Index other) { return classes[other] == other && tuples.Same(other, order[k]); };
+      classes[order[k]] = order[k];
+      classes[order[k]] = *std::find_if(order.begin() + begin, order.begin() + k, same);
+    }
+    begin = end;
+  }
+  return classes;
 }
 
 } // namespace surfsynth

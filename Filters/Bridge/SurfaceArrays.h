@@ -64,4 +64,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT void InterpolateArrays(vtkDataSetAttributes* so
 VTKSURFACESYNTHESISBRIDGE_EXPORT void PickArrays(
   vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target);
 
+/// [V] a class for each point of @p surface, whose coordinates are @p points: two points are in one class when they have
+/// the same coordinates and, in all point arrays that InterpolateArrays() carries over, the same values up to a millionth
+/// of the array's range. Points of equal coordinates in different classes lie at a seam, for instance of texture
+/// coordinates. A class is named by its lowest point.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<Index> AttributeClasses(vtkPolyData* surface, const PointMatrix& points);
+
 } // namespace surfsynth

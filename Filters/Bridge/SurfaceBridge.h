@@ -66,6 +66,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ConvertSurface(vtkPolyData* input);
 /// ... and the check, which fills surface.Topology. Both throw what ToSurface() throws.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void CheckSurface(Surface& surface, const MeshRequirements& requirements);
 
+/// The points of @p input in double precision.
+/// @throws InvalidInput when there are more than 2^31 - 1, or they do not have three coordinates.
+VTKSURFACESYNTHESISBRIDGE_EXPORT PointMatrix ConvertPoints(vtkPolyData* input);
+
 /// What a filter does with one surface: fills @p output, which already holds a shallow copy of the input.
 using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
 

@@ -325,30 +325,6 @@ bool CopyPoints(vtkDataArray* array, PointMatrix& points)
   return true;
 }
 
-PointMatrix ConvertPoints(vtkPolyData* input)
-{
-  vtkDataArray* array = input->GetPoints() ? input->GetPoints()->GetData() : nullptr;
-  const std::int64_t count = array ? array->GetNumberOfTuples() : 0;
-  if (array && array->GetNumberOfComponents() != 3)
-  {
-    throw InvalidInput("The points have " + std::to_string(array->GetNumberOfComponents()) +
-      " coordinates each; 3 are needed. Write the dataset again with the program that made it.");
-  }
-  if (count > std::numeric_limits<Index>::max())
-  {
-    throw InvalidInput("The mesh has " + std::to_string(count) + " points; at most 2147483647 are allowed.");
-  }
-  PointMatrix points(count, 3);
-  if (count > 0 && !CopyPoints<double>(array, points) && !CopyPoints<float>(array, points))
-  {
-    for (std::int64_t p = 0; p < count; ++p)
-    {
-      array->GetTuple(p, points.row(p).data());
-    }
-  }
-  return points;
-}
-
 void ConvertCells(vtkPolyData* input, Surface& surface)
 {
   const std::int64_t points = surface.Mesh.NumberOfPoints();
@@ -379,6 +355,30 @@ void ConvertCells(vtkPolyData* input, Surface& surface)
   }
 }
 } // namespace
+
+PointMatrix ConvertPoints(vtkPolyData* input)
+{
+  vtkDataArray* array = input->GetPoints() ? input->GetPoints()->GetData() : nullptr;
+  const std::int64_t count = array ? array->GetNumberOfTuples() : 0;
+  if (array && array->GetNumberOfComponents() != 3)
+  {
+    throw InvalidInput("The points have " + std::to_string(array->GetNumberOfComponents()) +
+      " coordinates each; 3 are needed. Write the dataset again with the program that made it.");
+  }
+  if (count > std::numeric_limits<Index>::max())
+  {
+    throw InvalidInput("The mesh has " + std::to_string(count) + " points; at most 2147483647 are allowed.");
+  }
+  PointMatrix points(count, 3);
+  if (count > 0 && !CopyPoints<double>(array, points) && !CopyPoints<float>(array, points))
+  {
+    for (std::int64_t p = 0; p < count; ++p)
+    {
+      array->GetTuple(p, points.row(p).data());
+    }
+  }
+  return points;
+}
 
 Surface ConvertSurface(vtkPolyData* input)
 {

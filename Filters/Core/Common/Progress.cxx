@@ -151,4 +151,19 @@ void RunCancellable(const std::function<void()>& work, double expectedSeconds, c
   }
 }
 
+void RunCancellable(const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds,
+  const Progress& progress)
+{
+  const auto stop = std::make_shared<std::atomic<bool>>(false);
+  try
+  {
+    RunCancellable([stop, work] { work(*stop); }, expectedSeconds, progress);
+  }
+  catch (const Cancelled&)
+  {
+    stop->store(true);
+    throw;
+  }
+}
+
 } // namespace surfsynth

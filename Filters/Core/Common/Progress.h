@@ -3,6 +3,7 @@
 /// Progress reports and cancellation of long calls.
 #pragma once
 
+#include <atomic>
 #include <functional>
 
 namespace surfsynth
@@ -23,8 +24,13 @@ Progress SubProgress(const Progress& progress, double begin, double end);
 /// 1 (half of it after @p expectedSeconds).
 ///
 /// On cancellation it throws Cancelled at once; @p work then runs to its end in the background (the process waits for it
-/// before it exits), so everything it touches must be owned by the closure (capture shared pointers by value). Exceptions of @p work are rethrown here.
+/// before it exits), so everything it touches must be owned by the closure (capture shared pointers by value).
+/// Exceptions of @p work are rethrown here.
 /// With an empty @p progress, @p work simply runs on this thread.
 void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress);
+
+/// The same for work in steps: @p work gets a flag that becomes true on cancellation, so that it can end early.
+void RunCancellable(const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds,
+  const Progress& progress);
 
 } // namespace surfsynth
