@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "HoleFilling.h"
+
+#include "Core/Common/Errors.h"
+
+#include <CGAL/Polygon_mesh_processing/border.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/boost/graph/Euler_operations.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Boundaries of more edges are closed without new points inside, and even longer ones by triangles from their centre:
+/// the cost grows with the square of the number of edges, and more.
+constexpr std::size_t LongBoundary = 500;
+constexpr std::size_t VeryLongBoundary = 5000;
+
+/// The halfedges of the boundary of @p start.
+std::vector<CgalHalfedge> BoundaryOf(const CgalMesh& mesh, CgalHalfedge start)
+{
+  const auto around = mesh.halfedges_around_face(start);
+  return { around.begin(), around.end() };
+}
+
+double Extent(const CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
+{
+  Eigen::Vector3d lower = FromCgalPoint(mesh.point(mesh.target(boundary.front())));
+  Eigen::Vector3d upper = lower;
+  for (const CgalHalfedge h : boundary)
+  {
+    const Eigen::Vector3d point = FromCgalPoint(mesh.point(mesh.target(h)));
+    lower = lower.cwiseMin(point);
+    upper = upper.cwiseMax(point);
+  }
+  return (upper - lower).norm();
+}
+
+/// Closes a boundary by triangles from its centre, which always works. @return the triangles
+std::vector<CgalFace> CloseByFan(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
+{
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const CgalHalfedge h : boundary)
+  {
+    centre += FromCgalPoint(mesh.point(mesh.target(h))) / static_cast<double>(boundary.size());
+  }
+  CGAL::Euler::fill_hole(boundary.front(), mesh);
+  const CgalHalfedge toCentre = CGAL::Euler::add_center_vertex(boundary.front(), mesh);
+  mesh.point(mesh.target(toCentre)) = ToCgalPoint(centre);
+  std::vector<CgalFace> faces;
+  for (const CgalFace f : mesh.faces_around_target(toCentre))
+  {
+    faces.push_back(f);
+  }
+  return faces;
+}
+
+std::vector<CgalFace> CloseHole(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
+{
+  namespace PMP = CGAL::Polygon_mesh_processing;
+  std::vector<CgalFace> faces;
+  std::vector<CgalVertex> vertices;
+  if (boundary.size() > VeryLongBoundary)
+  {
+    return CloseByFan(mesh, boundary);
+  }
+  if (boundary.size() > LongBoundary)
+  {
+    PMP::triangulate_hole(mesh, boundary.front(), std::back_inserter(faces),
+      CGAL::parameters::do_not_use_cubic_algorithm(true));
+  }
+  else
+  {
+    PMP::triangulate_refine_and_fair_hole(
+      mesh, boundary.front(), std::back_inserter(faces), std::back_inserter(vertices));
+  }
+  return faces.empty() ? CloseByFan(mesh, boundary) : faces;
+}
+
+struct Corner
+{
+  CgalHalfedge Longest; ///< the halfedge of the longest side
+  CgalHalfedge Shortest;
+  double Ratio = 0.0; ///< of the squared shortest to the squared longest side
+  bool IsFlat = false;
+};
+
+/// The sides of a triangle, and whether the mesh check calls it degenerate.
+Corner Look(const CgalMesh& mesh, CgalFace f)
+{
+  Corner corner;
+  double longest = -1.0;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const CgalHalfedge h : mesh.halfedges_around_face(mesh.halfedge(f)))
+  {
+    const double length = CGAL::squared_distance(mesh.point(mesh.source(h)), mesh.point(mesh.target(h)));
+    if (length > longest)
+    {
+      longest = length;
+      corner.Longest = h;
+    }
+    if (length < shortest)
+    {
+      shortest = length;
+      corner.Shortest = h;
+    }
+  }
+  const CgalHalfedge h = corner.Longest;
+  const Eigen::Vector3d a = FromCgalPoint(mesh.point(mesh.source(h)));
+  const Eigen::Vector3d b = FromCgalPoint(mesh.point(mesh.target(h)));
+  const Eigen::Vector3d c = FromCgalPoint(mesh.point(mesh.target(mesh.next(h))));
+  const double doubleArea = (b - a).cross(c - a).norm();
+  corner.Ratio = longest > 0.0 ? shortest / longest : 0.0;
+  corner.IsFlat = !(doubleArea > 4e-12 * longest && doubleArea > 1e-290); // twice the bound of the check
+  return corner;
+}
+
+/// Takes one flat triangle away. @return false when nothing is possible
+bool RemoveFlat(CgalMesh& mesh, CgalFace f, const Corner& corner)
+{
+  if (corner.Ratio < 1e-10 && CGAL::Euler::does_satisfy_link_condition(mesh.edge(corner.Shortest), mesh))
+  {
+    CGAL::Euler::collapse_edge(mesh.edge(corner.Shortest), mesh);
+    return true;
+  }
+  const CgalHalfedge opposite = mesh.opposite(corner.Longest);
+  if (mesh.is_border(opposite))
+  {
+    CGAL::Euler::remove_face(mesh.halfedge(f), mesh);
+    return true;
+  }
+  const CgalVertex apex = mesh.target(mesh.next(corner.Longest));
+  const CgalVertex other = mesh.target(mesh.next(opposite));
+  if (apex != other && mesh.halfedge(apex, other) == CgalMesh::null_halfedge())
+  {
+    CGAL::Euler::flip_edge(corner.Longest, mesh);
+    return true;
+  }
+  if (CGAL::Euler::does_satisfy_link_condition(mesh.edge(corner.Shortest), mesh))
+  {
+    CGAL::Euler::collapse_edge(mesh.edge(corner.Shortest), mesh);
+    return true;
+  }
+  return false;
+}
+} // namespace
+
+FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling,
+  const std::atomic<bool>* stop)
+{
+  std::vector<CgalHalfedge> starts;
+  CGAL::Polygon_mesh_processing::extract_boundary_cycles(mesh, std::back_inserter(starts));
+  FilledHoles holes;
+  for (const CgalHalfedge start : starts)
+  {
+    if (stop && stop->load())
+    {
+      throw Cancelled("Stopped on request.");
+    }
+    const std::vector<CgalHalfedge> boundary = BoundaryOf(mesh, start);
+    if (Extent(mesh, boundary) > largest)
+    {
+      ++holes.LeftOpen;
+      continue;
+    }
+    for (const CgalFace f : CloseHole(mesh, boundary))
+    {
+      isFilling[f] = true;
+    }
+    ++holes.Closed;
+  }
+  return holes;
+}
+
+std::int64_t CountFlatTriangles(const CgalMesh& mesh)
+{
+  const auto faces = mesh.faces();
+  return std::count_if(faces.begin(), faces.end(), [&](CgalFace f) { return Look(mesh, f).IsFlat; });
+}
+
+void RemoveFlatTriangles(CgalMesh& mesh)
+{
+  bool found = true;
+  for (int round = 0; round < 20 && found; ++round)
+  {
+    found = false;
+    const std::vector<CgalFace> faces(mesh.faces().begin(), mesh.faces().end());
+    for (const CgalFace f : faces)
+    {
+      const Corner corner = mesh.is_removed(f) ? Corner() : Look(mesh, f);
+      found = (corner.IsFlat && RemoveFlat(mesh, f, corner)) || found;
+    }
+  }
+}
+
+} // namespace surfsynth

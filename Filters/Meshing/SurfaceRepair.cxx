@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "SurfaceRepair.h"
+
+#include "CgalMesh.h"
+#include "HoleFilling.h"
+#include "SoupRepair.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshCheck.h"
+
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/manifoldness.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+
+namespace surfsynth
+{
+
+namespace
+{
+namespace PMP = CGAL::Polygon_mesh_processing;
+
+/// One run of RepairSurface().
+class SurfaceRepairer
+{
+public:
+  SurfaceRepairer(const LooseSurface& surface, const RepairOptions& options, const std::atomic<bool>* stop)
+    : Input(surface)
+    , Options(options)
+    , Stop(stop)
+  {}
+
+  RepairedSurface Result()
+  {
+    this->ReportConversion();
+    this->BuildHalfedges();
+    this->RemoveDegenerateTriangles();
+    this->RemoveSelfIntersections();
+    this->CloseHoles();
+    this->RemoveComponents();
+    this->OrientOutward();
+    this->Note("points copied because several fans met there", PMP::duplicate_non_manifold_vertices(this->Mesh));
+    this->Collect();
+    return std::move(this->Surface);
+  }
+
+private:
+  void Note(const char* what, std::int64_t count)
+  {
+    if (this->Stop && this->Stop->load())
+    {
+      throw Cancelled("Stopped on request.");
+    }
+    if (count > 0)
+    {
+      this->Surface.Report.emplace_back(what, count);
+    }
+  }
+
+  void ReportConversion()
+  {
+    this->Note("cells left out that name a point which does not exist", this->Input.CellsOutOfRange);
+    this->Note("points with a NaN or infinite coordinate left out", this->Input.NonFinitePoints);
+    this->Note("cells left out because they used such points", this->Input.CellsNotFinite);
+    this->Note("polygons and strips without three different points left out", this->Input.CellsTooSmall);
+    this->Note("polygons that used a point twice", this->Input.RepeatedPoints);
+    this->Note("polygons without a simple outline cut into triangles", this->Input.PolygonsNotSimple);
+  }
+
+  void BuildHalfedges()
+  {
+    Soup soup{ this->Input.Sound.Mesh, {} };
+    soup.OriginOfTriangle.resize(static_cast<std::size_t>(soup.Mesh.Triangles.rows()));
+    std::iota(soup.OriginOfTriangle.begin(), soup.OriginOfTriangle.end(), 0);
+    this->RequireTriangles(soup.Mesh.NumberOfTriangles());
+    if (this->Options.MergePoints)
+    {
+      this->Note("points merged", MergePoints(soup, this->Options.MergeTolerance));
+    }
+    this->Note("duplicate triangles removed", RemoveDuplicateTriangles(soup));
+    this->RequireTriangles(soup.Mesh.NumberOfTriangles());
+    const ManifoldChanges changes = MakeManifold(soup);
+    this->Note("triangles turned around", changes.FlippedTriangles);
+    this->Note("points copied because sheets met there", changes.AddedPoints);
+    this->Mesh = ToCgalMesh(soup.Mesh);
+    if (changes.AddedPoints > 0)
+    {
+      // Where a third sheet was cut off, the two that remain belong together again.
+      this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
+    }
+    this->IsFilling = this->Mesh.add_property_map<CgalFace, bool>("f:filling", false).first;
+    this->Compact();
+  }
+
+  /// Numbers what is left without gaps, in the same order: much of CGAL relies on that.
+  void Compact()
+  {
+    std::vector<bool> isFilling;
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      isFilling.push_back(this->IsFilling[f]);
+    }
+    this->Mesh = ToCgalMesh(FromCgalMesh(this->Mesh));
+    this->IsFilling = this->Mesh.add_property_map<CgalFace, bool>("f:filling", false).first;
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      this->IsFilling[f] = isFilling[f.idx()];
+    }
+  }
+
+  void RequireTriangles(std::int64_t count) const
+  {
+    if (count == 0)
+    {
+      throw InvalidInput("No sound triangle is left of the " +
+        std::to_string(this->Input.Sound.Mesh.NumberOfTriangles()) +
+        " triangles of the input; a surface needs polygons with three different, finite points.");
+    }
+  }
+
+  void RemoveDegenerateTriangles()
+  {
+    const std::int64_t flat = CountFlatTriangles(this->Mesh);
+    if (flat > 0)
+    {
+      PMP::remove_degenerate_faces(this->Mesh);
+      this->Compact();
+      RemoveFlatTriangles(this->Mesh);
+      this->Compact();
+    }
+    this->Note("triangles without area removed", flat);
+    this->RequireTriangles(static_cast<std::int64_t>(this->Mesh.number_of_faces()));
+  }
+
+  void RemoveSelfIntersections()
+  {
+    if (!this->Options.RemoveSelfIntersections)
+    {
+      return;
+    }
+    const std::int64_t before = this->CountSelfIntersections();
+    if (before > 0)
+    {
+      PMP::experimental::remove_self_intersections(this->Mesh, CGAL::parameters::preserve_genus(false));
+      this->Compact();
+      const std::int64_t after = this->CountSelfIntersections();
+      this->Note("self-intersections removed", std::max<std::int64_t>(before - after, 0));
+      this->Note("self-intersections that could not be removed", after);
+    }
+  }
+
+  std::int64_t CountSelfIntersections() const
+  {
+    std::vector<std::pair<CgalFace, CgalFace>> pairs;
+    PMP::self_intersections(this->Mesh, std::back_inserter(pairs));
+    return static_cast<std::int64_t>(pairs.size());
+  }
+
+  void CloseHoles()
+  {
+    const FilledHoles holes = FillHoles(this->Mesh, this->Options.LargestHole, this->IsFilling, this->Stop);
+    this->Compact();
+    this->Note("holes closed", holes.Closed);
+    this->Note("boundaries left open because they are larger than the limit", holes.LeftOpen);
+  }
+
+  void RemoveComponents()
+  {
+    if (!this->Options.KeepLargestComponent && !(this->Options.SmallestComponent > 0.0))
+    {
+      return;
+    }
+    auto component = this->Mesh.add_property_map<CgalFace, std::size_t>("f:component", 0).first;
+    const std::size_t count = PMP::connected_components(this->Mesh, component);
+    std::vector<double> area(count, 0.0);
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      area[component[f]] += PMP::face_area(f, this->Mesh);
+    }
+    const auto largest = std::max_element(area.begin(), area.end());
+    std::vector<std::size_t> kept;
+    for (std::size_t c = 0; c < count; ++c)
+    {
+      const bool isLargest = c == static_cast<std::size_t>(largest - area.begin());
+      if (isLargest || (!this->Options.KeepLargestComponent && area[c] >= this->Options.SmallestComponent * *largest))
+      {
+        kept.push_back(c);
+      }
+    }
+    PMP::keep_connected_components(this->Mesh, kept, component);
+    this->Compact();
+    this->Note("components removed", static_cast<std::int64_t>(count - kept.size()));
+  }
+
+  void OrientOutward()
+  {
+    if (!this->Options.OrientOutward || !CGAL::is_closed(this->Mesh))
+    {
+      return;
+    }
+    auto before = this->Mesh.add_property_map<CgalFace, CgalVertex>("f:before").first;
+    const auto secondCorner = [&](CgalFace f)
+    {
+      // The vertex after the lowest one, which tells one winding from the other.
+      CgalHalfedge lowest = this->Mesh.halfedge(f);
+      for (const CgalHalfedge h : this->Mesh.halfedges_around_face(lowest))
+      {
+        lowest = this->Mesh.target(h) < this->Mesh.target(lowest) ? h : lowest;
+      }
+      return this->Mesh.target(this->Mesh.next(lowest));
+    };
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      before[f] = secondCorner(f);
+    }
+    // What lies inside what is only defined where nothing crosses; else each component is turned by itself.
+    PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);
+    std::int64_t turned = 0;
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      turned += before[f] != secondCorner(f) ? 1 : 0;
+    }
+    this->Mesh.remove_property_map(before);
+    this->Note("triangles turned to face outward", turned);
+  }
+
+  void Collect()
+  {
+    this->Surface.Mesh = FromCgalMesh(this->Mesh);
+    MeshRequirements requirements;
+    requirements.ManifoldVertices = true;
+    requirements.ConsistentWinding = true;
+    const std::vector<MeshFinding> findings = CheckMesh(this->Surface.Mesh, requirements);
+    if (!findings.empty())
+    {
+      throw SolverFailure("The surface could not be repaired. What is left has " + DescribeFindings(findings) +
+        " vtkVDBSurfaceFilter makes a closed surface of any triangles.");
+    }
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      this->Surface.IsFilling.push_back(this->IsFilling[f]);
+    }
+    this->Locate();
+  }
+
+  void Locate()
+  {
+    const TriangleMesh& mesh = this->Surface.Mesh;
+    const Eigen::Index points = mesh.Points.rows();
+    PointMatrix wanted(points + mesh.Triangles.rows(), 3);
+    wanted.topRows(points) = mesh.Points;
+    for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+    {
+      const auto t = mesh.Triangles.row(f);
+      wanted.row(points + f) = (mesh.Points.row(t(0)) + mesh.Points.row(t(1)) + mesh.Points.row(t(2))) / 3.0;
+    }
+    this->Surface.PlaceOfPoint = NearestPlaces(this->Input.Sound.Mesh).Find(wanted);
+    this->Surface.OriginOfTriangle.resize(static_cast<std::size_t>(mesh.Triangles.rows()));
+    std::transform(this->Surface.PlaceOfPoint.begin() + points, this->Surface.PlaceOfPoint.end(),
+      this->Surface.OriginOfTriangle.begin(), [](const SurfacePlace& place) { return place.Triangle; });
+    this->Surface.PlaceOfPoint.resize(static_cast<std::size_t>(points));
+  }
+
+  const LooseSurface& Input;
+  const RepairOptions& Options;
+  const std::atomic<bool>* Stop;
+  CgalMesh Mesh;
+  CgalMesh::Property_map<CgalFace, bool> IsFilling;
+  RepairedSurface Surface;
+};
+} // namespace
+
+RepairedSurface RepairSurface(
+  const LooseSurface& surface, const RepairOptions& options, const std::atomic<bool>* stop)
+{
+  return SurfaceRepairer(surface, options, stop).Result();
+}
+
+} // namespace surfsynth

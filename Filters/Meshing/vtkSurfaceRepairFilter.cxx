@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkSurfaceRepairFilter.h"
+
+#include "BlockBridge.h"
+#include "LooseSurface.h"
+#include "SurfaceArrays.h"
+#include "SurfaceRepair.h"
+
+#include "Core/Common/Errors.h"
+
+#include <vtkCellData.h>
+#include <vtkFieldData.h>
+#include <vtkIdTypeArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <limits>
+#include <memory>
+
+using surfsynth::LooseSurface;
+using surfsynth::RepairedSurface;
+using surfsynth::RepairOptions;
+
+vtkStandardNewMacro(vtkSurfaceRepairFilter);
+
+namespace
+{
+const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
+
+void AddFillingArray(const std::vector<bool>& isFilling, vtkPolyData* output)
+{
+  vtkNew<vtkUnsignedCharArray> filled;
+  filled->SetName("FilledHole");
+  filled->SetNumberOfValues(static_cast<vtkIdType>(isFilling.size()));
+  for (std::size_t f = 0; f < isFilling.size(); ++f)
+  {
+    filled->SetValue(static_cast<vtkIdType>(f), isFilling[f] ? 1 : 0);
+  }
+  output->GetCellData()->AddArray(filled);
+}
+
+void AddReport(const surfsynth::RepairReport& report, vtkPolyData* output)
+{
+  vtkNew<vtkStringArray> actions;
+  actions->SetName("RepairAction");
+  vtkNew<vtkIdTypeArray> counts;
+  counts->SetName("RepairCount");
+  for (const auto& entry : report)
+  {
+    actions->InsertNextValue(entry.first);
+    counts->InsertNextValue(entry.second);
+  }
+  output->GetFieldData()->AddArray(actions);
+  output->GetFieldData()->AddArray(counts);
+}
+
+/// Puts the repaired mesh and the arrays of @p input that it carries into @p output.
+void Fill(vtkPolyData* input, const LooseSurface& surface, const RepairedSurface& repaired, vtkPolyData* output)
+{
+  surfsynth::SetGeometry(output, repaired.Mesh, surfsynth::HasDoublePoints(input));
+  surfsynth::InterpolateArrays(
+    input->GetPointData(), surface.Sound.Mesh, repaired.PlaceOfPoint, output->GetPointData());
+  std::vector<std::int64_t> cells(repaired.OriginOfTriangle.size());
+  for (std::size_t f = 0; f < cells.size(); ++f)
+  {
+    cells[f] = surface.Sound.Cell(repaired.OriginOfTriangle[f]);
+  }
+  surfsynth::PickArrays(input->GetCellData(), cells, output->GetCellData());
+  output->GetFieldData()->ShallowCopy(input->GetFieldData());
+  AddFillingArray(repaired.IsFilling, output);
+  AddReport(repaired.Report, output);
+}
+} // namespace
+
+/// What one update does with the parameters of the filter.
+class vtkSurfaceRepairFilter::Internals
+{
+public:
+  explicit Internals(vtkSurfaceRepairFilter* self)
+    : Self(self)
+  {}
+
+  void Repair(const surfsynth::Block& block, const surfsynth::Progress& progress) const
+  {
+    auto* input = vtkPolyData::SafeDownCast(block.Input);
+    // Shared with the work, which outlives this call when it is cancelled.
+    const auto surface = std::make_shared<const LooseSurface>(surfsynth::ConvertLoosely(input));
+    const auto options = std::make_shared<const RepairOptions>(this->Options(surface->Sound.Mesh));
+    const auto repaired = std::make_shared<RepairedSurface>();
+    const auto work = [surface, options, repaired](const std::atomic<bool>& stop)
+    { *repaired = surfsynth::RepairSurface(*surface, *options, &stop); };
+    const double expectedSeconds = 0.2 + 1e-5 * surface->Sound.Mesh.NumberOfTriangles();
+    surfsynth::RunCancellable(work, expectedSeconds, surfsynth::SubProgress(progress, 0.05, 0.95));
+    Fill(input, *surface, *repaired, vtkPolyData::SafeDownCast(block.Output));
+    for (const auto& entry : repaired->Report)
+    {
+      this->Self->Report += block.Where + (block.Where.empty() ? "" : ": ") + std::to_string(entry.second) + ": " +
+        entry.first + "\n";
+    }
+  }
+
+private:
+  RepairOptions Options(const surfsynth::TriangleMesh& mesh) const
+  {
+    const vtkSurfaceRepairFilter* self = this->Self;
+    RepairOptions options;
+    options.MergePoints = self->MergePoints;
+    options.MergeTolerance = self->MergeTolerance;
+    options.RemoveSelfIntersections = self->RemoveSelfIntersections;
+    options.KeepLargestComponent = self->KeepLargestComponent;
+    options.SmallestComponent = self->MinimumComponentFraction;
+    options.OrientOutward = self->OrientOutward;
+    if (self->HoleFilling == SMALL_HOLES)
+    {
+      const surfsynth::BoundingBox box = surfsynth::ComputeBoundingBox(mesh);
+      options.LargestHole =
+        self->MaximumHoleSize > 0.0 ? self->MaximumHoleSize : 0.1 * (box.Upper - box.Lower).norm();
+    }
+    else if (self->HoleFilling == ALL_HOLES)
+    {
+      options.LargestHole = std::numeric_limits<double>::infinity();
+    }
+    return options;
+  }
+
+  vtkSurfaceRepairFilter* Self;
+};
+
+vtkSurfaceRepairFilter::vtkSurfaceRepairFilter() = default;
+
+vtkSurfaceRepairFilter::~vtkSurfaceRepairFilter() = default;
+
+int vtkSurfaceRepairFilter::FillInputPortInformation(int, vtkInformation* info)
+{
+  return surfsynth::AcceptBlocks(info, Types);
+}
+
+int vtkSurfaceRepairFilter::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+}
+
+int vtkSurfaceRepairFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  this->Report.clear();
+  const Internals repair(this);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+    [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { repair.Repair(block, progress); });
+}
+
+void vtkSurfaceRepairFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "MergePoints: " << this->MergePoints << "\n";
+  os << indent << "MergeTolerance: " << this->MergeTolerance << "\n";
+  os << indent << "HoleFilling: " << this->HoleFilling << "\n";
+  os << indent << "MaximumHoleSize: " << this->MaximumHoleSize << "\n";
+  os << indent << "KeepLargestComponent: " << this->KeepLargestComponent << "\n";
+  os << indent << "MinimumComponentFraction: " << this->MinimumComponentFraction << "\n";
+  os << indent << "RemoveSelfIntersections: " << this->RemoveSelfIntersections << "\n";
+  os << indent << "OrientOutward: " << this->OrientOutward << "\n";
+  os << indent << "Report: " << this->Report << "\n";
+}
