@@ -215,12 +215,12 @@ std::string Describe(const MeshFinding& finding, std::int64_t first)
   }
   return {};
 }
+}
 
-bool CountsTriangles(MeshDefect defect)
+bool HasTriangleIds(MeshDefect defect)
 {
   return defect == MeshDefect::IndexOutOfRange || defect == MeshDefect::RepeatedVertex ||
     defect == MeshDefect::DegenerateTriangle;
-}
 }
 
 bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f)
@@ -313,7 +313,7 @@ std::vector<MeshFinding> InspectMesh(
     std::vector<MeshFinding> others = CheckTriangles(proper.Mesh);
     for (MeshFinding& finding : others)
     {
-      finding.First = CountsTriangles(finding.Defect) ? proper.Original[finding.First] : finding.First;
+      finding.First = HasTriangleIds(finding.Defect) ? proper.Original[finding.First] : finding.First;
     }
     keep(others);
   }
@@ -347,7 +347,7 @@ std::string DescribeFindings(
   std::string text;
   for (const MeshFinding& finding : findings)
   {
-    const bool isCell = CountsTriangles(finding.Defect) && cellOfTriangle;
+    const bool isCell = HasTriangleIds(finding.Defect) && cellOfTriangle;
     text += (text.empty() ? "" : " Also ") + Describe(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
   }
   return text;

@@ -51,6 +51,9 @@ struct MeshFinding
 /// sound enough to do so (ids in range before geometry, geometry before edges). Empty means sound. O(V + F), parallel.
 std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {});
 
+/// True when the ids of a finding of this kind are triangles, false when they are vertices.
+bool HasTriangleIds(MeshDefect defect);
+
 /// True when the area of triangle @p f, whose ids are in range, is zero for MeshDefect::DegenerateTriangle.
 bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f);
 
