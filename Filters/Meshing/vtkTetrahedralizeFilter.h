@@ -31,6 +31,11 @@
  *   its part. Without SurfaceTriangles the cell arrays of the surface are dropped.
  * - Field data is that of the input.
  *
+ * @par Bounds
+ * The bounds of shape and size are what TetGen refines the mesh for. It does not come below them near sharp edges of the
+ * surface and, with PreserveSurface, at the surface; and the last step, which removes flat tetrahedra, may exceed them by
+ * up to about a quarter.
+ *
  * @par Several parts
  * Parts inside others are either boundaries between regions, or the walls of cavities: see InnerSurfaces. Surfaces with
  * more than one part are meshed twice, first without bounds, to find out which part lies inside which.
@@ -73,7 +78,7 @@ public:
   /**
    * Largest ratio of a tetrahedron's circumradius to its shortest edge, without unit; 0 for no bound, else at least 1.
    * Smaller is better shaped and more: 2, the default, is always reached away from sharp corners, 1.2 usually; the regular
-   * tetrahedron has 0.61. With PreserveSurface, tetrahedra at a badly shaped surface may exceed it.
+   * tetrahedron has 0.61. With PreserveSurface, tetrahedra at the surface may exceed it.
    */
   vtkSetClampMacro(QualityRatio, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(QualityRatio, double);
@@ -90,7 +95,8 @@ public:
 
   ///@{
   /**
-   * Largest volume of a tetrahedron, cubic world units; 0, the default, for no bound.
+   * Largest volume of a tetrahedron, cubic world units; 0, the default, for no bound. With PreserveSurface, tetrahedra at
+   * the surface may exceed it.
    */
   vtkSetClampMacro(MaximumVolume, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(MaximumVolume, double);
