@@ -55,7 +55,8 @@ private:
 
 /// Fills @p target, one tuple for each place, with the point arrays @p source interpolated on @p mesh: floating-point
 /// arrays linearly, normals then scaled to unit length; integers and text, which are labels, from the nearest corner.
-/// Arrays that only mean something on the old mesh (global and pedigree ids, ghost flags) are left out. Which arrays
+/// Arrays that only mean something on the old mesh (global and pedigree ids, ghost flags) are left out, and so are those
+/// too short for the mesh. Which arrays
 /// are the active scalars, vectors, normals, texture coordinates and tensors stays.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh,
   const std::vector<SurfacePlace>& places, vtkDataSetAttributes* target);

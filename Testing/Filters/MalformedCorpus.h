@@ -53,6 +53,8 @@ struct FilterTraits
 {
   /// False for a filter that needs more than a sound surface (closed, connected, ...): Sound then reads Either.
   bool AcceptsEverySoundSurface = true;
+  /// True for a filter that refuses open surfaces: the good blocks beside a case are then closed.
+  bool NeedsClosedSurfaces = false;
 };
 
 /// Seconds that one case may take.

@@ -45,55 +45,6 @@ MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefe
   return total;
 }
 
-bool Degenerate(const TriangleMesh& mesh, std::int64_t f)
-{
-  const auto t = mesh.Triangles.row(f);
-  const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-  const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-  const double longest = std::max({ a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm() });
-  const double doubleArea = a.cross(b).norm();
-  // Written so that an area or a length that overflows or underflows counts as degenerate.
-  return !(doubleArea > 2e-12 * longest && doubleArea > 1e-290 && longest < 1e290);
-}
-
-/// True when the triangles around @p v form one fan (or one closed ring), given manifold edges.
-bool SingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v)
-{
-  const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[v];
-  const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[v + 1];
-  if (first == last)
-  {
-    return true;
-  }
-  // Grow the fan of the first triangle over shared neighbours until nothing is added.
-  std::vector<Index> waiting(first + 1, last);
-  std::vector<Index> reached;
-  const auto add = [&](Index f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      if (mesh.Triangles(f, k) != v)
-      {
-        reached.push_back(mesh.Triangles(f, k));
-      }
-    }
-  };
-  add(*first);
-  for (bool grown = true; grown && !waiting.empty();)
-  {
-    const auto touches = [&](Index f)
-    {
-      return std::any_of(reached.begin(), reached.end(),
-        [&](Index id) { return (mesh.Triangles.row(f).array() == id).any(); });
-    };
-    const auto rest = std::partition(waiting.begin(), waiting.end(), [&](Index f) { return !touches(f); });
-    grown = rest != waiting.end();
-    std::for_each(rest, waiting.end(), add);
-    waiting.erase(rest, waiting.end());
-  }
-  return waiting.empty();
-}
-
 /// Counts the edges from @p v to higher vertices for which @p visit(k) holds, with k their place among the neighbours.
 template <typename Visit>
 std::int64_t CountEdges(const MeshTopology& topology, Index v, const Visit& visit)
@@ -190,7 +141,7 @@ std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
   }
   keep(Count(MeshDefect::RepeatedVertex, t.rows(), repeats));
   keep(Count(MeshDefect::DegenerateTriangle, t.rows(),
-    [&](std::int64_t f) { return !repeats(f) && finiteTriangle(f) && Degenerate(mesh, f); }));
+    [&](std::int64_t f) { return !repeats(f) && finiteTriangle(f) && IsDegenerateTriangle(mesh, f); }));
   return findings;
 }
 
@@ -208,7 +159,7 @@ std::vector<MeshFinding> CheckTopology(
   if (requirements.ManifoldVertices && findings.empty())
   {
     keep(Count(MeshDefect::NonManifoldVertex, topology.NumberOfPoints(),
-      [&](std::int64_t v) { return !SingleFan(mesh, topology, v); }));
+      [&](std::int64_t v) { return !HasSingleFan(mesh, topology, v); }));
   }
   if (requirements.ConsistentWinding)
   {
@@ -264,12 +215,124 @@ std::string Describe(const MeshFinding& finding, std::int64_t first)
   }
   return {};
 }
+}
 
-bool CountsTriangles(MeshDefect defect)
+bool HasTriangleIds(MeshDefect defect)
 {
   return defect == MeshDefect::IndexOutOfRange || defect == MeshDefect::RepeatedVertex ||
     defect == MeshDefect::DegenerateTriangle;
 }
+
+bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f)
+{
+  const auto t = mesh.Triangles.row(f);
+  const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+  const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+  const double longest = std::max({ a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm() });
+  const double doubleArea = a.cross(b).norm();
+  // Written so that an area or a length that overflows or underflows counts as degenerate.
+  return !(doubleArea > 2e-12 * longest && doubleArea > 1e-290 && longest < 1e290);
+}
+
+bool HasSingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v)
+{
+  const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[v];
+  const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[v + 1];
+  if (first == last)
+  {
+    return true;
+  }
+  // Grow the fan of the first triangle over shared neighbours until nothing is added.
+  std::vector<Index> waiting(first + 1, last);
+  std::vector<Index> reached;
+  const auto add = [&](Index f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      if (mesh.Triangles(f, k) != v)
+      {
+        reached.push_back(mesh.Triangles(f, k));
+      }
+    }
+  };
+  add(*first);
+  for (bool grown = true; grown && !waiting.empty();)
+  {
+    const auto touches = [&](Index f)
+    {
+      return std::any_of(reached.begin(), reached.end(),
+        [&](Index id) { return (mesh.Triangles.row(f).array() == id).any(); });
+    };
+    const auto rest = std::partition(waiting.begin(), waiting.end(), [&](Index f) { return !touches(f); });
+    grown = rest != waiting.end();
+    std::for_each(rest, waiting.end(), add);
+    waiting.erase(rest, waiting.end());
+  }
+  return waiting.empty();
+}
+
+ProperTriangles KeepProperTriangles(const TriangleMesh& mesh)
+{
+  ProperTriangles proper;
+  proper.Mesh.Points = mesh.Points;
+  const Index points = mesh.NumberOfPoints();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const bool inRange = t.minCoeff() >= 0 && t.maxCoeff() < points;
+    if (inRange && t(0) != t(1) && t(1) != t(2) && t(2) != t(0))
+    {
+      proper.Original.push_back(f);
+    }
+  }
+  proper.Mesh.Triangles.resize(static_cast<Eigen::Index>(proper.Original.size()), 3);
+  for (std::size_t k = 0; k < proper.Original.size(); ++k)
+  {
+    proper.Mesh.Triangles.row(static_cast<Eigen::Index>(k)) = mesh.Triangles.row(proper.Original[k]);
+  }
+  return proper;
+}
+
+std::vector<MeshFinding> InspectMesh(
+  const TriangleMesh& mesh, const ProperTriangles& proper, const MeshTopology& topology)
+{
+  std::vector<MeshFinding> findings = CheckTriangles(mesh);
+  const auto keep = [&](const std::vector<MeshFinding>& more)
+  { findings.insert(findings.end(), more.begin(), more.end()); };
+  if (!findings.empty() && findings.front().Defect == MeshDefect::IndexOutOfRange)
+  {
+    // CheckTriangles() stopped there. What uses a vertex twice is counted here, and the rest on the proper triangles.
+    const Index points = mesh.NumberOfPoints();
+    const auto& t = mesh.Triangles;
+    const auto repeats = [&](std::int64_t f)
+    {
+      return t.row(f).minCoeff() >= 0 && t.row(f).maxCoeff() < points &&
+        (t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0));
+    };
+    KeepIfAny(Count(MeshDefect::RepeatedVertex, t.rows(), repeats), findings);
+    std::vector<MeshFinding> others = CheckTriangles(proper.Mesh);
+    for (MeshFinding& finding : others)
+    {
+      finding.First = HasTriangleIds(finding.Defect) ? proper.Original[finding.First] : finding.First;
+    }
+    keep(others);
+  }
+  MeshRequirements all;
+  all.ConsistentWinding = all.Closed = all.SingleComponent = true;
+  keep(CheckTopology(proper.Mesh, topology, all));
+  MeshRequirements vertices; // apart, because they are only looked for where nothing else is wrong
+  vertices.ManifoldEdges = false;
+  vertices.ManifoldVertices = true;
+  keep(CheckTopology(proper.Mesh, topology, vertices));
+  std::stable_sort(findings.begin(), findings.end(),
+    [](const MeshFinding& a, const MeshFinding& b) { return a.Defect < b.Defect; });
+  return findings;
+}
+
+std::string RepairOf(MeshDefect defect)
+{
+  const std::string text = Describe({ defect, 1, 0 }, 0);
+  return text.substr(text.find("; ") + 2);
 }
 
 std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequirements& requirements)
@@ -284,7 +347,7 @@ std::string DescribeFindings(
   std::string text;
   for (const MeshFinding& finding : findings)
   {
-    const bool isCell = CountsTriangles(finding.Defect) && cellOfTriangle;
+    const bool isCell = HasTriangleIds(finding.Defect) && cellOfTriangle;
     text += (text.empty() ? "" : " Also ") + Describe(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
   }
   return text;

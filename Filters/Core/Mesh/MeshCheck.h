@@ -51,6 +51,31 @@ struct MeshFinding
 /// sound enough to do so (ids in range before geometry, geometry before edges). Empty means sound. O(V + F), parallel.
 std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {});
 
+/// True when the ids of a finding of this kind are triangles, false when they are vertices.
+bool HasTriangleIds(MeshDefect defect);
+
+/// True when the area of triangle @p f, whose ids are in range, is zero for MeshDefect::DegenerateTriangle.
+bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f);
+
+/// True when the triangles around vertex @p v form one fan or one ring, or there are none.
+bool HasSingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v);
+
+/// The triangles of a mesh whose corners are three different vertices that exist: those that MeshTopology takes.
+struct ProperTriangles
+{
+  TriangleMesh Mesh;           ///< all points, and those triangles
+  std::vector<Index> Original; ///< [F], the id that each of them has in the whole mesh, ascending
+};
+ProperTriangles KeepProperTriangles(const TriangleMesh& mesh);
+
+/// Every kind of defect of @p mesh, in the order of MeshDefect. Unlike CheckMesh(), goes on after a defect: triangles with
+/// broken ids count as absent in all that follows. @p proper and @p topology are those of @p mesh.
+std::vector<MeshFinding> InspectMesh(
+  const TriangleMesh& mesh, const ProperTriangles& proper, const MeshTopology& topology);
+
+/// What repairs a defect, as DescribeFindings() says it: "vtkCleanPolyData removes them."
+std::string RepairOf(MeshDefect defect);
+
 /// A sentence for each finding: what, how many, the first id and the VTK filter that repairs it. @p cellOfTriangle
 /// turns triangle ids into the caller's cell ids; empty when they are the same.
 std::string DescribeFindings(const std::vector<MeshFinding>& findings,

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkTopologyReport.h"
+
+#include "BlockBridge.h"
+#include "SurfaceInspection.h"
+#include "TopologyRows.h"
+
+#include <vtkDataObject.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkDoubleArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+
+#include <vector>
+
+using surfsynth::Block;
+using surfsynth::ReportRow;
+
+vtkStandardNewMacro(vtkTopologyReport);
+
+namespace
+{
+const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkTable" };
+
+/// An empty column of the table.
+template <typename Array>
+vtkSmartPointer<Array> NewColumn(const char* name, const std::vector<ReportRow>& rows)
+{
+  auto column = vtkSmartPointer<Array>::New();
+  column->SetName(name);
+  column->SetNumberOfValues(static_cast<vtkIdType>(rows.size()));
+  return column;
+}
+
+void FillTable(vtkTable* table, const std::vector<ReportRow>& rows)
+{
+  const auto block = NewColumn<vtkIntArray>("Block", rows);
+  const auto component = NewColumn<vtkIntArray>("Component", rows);
+  const auto property = NewColumn<vtkStringArray>("Property", rows);
+  const auto value = NewColumn<vtkDoubleArray>("Value", rows);
+  const auto first = NewColumn<vtkIdTypeArray>("First", rows);
+  const auto remark = NewColumn<vtkStringArray>("Remark", rows);
+  for (vtkIdType k = 0; k < static_cast<vtkIdType>(rows.size()); ++k)
+  {
+    const ReportRow& row = rows[static_cast<std::size_t>(k)];
+    block->SetValue(k, static_cast<int>(row.Block));
+    component->SetValue(k, row.Component);
+    property->SetValue(k, row.Property);
+    value->SetValue(k, row.Value);
+    first->SetValue(k, static_cast<vtkIdType>(row.First));
+    remark->SetValue(k, row.Remark);
+  }
+  for (vtkAbstractArray* column :
+    std::initializer_list<vtkAbstractArray*>{ block, component, property, value, first, remark })
+  {
+    table->AddColumn(column);
+  }
+}
+} // namespace
+
+class vtkTopologyReport::Internals
+{
+public:
+  void AddSurface(const Block& block, int components, const surfsynth::Progress& progress)
+  {
+    const auto surface = surfsynth::InspectSurface(vtkPolyData::SafeDownCast(block.Input));
+    surfsynth::Report(progress, 0.1);
+    const auto statistics =
+      surfsynth::ComputeMeshStatistics(surface.Mesh, surfsynth::SubProgress(progress, 0.1, 1.0));
+    const auto rows = surfsynth::ReportRows(block.FlatIndex, surface, statistics, components);
+    this->Rows.insert(this->Rows.end(), rows.begin(), rows.end());
+  }
+
+  const ReportRow* Find(const char* property, unsigned int block, int component) const
+  {
+    for (const ReportRow& row : this->Rows)
+    {
+      if (property && row.Block == block && row.Component == component && row.Property == property)
+      {
+        return &row;
+      }
+    }
+    return nullptr;
+  }
+
+  std::vector<ReportRow> Rows;
+};
+
+vtkTopologyReport::vtkTopologyReport()
+  : Impl(std::make_unique<Internals>())
+{}
+
+vtkTopologyReport::~vtkTopologyReport() = default;
+
+int vtkTopologyReport::FillInputPortInformation(int, vtkInformation* info)
+{
+  return surfsynth::AcceptBlocks(info, Types);
+}
+
+int vtkTopologyReport::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  this->Impl->Rows.clear();
+  vtkTable* table = vtkTable::GetData(outputVector);
+  table->Initialize();
+  // One table is made of all blocks; what the frame makes of each block stays empty and is thrown away.
+  vtkNew<vtkInformationVector> scratch;
+  vtkNew<vtkInformation> information;
+  scratch->Append(information);
+  if (!surfsynth::RequestBlocks(this, inputVector, scratch, Types))
+  {
+    return 0;
+  }
+  const auto addSurface = [this](const Block& block, const surfsynth::Progress& progress) {
+    this->Impl->AddSurface(block, this->NumberOfComponentRows, progress);
+  };
+  const int success = surfsynth::ProcessBlocks(this, inputVector, scratch, Types, addSurface);
+  if (information->Has(vtkDemandDrivenPipeline::DATA_NOT_GENERATED())) // cancelled
+  {
+    this->Impl->Rows.clear();
+    outputVector->GetInformationObject(0)->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+  }
+  if (!this->Impl->Rows.empty())
+  {
+    FillTable(table, this->Impl->Rows);
+  }
+  return success;
+}
+
+bool vtkTopologyReport::HasValue(const char* property, unsigned int block, int component) const
+{
+  return this->Impl->Find(property, block, component) != nullptr;
+}
+
+double vtkTopologyReport::GetValue(const char* property, unsigned int block, int component) const
+{
+  const ReportRow* row = this->Impl->Find(property, block, component);
+  return row ? row->Value : 0.0;
+}
+
+bool vtkTopologyReport::GetSound() const
+{
+  bool sound = !this->Impl->Rows.empty();
+  for (const ReportRow& row : this->Impl->Rows)
+  {
+    sound = sound && (row.Property != "Sound" || row.Value > 0.0);
+  }
+  return sound;
+}
+
+void vtkTopologyReport::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "NumberOfComponentRows: " << this->NumberOfComponentRows << "\n";
+  os << indent << "Sound: " << this->GetSound() << "\n";
+}

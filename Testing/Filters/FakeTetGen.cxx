@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Stands in for surfacesynthesis-tetgen and misbehaves as the environment variable FAKE_TETGEN says.
+#include "TetGenProtocol.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+using namespace surfsynth::tetgen;
+
+namespace
+{
+RequestHeader Header;
+
+void ReadEverything()
+{
+  std::vector<char> bytes(1 << 16);
+  bool first = true;
+  std::size_t filled = 0;
+  for (ssize_t got = 1; got > 0;)
+  {
+    got = read(STDIN_FILENO, bytes.data() + filled, bytes.size() - filled);
+    filled += got > 0 && first ? static_cast<std::size_t>(got) : 0;
+    if (first && filled >= sizeof(Header))
+    {
+      std::memcpy(&Header, bytes.data(), sizeof(Header));
+      first = false;
+      filled = 0;
+    }
+  }
+}
+
+void Write(const std::vector<char>& bytes)
+{
+  for (std::size_t done = 0; done < bytes.size();)
+  {
+    const ssize_t written = write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
+    if (written <= 0)
+    {
+      _exit(9);
+    }
+    done += static_cast<std::size_t>(written);
+  }
+}
+
+template <typename Value>
+void Append(std::vector<char>& bytes, const std::vector<Value>& values)
+{
+  const char* begin = reinterpret_cast<const char*>(values.data());
+  bytes.insert(bytes.end(), begin, begin + values.size() * sizeof(Value));
+}
+
+/// One tetrahedron on the first four points, with one new point.
+std::vector<char> Reply(std::int64_t points = 1, std::int64_t tetrahedra = 1, std::int32_t corner = 3,
+  double coordinate = 0.1, std::int32_t status = Done, std::int32_t code = 0)
+{
+  ReplyHeader header{};
+  std::memcpy(header.Magic, ReplyMagic, sizeof(header.Magic));
+  header.Status = status;
+  header.Code = code;
+  header.Points = points;
+  header.Tetrahedra = tetrahedra;
+  header.Faces = 1;
+  std::vector<char> bytes(sizeof(header));
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  if (status == Done)
+  {
+    Append(bytes, std::vector<double>{ coordinate, 0.1, 0.1 });
+    Append(bytes, std::vector<std::int32_t>{ 0, 1, 2, corner, 0 });
+    Append(bytes, std::vector<std::int32_t>{ 0, 1, 2, 0 });
+  }
+  return bytes;
+}
+
+/// A valid reply with some bytes changed, cut or added.
+std::vector<char> Garbled(unsigned int seed)
+{
+  std::mt19937 random(seed);
+  std::vector<char> bytes = Reply();
+  for (unsigned int k = random() % 4; k > 0; --k)
+  {
+    bytes[random() % bytes.size()] = static_cast<char>(random());
+  }
+  bytes.resize(random() % 3 == 0 ? random() % (bytes.size() + 1) : bytes.size());
+  bytes.resize(random() % 5 == 0 ? bytes.size() + random() % 9 : bytes.size(), 'x');
+  return bytes;
+}
+
+void Misbehave(const std::string& mode)
+{
+  if (mode == "crash")
+  {
+    raise(SIGSEGV);
+  }
+  else if (mode == "abort")
+  {
+    signal(SIGABRT, SIG_DFL);
+    std::abort();
+  }
+  else if (mode == "killed")
+  {
+    raise(SIGKILL);
+  }
+  else if (mode == "exit")
+  {
+    _exit(7);
+  }
+  else if (mode == "hang")
+  {
+    pause();
+  }
+  else if (mode == "hang-after-reply")
+  {
+    Write(Reply());
+    pause();
+  }
+  else if (mode == "close-and-hang")
+  {
+    close(STDIN_FILENO);
+    close(STDOUT_FILENO);
+    pause();
+  }
+  else if (mode == "chatter")
+  {
+    Write(std::vector<char>(5000, '?'));
+  }
+  else if (mode == "flood")
+  {
+    const std::vector<char> zeros(1 << 16, 0);
+    std::vector<char> bytes = Reply(std::numeric_limits<std::int32_t>::max());
+    for (int k = 0; k < 1000; ++k)
+    {
+      Write(bytes);
+      bytes = zeros;
+    }
+  }
+  else if (mode == "half")
+  {
+    std::vector<char> bytes = Reply();
+    bytes.resize(bytes.size() - 7);
+    Write(bytes);
+  }
+  else if (mode == "longer")
+  {
+    std::vector<char> bytes = Reply();
+    bytes.push_back('x');
+    Write(bytes);
+  }
+  else if (mode == "negative")
+  {
+    Write(Reply(-1));
+  }
+  else if (mode == "huge")
+  {
+    Write(Reply(std::int64_t(1) << 60));
+  }
+  else if (mode == "id")
+  {
+    Write(Reply(1, 1, 1000000));
+  }
+  else if (mode == "negative-id")
+  {
+    Write(Reply(1, 1, -1));
+  }
+  else if (mode == "nan")
+  {
+    Write(Reply(1, 1, 3, std::numeric_limits<double>::quiet_NaN()));
+  }
+  else if (mode == "unknown-status")
+  {
+    Write(Reply(0, 0, 3, 0.1, 99));
+  }
+  else if (mode.rfind("code", 0) == 0)
+  {
+    Write(Reply(0, 0, 3, 0.1, Terminated, std::atoi(mode.c_str() + 4)));
+  }
+  else if (mode == "memory")
+  {
+    Write(Reply(0, 0, 3, 0.1, OutOfMemory));
+  }
+  else if (mode.rfind("garbled", 0) == 0)
+  {
+    Write(Garbled(static_cast<unsigned int>(std::atoi(mode.c_str() + 7))));
+  }
+}
+} // namespace
+
+int main()
+{
+  const char* mode = std::getenv("FAKE_TETGEN");
+  if (!mode)
+  {
+    return 2;
+  }
+  if (std::strcmp(mode, "deaf") == 0) // never reads
+  {
+    close(STDIN_FILENO);
+    _exit(3);
+  }
+  ReadEverything();
+  Misbehave(mode);
+  _exit(0);
+}
