@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -29,14 +30,15 @@ using Grid = openvdb::FloatGrid;
 /// Voxels along a side that OpenVDB's coordinates, and single precision in them, can tell apart.
 constexpr double LargestSide = 1 << 20;
 
-/// Calls @p work with as many of TBB's threads as the core may use.
+/// Calls @p work with as many of TBB's threads as the core may use, and no more than TBB has.
 template <typename Work>
 TriangleMesh WithThreads(const Work& work)
 {
   static const bool initialized = (openvdb::initialize(), true);
   static_cast<void>(initialized);
   TriangleMesh result;
-  tbb::task_arena arena(MaximumThreads());
+  const std::size_t available = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(std::min<std::size_t>(MaximumThreads(), available)));
   arena.execute([&] { result = work(); });
   return result;
 }
