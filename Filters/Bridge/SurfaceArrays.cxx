@@ -60,7 +60,7 @@ bool KeepsItsMeaning(vtkDataSetAttributes* source, int k)
 
 /// Adds to @p target an array like each of those of @p source that stay meaningful and have at least @p wanted tuples,
 /// filled by @p fill(old, made, role).
-void Carry(vtkDataSetAttributes* source, std::int64_t wanted, vtkIdType tuples, vtkDataSetAttributes* target,
+void Carry(vtkDataSetAttributes* source, vtkIdType wanted, vtkIdType tuples, vtkDataSetAttributes* target,
   const std::function<void(vtkAbstractArray*, vtkAbstractArray*, int)>& fill)
 {
   for (int k = 0; k < source->GetNumberOfArrays(); ++k)
@@ -282,8 +282,7 @@ void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, c
   vtkDataSetAttributes* target)
 {
   const auto count = static_cast<vtkIdType>(places.size());
-  const std::int64_t wanted = mesh.Triangles.size() > 0 ? std::int64_t(mesh.Triangles.maxCoeff()) + 1 : 0;
-  Carry(source, wanted, count, target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int role) {
+  const auto fill = [&](vtkAbstractArray* old, vtkAbstractArray* made, int role) {
     auto* numbers = vtkDataArray::SafeDownCast(old);
     const bool isReal = numbers && (old->GetDataType() == VTK_FLOAT || old->GetDataType() == VTK_DOUBLE);
     std::vector<double> tuple(static_cast<std::size_t>(old->GetNumberOfComponents()));
@@ -300,18 +299,20 @@ void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, c
         made->SetTuple(p, mesh.Triangles(places[p].Triangle, LargestOf(places[p].Weights)), old);
       }
     }
-  });
+  };
+  Carry(source, mesh.NumberOfPoints(), count, target, fill);
 }
 
 void PickArrays(vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target)
 {
-  const std::int64_t wanted = ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1;
-  Carry(source, wanted, static_cast<vtkIdType>(ids.size()), target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int) {
+  const auto fill = [&](vtkAbstractArray* old, vtkAbstractArray* made, int) {
     for (std::size_t k = 0; k < ids.size(); ++k)
     {
       made->SetTuple(static_cast<vtkIdType>(k), static_cast<vtkIdType>(ids[k]), old);
     }
-  });
+  };
+  const std::int64_t wanted = ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1;
+  Carry(source, wanted, static_cast<vtkIdType>(ids.size()), target, fill);
 }
 
 std::vector<Index> AttributeClasses(vtkPolyData* surface, const PointMatrix& points)

@@ -134,8 +134,9 @@ void ExpectFinite(vtkDataObject* output, vtkDataObject* input)
 
 Expectation Expected(const MalformedCase& malformed, const FilterTraits& traits)
 {
-  return malformed.Expected == Expectation::Sound && !traits.AcceptsEverySoundSurface ? Expectation::Either
-                                                                                      : malformed.Expected;
+  const bool isOpen = (malformed.Expected == Expectation::Sound && !traits.AcceptsEverySoundSurface) ||
+    (malformed.Expected == Expectation::Error && !traits.RefusesEveryDefect);
+  return isOpen ? Expectation::Either : malformed.Expected;
 }
 
 /// One execution, with the checks that hold whatever the case.

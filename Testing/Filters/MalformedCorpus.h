@@ -55,6 +55,8 @@ struct FilterTraits
   bool AcceptsEverySoundSurface = true;
   /// True for a filter that refuses open surfaces: the good blocks beside a case are then closed.
   bool NeedsClosedSurfaces = false;
+  /// False for a filter that repairs defects or accepts other datasets: Error then reads Either.
+  bool RefusesEveryDefect = true;
 };
 
 /// Seconds that one case may take.

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkVDBSurfaceFilter
+ * @brief   Closed manifold surfaces of image data and of messy surfaces, through OpenVDB's level sets
+ *
+ * Turns image data, or any surface however broken, into a solid on a grid of voxels, works on the solid (closing,
+ * smoothing, offset, cavities, largest part), and extracts its surface. The output is closed, manifold in edges and
+ * points, consistently wound outwards, and without degenerate triangles, so that every filter of this library takes it.
+ *
+ * @par Input
+ * vtkImageData with any origin, spacing, direction (orthogonal) and scalar type; or vtkPolyData with triangles, polygons
+ * or strips; or a composite dataset of such blocks, which are processed one by one. Empty input gives empty output.
+ *
+ * @par Images
+ * The solid is where the scalars (SetInputArrayToProcess(); default the active point scalars; one component, on points or
+ * cells) are above IsoValue, or below it. Values between samples are linear. Where the solid reaches the border of the
+ * image it is capped half a sample beyond the outermost samples. NaN is outside. Points are in world coordinates, in
+ * double precision, also for anisotropic, rotated and mirrored images. As long as VoxelSize, Closing, Offset and
+ * Smoothing are at their defaults the surface is taken from the samples themselves.
+ *
+ * @par Surfaces
+ * Non-manifold edges, inconsistent winding, holes, self-intersections, duplicate and degenerate triangles and any number
+ * of parts are welcome; only points that are not finite and cells that cannot be read are errors. Where the surface is
+ * closed, manifold and consistently wound, and its parts do not overlap, its winding says what is inside: cavities stay.
+ * Otherwise the solid is all that cannot be reached from outside: gaps narrower than a voxel, or than twice Closing, are
+ * bridged, overlapping parts united, cavities filled. Parts of the surface that enclose nothing, such as open sheets,
+ * become plates two voxels thick. The result lies within about half a voxel of the input.
+ *
+ * @par Output
+ * vtkPolyData of triangles. The point arrays of a surface are interpolated from the nearest place on it; those of an
+ * image, but for the scalars themselves, from its samples (floating point linearly, labels from the nearest). When
+ * nothing lies inside, the output is empty and a warning names the range of the data.
+ *
+ * @par Order
+ * Level set, Closing, Smoothing, Offset, FillCavities, LargestComponent, extraction with Adaptivity. Lengths are in world
+ * units. The result has the same bits for every number of threads. The order of cost: the number of voxels along the
+ * surface, its area / VoxelSize^2.
+ *
+ * @sa vtkFlyingEdges3D, vtkDiscreteMarchingCubes, vtkImplicitModeller
+ */
+
+#ifndef vtkVDBSurfaceFilter_h
+#define vtkVDBSurfaceFilter_h
+
+#include "vtkDataObjectAlgorithm.h"
+#include "vtkSurfaceSynthesisMeshingModule.h" // For export macro
+
+#include <memory> // For std::unique_ptr
+
+class vtkPolyData;
+
+class VTKSURFACESYNTHESISMESHING_EXPORT vtkVDBSurfaceFilter : public vtkDataObjectAlgorithm
+{
+public:
+  static vtkVDBSurfaceFilter* New();
+  vtkTypeMacro(vtkVDBSurfaceFilter, vtkDataObjectAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// Which side of the isovalue is solid.
+  enum InsideRules
+  {
+    ABOVE = 0, ///< values larger than the isovalue
+    BELOW = 1  ///< values smaller than the isovalue
+  };
+
+  /// How the level set is smoothed.
+  enum SmoothingTypes
+  {
+    NONE = 0,           ///< not at all
+    GAUSSIAN = 1,       ///< a Gaussian of standard deviation 1.6 voxels; strong, shrinks what is thin
+    MEAN_CURVATURE = 2, ///< flow by mean curvature: takes spikes away, shrinks spheres slowly
+    MEDIAN = 3,         ///< the median of 3 x 3 x 3 voxels: removes specks, keeps corners better; slow
+    LAPLACIAN = 4       ///< flow by the Laplacian of the distance
+  };
+
+  /// The output when the input is no composite dataset, else null.
+  vtkPolyData* GetPolyDataOutput();
+
+  ///@{
+  /**
+   * Whether the isovalue is found from the histogram of the image by Otsu's method, which separates two classes of values
+   * best, instead of taken from IsoValue. Default on.
+   */
+  vtkSetMacro(ComputeIsoValue, bool);
+  vtkGetMacro(ComputeIsoValue, bool);
+  vtkBooleanMacro(ComputeIsoValue, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The value of the image on the surface, in units of the scalars; finite. Used when ComputeIsoValue is off. Default 0.
+   */
+  vtkSetMacro(IsoValue, double);
+  vtkGetMacro(IsoValue, double);
+  ///@}
+
+  ///@{
+  /**
+   * Which side of the isovalue is solid, in images. Default ABOVE.
+   */
+  vtkSetClampMacro(InsideRule, int, ABOVE, BELOW);
+  vtkGetMacro(InsideRule, int);
+  void SetInsideRuleToAbove() { this->SetInsideRule(ABOVE); }
+  void SetInsideRuleToBelow() { this->SetInsideRule(BELOW); }
+  ///@}
+
+  ///@{
+  /**
+   * Side of the voxels of the level set, world units, at least 0; it is the size of the smallest features that stay, and
+   * of the triangles. Time and memory grow with its inverse square. 0 (the default) stands for the smallest spacing of an
+   * image, and for 1/128 of the longest side of the bounding box of a surface.
+   */
+  vtkSetClampMacro(VoxelSize, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(VoxelSize, double);
+  ///@}
+
+  ///@{
+  /**
+   * Radius of a morphological closing, world units, at least 0: gaps, holes and grooves narrower than twice this are
+   * filled, and the rest of the surface stays where it is. Default 0.
+   */
+  vtkSetClampMacro(Closing, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Closing, double);
+  ///@}
+
+  ///@{
+  /**
+   * How the level set is smoothed. Default NONE.
+   */
+  vtkSetClampMacro(Smoothing, int, NONE, LAPLACIAN);
+  vtkGetMacro(Smoothing, int);
+  void SetSmoothingToNone() { this->SetSmoothing(NONE); }
+  void SetSmoothingToGaussian() { this->SetSmoothing(GAUSSIAN); }
+  void SetSmoothingToMeanCurvature() { this->SetSmoothing(MEAN_CURVATURE); }
+  void SetSmoothingToMedian() { this->SetSmoothing(MEDIAN); }
+  void SetSmoothingToLaplacian() { this->SetSmoothing(LAPLACIAN); }
+  ///@}
+
+  ///@{
+  /**
+   * Number of times that smoothing is applied, from 0 to 1000; each acts over one or two voxels, and n of them over
+   * sqrt(n) times that. Default 3.
+   */
+  vtkSetClampMacro(SmoothingIterations, int, 0, 1000);
+  vtkGetMacro(SmoothingIterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * Distance by which the surface is moved outwards, world units; negative moves it inwards. Default 0.
+   */
+  vtkSetMacro(Offset, double);
+  vtkGetMacro(Offset, double);
+  ///@}
+
+  ///@{
+  /**
+   * How far flat regions may be covered by larger triangles, from 0 (all of the size of voxels) to 1 (up to eight voxels,
+   * also across edges, which are then cut). Default 0.
+   */
+  vtkSetClampMacro(Adaptivity, double, 0.0, 1.0);
+  vtkGetMacro(Adaptivity, double);
+  ///@}
+
+  ///@{
+  /**
+   * Whether cavities, which the solid encloses, become solid. Default off.
+   */
+  vtkSetMacro(FillCavities, bool);
+  vtkGetMacro(FillCavities, bool);
+  vtkBooleanMacro(FillCavities, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Whether only the part of the solid with the largest volume is kept, with its cavities. Parts hang together where
+   * voxels share a face. Default off.
+   */
+  vtkSetMacro(LargestComponent, bool);
+  vtkGetMacro(LargestComponent, bool);
+  vtkBooleanMacro(LargestComponent, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Number of voxels along the surface beyond which there is an error, before memory is taken; at least 1000. A voxel
+   * takes about 20 bytes. The message names a VoxelSize that fits. Default 200000000.
+   */
+  vtkSetClampMacro(MaximumNumberOfVoxels, int, 1000, VTK_INT_MAX);
+  vtkGetMacro(MaximumNumberOfVoxels, int);
+  ///@}
+
+  /**
+   * The isovalue of the last image, given or found; 0 before.
+   */
+  double GetEffectiveIsoValue() const;
+
+protected:
+  vtkVDBSurfaceFilter();
+  ~vtkVDBSurfaceFilter() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestUpdateExtent(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkVDBSurfaceFilter(const vtkVDBSurfaceFilter&) = delete;
+  void operator=(const vtkVDBSurfaceFilter&) = delete;
+
+  bool ComputeIsoValue = true;
+  double IsoValue = 0.0;
+  int InsideRule = ABOVE;
+  double VoxelSize = 0.0;
+  double Closing = 0.0;
+  int Smoothing = NONE;
+  int SmoothingIterations = 3;
+  double Offset = 0.0;
+  double Adaptivity = 0.0;
+  bool FillCavities = false;
+  bool LargestComponent = false;
+  int MaximumNumberOfVoxels = 200000000;
+
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+#endif
