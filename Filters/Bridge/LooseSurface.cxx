@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "LooseSurface.h"
 
+#include "CellReading.h"
 #include "PolygonTriangulation.h"
 
 #include "Core/Common/Errors.h"
 
-#include <vtkAOSDataArrayTemplate.h>
-#include <vtkCellArray.h>
-#include <vtkDataArray.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 
 #include <algorithm>
@@ -43,13 +40,15 @@ public:
   /// Adds the polygons or strips of @p cells, of which the first has the id @p firstCell.
   void AddCells(vtkCellArray* cells, bool areStrips, std::int64_t firstCell)
   {
-    if (!cells || cells->GetNumberOfCells() <= 0)
-    {
-      return;
-    }
-    cells->IsStorage64Bit()
-      ? this->AddTyped(cells->GetOffsetsArray64(), cells->GetConnectivityArray64(), areStrips, firstCell)
-      : this->AddTyped(cells->GetOffsetsArray32(), cells->GetConnectivityArray32(), areStrips, firstCell);
+    EachCell(cells, [&](std::int64_t cell, const auto* ids, std::int64_t size) {
+      if (size < 0 || !InRange(ids, size, this->Points.rows()))
+      {
+        ++this->Result.CellsOutOfRange;
+        return;
+      }
+      this->Cell.assign(ids, ids + size);
+      areStrips ? this->AddStrip(firstCell + cell) : this->AddPolygon(firstCell + cell);
+    });
   }
 
   void Finish()
@@ -59,29 +58,6 @@ public:
   }
 
 private:
-  template <typename Id>
-  void AddTyped(vtkAOSDataArrayTemplate<Id>* offsets, vtkAOSDataArrayTemplate<Id>* ids, bool areStrips,
-    std::int64_t firstCell)
-  {
-    const std::int64_t cells = offsets->GetNumberOfValues() - 1;
-    const std::int64_t size = ids->GetNumberOfValues();
-    const auto points = static_cast<std::int64_t>(this->Points.rows());
-    for (std::int64_t c = 0; c < cells; ++c)
-    {
-      const std::int64_t begin = offsets->GetValue(c);
-      const std::int64_t end = offsets->GetValue(c + 1);
-      const auto exists = [points](Id id) { return id >= 0 && static_cast<std::int64_t>(id) < points; };
-      if (begin < 0 || end < begin || end > size ||
-        !std::all_of(ids->GetPointer(0) + begin, ids->GetPointer(0) + end, exists))
-      {
-        ++this->Result.CellsOutOfRange;
-        continue;
-      }
-      this->Cell.assign(ids->GetPointer(0) + begin, ids->GetPointer(0) + end);
-      areStrips ? this->AddStrip(firstCell + c) : this->AddPolygon(firstCell + c);
-    }
-  }
-
   bool CellIsFinite() const
   {
     return std::all_of(this->Cell.begin(), this->Cell.end(), [&](Index id) { return this->IsFinite[id]; });
@@ -178,11 +154,6 @@ private:
   std::vector<Index> Cut;
   PolygonTriangulator Triangulator;
 };
-
-std::int64_t CountCells(vtkCellArray* cells)
-{
-  return cells ? std::max<std::int64_t>(cells->GetNumberOfCells(), 0) : 0;
-}
 } // namespace
 
 LooseSurface ConvertLoosely(vtkPolyData* input)

@@ -129,7 +129,7 @@ Cells<Id> CheckedCells(
   {
     throw InvalidInput("The mesh has " + small.Text() +
       " polygon(s) or strip(s) with fewer than three points, first cell " + std::to_string(small.First + firstCell) +
-      "; vtkCleanPolyData turns them into lines and vertices.");
+      "; vtkSurfaceRepairFilter leaves them out, vtkCleanPolyData turns them into lines and vertices.");
   }
   return cells;
 }
@@ -271,7 +271,7 @@ void AddPolygons(const Cells<Id>& cells, Surface& surface)
     throw InvalidInput("The mesh has " + uncut.Text() +
       " polygon(s) that cannot be triangulated (without area, or with an outline that crosses itself), first cell " +
       std::to_string(uncut.First + cells.FirstCell) +
-      "; vtkCleanPolyData followed by vtkTriangleFilter replaces or drops them.");
+      "; vtkSurfaceRepairFilter, or vtkCleanPolyData followed by vtkTriangleFilter, replaces or drops them.");
   }
   MapToCells(start, before, cells.FirstCell, surface);
 }

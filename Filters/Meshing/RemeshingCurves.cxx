@@ -3,6 +3,8 @@
 
 #include "IsotropicRemeshing.h"
 
+#include "Core/Common/Errors.h"
+
 #include <CGAL/AABB_segment_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
@@ -29,6 +31,13 @@ constexpr double ShortestCrease = 5.0;
 CurvedMesh::CurvedMesh(const TriangleMesh& mesh, const RemeshingOptions& options)
   : Mesh(ToCgalMesh(mesh))
 {
+  for (const CgalVertex v : this->Mesh.vertices())
+  {
+    if (this->Mesh.is_isolated(v))
+    {
+      this->Mesh.remove_vertex(v); // the steps of remeshing take a triangle at every vertex for granted
+    }
+  }
   this->Constraints.IsCurve = this->Mesh.add_property_map<CgalEdge, bool>("e:curve", false).first;
   this->Constraints.IsFixed = this->Mesh.add_property_map<CgalVertex, bool>("v:fixed", false).first;
   if (!options.PointClasses.empty())
@@ -40,6 +49,24 @@ CurvedMesh::CurvedMesh(const TriangleMesh& mesh, const RemeshingOptions& options
     this->MarkCreases(options);
   }
   this->FixCorners(options.KeepBoundaryPoints);
+  this->RequireThickness();
+}
+
+/// Two triangles on the same points enclose nothing, and CGAL's steps fail on them.
+void CurvedMesh::RequireThickness() const
+{
+  for (const CgalEdge e : this->Mesh.edges())
+  {
+    const CgalHalfedge h = this->Mesh.halfedge(e);
+    const CgalHalfedge o = this->Mesh.opposite(h);
+    if (!this->Mesh.is_border(e) && this->Mesh.target(this->Mesh.next(h)) == this->Mesh.target(this->Mesh.next(o)))
+    {
+      throw InvalidInput("Triangles " + std::to_string(this->Mesh.face(h).idx()) + " and " +
+        std::to_string(this->Mesh.face(o).idx()) +
+        " have the same three points; a surface with one triangle on any three points is needed, and "
+        "vtkSurfaceRepairFilter removes the others.");
+    }
+  }
 }
 
 /// Sews boundaries of equal coordinates together. An edge is a seam where the points on its two sides differ in class.
@@ -125,10 +152,6 @@ void CurvedMesh::FixCorners(bool fixBoundary)
 {
   for (const CgalVertex v : this->Mesh.vertices())
   {
-    if (this->Mesh.is_isolated(v))
-    {
-      continue;
-    }
     std::vector<CgalHalfedge> curve;
     bool isBoundary = false;
     for (const CgalHalfedge h : this->Mesh.halfedges_around_target(this->Mesh.halfedge(v)))

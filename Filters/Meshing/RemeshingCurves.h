@@ -29,6 +29,7 @@ private:
   void MarkSeams(const TriangleMesh& mesh, const std::vector<Index>& classes);
   void MarkCreases(const RemeshingOptions& options);
   void FixCorners(bool fixBoundary);
+  void RequireThickness() const;
   bool TurnsSharply(CgalVertex v, const std::vector<CgalHalfedge>& curve) const;
 };
 

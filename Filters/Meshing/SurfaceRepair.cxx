@@ -6,6 +6,7 @@
 #include "SoupRepair.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -30,6 +31,8 @@ namespace
 {
 namespace PMP = CGAL::Polygon_mesh_processing;
 
+constexpr double LargestCoordinate = 1e90;
+
 /// One run of RepairSurface().
 class SurfaceRepairer
 {
@@ -42,6 +45,7 @@ public:
 
   RepairedSurface Result()
   {
+    this->RequireModestCoordinates();
     this->ReportConversion();
     this->BuildHalfedges();
     this->RemoveDegenerateTriangles();
@@ -93,7 +97,7 @@ private:
     this->Note("triangles turned around", changes.FlippedTriangles);
     this->Note("points copied because sheets met there", changes.AddedPoints);
     this->Mesh = ToCgalMesh(soup.Mesh);
-    if (changes.AddedPoints > 0)
+    if (changes.AddedPoints > 0 && this->Options.MergePoints)
     {
       // Where a third sheet was cut off, the two that remain belong together again.
       this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
@@ -115,6 +119,19 @@ private:
     for (const CgalFace f : this->Mesh.faces())
     {
       this->IsFilling[f] = isFilling[f.idx()];
+    }
+  }
+
+  /// Squares and cubes of coordinates must be finite numbers.
+  void RequireModestCoordinates() const
+  {
+    const double largest = this->Input.Sound.Mesh.Points.size() > 0
+      ? this->Input.Sound.Mesh.Points.cwiseAbs().maxCoeff()
+      : 0.0;
+    if (largest > LargestCoordinate)
+    {
+      throw InvalidInput("The points have coordinates up to " + Text(largest) + "; at most " +
+        Text(LargestCoordinate) + " is allowed. vtkTransformPolyDataFilter scales them.");
     }
   }
 

@@ -96,7 +96,7 @@ void RowWriter::Defects()
   this->AddFault("UnreadableCells", this->Surface.Unreadable, WriteAgain);
   this->AddFault("CellsWithMissingPoints", this->Surface.OutOfRange, RepairOf(MeshDefect::IndexOutOfRange));
   this->AddFault(
-    "CellsWithTooFewPoints", this->Surface.TooFewPoints, "vtkCleanPolyData turns them into lines and vertices.");
+    "CellsWithTooFewPoints", this->Surface.TooFewPoints, "vtkSurfaceRepairFilter leaves them out, vtkCleanPolyData turns them into lines and vertices.");
   this->AddFault("BrokenVerticesAndLines", this->Surface.IgnoredCells,
     std::string("filters on surfaces ignore them; ") + WriteAgain);
   this->AddFinding("NonFinitePoints", MeshDefect::NonFinitePoint);
@@ -107,17 +107,17 @@ void RowWriter::Defects()
   this->AddFinding("DegenerateTriangles", MeshDefect::DegenerateTriangle);
   const MeshFinding& duplicates = this->Statistics.DuplicateTriangles;
   this->AddDefect("DuplicateTriangles", duplicates.Count, duplicates.Count > 0 ? this->CellOf(duplicates.First) : -1,
-    "vtkCleanPolyData removes duplicate cells.");
+    "vtkSurfaceRepairFilter or vtkCleanPolyData removes duplicate cells.");
   this->AddFinding("NonManifoldEdges", MeshDefect::NonManifoldEdge);
   this->AddFinding("NonManifoldPoints", MeshDefect::NonManifoldVertex);
   this->AddFinding("InconsistentWindingEdges", MeshDefect::InconsistentWinding);
   this->AddFinding("BoundaryEdges", MeshDefect::BoundaryEdge);
   this->AddDefect("CoincidentPoints", this->Statistics.CoincidentPoints.Count, this->Statistics.CoincidentPoints.First,
-    "vtkCleanPolyData merges points in one place.");
+    "vtkSurfaceRepairFilter or vtkCleanPolyData merges points in one place.");
   this->AddDefect("UnreferencedPoints", this->Statistics.UnreferencedPoints.Count,
-    this->Statistics.UnreferencedPoints.First, "no triangle uses them; vtkCleanPolyData removes them.");
+    this->Statistics.UnreferencedPoints.First, "no triangle uses them; vtkSurfaceRepairFilter or vtkCleanPolyData removes them.");
   this->AddDefect("SmallComponents", this->Statistics.SmallComponents.Count, this->Statistics.SmallComponents.First,
-    "fewer than 1 % of the triangles of the largest one; vtkPolyDataConnectivityFilter keeps the largest.");
+    "fewer than 1 % of the triangles of the largest one; vtkSurfaceRepairFilter with a MinimumComponentFraction removes them.");
 }
 
 void RowWriter::Counts()

@@ -48,7 +48,7 @@
  * @par Cost
  * About a second for a million triangles. The same bits for every number of threads.
  *
- * @sa vtkFeatureEdges, vtkCleanPolyData, vtkMassProperties
+ * @sa vtkSurfaceRepairFilter, vtkFeatureEdges, vtkCleanPolyData, vtkMassProperties
  */
 
 #ifndef vtkTopologyReport_h

@@ -187,31 +187,33 @@ std::string Describe(const MeshFinding& finding, std::int64_t first)
   {
     case MeshDefect::IndexOutOfRange:
       return count + " cell(s) that name a point that does not exist, first cell " + id +
-        "; the dataset is inconsistent: write it again with the program that made it.";
+        "; the dataset is inconsistent: write it again with the program that made it, or let vtkSurfaceRepairFilter "
+        "leave them out.";
     case MeshDefect::NonFinitePoint:
       return count + " point(s) with a NaN or infinite coordinate, first point " + id +
-        "; remove them with vtkExtractGeometry or vtkThreshold, or correct the source.";
+        "; vtkSurfaceRepairFilter leaves them out and closes the holes.";
     case MeshDefect::RepeatedVertex:
-      return count + " cell(s) that use a point twice, first cell " + id + "; vtkCleanPolyData removes them.";
+      return count + " cell(s) that use a point twice, first cell " + id +
+        "; vtkSurfaceRepairFilter or vtkCleanPolyData removes them.";
     case MeshDefect::DegenerateTriangle:
       return count + " degenerate triangle(s) of zero area, first cell " + id +
-        "; vtkCleanPolyData (with a tolerance) merges coincident points and removes them.";
+        "; vtkSurfaceRepairFilter removes them, or vtkCleanPolyData (with a tolerance) where points coincide.";
     case MeshDefect::NonManifoldEdge:
       return count + " non-manifold edge(s) with more than two triangles, first at point " + id +
-        "; vtkFeatureEdges shows them, vtkCleanPolyData removes duplicate cells, vtkPolyDataConnectivityFilter or "
-        "vtkDataSetSurfaceFilter keeps one sheet.";
+        "; vtkSurfaceRepairFilter takes the sheets apart. vtkFeatureEdges shows them, vtkCleanPolyData removes "
+        "duplicate cells.";
     case MeshDefect::NonManifoldVertex:
       return count + " non-manifold point(s) where several fans of triangles touch, first point " + id +
-        "; vtkPolyDataConnectivityFilter separates the parts.";
+        "; vtkSurfaceRepairFilter gives each fan a point of its own.";
     case MeshDefect::InconsistentWinding:
       return count + " edge(s) whose two triangles are wound in opposite senses, first at point " + id +
-        "; vtkPolyDataNormals with ConsistencyOn() orients them.";
+        "; vtkSurfaceRepairFilter, or vtkPolyDataNormals with ConsistencyOn(), winds them alike.";
     case MeshDefect::BoundaryEdge:
       return count + " boundary edge(s) where a closed surface is needed, first at point " + id +
-        "; vtkFillHolesFilter closes holes.";
+        "; vtkSurfaceRepairFilter with HoleFilling ALL_HOLES, or vtkFillHolesFilter, closes them.";
     case MeshDefect::SeveralComponents:
       return count + " connected components where one is needed, the second at point " + id +
-        "; vtkPolyDataConnectivityFilter keeps the largest.";
+        "; vtkSurfaceRepairFilter with KeepLargestComponentOn(), or vtkPolyDataConnectivityFilter, keeps the largest.";
   }
   return {};
 }

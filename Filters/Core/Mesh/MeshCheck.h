@@ -73,7 +73,7 @@ ProperTriangles KeepProperTriangles(const TriangleMesh& mesh);
 std::vector<MeshFinding> InspectMesh(
   const TriangleMesh& mesh, const ProperTriangles& proper, const MeshTopology& topology);
 
-/// What repairs a defect, as DescribeFindings() says it: "vtkCleanPolyData removes them."
+/// What repairs a defect, as DescribeFindings() says it: "vtkSurfaceRepairFilter or vtkCleanPolyData removes them."
 std::string RepairOf(MeshDefect defect);
 
 /// A sentence for each finding: what, how many, the first id and the VTK filter that repairs it. @p cellOfTriangle

@@ -21,17 +21,27 @@ from ._version import __version__
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, write_mesh
 from .noise import MODELS, matern_noise
+from .remeshing import HOLES, remesh, repair, repair_report
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
+
+try:  # CGAL is optional
+    from .vtkSurfaceSynthesisMeshing import vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter
+except ImportError:
+    pass
 
 __all__ = [
     "Cancelled",
     "FormatError",
+    "HOLES",
     "MODELS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "__version__",
     "matern_noise",
     "read_mesh",
+    "remesh",
+    "repair",
+    "repair_report",
     "vtkMaternNoiseFilter",
     "write_mesh",
 ]

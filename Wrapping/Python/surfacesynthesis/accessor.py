@@ -4,6 +4,7 @@
 import functools
 
 from .noise import matern_noise
+from .remeshing import remesh, repair
 
 
 class SynthesisAccessor:
@@ -15,6 +16,14 @@ class SynthesisAccessor:
     @functools.wraps(matern_noise, assigned=("__doc__",))
     def matern(self, *arguments, **parameters):
         return matern_noise(self._mesh, *arguments, **parameters)
+
+    @functools.wraps(remesh, assigned=("__doc__",))
+    def remesh(self, *arguments, **parameters):
+        return remesh(self._mesh, *arguments, **parameters)
+
+    @functools.wraps(repair, assigned=("__doc__",))
+    def repair(self, *arguments, **parameters):
+        return repair(self._mesh, *arguments, **parameters)
 
 
 def register():

@@ -89,3 +89,8 @@ def set_threads(threads):
     from vtkmodules.vtkCommonCore import vtkSMPTools
 
     vtkSMPTools.Initialize(threads)
+
+
+def surface_summary(output, path, seconds):
+    """The line that a command prints about the dataset it has written."""
+    return f"{output.GetNumberOfPoints():,} points, {output.GetNumberOfCells():,} cells, {seconds:.1f} s -> {path}"

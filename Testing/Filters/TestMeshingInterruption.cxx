@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// R7, R9, R10 and R12 of the filters that CGAL is behind: the same bits always, progress, abort, two at a time.
+#include "MeshingTesting.h"
+
+#include "vtkIsotropicRemeshFilter.h"
+#include "vtkSurfaceRepairFilter.h"
+
+#include "Core/Common/Parallel.h"
+
+#include <vtkCellArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <thread>
+
+using namespace surfsynthtest;
+
+namespace
+{
+/// Seconds within which an abort must end the run; a sanitizer slows everything down.
+const double AbortLimit = IsSanitized() ? 15.0 : 1.0;
+
+vtkSmartPointer<vtkPolyData> LargeSphere() { return IsSanitized() ? RingSphere(120, 120) : RingSphere(550, 550); }
+
+/// A sphere without one ring of triangles, so that repair has something to do.
+vtkSmartPointer<vtkPolyData> LargeBrokenSphere()
+{
+  const auto sphere = LargeSphere();
+  vtkNew<vtkCellArray> cells;
+  for (vtkIdType c = 0; c < sphere->GetNumberOfCells(); c += c == 5000 ? 300 : 1)
+  {
+    cells->InsertNextCell(sphere->GetCell(c));
+  }
+  sphere->SetPolys(cells);
+  return sphere;
+}
+
+/// Aborts at the first report, then expects that the next update is complete.
+void CheckAbort(vtkAlgorithm* filter, vtkDataObject* input)
+{
+  filter->SetInputDataObject(input);
+  {
+    EventRecorder events(filter);
+    events.AbortAt = 0.06;
+    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
+    EXPECT_TRUE(events.Errors.empty()) << events.AllErrors();
+    ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
+    EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
+    EXPECT_LT(events.LongestSilence, AbortLimit) << "R9: no report, so no chance to stop";
+    EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end())) << "R10";
+    EXPECT_FALSE(events.ForeignThread) << "R10";
+  }
+  EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter)) << "without any change of the filter";
+  EXPECT_EQ(events.Executions, 1);
+  EXPECT_GT(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+}
+
+vtkSmartPointer<vtkPolyData> Remeshed(vtkPolyData* input, bool adaptive, int threads)
+{
+  const surfsynth::ThreadScope scope(threads);
+  vtkNew<vtkIsotropicRemeshFilter> filter;
+  filter->SetTargetEdgeLength(0.1);
+  filter->SetSizingArrayName(adaptive ? "size" : "");
+  return OutputOf(filter, input);
+}
+
+void ExpectSame(vtkPolyData* a, vtkPolyData* b)
+{
+  EXPECT_TRUE(SameBits(a->GetPoints()->GetData(), b->GetPoints()->GetData()));
+  EXPECT_TRUE(SameBits(a->GetPolys()->GetConnectivityArray(), b->GetPolys()->GetConnectivityArray()));
+  EXPECT_TRUE(SameBits(a->GetPointData()->GetArray("size"), b->GetPointData()->GetArray("size")));
+}
+
+vtkSmartPointer<vtkPolyData> SizedSphere()
+{
+  const auto sphere = RingSphere(40, 40);
+  AddPointArray(sphere, "size", [](const double* p) { return 0.1 + 0.05 * p[0]; });
+  return sphere;
+}
+} // namespace
+
+TEST(MeshingInterruption, AbortOfRemeshing)
+{
+  vtkNew<vtkIsotropicRemeshFilter> filter;
+  CheckAbort(filter, LargeSphere());
+}
+
+TEST(MeshingInterruption, AbortOfRepair)
+{
+  vtkNew<vtkSurfaceRepairFilter> filter;
+  CheckAbort(filter, LargeBrokenSphere());
+}
+
+TEST(MeshingReproducibility, BitsDoNotDependOnThreadsInTenRepeats)
+{
+  const auto sphere = SizedSphere();
+  for (const bool adaptive : { false, true })
+  {
+    const auto first = Remeshed(sphere, adaptive, 1);
+    for (int repeat = 0; repeat < 10; ++repeat)
+    {
+      ExpectSame(first, Remeshed(sphere, adaptive, 1 + repeat % 4));
+    }
+  }
+}
+
+TEST(MeshingReproducibility, TwoFiltersOnTwoThreads)
+{
+  const auto sphere = SizedSphere();
+  const auto expected = Remeshed(sphere, false, 1);
+  vtkSmartPointer<vtkPolyData> results[2];
+  std::thread other([&] { results[0] = Remeshed(SizedSphere(), false, 1); });
+  results[1] = Remeshed(sphere, false, 1);
+  other.join();
+  ExpectSame(expected, results[0]);
+  ExpectSame(expected, results[1]);
+}

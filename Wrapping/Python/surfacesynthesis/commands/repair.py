@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``repair``."""
+
+import time
+
+from .common import add_command, add_running_options, as_usage, run_filter, surface_summary
+
+_DESCRIPTION = """\
+Makes a sound, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
+meet apart, winds triangles alike, closes holes, removes components; and says what it did."""
+_EXAMPLES = """\
+files: .stl .ply .obj .off .vtp .vtk, and .vtm (.vtk) for composite datasets
+
+examples:
+  %(prog)s scan.stl sound.stl
+  %(prog)s scan.ply closed.ply --holes all --largest-component
+  %(prog)s scan.obj sound.vtp --merge-tolerance 0.01
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "repair", "INPUT OUTPUT", "make a sound surface of a broken one", _DESCRIPTION, _EXAMPLES
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", help="surface to read")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write")
+    points = parser.add_argument_group("points")
+    points.add_argument("--no-merge", action="store_true", help="keep points of equal coordinates apart")
+    points.add_argument(
+        "--merge-tolerance", type=float, default=0.0, metavar="D", help="merge points up to this distance (default: 0)"
+    )
+    holes = parser.add_argument_group("holes and components")
+    holes.add_argument(
+        "--holes", default="small", choices=["none", "small", "all"], help="which holes to close (default: small)"
+    )
+    holes.add_argument(
+        "--hole-size", type=float, metavar="D", help="extent of the largest small hole (default: a tenth of the surface)"
+    )
+    holes.add_argument("--largest-component", action="store_true", help="keep the largest component only")
+    holes.add_argument(
+        "--minimum-component", type=float, default=0.0, metavar="F", help="drop components below this share of the area"
+    )
+    running = parser.add_argument_group("running")
+    running.add_argument("--self-intersections", action="store_true", help="remove self-intersections")
+    running.add_argument("--no-orient", action="store_true", help="do not turn closed surfaces outward")
+    add_running_options(running)
+
+
+def run(arguments):
+    """The command ``repair``; returns the lines to print."""
+    from .. import files
+    from ..remeshing import configured_repair
+
+    started = time.monotonic()
+    algorithm = as_usage(
+        configured_repair,
+        merge_points=not arguments.no_merge,
+        merge_tolerance=arguments.merge_tolerance,
+        holes=arguments.holes,
+        hole_size=arguments.hole_size,
+        largest_component=arguments.largest_component,
+        minimum_component=arguments.minimum_component,
+        self_intersections=arguments.self_intersections,
+        orient_outward=not arguments.no_orient,
+    )
+    as_usage(files.extension, arguments.input)
+    as_usage(files.extension, arguments.output)
+    mesh = files.read_mesh(arguments.input)
+    as_usage(files.check_writable, mesh, arguments.output)
+    output = run_filter(algorithm, mesh, arguments)
+    files.write_mesh(output, arguments.output)
+    done = algorithm.GetReport() or "the surface was sound\n"
+    return done + surface_summary(output, arguments.output, time.monotonic() - started)
