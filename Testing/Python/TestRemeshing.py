@@ -33,7 +33,7 @@ def edges_of(mesh):
 def test_remesh_gives_the_wanted_edge_length_and_leaves_the_input(ball):
     before = vtk_to_numpy(ball.GetPoints().GetData()).copy()
     result = remesh(ball, edge_length=0.05)
-    assert np.median(edges_of(result)) == pytest.approx(0.046, rel=0.1)
+    assert 0.8 * 0.05 < np.median(edges_of(result)) < 4 / 3 * 0.05
     assert edges_of(result).max() < 0.08
     assert np.array_equal(before, vtk_to_numpy(ball.GetPoints().GetData()))
 
