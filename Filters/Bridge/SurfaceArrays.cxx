@@ -58,16 +58,11 @@ bool KeepsItsMeaning(vtkDataSetAttributes* source, int k)
   return !ghosts && role != vtkDataSetAttributes::GLOBALIDS && role != vtkDataSetAttributes::PEDIGREEIDS;
 }
 
-/// Adds to @p target an array like each of those of @p source that stay meaningful, filled by @p fill(old, made, role).
-void Carry(vtkDataSetAttributes* source, vtkIdType tuples, vtkDataSetAttributes* target,
+/// Adds to @p target an array like each of those of @p source that stay meaningful and have at least @p wanted tuples,
+/// filled by @p fill(old, made, role).
+void Carry(vtkDataSetAttributes* source, vtkIdType wanted, vtkIdType tuples, vtkDataSetAttributes* target,
   const std::function<void(vtkAbstractArray*, vtkAbstractArray*, int)>& fill)
 {
-  vtkIdType wanted = 0;
-  for (int k = 0; k < source->GetNumberOfArrays(); ++k)
-  {
-    vtkAbstractArray* old = source->GetAbstractArray(k);
-    wanted = std::max(wanted, old->GetNumberOfTuples());
-  }
   for (int k = 0; k < source->GetNumberOfArrays(); ++k)
   {
     vtkAbstractArray* old = source->GetAbstractArray(k);
@@ -287,7 +282,7 @@ void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, c
   vtkDataSetAttributes* target)
 {
   const auto count = static_cast<vtkIdType>(places.size());
-  Carry(source, count, target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int role) {
+  const auto fill = [&](vtkAbstractArray* old, vtkAbstractArray* made, int role) {
     auto* numbers = vtkDataArray::SafeDownCast(old);
     const bool isReal = numbers && (old->GetDataType() == VTK_FLOAT || old->GetDataType() == VTK_DOUBLE);
     std::vector<double> tuple(static_cast<std::size_t>(old->GetNumberOfComponents()));
@@ -304,17 +299,20 @@ void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, c
         made->SetTuple(p, mesh.Triangles(places[p].Triangle, LargestOf(places[p].Weights)), old);
       }
     }
-  });
+  };
+  Carry(source, mesh.NumberOfPoints(), count, target, fill);
 }
 
 void PickArrays(vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target)
 {
-  Carry(source, static_cast<vtkIdType>(ids.size()), target, [&](vtkAbstractArray* old, vtkAbstractArray* made, int) {
+  const auto fill = [&](vtkAbstractArray* old, vtkAbstractArray* made, int) {
     for (std::size_t k = 0; k < ids.size(); ++k)
     {
       made->SetTuple(static_cast<vtkIdType>(k), static_cast<vtkIdType>(ids[k]), old);
     }
-  });
+  };
+  const std::int64_t wanted = ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1;
+  Carry(source, wanted, static_cast<vtkIdType>(ids.size()), target, fill);
 }
 
 std::vector<Index> AttributeClasses(vtkPolyData* surface, const PointMatrix& points)

@@ -53,6 +53,8 @@ struct FilterTraits
 {
   /// False for a filter that needs more than a sound surface (closed, connected, ...): Sound then reads Either.
   bool AcceptsEverySoundSurface = true;
+  /// False for a filter that repairs defects or accepts other datasets: Error then reads Either.
+  bool RefusesEveryDefect = true;
 };
 
 /// Seconds that one case may take.
