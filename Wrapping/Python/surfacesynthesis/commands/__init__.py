@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands of the command line, one module each with a function ``add(commands)``."""
 
-from . import noise
+from . import noise, surface
 
 #: In the order of the help text.
-COMMANDS = [noise]
+COMMANDS = [noise, surface]
