@@ -15,10 +15,12 @@ packages=(
   libvtk9-dev python3 python3-numpy python3-vtk9
   # Eigen (MPL-2.0), CHOLMOD (LGPL-2.1+, supernodal part GPL-2+), OpenBLAS (BSD-3-Clause)
   libeigen3-dev libopenblas-dev libopenblas0-pthread libsuitesparse-dev
+  # OpenVDB (MPL-2.0), with TBB (Apache-2.0) and Imath (BSD-3-Clause)
+  libimath-dev libopenvdb-dev libtbb-dev
   # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)
   librandom123-dev libspectra-dev
-  # the example: its surfaces, plots and an X server without a screen
-  libcgal-demo python3-matplotlib xauth xvfb
+  # the examples: surfaces and scans, plots and an X server without a screen
+  libcgal-demo mricron-data python3-matplotlib xauth xvfb
 )
 testing_packages=(
   clang libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy

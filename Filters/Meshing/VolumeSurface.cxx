@@ -30,6 +30,10 @@ using Grid = openvdb::FloatGrid;
 /// Voxels along a side that OpenVDB's coordinates, and single precision in them, can tell apart.
 constexpr double LargestSide = 1 << 20;
 
+/// Lengths whose fourth powers, in areas of triangles, neither overflow nor vanish.
+constexpr double SmallestLength = 1e-60;
+constexpr double LargestLength = 1e60;
+
 /// Calls @p work with as many of TBB's threads as the core may use, and no more than TBB has.
 template <typename Work>
 TriangleMesh WithThreads(const Work& work)
@@ -241,10 +245,11 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& opti
 {
   const BoundingBox box = ComputeBoundingBox(mesh);
   const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : box.LongestSide() / 128.0;
-  if (!(voxelSize > 0.0) || !(box.LongestSide() > 0.0) || !std::isfinite(1.0 / voxelSize))
+  if (!(box.LongestSide() > SmallestLength && box.LongestSide() < LargestLength && voxelSize > SmallestLength))
   {
     throw InvalidInput("The points of the surface span a box of longest side " + Text(box.LongestSide()) +
-      "; one that is larger than 0, and a number that can be divided into voxels, is needed.");
+      ", to be divided into voxels of size " + Text(voxelSize) + "; lengths from " + Text(SmallestLength) + " to " +
+      Text(LargestLength) + " are needed. vtkTransformPolyDataFilter scales the surface.");
   }
   const double closing = options.Closing / voxelSize;
   RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);

@@ -35,6 +35,13 @@ FilterTraits Traits()
   return traits;
 }
 
+/// An image, which has no points here, is empty input of this filter.
+MalformedCase ForThisFilter(MalformedCase malformed)
+{
+  malformed.Expected = malformed.Name == "Image" ? Expectation::Empty : malformed.Expected;
+  return malformed;
+}
+
 class MalformedInput : public ::testing::TestWithParam<MalformedCase>
 {};
 
@@ -44,7 +51,7 @@ std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return
 TEST_P(MalformedInput, ToVDBSurface)
 {
   const FilterFactory make = FactoryFor(GetParam());
-  CheckAlone(GetParam(), make, Traits());
+  CheckAlone(ForThisFilter(GetParam()), make, Traits());
   const auto filter = make();
   filter->SetInputDataObject(GetParam().Make());
   EventRecorder events(filter);
@@ -58,7 +65,7 @@ TEST_P(MalformedInput, ToVDBSurface)
 
 TEST_P(MalformedInput, BetweenGoodBlocksToVDBSurface) 
 {
-  CheckAsBlock(GetParam(), FactoryFor(GetParam()), Traits());
+  CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(GetParam()), Traits());
 }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);

@@ -113,7 +113,7 @@ TEST(VDBSurfaceMessages, EachNamesWhatWasFoundAndWhatToDo)
   EXPECT_THAT(ErrorFor(outside.ToPolyData()), HasSubstr("name a point that does not exist, first cell 3"));
   Soup point = Icosphere(1);
   std::fill(point.Points.begin(), point.Points.end(), 2.0);
-  EXPECT_THAT(ErrorFor(point.ToPolyData()), HasSubstr("span a box of longest side 0"));
+  EXPECT_THAT(ErrorFor(point.ToPolyData()), HasSubstr("span a box of longest side 0, to be divided into voxels of size 0"));
   const auto sphere = Icosphere(2).ToPolyData();
   EXPECT_THAT(ErrorFor(sphere, [](Filter* f) { f->SetOffset(std::numeric_limits<double>::infinity()); }),
     HasSubstr("Offset is inf; a finite number is needed"));
@@ -260,7 +260,7 @@ TEST(VDBSurfaceReproducibility, AnyNumberOfThreadsGivesTheSameBits)
   blocks->SetBlock(2, sphere.ToPolyData());
   sphere.Polys.resize(sphere.Polys.size() * 3 / 4);
   blocks->SetBlock(3, sphere.ToPolyData());
-  const std::vector<std::function<void(Filter*)>> settings = { [](Filter* f) { f->SetAdaptivity(0.1); },
+  const std::vector<std::function<void(Filter*)>> settings = { [](Filter* f) { f->SetVoxelSize(1.3); },
     [](Filter* f) {
       f->SetVoxelSize(1.0);
       f->SetClosing(2.0);
@@ -273,7 +273,7 @@ TEST(VDBSurfaceReproducibility, AnyNumberOfThreadsGivesTheSameBits)
   for (const auto& set : settings)
   {
     std::vector<vtkSmartPointer<vtkDataArray>> expected;
-    for (const int threads : { 8, 3, 2, 1 })
+    for (const int threads : { 5, 2, 1 })
     {
       // More threads than processors, which TBB has only when asked.
       const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism, threads);

@@ -9,7 +9,11 @@ import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
-FILTERS = (("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml"),)
+# header, XML, how many properties and results at least, properties of the XML that are methods of VTK's own
+FILTERS = (
+    ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
+    ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
+)
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
@@ -34,7 +38,7 @@ def properties_of_header(path):
     with open(path, encoding="utf-8") as file:
         header = file.read()
     enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z_]+) = (\d+)", header, re.MULTILINE)}
-    defaults = dict(re.findall(r"^  (?:int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
+    defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
         found = SETTER.search(group["body"])
@@ -42,6 +46,7 @@ def properties_of_header(path):
             name = found["name"] or found["text"]
             low, high = (enumerators.get(found[end], found[end]) if found["clamp"] else None for end in ("low", "high"))
             default = defaults[name].strip('"')
+            default = {"true": "1", "false": "0"}.get(default, default)
             settable[name] = (group["comment"], (low, high), enumerators.get(default, default))
         else:
             for name in GETTER.findall(group["body"]):
@@ -49,9 +54,9 @@ def properties_of_header(path):
     return settable, readable
 
 
-def check(header, xml):
+def check(header, xml, at_least_settable, at_least_readable, inherited):
     settable, readable = properties_of_header(header)
-    assert len(settable) >= 10 and len(readable) >= 5, (sorted(settable), sorted(readable))
+    assert len(settable) >= at_least_settable and len(readable) >= at_least_readable, (settable, readable)
     proxy = ElementTree.parse(xml).getroot().find("ProxyGroup/SourceProxy")
     assert proxy.get("class") == os.path.splitext(os.path.basename(header))[0]
     properties = {element.get("name"): element for element in proxy if element.tag.endswith("Property")}
@@ -74,7 +79,7 @@ def check(header, xml):
         assert element.get("command") == "Get" + name and element.get("information_only") == "1", name
         sentence = first_sentence(element.findtext("Documentation"))
         assert sentence in plain(readable[name]), f"{name}: {sentence!r} is not in the header"
-    assert set(properties) == {"Input", "Execute"}, f"not in the header: {sorted(properties)}"
+    assert set(properties) == {"Input", "Execute"} | inherited, f"not in the header: {sorted(properties)}"
     print(f"{xml}: {len(settable)} properties and {len(readable)} results as in {header}")
 
 
@@ -94,5 +99,5 @@ def check_range(name, element, low, high):
 
 
 if __name__ == "__main__":
-    for pair in FILTERS:
-        check(*(os.path.join(sys.argv[1], path) for path in pair))
+    for header, xml, *counts in FILTERS:
+        check(os.path.join(sys.argv[1], header), os.path.join(sys.argv[1], xml), *counts)

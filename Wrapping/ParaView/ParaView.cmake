@@ -43,9 +43,14 @@ endif ()
 # The plugin, its modules included. An installed plugin finds ParaView's libraries where they are now: pvpython, unlike
 # paraview, has not loaded those of the widgets.
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+# Modules with filters; the bridge between them and the core is no module for users and is not wrapped in Python.
+include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/Meshing/Options.cmake")
+set(surfsynth_filter_modules
+  VTK::SurfaceSynthesisMeshing
+  VTK::SurfaceSynthesisNoise)
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge
-  VTK::SurfaceSynthesisNoise)
+  ${surfsynth_filter_modules})
 vtk_module_find_modules(surfsynth_plugin_module_files "${CMAKE_CURRENT_SOURCE_DIR}/Filters")
 
 paraview_plugin_scan(
@@ -74,7 +79,7 @@ set(surfsynth_plugin_destination "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBD
 # The Python package, for pvpython.
 if (surfsynth_wrap_python)
   vtk_module_wrap_python(
-    MODULES VTK::SurfaceSynthesisNoise
+    MODULES ${surfsynth_filter_modules}
     PYTHON_PACKAGE surfacesynthesis
     MODULE_DESTINATION "${surfsynth_python_destination}"
     LIBRARY_DESTINATION "${surfsynth_plugin_destination}"

@@ -3,12 +3,13 @@
 
 import functools
 
+from .meshing_volumes import vdb_surface
 from .noise import matern_noise
 from .remeshing import remesh, repair
 
 
 class SynthesisAccessor:
-    """The functions of the package as methods of PyVista's PolyData and MultiBlock."""
+    """The functions of the package as methods of PyVista's PolyData, MultiBlock and ImageData."""
 
     def __init__(self, mesh):
         self._mesh = mesh
@@ -25,13 +26,25 @@ class SynthesisAccessor:
     def repair(self, *arguments, **parameters):
         return repair(self._mesh, *arguments, **parameters)
 
+    @functools.wraps(vdb_surface, assigned=("__doc__",))
+    def vdb_surface(self, *arguments, **parameters):
+        return _wrapped(vdb_surface(self._mesh, *arguments, **parameters))
+
+
+def _wrapped(dataset):
+    """A dataset of VTK's own class, made of one of another class, as PyVista's."""
+    import pyvista
+
+    return pyvista.wrap(dataset) if hasattr(pyvista, "wrap") else dataset
+
 
 def register():
     """Registers the accessor as ``synthesis``; returns whether PyVista is there and has a registry."""
     try:
         import pyvista
 
-        for target in (pyvista.PolyData, pyvista.MultiBlock):
+        images = getattr(pyvista, "ImageData", None) or getattr(pyvista, "UniformGrid", None)
+        for target in filter(None, (pyvista.PolyData, pyvista.MultiBlock, images)):
             pyvista.register_dataset_accessor("synthesis", target)(SynthesisAccessor)
     except Exception:  # absent, too old, or broken: none of which concerns users of plain VTK
         return False

@@ -1,28 +1,42 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads and writes surfaces: STL, PLY, OBJ, OFF, VTK's XML and legacy formats, and VTM for composite datasets."""
+"""Reads and writes meshes: STL, PLY, OBJ, OFF, VTK's XML and legacy formats, and VTM for composite datasets. Reads volumes:
+NIfTI, MetaImage, NRRD and VTK's XML images."""
 
 import os
 import shutil
 import tempfile
 import warnings
 
-from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObjectTree,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+    vtkPolyData,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkIOGeometry import vtkSTLReader, vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkGenericDataObjectReader, vtkGenericDataObjectWriter
 from vtkmodules.vtkIOXML import (
+    vtkXMLImageDataReader,
     vtkXMLMultiBlockDataReader,
     vtkXMLMultiBlockDataWriter,
     vtkXMLPolyDataReader,
     vtkXMLPolyDataWriter,
+    vtkXMLUnstructuredGridReader,
+    vtkXMLUnstructuredGridWriter,
 )
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from ..pipeline import HeldSignals, silent_console
+from .metaimage import read_metaimage
+from .nifti import read_nifti
+from .nrrd import read_nrrd
 from .obj import read_obj, write_obj
 from .off import read_off, write_off
 from .ply import read_ply, write_ply
 from .polygons import from_polydata, to_polydata
+from .volumes import to_image
 
 #: Extensions that read_mesh() and write_mesh() know, and what is behind them.
 FORMATS = {
@@ -31,14 +45,27 @@ FORMATS = {
     ".obj": "Wavefront OBJ",
     ".off": "Object File Format",
     ".vtp": "VTK XML polydata",
-    ".vtk": "VTK legacy polydata or multi-block dataset",
+    ".vtu": "VTK XML unstructured grid",
+    ".vtk": "VTK legacy polydata, unstructured grid or multi-block dataset",
     ".vtm": "VTK XML multi-block dataset",
+}
+#: Extensions that read_volume() knows, and what is behind them.
+VOLUME_FORMATS = {
+    ".nii": "NIfTI",
+    ".nii.gz": "NIfTI, compressed",
+    ".mha": "MetaImage",
+    ".mhd": "MetaImage with the samples in a file of their own",
+    ".nrrd": "NRRD",
+    ".vti": "VTK XML image data",
 }
 #: Formats without room for point arrays.
 GEOMETRY_ONLY = (".stl", ".obj", ".off")
 
 _READ = {".obj": read_obj, ".off": read_off, ".ply": read_ply}
 _WRITE = {".obj": write_obj, ".off": write_off, ".ply": write_ply}
+_READ_VOLUME = {
+    ".nii": read_nifti, ".nii.gz": read_nifti, ".mha": read_metaimage, ".mhd": read_metaimage, ".nrrd": read_nrrd,
+}  # fmt: skip
 
 
 def extension(path):
@@ -50,8 +77,34 @@ def extension(path):
     return found
 
 
+def volume_extension(path):
+    """The extension of a volume's file name in lower case, or None when it is none of VOLUME_FORMATS."""
+    name = os.fspath(path).lower()
+    return next((kind for kind in VOLUME_FORMATS if name.endswith(kind)), None)
+
+
+def read_volume(path):
+    """Reads a volume: a vtkImageData with the point scalars "Scalars" (.vti: its own arrays), whose origin, spacing and
+    direction matrix map samples to the world coordinates of the file: NIfTI's sform where there is one, else its qform.
+
+    The format follows from the extension; VOLUME_FORMATS lists them. Raises ValueError for another extension, OSError
+    when the file cannot be opened, and FormatError when it does not follow its format, is cut off, has more than one
+    number per voxel or axes that are sheared.
+    """
+    path = os.fspath(path)
+    kind = volume_extension(path)
+    if kind is None:
+        known = ", ".join(VOLUME_FORMATS)
+        raise ValueError(f"{path}: this is no name of a volume; it ends with one of {known}")
+    with open(path, "rb"):  # the operating system's own words for a missing or unreadable file
+        pass
+    if kind == ".vti":
+        return _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,))
+    return to_image(path, _READ_VOLUME[kind](path))
+
+
 def read_mesh(path):
-    """Reads a surface: a vtkPolyData, or a vtkMultiBlockDataSet from .vtm and some .vtk files.
+    """Reads a mesh: a vtkPolyData; a vtkUnstructuredGrid from .vtu, a vtkMultiBlockDataSet from .vtm, either from .vtk.
 
     The format follows from the extension; FORMATS lists them. Corners of STL triangles with the same coordinates become
     one point. Raises ValueError for another extension, OSError when the file cannot be opened, and FormatError, with
@@ -70,13 +123,14 @@ def read_mesh(path):
     reader = {
         ".stl": vtkSTLReader,
         ".vtp": vtkXMLPolyDataReader,
+        ".vtu": vtkXMLUnstructuredGridReader,
         ".vtm": vtkXMLMultiBlockDataReader,
         ".vtk": vtkGenericDataObjectReader,
     }[kind]()
     return _read_with_vtk(reader, path)
 
 
-def _read_with_vtk(reader, path):
+def _read_with_vtk(reader, path, expected=(vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
     reader.SetFileName(path)
     with silent_console() as collected:
         reader.Update()
@@ -87,9 +141,10 @@ def _read_with_vtk(reader, path):
         texts = dict.fromkeys(errors) or ["the file cannot be read"]  # each once, in order
         raise FormatError(*[f"{path}: {text}" for text in texts])
     output = reader.GetOutputDataObject(0)
-    if not isinstance(output, (vtkPolyData, vtkDataObjectTree)):
+    if not isinstance(output, expected):
         found = output.GetClassName() if output is not None else "nothing"
-        raise FormatError(f"{path}: expected vtkPolyData or vtkMultiBlockDataSet, found {found}")
+        wanted = [kind.__name__.replace("vtkDataObjectTree", "vtkMultiBlockDataSet") for kind in expected]
+        raise FormatError(f"{path}: expected {' or '.join(wanted)}, found {found}")
     for text in remarks:
         warnings.warn(f"{path}: {text}", SurfaceSynthesisWarning, stacklevel=3)
     result = output.NewInstance()
@@ -126,6 +181,11 @@ def check_writable(mesh, path):
     composite = isinstance(mesh, vtkDataObjectTree)
     if composite and kind not in (".vtm", ".vtk"):
         raise ValueError(f"{path}: a composite dataset can be written to .vtm or .vtk only")
+    grid = isinstance(mesh, vtkUnstructuredGrid)
+    if grid and kind not in (".vtu", ".vtk"):
+        raise ValueError(f"{path}: an unstructured grid can be written to .vtu or .vtk only")
+    if not grid and kind == ".vtu":
+        raise ValueError(f"{path}: .vtu is for unstructured grids; use .vtp")
     if not composite and kind == ".vtm":
         raise ValueError(f"{path}: .vtm is for composite datasets; use .vtp")
     if composite and not isinstance(mesh, vtkMultiBlockDataSet):
@@ -142,7 +202,8 @@ def check_writable(mesh, path):
 
 
 def write_mesh(mesh, path):
-    """Writes a vtkPolyData, or a vtkMultiBlockDataSet to .vtm or .vtk; the format follows from the extension.
+    """Writes a vtkPolyData, a vtkUnstructuredGrid to .vtu or .vtk, or a vtkMultiBlockDataSet to .vtm or .vtk; the format
+    follows from the extension.
 
     PLY keeps all points arrays as vertex properties; STL, OBJ and OFF keep the shape only, STL in single precision and
     as triangles. The file appears under its name when it is complete: until then, and after a failure, a file that was
@@ -187,6 +248,8 @@ def _write(mesh, path, folder):
         _write_with_vtk(vtkSTLWriter(), _triangles(mesh), path)
     elif kind == ".vtm":
         _write_with_vtk(vtkXMLMultiBlockDataWriter(), mesh, path)
+    elif kind == ".vtu":
+        _write_with_vtk(vtkXMLUnstructuredGridWriter(), mesh, path)
     elif kind == ".vtp":
         _write_with_vtk(vtkXMLPolyDataWriter(), mesh, path)
     else:

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``surface``."""
+
+import time
+
+from .common import add_command, add_running_options, as_usage, run_filter
+
+_DESCRIPTION = """\
+Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
+The output is in the world coordinates of the input; for NIfTI those of the scanner."""
+_EXAMPLES = """\
+files: the format follows from the extension.
+  .nii .nii.gz .mha .mhd .nrrd .vti       volumes
+  .stl .ply .obj .off .vtp .vtk           surfaces to read, and to write
+  .vtm (.vtk)                             composite datasets, processed block by block
+
+examples:
+  %(prog)s head.nii.gz skin.vtp --largest --fill-cavities
+  %(prog)s ct.nrrd bone.stl --iso 300 --smoothing mean_curvature
+  %(prog)s scan.ply closed.ply --voxel-size 0.5 --closing 2
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "surface", "INPUT OUTPUT", "make a closed surface of a volume or a broken surface", _DESCRIPTION, _EXAMPLES
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", help="volume or surface to read")
+    parser.add_argument("output", metavar="OUTPUT", help="surface to write: .vtp .vtk .vtm .stl .ply .obj .off")
+
+    image = parser.add_argument_group("volumes")
+    image.add_argument("--iso", type=float, metavar="V", help="value on the surface (default: from the histogram)")
+    image.add_argument("--below", action="store_true", help="what lies below the value is solid, not above")
+    image.add_argument("--array", metavar="NAME", help="point array to use (default: the active scalars)")
+
+    solid = parser.add_argument_group("solid; lengths in units of the file, mm as a rule")
+    solid.add_argument(
+        "--voxel-size",
+        type=float,
+        metavar="H",
+        help="side of the voxels (default: the smallest spacing, or 1/128 of a surface's longest side)",
+    )
+    solid.add_argument("--closing", type=float, default=0.0, metavar="R", help="fill gaps narrower than 2 R")
+    solid.add_argument(
+        "--smoothing",
+        default="none",
+        choices=["none", "gaussian", "mean_curvature", "median", "laplacian"],
+        metavar="KIND",
+        help="none (default), gaussian, mean_curvature, median or laplacian",
+    )
+    solid.add_argument("--iterations", type=int, default=3, metavar="N", help="times to smooth (default: 3)")
+    solid.add_argument("--offset", type=float, default=0.0, metavar="D", help="move the surface outwards by D")
+    solid.add_argument("--fill-cavities", action="store_true", help="make solid what the solid encloses")
+    solid.add_argument("--largest", action="store_true", help="keep the largest part only")
+    solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
+    solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
+    add_running_options(solid)
+
+
+def run(arguments):
+    """The command ``surface``; returns the line to print."""
+    from .. import files
+
+    started = time.monotonic()
+    surface = _filter_of(arguments)
+    as_usage(files.extension, arguments.output)
+    is_volume = files.volume_extension(arguments.input) is not None
+    if not is_volume:
+        as_usage(_surface_extension, files, arguments.input)
+    given = files.read_volume(arguments.input) if is_volume else files.read_mesh(arguments.input)
+    if given.GetNumberOfPoints() == 0:
+        raise files.FormatError(f"{arguments.input}: the file holds no points")
+    output = run_filter(surface, given, arguments)
+    as_usage(files.check_writable, output, arguments.output)
+    files.write_mesh(output, arguments.output)
+    parts = [f"{output.GetNumberOfPoints():,} points", f"{output.GetNumberOfCells():,} triangles"]
+    if is_volume:
+        parts.append(f"isovalue {surface.GetEffectiveIsoValue():.6g}")
+    return f"{', '.join(parts)}, {time.monotonic() - started:.1f} s -> {arguments.output}"
+
+
+def _surface_extension(files, path):
+    """Raises ValueError, naming the volumes too, when ``path`` has no known extension."""
+    try:
+        files.extension(path)
+    except ValueError as error:
+        raise ValueError(f"{error}, or for volumes {', '.join(files.VOLUME_FORMATS)}") from None
+
+
+def _filter_of(arguments):
+    from ..meshing_volumes import configured_filter
+
+    return as_usage(
+        configured_filter,
+        iso_value=arguments.iso,
+        inside="below" if arguments.below else "above",
+        voxel_size=arguments.voxel_size,
+        closing=arguments.closing,
+        smoothing=arguments.smoothing,
+        smoothing_iterations=arguments.iterations,
+        offset=arguments.offset,
+        adaptivity=arguments.adaptivity,
+        fill_cavities=arguments.fill_cavities,
+        largest_component=arguments.largest,
+        maximum_voxels=arguments.maximum_voxels,
+        array=arguments.array,
+    )

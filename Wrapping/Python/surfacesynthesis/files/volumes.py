@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Volumes: NIfTI, MetaImage, NRRD and VTK's XML images, as vtkImageData that lies where the file says.
+
+The headers are read here and not by VTK's readers, which turn rows round, leave directions out, or crash on files that
+are cut off. What a header announces is compared with the size of the file before memory is taken.
+"""
+
+import gzip
+import os
+import zlib
+from typing import NamedTuple
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from ..errors import FormatError
+
+#: Bytes that a compressed byte can stand for at most (a property of the deflate format).
+_LARGEST_RATIO = 1032
+#: How far axes may be from orthogonal: headers store them in single precision.
+_ORTHOGONAL = 1e-3
+
+
+class Volume(NamedTuple):
+    """Samples on a lattice. Sample (i, j, k) lies at ``affine @ (i, j, k, 1)``; ``values`` are flat, i runs fastest."""
+
+    dimensions: tuple
+    affine: np.ndarray
+    values: np.ndarray
+
+
+def to_image(path, volume):
+    """The vtkImageData of a Volume, with the array "Scalars". Raises FormatError when its axes are sheared."""
+    axes = volume.affine[:3, :3]
+    spacing = np.linalg.norm(axes, axis=0)
+    if not np.isfinite(volume.affine).all() or not (spacing > 0).all():
+        raise FormatError(f"{path}: the axes of the volume have the lengths {_listed(spacing)}; larger than 0 is needed")
+    directions = axes / spacing
+    cosines = directions.T @ directions - np.eye(3)
+    if np.abs(cosines).max() > _ORTHOGONAL:
+        raise FormatError(
+            f"{path}: the axes of the volume are sheared: the cosine between two of them is "
+            f"{np.abs(cosines).max():.3g}, where 0 is needed. Resample the volume on orthogonal axes first."
+        )
+    left, _, right = np.linalg.svd(directions)  # the nearest orthogonal axes: rounding in the header goes
+    image = vtkImageData()
+    image.SetDimensions(*volume.dimensions)
+    image.SetSpacing(*spacing)
+    image.SetOrigin(*volume.affine[:3, 3])
+    image.SetDirectionMatrix(*(left @ right).ravel())
+    scalars = numpy_to_vtk(np.ascontiguousarray(volume.values), deep=True)
+    scalars.SetName("Scalars")
+    image.GetPointData().SetScalars(scalars)
+    return image
+
+
+def _listed(numbers):
+    return ", ".join(f"{number:.6g}" for number in numbers)
+
+
+def count_samples(path, dimensions):
+    """The number of samples; raises FormatError when a dimension is not from 1 to 2^31 - 1."""
+    total = 1
+    for size in dimensions:
+        if not 1 <= size < 2**31:
+            raise FormatError(f"{path}: the volume has the dimensions {_listed(dimensions)}; from 1 to 2147483647 are needed")
+        total *= int(size)
+    return total
+
+
+def read_samples(path, count, kind, offset, compressed):
+    """``count`` values of the NumPy type ``kind`` that begin ``offset`` bytes into a file, or into what is compressed
+    in it ("gzip"; "raw": the bytes behind ``offset`` are compressed by themselves; None)."""
+    kind = np.dtype(kind)
+    needed = count * kind.itemsize
+    begin = offset if compressed != "gzip" else 0
+    stored = os.path.getsize(path) - begin
+    available = stored if compressed is None else stored * _LARGEST_RATIO - (offset if compressed == "gzip" else 0)
+    if needed > available:
+        raise _too_short(path, needed, max(stored, 0), compressed)
+    with open(path, "rb") as file:
+        file.seek(begin)
+        data = file.read(needed) if compressed is None else _inflate(path, file, offset - begin, needed)
+    if len(data) < needed:
+        raise _too_short(path, needed, len(data), None)
+    return np.frombuffer(data, dtype=kind, count=count)
+
+
+def _too_short(path, needed, found, compressed):
+    what = "compressed bytes follow" if compressed else "follow"
+    return FormatError(f"{path}: the file is cut off: its header announces {needed} bytes of samples, {found} {what}")
+
+
+def _inflate(path, file, skip, needed):
+    """``needed`` bytes, behind ``skip``, of the gzip or zlib stream that begins where ``file`` stands; fewer when it ends."""
+    inflater = zlib.decompressobj(wbits=47)  # gzip or zlib, whichever it is
+    parts, missing, rest = [], skip + needed, b""
+    try:
+        while missing > 0 and not inflater.eof:
+            block = rest or file.read(1 << 20)
+            if not block:
+                break
+            parts.append(inflater.decompress(block, missing))
+            missing -= len(parts[-1])
+            rest = inflater.unconsumed_tail
+    except zlib.error as error:
+        raise FormatError(f"{path}: the compressed data is damaged: {error}") from None
+    return b"".join(parts)[skip : skip + needed]
+
+
+def read_head(path, size):
+    """The first ``size`` bytes, of the uncompressed file when it is compressed; and whether it is."""
+    with open(path, "rb") as file:
+        compressed = file.read(2) == b"\x1f\x8b"
+    try:
+        with (gzip.open(path, "rb") if compressed else open(path, "rb")) as file:
+            return file.read(size), compressed
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise FormatError(f"{path}: the compressed data is damaged: {error}") from None
