@@ -15,6 +15,8 @@ packages=(
   libvtk9-dev python3 python3-numpy python3-vtk9
   # Eigen (MPL-2.0), CHOLMOD (LGPL-2.1+, supernodal part GPL-2+), OpenBLAS (BSD-3-Clause)
   libeigen3-dev libopenblas-dev libopenblas0-pthread libsuitesparse-dev
+  # CGAL (its polygon mesh processing GPL-3+), with Boost (BSL-1.0), GMP and MPFR (LGPL-3+)
+  libboost-dev libcgal-dev libgmp-dev libmpfr-dev
   # OpenVDB (MPL-2.0), with TBB (Apache-2.0) and Imath (BSD-3-Clause)
   libimath-dev libopenvdb-dev libtbb-dev
   # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)

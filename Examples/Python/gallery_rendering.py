@@ -41,6 +41,15 @@ def cool_warm(limit):
     return colours
 
 
+def sequential(low, high):
+    """A colour map from low (light) to high (dark red)."""
+    colours = vtkColorTransferFunction()
+    colours.SetColorSpaceToLab()
+    for place, colour in ((0.0, (0.99, 0.97, 0.88)), (0.5, (0.95, 0.60, 0.35)), (1.0, (0.45, 0.02, 0.12))):
+        colours.AddRGBPoint(low + place * (high - low), *colour)
+    return colours
+
+
 class View:
     """A camera with a parallel projection: looks along -``direction`` at ``centre``; ``height`` world units are seen."""
 
@@ -81,8 +90,9 @@ def view_of(mesh, aspect, direction, margin=1.06):
     return View(centre, margin * max(height, width / aspect), direction)
 
 
-def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY):
-    """The image [height, width, 3] of a surface, coloured by a point array or plain."""
+def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY, colours=None):
+    """The image [height, width, 3] of a surface, coloured by a point array (with a diverging map up to ``limit``, or the
+    map ``colours``) or plain."""
     normals = vtkPolyDataNormals()
     normals.SetInputData(mesh)
     normals.SplittingOff()
@@ -103,7 +113,7 @@ def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY):
     else:
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray(array)
-        mapper.SetLookupTable(cool_warm(limit))
+        mapper.SetLookupTable(colours or cool_warm(limit))
         mapper.UseLookupTableScalarRangeOn()
         mapper.InterpolateScalarsBeforeMappingOn()
         surface.SetAmbient(0.42)  # little shading: colour, not light, tells the value
