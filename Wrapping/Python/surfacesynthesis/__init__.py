@@ -17,10 +17,13 @@ and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or
 """
 
 from . import accessor as _accessor
+from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, write_mesh
 from .noise import MODELS, matern_noise
+from .report import topology_report
+from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
 
 __all__ = [
@@ -32,8 +35,17 @@ __all__ = [
     "__version__",
     "matern_noise",
     "read_mesh",
+    "topology_report",
     "vtkMaternNoiseFilter",
+    "vtkTopologyReport",
     "write_mesh",
 ]
+
+# A filter whose library was not there when the package was built is absent.
+if hasattr(_meshing, "vtkTetrahedralizeFilter"):
+    from .tetrahedra import tetrahedralize
+    from .vtkSurfaceSynthesisMeshing import vtkTetrahedralizeFilter
+
+    __all__ += ["tetrahedralize", "vtkTetrahedralizeFilter"]
 
 _accessor.register()
