@@ -17,6 +17,8 @@ packages=(
   libeigen3-dev libopenblas-dev libopenblas0-pthread libsuitesparse-dev
   # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)
   librandom123-dev libspectra-dev
+  # TetGen (AGPL-3, linked by the program surfacesynthesis-tetgen only)
+  libtet1.5-dev
   # the example: its surfaces, plots and an X server without a screen
   libcgal-demo python3-matplotlib xauth xvfb
 )

@@ -164,8 +164,8 @@ class TopologyReport(collections.abc.Mapping):
     def __str__(self):
         lines = []
         for name, value in self.items():
-            if name in DEFECTS and not value:
-                continue
+            if not value and (name in DEFECTS or name.endswith("_cells") or name == "longest_boundary_loop"):
+                continue  # what there is none of
             if isinstance(value, bool):
                 shown = "yes" if value else "no"
             else:
