@@ -9,11 +9,16 @@ import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
-FILTERS = (("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml"),)
+# header, XML, and how many properties and results there are at least
+FILTERS = (
+    ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0),
+    ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1),
+    ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5),
+)
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
-GETTER = re.compile(r"(?:double|vtkTypeInt64) Get(?P<name>\w+)\(\) const;")
+GETTER = re.compile(r"(?:bool|double|vtkTypeInt64) Get(?P<name>\w+)\(\) const;")
 
 
 def plain(text):
@@ -34,14 +39,14 @@ def properties_of_header(path):
     with open(path, encoding="utf-8") as file:
         header = file.read()
     enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z_]+) = (\d+)", header, re.MULTILINE)}
-    defaults = dict(re.findall(r"^  (?:int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
+    defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
         found = SETTER.search(group["body"])
         if found:
             name = found["name"] or found["text"]
             low, high = (enumerators.get(found[end], found[end]) if found["clamp"] else None for end in ("low", "high"))
-            default = defaults[name].strip('"')
+            default = {"false": "0", "true": "1"}.get(defaults[name], defaults[name].strip('"'))
             settable[name] = (group["comment"], (low, high), enumerators.get(default, default))
         else:
             for name in GETTER.findall(group["body"]):
@@ -49,9 +54,9 @@ def properties_of_header(path):
     return settable, readable
 
 
-def check(header, xml):
+def check(header, xml, fewest_settable, fewest_readable):
     settable, readable = properties_of_header(header)
-    assert len(settable) >= 10 and len(readable) >= 5, (sorted(settable), sorted(readable))
+    assert len(settable) >= fewest_settable and len(readable) >= fewest_readable, (sorted(settable), sorted(readable))
     proxy = ElementTree.parse(xml).getroot().find("ProxyGroup/SourceProxy")
     assert proxy.get("class") == os.path.splitext(os.path.basename(header))[0]
     properties = {element.get("name"): element for element in proxy if element.tag.endswith("Property")}
@@ -94,5 +99,5 @@ def check_range(name, element, low, high):
 
 
 if __name__ == "__main__":
-    for pair in FILTERS:
-        check(*(os.path.join(sys.argv[1], path) for path in pair))
+    for header, xml, *counts in FILTERS:
+        check(*(os.path.join(sys.argv[1], path) for path in (header, xml)), *counts)

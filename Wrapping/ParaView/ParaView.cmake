@@ -45,6 +45,7 @@ endif ()
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge
+  VTK::SurfaceSynthesisMeshing
   VTK::SurfaceSynthesisNoise)
 vtk_module_find_modules(surfsynth_plugin_module_files "${CMAKE_CURRENT_SOURCE_DIR}/Filters")
 
@@ -74,7 +75,9 @@ set(surfsynth_plugin_destination "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBD
 # The Python package, for pvpython.
 if (surfsynth_wrap_python)
   vtk_module_wrap_python(
-    MODULES VTK::SurfaceSynthesisNoise
+    MODULES
+      VTK::SurfaceSynthesisMeshing
+      VTK::SurfaceSynthesisNoise
     PYTHON_PACKAGE surfacesynthesis
     MODULE_DESTINATION "${surfsynth_python_destination}"
     LIBRARY_DESTINATION "${surfsynth_plugin_destination}"
