@@ -3,9 +3,9 @@
 /// Fills a sphere with tetrahedra, which works only where the program that runs TetGen is found, and checks their volume
 /// against the topology report of the sphere.
 #include <vtkCell.h>
-#include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPlatonicSolidSource.h>
+#include <vtkPoints.h>
 #include <vtkTetra.h>
 #include <vtkTetrahedralizeFilter.h>
 #include <vtkTopologyReport.h>
@@ -26,8 +26,12 @@ int main()
   double volume = 0.0;
   for (vtkIdType cell = 0; grid && cell < grid->GetNumberOfCells(); ++cell)
   {
-    vtkPoints* points = grid->GetCell(cell)->GetPoints();
-    volume += vtkTetra::ComputeVolume(points->GetPoint(0), points->GetPoint(1), points->GetPoint(2), points->GetPoint(3));
+    double corners[4][3];
+    for (int k = 0; k < 4; ++k)
+    {
+      grid->GetCell(cell)->GetPoints()->GetPoint(k, corners[k]);
+    }
+    volume += vtkTetra::ComputeVolume(corners[0], corners[1], corners[2], corners[3]);
   }
   vtkNew<vtkTopologyReport> report;
   report->SetInputConnection(solid->GetOutputPort());
