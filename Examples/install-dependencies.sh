@@ -21,6 +21,8 @@ packages=(
   libimath-dev libopenvdb-dev libtbb-dev
   # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)
   librandom123-dev libspectra-dev
+  # TetGen (AGPL-3, linked by the program surfacesynthesis-tetgen only)
+  libtet1.5-dev
   # the examples: surfaces and scans, plots and an X server without a screen
   libcgal-demo mricron-data python3-matplotlib xauth xvfb
 )

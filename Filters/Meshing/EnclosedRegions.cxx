@@ -66,58 +66,82 @@ struct Cells
   std::set<std::pair<Index, std::pair<Index, Index>>> Walls; ///< (patch, the lower and the higher cell on its two sides)
 };
 
-Cells FindCells(const SurfaceFaces& faces, const TetGenMesh& mesh, const PointMatrix& points)
+/// Numbers the tetrahedra by the cell that they are in.
+class CellFinder
 {
-  const Index count = static_cast<Index>(mesh.Tetrahedra.rows());
-  Cells cells;
-  cells.OfTetrahedron.assign(static_cast<std::size_t>(count), Outside);
-  std::vector<Index> stack;
-  std::vector<std::array<Index, 3>> walls; // patch and the tetrahedra on its two sides
-  for (Index first = 0; first < count; ++first)
+public:
+  CellFinder(const SurfaceFaces& faces, const TetGenMesh& mesh, const PointMatrix& points)
+    : Faces(faces)
+    , Mesh(mesh)
+    , Points(points)
   {
-    if (cells.OfTetrahedron[first] != Outside)
+    this->Found.OfTetrahedron.assign(static_cast<std::size_t>(mesh.Tetrahedra.rows()), Outside);
+  }
+
+  Cells Find()
+  {
+    for (Index t = 0; t < static_cast<Index>(this->Mesh.Tetrahedra.rows()); ++t)
     {
-      continue;
+      if (this->Found.OfTetrahedron[t] == Outside)
+      {
+        this->Fill(t);
+      }
     }
-    const Index cell = static_cast<Index>(cells.Largest.size());
-    double largest = -1.0;
-    cells.Largest.push_back(first);
-    cells.OfTetrahedron[first] = cell;
-    stack.assign(1, first);
-    while (!stack.empty())
+    for (const auto& wall : this->Walls)
     {
-      const Index t = stack.back();
-      stack.pop_back();
-      const double volume = SixfoldVolume(points, mesh.Tetrahedra, t);
+      const Index beyond = wall[2] < 0 ? Outside : this->Found.OfTetrahedron[wall[2]];
+      this->Found.Walls.insert({ wall[0], std::minmax({ this->Found.OfTetrahedron[wall[1]], beyond }) });
+    }
+    return std::move(this->Found);
+  }
+
+private:
+  void Fill(Index first)
+  {
+    const Index cell = static_cast<Index>(this->Found.Largest.size());
+    double largest = -1.0;
+    this->Found.Largest.push_back(first);
+    this->Found.OfTetrahedron[first] = cell;
+    this->Stack.assign(1, first);
+    while (!this->Stack.empty())
+    {
+      const Index t = this->Stack.back();
+      this->Stack.pop_back();
+      const double volume = SixfoldVolume(this->Points, this->Mesh.Tetrahedra, t);
       if (volume > largest)
       {
         largest = volume;
-        cells.Largest[cell] = t;
+        this->Found.Largest[cell] = t;
       }
-      for (int k = 0; k < 4; ++k)
+      this->LookAround(t, cell);
+    }
+  }
+
+  void LookAround(Index t, Index cell)
+  {
+    for (int k = 0; k < 4; ++k)
+    {
+      const Index beyond = this->Mesh.Neighbours(t, k);
+      const Index patch = this->Faces.PatchOf(FaceOpposite(this->Mesh.Tetrahedra, t, k));
+      if (patch >= 0)
       {
-        const Index beyond = mesh.Neighbours(t, k);
-        const Index patch = faces.PatchOf(FaceOpposite(mesh.Tetrahedra, t, k));
-        if (patch >= 0)
-        {
-          walls.push_back({ patch, t, beyond });
-        }
-        else if (beyond >= 0 && cells.OfTetrahedron[beyond] == Outside)
-        {
-          cells.OfTetrahedron[beyond] = cell;
-          stack.push_back(beyond);
-        }
+        this->Walls.push_back({ patch, t, beyond });
+      }
+      else if (beyond >= 0 && this->Found.OfTetrahedron[beyond] == Outside)
+      {
+        this->Found.OfTetrahedron[beyond] = cell;
+        this->Stack.push_back(beyond);
       }
     }
   }
-  for (const auto& wall : walls)
-  {
-    const auto sides = std::minmax(
-      { cells.OfTetrahedron[wall[1]], wall[2] < 0 ? Outside : cells.OfTetrahedron[wall[2]] });
-    cells.Walls.insert({ wall[0], { sides.first, sides.second } });
-  }
-  return cells;
-}
+
+  const SurfaceFaces& Faces;
+  const TetGenMesh& Mesh;
+  const PointMatrix& Points;
+  Cells Found;
+  std::vector<Index> Stack;
+  std::vector<std::array<Index, 3>> Walls; ///< patch and the tetrahedra on its two sides
+};
 } // namespace
 
 double SixfoldVolume(const PointMatrix& points, const TetrahedronMatrix& tetrahedra, Index t)
@@ -132,7 +156,8 @@ double SixfoldVolume(const PointMatrix& points, const TetrahedronMatrix& tetrahe
 std::vector<EnclosedRegion> FindEnclosedRegions(
   const SurfacePatches& patches, const TetGenMesh& mesh, const PointMatrix& points)
 {
-  const Cells cells = FindCells(SurfaceFaces(patches, mesh), mesh, points);
+  const SurfaceFaces faces(patches, mesh);
+  const Cells cells = CellFinder(faces, mesh, points).Find();
   const auto inconsistent = [] {
     throw SolverFailure("TetGen's tetrahedra do not keep the parts of the surface apart, which happens where parts touch; "
                         "separate them, or vtkVDBSurfaceFilter makes a closed manifold of them.");

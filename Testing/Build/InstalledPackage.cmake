@@ -26,8 +26,21 @@ endforeach ()
 
 # The headers of the installed package are used, not those of the source tree.
 configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/Build"
-  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject")
+  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject"
+  "-DWITH_TETGEN=${TETGEN}")
 run_command("${WORK_DIR}/Build/noise")
+if (TETGEN)
+  # The program that runs TetGen is found in the moved prefix, and the AGPL stays in it.
+  run_command("${WORK_DIR}/Build/tetrahedra")
+  find_program(READELF readelf REQUIRED)
+  file(GLOB_RECURSE libraries "${prefix}/*.so")
+  foreach (library IN LISTS libraries)
+    run_command("${READELF}" -d "${library}")
+    if (OUTPUT MATCHES "NEEDED[^\n]*libtet")
+      message(FATAL_ERROR "${library} links TetGen")
+    endif ()
+  endforeach ()
+endif ()
 run_command("${WORK_DIR}/Build/core")
 
 # The same program finds Core alone, and does not look for VTK.

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -94,97 +96,70 @@ std::vector<char> Garbled(unsigned int seed)
   return bytes;
 }
 
+/// A reply that promises two thousand million points, and zeros without end.
+void Flood()
+{
+  std::vector<char> bytes = Reply(std::numeric_limits<std::int32_t>::max());
+  for (int k = 0; k < 1000; ++k)
+  {
+    Write(bytes);
+    bytes.assign(1 << 16, 0);
+  }
+}
+
+/// A valid reply with @p more bytes, or fewer.
+void WriteWith(int more)
+{
+  std::vector<char> bytes = Reply();
+  bytes.resize(bytes.size() + static_cast<std::size_t>(more), 'x');
+  Write(bytes);
+}
+
+void CloseAndHang()
+{
+  close(STDIN_FILENO);
+  close(STDOUT_FILENO);
+  pause();
+}
+
+void HangAfterReply()
+{
+  Write(Reply());
+  pause();
+}
+
+const std::map<std::string, std::function<void()>> Misbehaviour = {
+  { "crash", [] { raise(SIGSEGV); } },
+  { "abort", [] { std::abort(); } },
+  { "killed", [] { raise(SIGKILL); } },
+  { "exit", [] { _exit(7); } },
+  { "hang", [] { pause(); } },
+  { "hang-after-reply", HangAfterReply },
+  { "close-and-hang", CloseAndHang },
+  { "chatter", [] { Write(std::vector<char>(5000, '?')); } },
+  { "flood", Flood },
+  { "half", [] { WriteWith(-7); } },
+  { "longer", [] { WriteWith(1); } },
+  { "negative", [] { Write(Reply(-1)); } },
+  { "huge", [] { Write(Reply(std::int64_t(1) << 60)); } },
+  { "id", [] { Write(Reply(1, 1, 1000000)); } },
+  { "negative-id", [] { Write(Reply(1, 1, -1)); } },
+  { "nan", [] { Write(Reply(1, 1, 3, std::numeric_limits<double>::quiet_NaN())); } },
+  { "unknown-status", [] { Write(Reply(0, 0, 3, 0.1, 99)); } },
+  { "memory", [] { Write(Reply(0, 0, 3, 0.1, OutOfMemory)); } },
+};
+
+/// "code3" and "garbled17" have numbers; any other name is silence.
 void Misbehave(const std::string& mode)
 {
-  if (mode == "crash")
+  const auto found = Misbehaviour.find(mode);
+  if (found != Misbehaviour.end())
   {
-    raise(SIGSEGV);
-  }
-  else if (mode == "abort")
-  {
-    signal(SIGABRT, SIG_DFL);
-    std::abort();
-  }
-  else if (mode == "killed")
-  {
-    raise(SIGKILL);
-  }
-  else if (mode == "exit")
-  {
-    _exit(7);
-  }
-  else if (mode == "hang")
-  {
-    pause();
-  }
-  else if (mode == "hang-after-reply")
-  {
-    Write(Reply());
-    pause();
-  }
-  else if (mode == "close-and-hang")
-  {
-    close(STDIN_FILENO);
-    close(STDOUT_FILENO);
-    pause();
-  }
-  else if (mode == "chatter")
-  {
-    Write(std::vector<char>(5000, '?'));
-  }
-  else if (mode == "flood")
-  {
-    const std::vector<char> zeros(1 << 16, 0);
-    std::vector<char> bytes = Reply(std::numeric_limits<std::int32_t>::max());
-    for (int k = 0; k < 1000; ++k)
-    {
-      Write(bytes);
-      bytes = zeros;
-    }
-  }
-  else if (mode == "half")
-  {
-    std::vector<char> bytes = Reply();
-    bytes.resize(bytes.size() - 7);
-    Write(bytes);
-  }
-  else if (mode == "longer")
-  {
-    std::vector<char> bytes = Reply();
-    bytes.push_back('x');
-    Write(bytes);
-  }
-  else if (mode == "negative")
-  {
-    Write(Reply(-1));
-  }
-  else if (mode == "huge")
-  {
-    Write(Reply(std::int64_t(1) << 60));
-  }
-  else if (mode == "id")
-  {
-    Write(Reply(1, 1, 1000000));
-  }
-  else if (mode == "negative-id")
-  {
-    Write(Reply(1, 1, -1));
-  }
-  else if (mode == "nan")
-  {
-    Write(Reply(1, 1, 3, std::numeric_limits<double>::quiet_NaN()));
-  }
-  else if (mode == "unknown-status")
-  {
-    Write(Reply(0, 0, 3, 0.1, 99));
+    found->second();
   }
   else if (mode.rfind("code", 0) == 0)
   {
     Write(Reply(0, 0, 3, 0.1, Terminated, std::atoi(mode.c_str() + 4)));
-  }
-  else if (mode == "memory")
-  {
-    Write(Reply(0, 0, 3, 0.1, OutOfMemory));
   }
   else if (mode.rfind("garbled", 0) == 0)
   {

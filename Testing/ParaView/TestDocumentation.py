@@ -11,13 +11,17 @@ import xml.etree.ElementTree as ElementTree
 
 # header, XML, how many properties and results at least, properties of the XML that are methods of VTK's own
 FILTERS = (
-    ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
+    ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
+    ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
+    ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
+    ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
+    ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
 )
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
-GETTER = re.compile(r"(?:double|vtkTypeInt64) Get(?P<name>\w+)\(\) const;")
+GETTER = re.compile(r"(?:bool|double|vtkTypeInt64|const char\*) Get(?P<name>\w+)\(\) const(?:;| \{)")
 
 
 def plain(text):
@@ -38,15 +42,14 @@ def properties_of_header(path):
     with open(path, encoding="utf-8") as file:
         header = file.read()
     enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z_]+) = (\d+)", header, re.MULTILINE)}
-    defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+) = ([^;]+);", header, re.MULTILINE))
+    defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
         found = SETTER.search(group["body"])
         if found:
             name = found["name"] or found["text"]
             low, high = (enumerators.get(found[end], found[end]) if found["clamp"] else None for end in ("low", "high"))
-            default = defaults[name].strip('"')
-            default = {"true": "1", "false": "0"}.get(default, default)
+            default = {"false": "0", "true": "1"}.get(defaults[name], defaults[name].strip('"'))
             settable[name] = (group["comment"], (low, high), enumerators.get(default, default))
         else:
             for name in GETTER.findall(group["body"]):

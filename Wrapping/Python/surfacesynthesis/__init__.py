@@ -20,18 +20,16 @@ and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or
 """
 
 from . import accessor as _accessor
+from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
 from .meshing_volumes import vdb_surface
 from .noise import MODELS, matern_noise
 from .remeshing import HOLES, remesh, repair, repair_report
+from .report import topology_report
+from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
-
-try:  # CGAL is optional
-    from .vtkSurfaceSynthesisMeshing import vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter
-except ImportError:
-    pass
 
 __all__ = [
     "Cancelled",
@@ -48,15 +46,20 @@ __all__ = [
     "repair_report",
     "read_volume",
     "vdb_surface",
+    "topology_report",
     "vtkMaternNoiseFilter",
+    "vtkTopologyReport",
     "write_mesh",
 ]
 
-try:
-    from .vtkSurfaceSynthesisMeshing import vtkVDBSurfaceFilter
-except ImportError:  # built without OpenVDB: the filter is absent, and vdb_surface() says so
-    pass
-else:
-    __all__.append("vtkVDBSurfaceFilter")
+# A filter whose library was not there when the package was built is absent; remesh(), repair() and vdb_surface() say so.
+for _name in ("vtkIsotropicRemeshFilter", "vtkSurfaceRepairFilter", "vtkTetrahedralizeFilter", "vtkVDBSurfaceFilter"):
+    if hasattr(_meshing, _name):
+        globals()[_name] = getattr(_meshing, _name)
+        __all__.append(_name)
+if hasattr(_meshing, "vtkTetrahedralizeFilter"):
+    from .tetrahedra import tetrahedralize
+
+    __all__.append("tetrahedralize")
 
 _accessor.register()

@@ -8,7 +8,7 @@ import sys
 import warnings
 
 from .commands import COMMANDS
-from .commands.common import PROGRAM, UsageError
+from .commands.common import PROGRAM, Outcome, UsageError
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
@@ -48,8 +48,8 @@ def _terminate(number, _frame):
 
 
 def main(arguments=None):
-    """Runs a command line (default: the process's own) and returns the exit status: 0, 1 after an error, 2 for wrong
-    usage, 130 after Ctrl-C."""
+    """Runs a command line (default: the process's own) and returns the exit status: 0 or what the command documents, 1
+    after an error, 2 for wrong usage, 130 after Ctrl-C."""
     if arguments is None:
         signal.signal(signal.SIGTERM, _terminate)
     try:
@@ -59,10 +59,11 @@ def main(arguments=None):
             parsed = build_parser().parse_args(arguments)
             if parsed.quiet:
                 warnings.simplefilter("ignore")
-            line = parsed.run(parsed)
+            done = parsed.run(parsed)
+        text, status = done if isinstance(done, Outcome) else (done, 0)
         if not parsed.quiet:
-            print(line, flush=True)
-        return 0
+            print(text, flush=True)
+        return status
     except UsageError as error:
         _report(str(error))
         return 2

@@ -1,7 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands of the command line, one module each with a function ``add(commands)``."""
 
-from . import noise, remesh, repair, surface
+from .. import vtkSurfaceSynthesisMeshing as _meshing
+from . import noise, remesh, repair, report, surface, tetrahedralize
 
-#: In the order of the help text.
-COMMANDS = [repair, remesh, surface, noise]
+#: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
+COMMANDS = [
+    command
+    for command, needed in (
+        (report, "vtkTopologyReport"),
+        (surface, "vtkVDBSurfaceFilter"),
+        (repair, "vtkSurfaceRepairFilter"),
+        (remesh, "vtkIsotropicRemeshFilter"),
+        (tetrahedralize, "vtkTetrahedralizeFilter"),
+    )
+    if hasattr(_meshing, needed)
+] + [noise]

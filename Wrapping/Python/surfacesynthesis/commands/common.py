@@ -2,10 +2,15 @@
 """What the commands have in common: options, the progress bar, wrong usage."""
 
 import argparse
+import collections
 import sys
 import warnings
 
 PROGRAM = "surfacesynthesis"
+
+
+#: What a command returns that has another exit status than 0: the text to print, and the status.
+Outcome = collections.namedtuple("Outcome", "text status")
 
 
 class UsageError(Exception):

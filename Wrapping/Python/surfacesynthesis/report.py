@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a surface is like and everything that is wrong with it: a function around vtkTopologyReport."""
+
+import collections.abc
+import csv
+import io
+import re
+import warnings
+
+from .arguments import integer, progress_callback
+from .datasets import given_dataset
+from .errors import SurfaceSynthesisWarning
+from .pipeline import apply_filter
+from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
+
+#: Properties that count what is wrong, or may be.
+DEFECTS = (
+    "unreadable_cells",
+    "cells_with_missing_points",
+    "cells_with_too_few_points",
+    "broken_vertices_and_lines",
+    "non_finite_points",
+    "cells_with_repeated_points",
+    "uncuttable_polygons",
+    "degenerate_triangles",
+    "duplicate_triangles",
+    "non_manifold_edges",
+    "non_manifold_points",
+    "inconsistent_winding_edges",
+    "boundary_edges",
+    "coincident_points",
+    "unreferenced_points",
+    "small_components",
+)
+_YES_OR_NO = ("sound", "closed", "manifold", "orientable", "consistent_winding")
+_REAL = re.compile(
+    r"area|volume|[xyz]_(minimum|maximum)|longest_boundary_loop|(edge_length|angle|aspect_ratio)_\w+"
+)
+
+
+def topology_report(mesh, component_rows=10, progress=None):
+    """What a surface is like and everything that is wrong with it: what to run first on data of unknown quality.
+
+    A bad mesh is never an error here: broken cells are left out and the rest is measured.
+
+    Parameters
+    ----------
+    mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
+        Any surface, however broken. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. The
+        mesh is never modified.
+    component_rows : int
+        In a surface of several components, how many of them are described one by one, those with most triangles first;
+        at least 0. Default 10.
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+
+    Returns
+    -------
+    TopologyReport
+        A mapping from the name of a property to its value: ``report["genus"]``, ``report.get("volume")``. Names are
+        those of vtkTopologyReport in lower case with underscores. A property that the surface does not have (the volume
+        of an open one) has no entry. ``print(report)`` shows a table.
+    BlockReports, for a composite dataset
+        A mapping from the flat index of each block that is not empty to its TopologyReport.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        A block is no surface.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    algorithm = configured_filter(component_rows)
+    progress_callback(progress)
+    dataset = given_dataset(mesh)
+    table, remarks = apply_filter(algorithm, dataset, progress)
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return report_of_table(table, dataset)
+
+
+def configured_filter(component_rows=10):
+    """A vtkTopologyReport with the parameters of topology_report(), which raises TypeError and ValueError."""
+    algorithm = vtkTopologyReport()
+    algorithm.SetNumberOfComponentRows(integer("component_rows", component_rows, 0))
+    return algorithm
+
+
+def report_of_table(table, dataset):
+    """What topology_report() returns, from the filter's output for a dataset."""
+    columns = [table.GetColumnByName(name) for name in ("Block", "Component", "Property", "Value", "First", "Remark")]
+    rows = [tuple(column.GetValue(k) for column in columns) for k in range(table.GetNumberOfRows())]
+    if not hasattr(dataset, "NewTreeIterator"):
+        return TopologyReport(rows)
+    blocks = dict.fromkeys(row[0] for row in rows)
+    return BlockReports({block: TopologyReport([row for row in rows if row[0] == block]) for block in blocks})
+
+
+def _snake(name):
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+def _plain(name, value):
+    """The value as what it is: a truth, a real number or a count."""
+    if name in _YES_OR_NO:
+        return value > 0
+    return value if _REAL.fullmatch(name) else int(value)
+
+
+class TopologyReport(collections.abc.Mapping):
+    """The properties of one surface by name, as topology_report() finds them.
+
+    ``components`` is a list of dictionaries with the properties of the components of a surface that has several, those
+    with most triangles first; ``defects`` a dictionary with those counts of DEFECTS that are not 0.
+    """
+
+    def __init__(self, rows):
+        self._rows = list(rows)
+        self._values, self._firsts, self._remarks = {}, {}, {}
+        components = {}
+        for _, component, name, value, first, remark in self._rows:
+            name = _snake(name)
+            if component < 0:
+                self._values[name] = _plain(name, value)
+                self._firsts[name] = None if first < 0 else int(first)
+                self._remarks[name] = remark
+            else:
+                components.setdefault(component, {"component": component})[name] = _plain(name, value)
+        self.components = list(components.values())
+
+    def __getitem__(self, name):
+        return self._values[name]
+
+    def __iter__(self):
+        return iter(self._values)
+
+    def __len__(self):
+        return len(self._values)
+
+    @property
+    def sound(self):
+        """Whether filters with no demand beyond finite points, triangles with an area and at most two triangles at an
+        edge accept the surface; False when it is empty."""
+        return self.get("sound", False)
+
+    @property
+    def defects(self):
+        return {name: self[name] for name in DEFECTS if self.get(name)}
+
+    def first(self, name):
+        """The first cell or point that a property is about, or None."""
+        return self._firsts[name]
+
+    def remark(self, name):
+        """What repairs a defect, units, explanations; may be empty."""
+        return self._remarks[name]
+
+    def to_csv(self):
+        """All rows as comma-separated values, with a line of column names."""
+        return _csv(self._rows)
+
+    def __str__(self):
+        lines = []
+        for name, value in self.items():
+            if not value and (name in DEFECTS or name.endswith("_cells") or name == "longest_boundary_loop"):
+                continue  # what there is none of
+            if isinstance(value, bool):
+                shown = "yes" if value else "no"
+            else:
+                shown = f"{value:,}" if isinstance(value, int) else f"{value:.6g}"
+            first = "" if self.first(name) is None else f"first {self.first(name)}"
+            remark = self.remark(name) if self.remark(name) not in ("yes", "no") else ""
+            lines.append(f"{name.replace('_', ' '):<28} {shown:>14}  {first:<14} {remark}".rstrip())
+        for component in self.components:
+            shown = [f"{component['points']:,} points", f"{component['triangles']:,} triangles"]
+            shown += [f"genus {component['genus']}"] if "genus" in component else []
+            shown += [f"volume {component['volume']:.6g}"] if "volume" in component else ["open"]
+            lines.append(f"component {component['component']}: {', '.join(shown)}")
+        return "\n".join(lines) if lines else "empty"
+
+    def __repr__(self):
+        return f"<TopologyReport: {'sound' if self.sound else 'not sound'}, {self.get('triangles', 0)} triangles>"
+
+
+class BlockReports(dict):
+    """The reports of the blocks of a composite dataset, by flat index."""
+
+    @property
+    def sound(self):
+        """Whether every block is sound; False when there is none."""
+        return bool(self) and all(report.sound for report in self.values())
+
+    def to_csv(self):
+        """All rows of all blocks as comma-separated values, with a line of column names."""
+        return _csv(row for report in self.values() for row in report._rows)
+
+    def __str__(self):
+        return "\n\n".join(f"block {block}\n{report}" for block, report in self.items()) or "empty"
+
+
+def _csv(rows):
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["block", "component", "property", "value", "first", "remark"])
+    for block, component, name, value, first, remark in rows:
+        writer.writerow([block, component, _snake(name), repr(_plain(_snake(name), value) + 0), first, remark])
+    return text.getvalue()
