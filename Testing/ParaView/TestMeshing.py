@@ -3,8 +3,8 @@
 
 import numpy as np
 import surfaces
-from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from proxies import check_properties, made_by, output_of, source_of
 from surfacesynthesis import vtkTetrahedralizeFilter, vtkTopologyReport
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
@@ -26,36 +26,6 @@ TETRAHEDRALIZE = {
     "SurfaceArrayName": ("OnSurface", "Skin", "Skin"),
 }
 REPORT = {"NumberOfComponentRows": (10, 3, 3)}
-
-
-def source_of(mesh):
-    source = TrivialProducer()
-    source.GetClientSideObject().SetOutput(mesh)
-    source.MarkModified(None)
-    return source
-
-
-def output_of(proxy):
-    proxy.UpdatePipeline()
-    return servermanager.Fetch(proxy)
-
-
-def made_by(algorithm, mesh, **properties):
-    """The output of the class without ParaView."""
-    algorithm.SetInputDataObject(mesh)
-    for name, value in properties.items():
-        getattr(algorithm, "Set" + name)(value)
-    algorithm.Update()
-    return algorithm.GetOutputDataObject(0)
-
-
-def check_properties(proxy, properties):
-    for name, (default, other, expected) in properties.items():
-        assert getattr(proxy, name) == default, f"{name} is {getattr(proxy, name)}"
-        setattr(proxy, name, other)
-        proxy.UpdateVTKObjects()
-        found = getattr(proxy.GetClientSideObject(), "Get" + name)()
-        assert found == expected, f"{name} is {found} in the class, expected {expected}"
 
 
 def properties_have_the_defaults_of_the_class_and_reach_it():
