@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), builds the library and renders
-# the gallery.
+# From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), builds the library, renders the
+# gallery, and takes a scan of a brain and one of a femur to meshes with random fields.
 #
 #   Examples/run.sh [mesh]
 #
@@ -37,7 +37,11 @@ mkdir -p "$output"
 export PYTHONPATH=$build/lib/python3${PYTHONPATH:+:$PYTHONPATH}
 xvfb-run -a -s "-screen 0 1280x1024x24" \
   /usr/bin/python3 "$root/Examples/Python/gallery.py" --output "$output" "${meshes[@]}"
+for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shapes
+  xvfb-run -a -s "-screen 0 1280x1024x24" \
+    /usr/bin/python3 "$root/Examples/Python/medical.py" "$pipeline" --output "$output"
+done
 
 echo
 echo "The pictures and surfaces are in $output:"
-(cd "$output" && find . -type f \( -name '*.png' -o -name '*.vtp' \) | sort | sed 's|^\./|  |')
+(cd "$output" && find . -type f \( -name '*.png' -o -name '*.vt[pu]' \) | sort | sed 's|^\./|  |')

@@ -64,7 +64,7 @@ def brain(volume, folder, points):
     clock.say(f"remeshed: {size_of(surface)}")
     surface = ss.matern_noise(surface, range=25.0, standard_deviation=1.0, seed=4, samples=3, name="Field")
     clock.say("random fields with a range of 25 mm")
-    grid = ss.tetrahedralize(surface, quality_ratio=1.8)
+    grid = ss.tetrahedralize(surface, quality_ratio=1.5, target_edge_length=8.0)
     clock.say(f"tetrahedra: {size_of(grid)}")
     ss.write_mesh(surface, os.path.join(folder, "brain.vtp"))
     ss.write_mesh(grid, os.path.join(folder, "brain.vtu"))
@@ -83,12 +83,12 @@ def brain_picture(surface, grid):
     centre = np.array(surface.GetCenter())
     cut = cut_open(grid, centre, (-0.9, 0.3, 0.2))
     panels = (
-        (surface, view, False, "random field, range 25 mm"),
-        (surface, close, True, f"{surface.GetNumberOfCells():,} triangles"),
-        (cut, view, True, f"{grid.GetNumberOfCells():,} tetrahedra, cut open"),
+        (surface, view, "Field_0", False, "random field, range 25 mm"),
+        (surface, close, "Field_0", True, f"{surface.GetNumberOfCells():,} triangles"),
+        (cut, view, None, True, f"{grid.GetNumberOfCells():,} tetrahedra, cut open"),
     )
-    for k, (mesh, seen, edges, text) in enumerate(panels):
-        part = rendering.render(mesh, seen, size, "Field_0", 2.5, edges=edges)
+    for k, (mesh, seen, array, edges, text) in enumerate(panels):
+        part = rendering.render(mesh, seen, size, array, 2.5, edges=edges)
         rendering.paste(image, part, k * size[0], 0)
         rendering.paste(image, rendering.label(text, (size[0], title), 26), k * size[0], size[1])
     return image
@@ -133,16 +133,16 @@ def femur(path, folder, points):
     surface = ss.remesh(sound, points=points, feature_angle=None)
     clock.say(f"remeshed: {size_of(surface)}")
     longest = meshes.longest_side(surface)
-    noise = ss.matern_noise(surface, range=0.15 * longest, standard_deviation=0.01 * longest, samples=SHAPES, seed=1)
+    noise = ss.matern_noise(surface, range=0.3 * longest, standard_deviation=0.006 * longest, samples=SHAPES, seed=1)
     shapes = [warped(noise, f"MaternNoise_{k}", 1.0) for k in range(SHAPES)]
-    clock.say(f"{SHAPES} shapes, displaced by 1 % of the length with a range of 15 %")
+    clock.say(f"{SHAPES} shapes, displaced by 0.6 % of the length with a range of 30 %")
     positions = np.stack([vtk_to_numpy(shape.GetPoints().GetData()) for shape in shapes]).astype(np.float64)
     deviation = np.sqrt(positions.var(axis=0, ddof=1).sum(axis=1))
     array = numpy_to_vtk(deviation, deep=True)
     array.SetName("StandardDeviation")
     surface.GetPointData().AddArray(array)
     ss.write_mesh(surface, os.path.join(folder, "femur.vtp"))
-    print(f"standard deviation of the points: mean {deviation.mean():.4g}, asked {0.01 * longest:.4g}")
+    print(f"standard deviation of the points: mean {deviation.mean():.4g}, asked {0.006 * longest:.4g}")
     picture = femur_picture(scan, surface, shapes, deviation)
     clock.say("picture")
     return picture
@@ -156,13 +156,13 @@ def femur_picture(scan, surface, shapes, deviation):
     points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float) - centre
     _, axes = np.linalg.eigh(points.T @ points)  # the long axis is the last
     view = rendering.View(centre, 1.12 * np.ptp(points @ axes[:, 2]), axes[:, 0], axes[:, 2])
-    low, high = 0.0, 1.6 * deviation.mean()
+    low, high = 0.6 * deviation.mean(), 1.6 * deviation.mean()
     panels = (
         (scan, None, True, f"scan\n{scan.GetNumberOfCells():,} triangles"),
         (surface, None, True, f"remeshed\n{surface.GetNumberOfCells():,} triangles"),
         (shapes[0], None, False, "shape 1 of 50"),
         (shapes[1], None, False, "shape 2 of 50"),
-        (surface, "StandardDeviation", False, f"standard deviation\n0 (light) to {high:.2g} (dark)"),
+        (surface, "StandardDeviation", False, f"standard deviation\n{low:.2g} (light) to {high:.2g} (dark)"),
     )
     for k, (mesh, array, edges, text) in enumerate(panels):
         colours = rendering.sequential(low, high) if array else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs an example and checks what it wrote: ``test_examples.py matern_noise|gallery FOLDER``. Run by CTest."""
+"""Runs an example and checks what it wrote: ``test_examples.py matern_noise|gallery|medical FOLDER``. Run by CTest."""
 
 import os
 import shutil
@@ -7,9 +7,11 @@ import subprocess
 import sys
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
 import surfacesynthesis
 
@@ -54,18 +56,58 @@ def check_gallery(folder):
     done = run("xvfb-run", "-a", *script, "--spectrum-samples", "200")
     assert done.returncode == 0
     for name in ("matern_seeds.png", "triangulations.png", "displacement.png", "spectrum.png"):
-        reader = vtkPNGReader()
-        reader.SetFileName(os.path.join(output, name))
-        reader.Update()
-        image = reader.GetOutput()
-        assert image.GetDimensions()[0] >= 1800, f"{name} is {image.GetDimensions()}"
-        pixels = vtk_to_numpy(image.GetPointData().GetScalars())[:, :3]
-        used = (np.abs(pixels.astype(int) - pixels[0].astype(int)).max(axis=1) > 40).mean()
-        assert 0.05 < used < 0.95, f"{100 * used:.1f} % of {name} differs from the background"
+        check_picture(os.path.join(output, name), 1800)
     fields = [surfacesynthesis.read_mesh(os.path.join(output, f"seed_{k}.vtp")) for k in range(1, 5)]
     fields = np.stack([vtk_to_numpy(mesh.GetPointData().GetArray("MaternNoise")) for mesh in fields])
     assert (np.abs(np.corrcoef(fields) - np.eye(4)) < 0.9).all(), "seeds give the same noise"
 
 
+def check_picture(path, width):
+    """Of the announced width, and neither blank nor all the same colour."""
+    reader = vtkPNGReader()
+    reader.SetFileName(path)
+    reader.Update()
+    image = reader.GetOutput()
+    assert image.GetDimensions()[0] >= width, f"{path} is {image.GetDimensions()}"
+    pixels = vtk_to_numpy(image.GetPointData().GetScalars())[:, :3]
+    used = (np.abs(pixels.astype(int) - pixels[0].astype(int)).max(axis=1) > 40).mean()
+    assert 0.05 < used < 0.95, f"{100 * used:.1f} % of {path} differs from the background"
+
+
+def check_medical(folder):
+    """A small ball in a volume that is turned and moved, and the femur."""
+    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(np.float32)
+    image = vtkImageData()
+    image.SetDimensions(25, 25, 25)
+    image.SetSpacing(2.0, 2.0, 2.0)
+    image.SetOrigin(100.0, -50.0, 30.0)
+    image.SetDirectionMatrix(-1, 0, 0, 0, -1, 0, 0, 0, 1)
+    values = numpy_to_vtk((10.0 - np.sqrt(x**2 + y**2 + z**2)).ravel(), deep=True)
+    values.SetName("distance")
+    image.GetPointData().SetScalars(values)
+    volume = os.path.join(folder, "ball.vti")
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(volume)
+    writer.SetInputData(image)
+    writer.Write()
+    output = os.path.join(folder, "medical")
+    shutil.rmtree(output, ignore_errors=True)
+    script = os.path.join(HERE, "medical.py")
+    for arguments in (["brain", volume, "--points", "1000"], ["femur", "--points", "2000"]):
+        done = run("xvfb-run", "-a", sys.executable, script, *arguments, "--output", output)
+        assert done.returncode == 0
+        check_picture(os.path.join(output, arguments[0] + ".png"), 1800)
+    points = points_of(surfacesynthesis.read_mesh(os.path.join(output, "brain.vtp")))
+    centre = np.array((100.0 - 24.0, -50.0 - 24.0, 30.0 + 24.0))  # of the ball, in the scan's coordinates
+    assert np.allclose(points.mean(axis=0), centre, atol=1.0), points.mean(axis=0)
+    grid = surfacesynthesis.read_mesh(os.path.join(output, "brain.vtu"))
+    assert grid.GetNumberOfCells() > 1000 and grid.GetPointData().HasArray("Field_2")
+    femur = surfacesynthesis.read_mesh(os.path.join(output, "femur.vtp"))
+    deviation = vtk_to_numpy(femur.GetPointData().GetArray("StandardDeviation"))
+    length = max(np.ptp(points_of(femur), axis=0))
+    assert abs(deviation.mean() / (0.006 * length) - 1.0) < 0.3, "the ensemble varies by what was asked; more on a thin shaft"
+
+
 if __name__ == "__main__":
-    {"matern_noise": check_matern_noise, "gallery": check_gallery}[sys.argv[1]](sys.argv[2])
+    checks = {"matern_noise": check_matern_noise, "gallery": check_gallery, "medical": check_medical}
+    checks[sys.argv[1]](sys.argv[2])
