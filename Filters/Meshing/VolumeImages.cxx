@@ -256,9 +256,12 @@ VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, dou
   samples.Dimensions = lattice.Dimensions;
   samples.Spacing = lattice.Spacing;
   samples.Values.resize(static_cast<std::size_t>(CountOf(lattice)));
-  const double farthest =
-    std::max({ std::abs(range.Lower - isoValue), std::abs(range.Upper - isoValue), std::numeric_limits<double>::min() });
-  const double scale = (insideIsBelow ? 1.0 : -1.0) / farthest;
+  // Samples are scaled to [-1, 1]; where there is no finite one, or their difference overflows, infinities still count.
+  const double largest = std::max(std::abs(range.Lower - isoValue), std::abs(range.Upper - isoValue));
+  const double farthest = std::isnan(largest)
+    ? 1.0
+    : std::clamp(largest, std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
+  const double sign = insideIsBelow ? 1.0 : -1.0;
   ForValues(values, CountOf(lattice), progress,
     [&](std::int64_t begin, std::int64_t end, const auto& value)
     {
@@ -266,7 +269,7 @@ VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, dou
       {
         const double v = value(i);
         samples.Values[i] =
-          std::isnan(v) ? 1.0F : static_cast<float>(std::clamp((v - isoValue) * scale, -1.0, 1.0));
+          std::isnan(v) ? 1.0F : static_cast<float>(std::clamp(sign * (v - isoValue) / farthest, -1.0, 1.0));
       }
     });
   return samples;

@@ -24,7 +24,8 @@
  * closed, manifold and consistently wound, and its parts do not overlap, its winding says what is inside: cavities stay.
  * Otherwise the solid is all that cannot be reached from outside: gaps narrower than a voxel, or than twice Closing, are
  * bridged, overlapping parts united, cavities filled. Parts of the surface that enclose nothing, such as open sheets,
- * become plates two voxels thick. The result lies within about half a voxel of the input.
+ * become plates two voxels thick. The result lies within about half a voxel of the input; what is thinner than a voxel
+ * may get holes or vanish.
  *
  * @par Output
  * vtkPolyData of triangles. The point arrays of a surface are interpolated from the nearest place on it; those of an

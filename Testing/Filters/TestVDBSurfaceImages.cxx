@@ -223,6 +223,14 @@ TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)
   const auto radii = Radii(SurfaceOf(filter), centre);
   EXPECT_GT(radii.first, 7.9);
   EXPECT_LT(radii.second, 8.01);
+  const auto extreme = MakeImage(geometry, [&](const Vector3d& x) {
+    return (x - centre).norm() < 8.0 ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+  });
+  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(extreme))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
+  const auto wide = MakeImage(geometry,
+    [&](const Vector3d& x) { return ((x - centre).norm() < 8.0 ? 1.0 : -1.0) * std::numeric_limits<double>::max(); },
+    VTK_DOUBLE);
+  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(wide))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
   const auto nothing =
     MakeImage(geometry, [](const Vector3d&) { return std::numeric_limits<double>::quiet_NaN(); });
   vtkNew<Filter> empty;

@@ -9,6 +9,7 @@ import numpy as np
 import surfaces
 from paraview import servermanager, smstate
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from surfacesynthesis import vtkVDBSurfaceFilter  # before the first object of it: else Python knows it as its base class
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
 
 # property: (default, another value, what GetX() of the VTK class then returns)
@@ -45,8 +46,6 @@ def image():
 
 def expected_surface(data, array=None, **properties):
     """The output of vtkVDBSurfaceFilter used from VTK's Python, without ParaView."""
-    from surfacesynthesis import vtkVDBSurfaceFilter
-
     made = vtkVDBSurfaceFilter()
     made.SetInputDataObject(data)
     if array:
@@ -78,7 +77,7 @@ def assert_same_surface(found, expected, what):
 
 
 def proxy_gives_what_the_class_gives():
-    made = VDBSurface(Input=source_of(image()), SelectInputScalars=["POINTS", "Ball"], ComputeIsoValue=0, IsoValue=0.5)
+    made = VDBSurface(Input=source_of(image()), Scalars=["POINTS", "Ball"], ComputeIsoValue=0, IsoValue=0.5)
     for settings in ({}, {"VoxelSize": 1.1, "Smoothing": 2, "Offset": 0.3}, {"Adaptivity": 0.4}):
         for name, value in settings.items():
             setattr(made, name, value)
@@ -104,7 +103,7 @@ def surfaces_and_blocks_give_what_the_class_gives():
 
 def defaults_are_those_of_the_class():
     made = VDBSurface(Input=source_of(image()))
-    assert set(PROPERTIES) | {"Input", "SelectInputScalars"} <= set(made.ListProperties())
+    assert set(PROPERTIES) | {"Input", "Scalars"} <= set(made.ListProperties())
     for name, (default, _, _) in PROPERTIES.items():
         if default is not None:
             assert getattr(made, name) == default, f"{name} is {getattr(made, name)}"
@@ -122,12 +121,10 @@ def properties_reach_the_class():
 
 
 def the_isovalue_comes_from_the_range_and_is_shown():
-    made = VDBSurface(Input=source_of(image()), SelectInputScalars=["POINTS", "Ball"])
+    made = VDBSurface(Input=source_of(image()), Scalars=["POINTS", "Ball"])
     made.UpdatePipeline()
     made.UpdatePropertyInformation()
     found = made.GetProperty("EffectiveIsoValue").GetData()
-    from surfacesynthesis import vtkVDBSurfaceFilter
-
     held = vtkVDBSurfaceFilter()
     held.SetInputDataObject(image())
     held.SetInputArrayToProcess(0, 0, 0, 0, "Ball")

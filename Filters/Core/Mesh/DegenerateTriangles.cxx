@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <mutex>
 #include <numeric>
+#include <utility>
 
 namespace surfsynth
 {
@@ -148,8 +149,9 @@ void Flip(TriangleMesh& mesh, const std::vector<Index>& flat)
 
 TriangleMesh RemoveDegenerateTriangles(const TriangleMesh& mesh)
 {
-  TriangleMesh result = WithoutFlatPairs(mesh);
-  RequireBalanced(result, EdgeGroups(result), "RemoveDegenerateTriangles");
+  MeshWithEdges clean = WithoutFlatPairs(mesh);
+  RequireBalanced(clean.Mesh, clean.Edges, "RemoveDegenerateTriangles");
+  TriangleMesh& result = clean.Mesh;
   std::vector<Index> flat = FindFlat(result);
   for (int round = 0; !flat.empty(); ++round)
   {
@@ -163,7 +165,7 @@ TriangleMesh RemoveDegenerateTriangles(const TriangleMesh& mesh)
     {
       Contract(result, std::vector<Index>(flat.begin(), rest));
     }
-    result = WithoutFlatPairs(result);
+    result = WithoutFlatPairs(std::move(result)).Mesh;
     flat = FindFlat(result);
   }
   return WithoutUnusedPoints(result);

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <numeric>
 #include <string>
-#include <tuple>
+#include <utility>
 
 namespace surfsynth
 {
@@ -138,7 +138,7 @@ void RequireBalanced(const TriangleMesh& mesh, const EdgeGroups& edges, const ch
   }
 }
 
-TriangleMesh WithoutFlatPairs(const TriangleMesh& mesh)
+MeshWithEdges WithoutFlatPairs(TriangleMesh mesh)
 {
   const auto& t = mesh.Triangles;
   std::vector<char> keep(static_cast<std::size_t>(mesh.NumberOfTriangles()), 1);
@@ -146,15 +146,22 @@ TriangleMesh WithoutFlatPairs(const TriangleMesh& mesh)
   {
     keep[f] = t(f, 0) != t(f, 1) && t(f, 1) != t(f, 2) && t(f, 2) != t(f, 0);
   }
-  const bool allDistinct = std::find(keep.begin(), keep.end(), 0) == keep.end();
-  const TriangleMesh distinct = allDistinct ? mesh : Select(mesh, keep);
-  const EdgeGroups edges(distinct);
-  keep.assign(static_cast<std::size_t>(distinct.NumberOfTriangles()), 1);
+  if (std::find(keep.begin(), keep.end(), 0) != keep.end())
+  {
+    mesh = Select(mesh, keep);
+  }
+  EdgeGroups edges(mesh);
+  keep.assign(static_cast<std::size_t>(mesh.NumberOfTriangles()), 1);
   for (std::int64_t e = 0; e < edges.NumberOfEdges(); ++e)
   {
-    MarkFlatPairs(distinct, edges.Begin(e), edges.End(e), keep);
+    MarkFlatPairs(mesh, edges.Begin(e), edges.End(e), keep);
   }
-  return std::find(keep.begin(), keep.end(), 0) == keep.end() ? distinct : Select(distinct, keep);
+  if (std::find(keep.begin(), keep.end(), 0) != keep.end())
+  {
+    mesh = Select(mesh, keep);
+    edges = EdgeGroups(mesh);
+  }
+  return { std::move(mesh), std::move(edges) };
 }
 
 TriangleMesh WithoutUnusedPoints(const TriangleMesh& mesh)

@@ -43,9 +43,16 @@ public:
 /// and the first of them, when there is one.
 void RequireBalanced(const TriangleMesh& mesh, const EdgeGroups& edges, const char* function);
 
+/// A mesh with its edges.
+struct MeshWithEdges
+{
+  TriangleMesh Mesh;
+  EdgeGroups Edges;
+};
+
 /// @p mesh without triangles that use a point twice, and without pairs of triangles on the same points that face
 /// opposite ways.
-TriangleMesh WithoutFlatPairs(const TriangleMesh& mesh);
+MeshWithEdges WithoutFlatPairs(TriangleMesh mesh);
 
 /// @p mesh without the points that no triangle uses.
 TriangleMesh WithoutUnusedPoints(const TriangleMesh& mesh);

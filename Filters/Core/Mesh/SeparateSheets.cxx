@@ -237,12 +237,13 @@ bool HasSharedEdge(const EdgeGroups& edges)
 
 TriangleMesh SeparateSheets(const TriangleMesh& mesh)
 {
-  TriangleMesh result = WithoutFlatPairs(mesh);
+  MeshWithEdges clean = WithoutFlatPairs(mesh);
+  TriangleMesh& result = clean.Mesh;
+  const EdgeGroups& edges = clean.Edges;
   if (result.NumberOfTriangles() == 0)
   {
     return result;
   }
-  const EdgeGroups edges(result);
   RequireBalanced(result, edges, "SeparateSheets");
   const Partners partners = JoinSheets(result, edges);
   std::vector<Index> source;
