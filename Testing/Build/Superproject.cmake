@@ -14,8 +14,8 @@ if (IS_DIRECTORY "${SOURCE_DIR}/IO")
 endif ()
 file(COPY ${entries} DESTINATION "${WORK_DIR}/Source/SurfaceSynthesis")
 
-string(REPLACE "|" ";" MESHING_OPTIONS "${MESHING_OPTIONS_LIST}")
-configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build" ${MESHING_OPTIONS})
+configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build"
+  "-DSURFACE_SYNTHESIS_CGAL=OFF" "-DSURFACE_SYNTHESIS_OPENVDB=OFF" "-DSURFACE_SYNTHESIS_TETGEN=${TETGEN}")
 run_command("${WORK_DIR}/Build/noise")
 if (TETGEN)
   run_command("${WORK_DIR}/Build/tetrahedra")
