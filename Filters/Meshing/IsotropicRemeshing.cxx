@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace surfsynth
@@ -343,19 +344,6 @@ RemeshedSurface RemeshIsotropically(
     }
   }
   return best;
-}
-
-double SurfaceArea(const TriangleMesh& mesh)
-{
-  double area = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    area += 0.5 * a.cross(b).norm();
-  }
-  return area;
 }
 
 double MeanEdgeLength(const TriangleMesh& mesh)

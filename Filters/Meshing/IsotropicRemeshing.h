@@ -8,7 +8,7 @@
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <atomic>
-#include <memory>
+#include <cstdint>
 #include <vector>
 
 namespace surfsynth
@@ -51,9 +51,6 @@ struct RemeshedSurface
 /// @throws InvalidInput, Cancelled
 RemeshedSurface RemeshIsotropically(
   const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop = nullptr);
-
-/// Area of the mesh, square world units.
-double SurfaceArea(const TriangleMesh& mesh);
 
 /// Mean length of the edges of the mesh's triangles (inner edges count twice), world units.
 double MeanEdgeLength(const TriangleMesh& mesh);

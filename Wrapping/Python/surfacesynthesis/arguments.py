@@ -26,6 +26,37 @@ def positive(name, value):
     return value
 
 
+def finite(name, value):
+    """A finite number."""
+    value = real(name, value)
+    if not math.isfinite(value):
+        raise ValueError(f"{name} must be a finite number, not {value:g}")
+    return value
+
+
+def at_least_0(name, value):
+    """A finite number, at least 0."""
+    value = finite(name, value)
+    if value < 0:
+        raise ValueError(f"{name} must be at least 0, not {value:g}")
+    return value
+
+
+def in_range(name, value, smallest, largest):
+    """A number from ``smallest`` to ``largest``."""
+    value = real(name, value)
+    if not smallest <= value <= largest:
+        raise ValueError(f"{name} must be from {smallest:g} to {largest:g}, not {value:g}")
+    return value
+
+
+def at_most(name, value, largest):
+    """``value``, which has been checked otherwise, when it is not larger than ``largest``."""
+    if value > largest:
+        raise ValueError(f"{name} must be at most {largest}, not {value:g}")
+    return value
+
+
 def integer(name, value, smallest):
     """An integer of 32 bits, at least ``smallest``."""
     try:

@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Closed surfaces of volumes and of messy surfaces: a function around vtkVDBSurfaceFilter."""
 
-import math
 import warnings
 
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataObjectTree, vtkImageData, vtkPolyData
 
-from .arguments import array_name, choice, flag, integer, positive, progress_callback, real
+from .arguments import (
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    finite,
+    flag,
+    integer,
+    positive,
+    progress_callback,
+)
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files.polygons import from_polydata
@@ -143,39 +152,19 @@ def configured_filter(
     surface = vtkVDBSurfaceFilter()
     if iso_value is not None:
         surface.ComputeIsoValueOff()
-        surface.SetIsoValue(_finite("iso_value", iso_value))
+        surface.SetIsoValue(finite("iso_value", iso_value))
     surface.SetInsideRule(choice("inside", inside, INSIDE))
     if voxel_size is not None:
         surface.SetVoxelSize(positive("voxel_size", voxel_size))
-    surface.SetClosing(_at_least_0("closing", closing))
+    surface.SetClosing(at_least_0("closing", closing))
     surface.SetSmoothing(choice("smoothing", smoothing, SMOOTHING))
     iterations = integer("smoothing_iterations", smoothing_iterations, 0)
-    surface.SetSmoothingIterations(_at_most("smoothing_iterations", iterations, 1000))
-    surface.SetOffset(_finite("offset", offset))
-    surface.SetAdaptivity(_at_most("adaptivity", _at_least_0("adaptivity", adaptivity), 1))
+    surface.SetSmoothingIterations(at_most("smoothing_iterations", iterations, 1000))
+    surface.SetOffset(finite("offset", offset))
+    surface.SetAdaptivity(at_most("adaptivity", at_least_0("adaptivity", adaptivity), 1))
     surface.SetFillCavities(flag("fill_cavities", fill_cavities))
     surface.SetLargestComponent(flag("largest_component", largest_component))
     surface.SetMaximumNumberOfVoxels(integer("maximum_voxels", maximum_voxels, 1000))
     if array is not None:
         surface.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, array_name("array", array))
     return surface
-
-
-def _finite(name, value):
-    value = real(name, value)
-    if not math.isfinite(value):
-        raise ValueError(f"{name} must be a finite number, not {value:g}")
-    return value
-
-
-def _at_least_0(name, value):
-    value = _finite(name, value)
-    if value < 0:
-        raise ValueError(f"{name} must be at least 0, not {value:g}")
-    return value
-
-
-def _at_most(name, value, largest):
-    if value > largest:
-        raise ValueError(f"{name} must be at most {largest}, not {value:g}")
-    return value

@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Repair and remeshing: functions around vtkSurfaceRepairFilter and vtkIsotropicRemeshFilter."""
 
-import math
 import warnings
 
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import array_name, choice, flag, integer, positive, progress_callback, real
+from .arguments import (
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    positive,
+    progress_callback,
+)
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files.polygons import from_polydata
@@ -109,11 +118,11 @@ def configured_remesh(
         algorithm.SetSizingArrayName(array_name("sizing", sizing))
     algorithm.SetKeepFeatureEdges(feature_angle is not None)
     if feature_angle is not None:
-        algorithm.SetFeatureAngle(_in_range("feature_angle", feature_angle, 0.0, 180.0))
+        algorithm.SetFeatureAngle(in_range("feature_angle", feature_angle, 0.0, 180.0))
     algorithm.SetKeepBoundaryPoints(flag("keep_boundary_points", keep_boundary_points))
-    algorithm.SetNumberOfIterations(_at_most("iterations", integer("iterations", iterations, 1), 100))
+    algorithm.SetNumberOfIterations(at_most("iterations", integer("iterations", iterations, 1), 100))
     algorithm.SetNumberOfRelaxationSteps(
-        _at_most("relaxation_steps", integer("relaxation_steps", relaxation_steps, 0), 100)
+        at_most("relaxation_steps", integer("relaxation_steps", relaxation_steps, 0), 100)
     )
     return algorithm
 
@@ -201,14 +210,14 @@ def configured_repair(
     """A vtkSurfaceRepairFilter with the parameters of repair(), which raises TypeError and ValueError."""
     algorithm = _new(vtkSurfaceRepairFilter, "repair()")
     algorithm.SetMergePoints(flag("merge_points", merge_points))
-    algorithm.SetMergeTolerance(_in_range("merge_tolerance", merge_tolerance, 0.0, math.inf))
+    algorithm.SetMergeTolerance(at_least_0("merge_tolerance", merge_tolerance))
     algorithm.SetHoleFilling(choice("holes", holes, HOLES))
     if hole_size is not None:
         if holes != "small":
             raise ValueError(f"hole_size goes with holes='small', not with '{holes}'")
         algorithm.SetMaximumHoleSize(positive("hole_size", hole_size))
     algorithm.SetKeepLargestComponent(flag("largest_component", largest_component))
-    algorithm.SetMinimumComponentFraction(_in_range("minimum_component", minimum_component, 0.0, 1.0))
+    algorithm.SetMinimumComponentFraction(in_range("minimum_component", minimum_component, 0.0, 1.0))
     algorithm.SetRemoveSelfIntersections(flag("self_intersections", self_intersections))
     algorithm.SetOrientOutward(flag("orient_outward", orient_outward))
     return algorithm
@@ -228,20 +237,6 @@ def _new(algorithm, function):
     if algorithm is None:
         raise SurfaceSynthesisError(f"{function} needs CGAL, which this package was built without")
     return algorithm()
-
-
-def _in_range(name, value, smallest, largest):
-    value = real(name, value)
-    if not smallest <= value <= largest or math.isinf(value):
-        bound = f"from {smallest:g} to {largest:g}" if largest < math.inf else f"a finite number, at least {smallest:g}"
-        raise ValueError(f"{name} must be {bound}, not {value:g}")
-    return value
-
-
-def _at_most(name, value, largest):
-    if value > largest:
-        raise ValueError(f"{name} must be at most {largest}, not {value}")
-    return value
 
 
 def _processed(algorithm, mesh, progress):
