@@ -107,17 +107,29 @@ void ReadArray(std::vector<Value>& values, std::int64_t size)
   }
 }
 
-void LimitMemory(std::int64_t bytes)
+/// Sanitizers reserve terabytes of address space.
+constexpr bool NeedsAllAddresses()
 {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  (void)bytes; // sanitizers reserve terabytes of address space
+  return true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+  return true;
 #else
-  if (bytes > 0)
+  return false;
+#endif
+#else
+  return false;
+#endif
+}
+
+void LimitMemory(std::int64_t bytes)
+{
+  if (bytes > 0 && !NeedsAllAddresses())
   {
     const rlimit limit{ static_cast<rlim_t>(bytes), static_cast<rlim_t>(bytes) };
     setrlimit(RLIMIT_AS, &limit);
   }
-#endif
 }
 
 Request ReadRequest()

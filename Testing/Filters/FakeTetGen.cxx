@@ -115,6 +115,13 @@ void WriteWith(int more)
   Write(bytes);
 }
 
+/// Ends by a signal that nobody handles: a sanitizer would make an exit status of it.
+void Die(int number)
+{
+  signal(number, SIG_DFL);
+  raise(number);
+}
+
 void CloseAndHang()
 {
   close(STDIN_FILENO);
@@ -129,8 +136,8 @@ void HangAfterReply()
 }
 
 const std::map<std::string, std::function<void()>> Misbehaviour = {
-  { "crash", [] { raise(SIGSEGV); } },
-  { "abort", [] { std::abort(); } },
+  { "crash", [] { Die(SIGSEGV); } },
+  { "abort", [] { Die(SIGABRT); } },
   { "killed", [] { raise(SIGKILL); } },
   { "exit", [] { _exit(7); } },
   { "hang", [] { pause(); } },

@@ -9,7 +9,10 @@
 
 #include <algorithm>
 #include <mutex>
+#include <numeric>
 #include <optional>
+#include <utility>
+#include <vector>
 
 namespace surfsynth
 {
@@ -76,11 +79,14 @@ MeshFinding CountEdgeDefects(MeshDefect defect, const MeshTopology& topology, co
   return finding;
 }
 
-/// Triangles around @p v that run from v to @p other.
+/// Triangles that run from @p v to @p other.
 int RunsFromTo(const TriangleMesh& mesh, const MeshTopology& topology, Index v, Index other)
 {
+  // Looked for around the end with fewer triangles: a pole may have very many.
+  const auto valence = [&](Index p) { return topology.VertexTriangleStart[p + 1] - topology.VertexTriangleStart[p]; };
+  const Index at = valence(other) < valence(v) ? other : v;
   int runs = 0;
-  for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
+  for (Index k = topology.VertexTriangleStart[at]; k < topology.VertexTriangleStart[at + 1]; ++k)
   {
     const auto t = mesh.Triangles.row(topology.VertexTriangles[k]);
     for (int corner = 0; corner < 3; ++corner)
@@ -238,39 +244,49 @@ bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f)
 
 bool HasSingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v)
 {
-  const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[v];
-  const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[v + 1];
-  if (first == last)
+  const Index first = topology.VertexTriangleStart[v];
+  const Index count = topology.VertexTriangleStart[v + 1] - first;
+  if (count < 2)
   {
     return true;
   }
-  // Grow the fan of the first triangle over shared neighbours until nothing is added.
-  std::vector<Index> waiting(first + 1, last);
-  std::vector<Index> reached;
-  const auto add = [&](Index f)
+  // The other corners, each with the place of its triangle: triangles with the same one share an edge at v.
+  std::vector<std::pair<Index, Index>> corners;
+  corners.reserve(2 * static_cast<std::size_t>(count));
+  for (Index k = 0; k < count; ++k)
   {
-    for (int k = 0; k < 3; ++k)
+    for (int corner = 0; corner < 3; ++corner)
     {
-      if (mesh.Triangles(f, k) != v)
+      const Index id = mesh.Triangles(topology.VertexTriangles[first + k], corner);
+      if (id != v)
       {
-        reached.push_back(mesh.Triangles(f, k));
+        corners.emplace_back(id, k);
       }
     }
-  };
-  add(*first);
-  for (bool grown = true; grown && !waiting.empty();)
-  {
-    const auto touches = [&](Index f)
-    {
-      return std::any_of(reached.begin(), reached.end(),
-        [&](Index id) { return (mesh.Triangles.row(f).array() == id).any(); });
-    };
-    const auto rest = std::partition(waiting.begin(), waiting.end(), [&](Index f) { return !touches(f); });
-    grown = rest != waiting.end();
-    std::for_each(rest, waiting.end(), add);
-    waiting.erase(rest, waiting.end());
   }
-  return waiting.empty();
+  std::sort(corners.begin(), corners.end());
+  std::vector<Index> parent(static_cast<std::size_t>(count));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index k)
+  {
+    while (parent[k] != k)
+    {
+      k = parent[k] = parent[parent[k]];
+    }
+    return k;
+  };
+  Index fans = count;
+  for (std::size_t k = 1; k < corners.size(); ++k)
+  {
+    if (corners[k - 1].first == corners[k].first)
+    {
+      const Index a = root(corners[k - 1].second);
+      const Index b = root(corners[k].second);
+      fans -= a != b ? 1 : 0;
+      parent[a] = b;
+    }
+  }
+  return fans == 1;
 }
 
 ProperTriangles KeepProperTriangles(const TriangleMesh& mesh)

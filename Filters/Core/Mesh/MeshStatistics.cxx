@@ -80,8 +80,12 @@ MeshFinding FindDuplicateTriangles(const ProperTriangles& proper, const MeshTopo
 {
   const auto hasEarlierTwin = [&](std::int64_t f) {
     const auto corners = SortedCorners(proper.Mesh, f);
-    const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[corners[0]];
-    const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[corners[0] + 1];
+    const auto valence = [&](Index v) { return topology.VertexTriangleStart[v + 1] - topology.VertexTriangleStart[v]; };
+    // Of the three corners that a twin would share, the one with the fewest triangles: poles may have very many.
+    const Index v = *std::min_element(
+      corners.begin(), corners.end(), [&](Index a, Index b) { return valence(a) < valence(b); });
+    const Index* first = topology.VertexTriangles.data() + topology.VertexTriangleStart[v];
+    const Index* last = topology.VertexTriangles.data() + topology.VertexTriangleStart[v + 1];
     return std::any_of(first, last, [&](Index g) { return g < f && SortedCorners(proper.Mesh, g) == corners; });
   };
   MeshFinding finding = CountIf(MeshDefect::IndexOutOfRange, proper.Mesh.NumberOfTriangles(), hasEarlierTwin);
