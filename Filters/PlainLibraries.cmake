@@ -18,6 +18,11 @@ set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore SurfaceSynthesisWeights)
 add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Core" "${CMAKE_BINARY_DIR}/Filters/Core")
 add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/../IO/Weights" "${CMAKE_BINARY_DIR}/IO/Weights")
+option(SURFACE_SYNTHESIS_LEARNING "Build what learns: networks and their training (LibTorch: BSD-3-Clause)" ON)
+if (SURFACE_SYNTHESIS_LEARNING)
+  list(APPEND SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisLearning)
+  add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Learning" "${CMAKE_BINARY_DIR}/Filters/Learning")
+endif ()
 
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
