@@ -5,6 +5,7 @@
 #include "FixtureTensors.h"
 
 #include "Learning/Models/PoissonNet.h"
+#include "Learning/Models/PoissonNetEvaluator.h"
 
 #include <gtest/gtest.h>
 
@@ -127,7 +128,38 @@ TEST_P(PoissonNetParity, InSingleWithOwnOperators)
   }
 }
 
-// Every step of the first block of a modulated network (random_D also has inner products) and each block's output.
+// --- The fast path -------------------------------------------------------------------------------------------------
+
+TEST_P(PoissonNetParity, FastPathWithStoredAndOwnOperators)
+{
+  const auto model = std::make_shared<const PoissonNetModel>(*this->Model);
+  for (const bool own : { false, true })
+  {
+    const PoissonNetEvaluator evaluator(
+      model, own ? OwnOperators(*this->File) : ReadOperators(*this->File), ReadMesh(*this->File).Points);
+    for (const std::string& suffix : this->Suffixes())
+    {
+      PoissonNetInput input;
+      input.Signal = ReadMatrix(*this->File, "in.x").cast<float>();
+      if (this->File->Contains("in.extra" + suffix))
+      {
+        input.Extra = ReadMatrix(*this->File, "in.extra" + suffix).cast<float>();
+      }
+      const PoissonNetPrediction prediction = evaluator.Evaluate(input);
+      const FixtureMatrix values = prediction.Values.cast<double>();
+      EXPECT_LE(RelativeError(values, ReadMatrix(*this->File, "ref.out" + suffix)), own ? 3e-5 : 1e-5) << suffix;
+      ASSERT_EQ(prediction.Gradients.size() > 0, this->File->Contains("ref.grads" + suffix));
+      if (prediction.Gradients.size() > 0)
+      {
+        const FixtureMatrix gradients = prediction.Gradients.cast<double>();
+        EXPECT_LE(RelativeError(gradients, ReadMatrix(*this->File, "ref.grads" + suffix)), own ? 2e-4 : 1e-4) << suffix;
+      }
+    }
+  }
+}
+
+// --- Steps ---------------------------------------------------------------------------------------------------------
+
 TEST_P(PoissonNetParity, BlockOutputs)
 {
   const PoissonOperators operators = ReadOperators(*this->File);
@@ -159,6 +191,7 @@ TEST_P(PoissonNetParity, BlockOutputs)
   }
 }
 
+// Every step of the first block but the inner products, whose effect is in the block's output.
 TEST_P(PoissonNetParity, StepsOfTheFirstBlock)
 {
   if (!this->File->Contains("ref.block0.grads_in"))
@@ -172,7 +205,8 @@ TEST_P(PoissonNetParity, StepsOfTheFirstBlock)
   const auto expect = [&](const torch::Tensor& found, const std::string& name)
   { EXPECT_LE(RelativeError(ToMatrix(found), ReadMatrix(*this->File, "ref.block0." + name)), 1e-6) << name; };
 
-  const torch::Tensor x = ToTensor(*this->File, "ref.proj_in.out", torch::kFloat64);
+  const torch::Tensor x = network->named_modules("", false)["proj_in"]->as<torch::nn::Linear>()->forward(
+    ToTensor(*this->File, "in.x", torch::kFloat64));
   const torch::Tensor onFaces = FaceMean(mesh, x);
   const ComplexTensor gradient = FaceGradient(mesh, x);
   expect(onFaces, "x_face");
