@@ -15,8 +15,10 @@ packages=(
   libvtk9-dev python3 python3-numpy python3-vtk9
   # Eigen (MPL-2.0), CHOLMOD (LGPL-2.1+, supernodal part GPL-2+), OpenBLAS (BSD-3-Clause)
   libeigen3-dev libopenblas-dev libopenblas0-pthread libsuitesparse-dev
-  # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)
-  librandom123-dev libspectra-dev
+  # LibTorch (BSD-3-Clause)
+  libtorch-dev
+  # header-only: nlohmann-json (MIT), Random123 (BSD-3-Clause), Spectra (MPL-2.0)
+  librandom123-dev libspectra-dev nlohmann-json3-dev
   # the example: its surfaces, plots and an X server without a screen
   libcgal-demo python3-matplotlib xauth xvfb
 )

@@ -62,7 +62,10 @@ export(EXPORT SurfaceSynthesisPlainLibraries
   NAMESPACE SurfaceSynthesis::
   FILE "${CMAKE_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}/cmake/SurfaceSynthesis/SurfaceSynthesisPlainLibraries.cmake")
 
+include("${CMAKE_CURRENT_LIST_DIR}/CheckBLAS.cmake")
 if (SURFACE_SYNTHESIS_CHOLMOD)
-  include("${CMAKE_CURRENT_LIST_DIR}/CheckBLAS.cmake")
   surfsynth_check_blas(SurfaceSynthesis::CHOLMOD)
+endif ()
+if (SURFACE_SYNTHESIS_LEARNING)
+  surfsynth_check_torch_blas("${TORCH_LIBRARY}")
 endif ()

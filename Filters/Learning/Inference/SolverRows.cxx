@@ -5,19 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numeric>
 
 namespace surfsynth
 {
 
-SolverRows::SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels)
+SolverRows::SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels,
+  const Eigen::VectorXf& mass, const std::vector<Index>& unused)
   : Solver(std::move(solver))
   , RowOfVertex(static_cast<std::size_t>(this->Solver->Size()))
+  , Unused(unused)
   , NumberOfChannels(channels)
 {
   for (Index row = 0; row < this->Solver->Size(); ++row)
   {
     this->RowOfVertex[this->Solver->Order()[row]] = row;
+    this->MassInOrder.push_back(static_cast<double>(mass[this->Solver->Order()[row]]));
   }
   constexpr std::int64_t granularity = CholeskySolver::ColumnGranularity;
   for (std::int64_t first = 0; first < channels; first += CholeskySolver::BlockColumns)
@@ -39,8 +44,23 @@ void SolverRows::Set(Index vertex, const float* values)
   }
 }
 
+template <typename Values>
+void SolverRows::SetUnused(const Values& values)
+{
+  for (const Index vertex : this->Unused)
+  {
+    for (Block& block : this->Blocks)
+    {
+      double* row = block.Values.data() + this->RowOfVertex[vertex] * block.Columns;
+      std::copy_n(values.begin() + block.First, block.Channels, row);
+    }
+  }
+}
+
 void SolverRows::Solve(const Progress& progress)
 {
+  const std::vector<double> zeros(static_cast<std::size_t>(this->NumberOfChannels), 0.0);
+  this->SetUnused(zeros);
   ParallelTasks(
     static_cast<std::int64_t>(this->Blocks.size()),
     [&](std::int64_t k)
@@ -50,16 +70,10 @@ void SolverRows::Solve(const Progress& progress)
       this->Solver->SolveOrderedInPlace(rows);
     },
     [&] { Report(progress, 0.0); });
-}
-
-std::vector<double> SolverRows::WeightsInOrder(const Eigen::VectorXf* mass) const
-{
-  std::vector<double> weights(this->RowOfVertex.size(), 1.0);
-  for (std::size_t v = 0; mass && v < weights.size(); ++v)
-  {
-    weights[this->RowOfVertex[v]] = static_cast<double>((*mass)[static_cast<Eigen::Index>(v)]);
-  }
-  return weights;
+  const double total = std::accumulate(this->MassInOrder.begin(), this->MassInOrder.end(), 0.0);
+  this->Means = this->Moments(this->MassInOrder, zeros, 1);
+  std::for_each(this->Means.begin(), this->Means.end(), [total](double& mean) { mean /= total; });
+  this->SetUnused(this->Means);
 }
 
 std::vector<double> SolverRows::Moments(
@@ -86,31 +100,29 @@ std::vector<double> SolverRows::Moments(
   return sums;
 }
 
-SolverRows::Channels SolverRows::WithoutMean(const Eigen::VectorXf& mass) const
+SolverRows::Channels SolverRows::WithoutMean() const
 {
-  const std::vector<double> weights = this->WeightsInOrder(&mass);
-  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   Channels channels;
-  channels.Scale.assign(static_cast<std::size_t>(this->NumberOfChannels), 1.0);
-  channels.Shift = this->Moments(weights, std::vector<double>(channels.Scale.size(), 0.0), 1);
-  for (double& shift : channels.Shift)
-  {
-    shift /= -total;
-  }
+  channels.Scale.assign(this->Means.size(), 1.0);
+  std::transform(this->Means.begin(), this->Means.end(), std::back_inserter(channels.Shift), std::negate<double>());
   return channels;
 }
 
 SolverRows::Channels SolverRows::Normalised(
-  const Eigen::VectorXf* mass, const std::vector<float>& weight, const std::vector<float>& bias) const
+  bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const
 {
   constexpr double epsilon = 1e-12;
-  const std::vector<double> weights = this->WeightsInOrder(mass);
-  const double total = std::accumulate(weights.begin(), weights.end(), 0.0) + (mass ? epsilon : 0.0);
-  const std::vector<double> zeros(static_cast<std::size_t>(this->NumberOfChannels), 0.0);
-  std::vector<double> mean = this->Moments(weights, zeros, 1);
-  std::for_each(mean.begin(), mean.end(), [total](double& value) { value /= total; });
+  const std::vector<double> weights =
+    massWeighted ? this->MassInOrder : std::vector<double>(this->MassInOrder.size(), 1.0);
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0) + (massWeighted ? epsilon : 0.0);
+  // Taken from the values without their weighted mean, which may be far larger than their differences.
+  std::vector<double> mean = this->Moments(weights, this->Means, 1);
+  for (std::size_t c = 0; c < mean.size(); ++c)
+  {
+    mean[c] = this->Means[c] + mean[c] / total;
+  }
   const std::vector<double> squares = this->Moments(weights, mean, 2);
-  Channels channels{ zeros, zeros };
+  Channels channels{ mean, mean };
   for (std::size_t c = 0; c < mean.size(); ++c)
   {
     channels.Scale[c] = static_cast<double>(weight[c]) / std::sqrt(squares[c] / total + epsilon);

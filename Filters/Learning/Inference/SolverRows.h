@@ -18,12 +18,15 @@ namespace surfsynth
 class SolverRows
 {
 public:
-  SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels);
+  /// @param mass [V], kept by the caller; @param unused the vertices that no face uses.
+  SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels, const Eigen::VectorXf& mass,
+    const std::vector<Index>& unused);
 
   /// Writes the right-hand side of a vertex. Different vertices may be written from different threads.
   void Set(Index vertex, const float* values);
 
-  /// Replaces right-hand sides by solutions, in parallel over blocks of columns.
+  /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, where the equation says
+  /// nothing, the solution is the mean of its channel.
   void Solve(const Progress& progress);
 
   /// What turns a solution into the signal that follows it: value * Scale + Shift for each channel.
@@ -33,17 +36,18 @@ public:
     std::vector<double> Shift;
   };
   /// Mass-weighted mean 0.
-  Channels WithoutMean(const Eigen::VectorXf& mass) const;
-  /// A per-channel norm over the vertices of the signal of mean 0: see VertexNorm. Equal weights when @p mass is null.
-  Channels Normalised(const Eigen::VectorXf* mass, const std::vector<float>& weight, const std::vector<float>& bias) const;
+  Channels WithoutMean() const;
+  /// A per-channel norm over the vertices: see VertexNorm.
+  Channels Normalised(bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const;
 
   /// Reads a vertex's values as @p channels say.
   void Get(Index vertex, const Channels& channels, float* values) const;
 
 private:
-  /// Sums of weight and of weight * (value - centre)^power over the rows, in a fixed order.
+  /// Sums of weight * (value - centre)^power over the rows, in a fixed order.
   std::vector<double> Moments(const std::vector<double>& weights, const std::vector<double>& centres, int power) const;
-  std::vector<double> WeightsInOrder(const Eigen::VectorXf* mass) const;
+  template <typename Values>
+  void SetUnused(const Values& values);
 
   struct Block
   {
@@ -54,6 +58,9 @@ private:
   };
   std::shared_ptr<const CholeskySolver> Solver;
   std::vector<Index> RowOfVertex;
+  std::vector<double> MassInOrder; ///< [V], of the solver's rows
+  std::vector<Index> Unused;
+  std::vector<double> Means; ///< of the solutions
   std::int64_t NumberOfChannels;
   std::vector<Block> Blocks;
 };

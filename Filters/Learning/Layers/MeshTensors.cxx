@@ -80,6 +80,10 @@ MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorO
   this->FaceAreas = column(operators.FaceAreas);
   this->VertexMass = column(operators.VertexMass);
   this->InverseArea = column(areaAround.unaryExpr([](float area) { return area > 0.0F ? 1.0F / area : 0.0F; }));
+  if ((areaAround.array() == 0.0F).any())
+  {
+    this->Used = column(areaAround.unaryExpr([](float area) { return area > 0.0F ? 1.0F : 0.0F; }));
+  }
 }
 
 ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal)
@@ -132,6 +136,12 @@ torch::Tensor MassMean(const MeshTensors& mesh, const torch::Tensor& signal)
 torch::Tensor SolvePoisson(const MeshTensors& mesh, const torch::Tensor& rightHandSide)
 {
   return PoissonSolve::apply(rightHandSide, mesh.Solver);
+}
+
+torch::Tensor WithoutMean(const MeshTensors& mesh, const torch::Tensor& solution)
+{
+  const torch::Tensor centred = solution - MassMean(mesh, solution);
+  return mesh.Used.defined() ? centred * mesh.Used : centred;
 }
 
 torch::Tensor Interleaved(const ComplexTensor& gradients)

@@ -31,6 +31,7 @@ struct MeshTensors
   torch::Tensor FaceAreas;     ///< [F, 1]
   torch::Tensor VertexMass;    ///< [V, 1]
   torch::Tensor InverseArea;   ///< [V, 1], one over a third of the area around; 0 where no triangle is
+  torch::Tensor Used;          ///< [V, 1], 1 where a triangle is, else 0; undefined when that is everywhere
   std::shared_ptr<const CholeskySolver> Solver;
 
   MeshTensors() = default;
@@ -56,9 +57,12 @@ torch::Tensor MassMean(const MeshTensors& mesh, const torch::Tensor& signal);
 /// (L + 1e-6 I)^-1 applied to each channel, in double on the processor whatever type and device of the signal. The
 /// gradient is the same solve of the incoming gradient (the matrix is symmetric and constant).
 ///
-/// The constant part of each channel is lifted by 1e-6 only and carries rounding noise: subtract MassMean().
+/// The constant part of each channel is lifted by 1e-6 only and carries rounding noise: use WithoutMean().
 /// @throws InvalidInput when a number is not finite.
 torch::Tensor SolvePoisson(const MeshTensors& mesh, const torch::Tensor& rightHandSide);
+
+/// The solution minus its mass-weighted mean; 0 at vertices that no face uses, where the equation says nothing.
+torch::Tensor WithoutMean(const MeshTensors& mesh, const torch::Tensor& solution);
 
 /// [..., 2 F, C] with the real parts in even rows and the imaginary ones in odd rows, as in the published code.
 torch::Tensor Interleaved(const ComplexTensor& gradients);

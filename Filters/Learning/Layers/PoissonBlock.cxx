@@ -9,8 +9,7 @@ namespace
 /// Solves for the signal whose gradients come closest, with mean 0.
 torch::Tensor Integrate(const MeshTensors& mesh, const ComplexTensor& gradients)
 {
-  const torch::Tensor solution = SolvePoisson(mesh, IntegratedDivergence(mesh, gradients));
-  return solution - MassMean(mesh, solution);
+  return WithoutMean(mesh, SolvePoisson(mesh, IntegratedDivergence(mesh, gradients)));
 }
 }
 

@@ -121,7 +121,10 @@ public:
   PoissonNetPrediction GradientOutput(
     const FeatureMatrix& features, FeatureMatrix& hidden, const FeatureMatrix& positions, const Progress& progress) const;
   VertexFeatures Prepare(const ComplexMlpWeights& mlp, const FeatureMatrix& features, FeatureMatrix& hidden) const;
-  void ClearUnused(SolverRows& rows, std::int64_t channels) const;
+  SolverRows MakeRows(std::int64_t channels) const
+  {
+    return SolverRows(this->Operators.Solver, channels, this->Operators.VertexMass, this->UnusedVertices);
+  }
 
   std::shared_ptr<const PoissonNetModel> Model;
   PoissonOperators Operators;
@@ -194,25 +197,16 @@ VertexFeatures PoissonNetEvaluator::Internals::Prepare(
   return { features.data(), hidden.data() };
 }
 
-void PoissonNetEvaluator::Internals::ClearUnused(SolverRows& rows, std::int64_t channels) const
-{
-  const std::vector<float> zeros(static_cast<std::size_t>(channels), 0.0F);
-  for (const Index v : this->UnusedVertices)
-  {
-    rows.Set(v, zeros.data());
-  }
-}
-
 SolverRows::Channels PoissonNetEvaluator::Internals::SolutionChannels(
   const BlockWeights& block, const SolverRows& rows) const
 {
   if (!block.SolutionNorm)
   {
-    return rows.WithoutMean(this->Operators.VertexMass);
+    return rows.WithoutMean();
   }
-  // Removing the mass-weighted mean first would change nothing but, with equal weights, the mean that the norm removes.
-  const Eigen::VectorXf* mass = this->Model->Options.MassWeightedNorm ? &this->Operators.VertexMass : nullptr;
-  return rows.Normalised(mass, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
+  // The norm removes a mean itself: that the mass-weighted one went before makes no difference.
+  return rows.Normalised(
+    this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
 }
 
 /// Sums over the faces around to averages, their tanh, and the norm when there is one.
@@ -260,7 +254,6 @@ void PoissonNetEvaluator::Internals::RunBlock(const BlockWeights& block, const F
   {
     products.setZero(features.rows(), this->Width());
   }
-  this->ClearUnused(rows, this->Width());
   this->Faces.Run(prepared, block.GradientMlp, block.Products ? &*block.Products : nullptr, rows, products.data(),
     SubProgress(progress, 0.0, 0.75));
   rows.Solve(SubProgress(progress, 0.75, 0.85));
@@ -328,12 +321,13 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(const Featur
   const FeatureMatrix& positions, const Progress& progress) const
 {
   const VertexFeatures prepared = this->Prepare(*this->Weights.GradientHead, features, hidden);
-  SolverRows rows(this->Operators.Solver, 3);
+  SolverRows rows = this->MakeRows(3);
   PoissonNetPrediction prediction;
   prediction.Gradients.resize(2 * static_cast<Eigen::Index>(this->Operators.NumberOfTriangles()), 3);
-  this->Faces.RunHead(prepared, *this->Weights.GradientHead, positions.data(), rows, prediction.Gradients.data(), progress);
-  rows.Solve(progress);
-  const SolverRows::Channels channels = rows.WithoutMean(this->Operators.VertexMass);
+  this->Faces.RunHead(prepared, *this->Weights.GradientHead, positions.data(), rows, prediction.Gradients.data(),
+    SubProgress(progress, 0.0, 0.9));
+  rows.Solve(SubProgress(progress, 0.9, 1.0));
+  const SolverRows::Channels channels = rows.WithoutMean();
   prediction.Values.resize(features.rows(), 3);
   for (Index v = 0; v < this->Operators.NumberOfPoints(); ++v)
   {
@@ -384,7 +378,7 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
 
   const double steps = static_cast<double>(self.Weights.Blocks.size()) + (self.Weights.GradientHead ? 0.8 : 0.1);
   {
-    SolverRows rows(self.Operators.Solver, self.Width());
+    SolverRows rows = self.MakeRows(self.Width());
     for (std::size_t k = 0; k < self.Weights.Blocks.size(); ++k)
     {
       const auto step = static_cast<double>(k);
