@@ -40,8 +40,8 @@ public:
     ++*this;
     return before;
   }
-  friend bool operator==(const CountingIterator& a, const CountingIterator& b) { return a.At == b.At; }
-  friend bool operator!=(const CountingIterator& a, const CountingIterator& b) { return a.At != b.At; }
+  bool operator==(const CountingIterator& other) const { return this->At == other.At; }
+  bool operator!=(const CountingIterator& other) const { return this->At != other.At; }
 
 private:
   const char* At;

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PoissonNet's evaluation and its Poisson solves.
 #include "BenchmarkMeshes.h"
-#include "TestMeshes.h"
+#include "RandomModel.h"
 
 #include "Core/Solvers/CholeskySolver.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
@@ -22,26 +21,14 @@ namespace surfsynth::bench
 namespace
 {
 
-/// The deformer of appendix B.1 with one extra feature and random weights as after initialisation.
+/// The deformer of appendix B.1 with one extra feature and random weights.
 std::shared_ptr<const PoissonNetModel> Deformer()
 {
-  auto model = std::make_shared<PoissonNetModel>();
-  model->Options.ExtraFeatures = 1;
-  model->Options.ModulateHead = true;
+  PoissonNetOptions options;
+  options.ExtraFeatures = 1;
+  options.ModulateHead = true;
+  auto model = std::make_shared<PoissonNetModel>(test::RandomModel(options));
   model->Normalisation = InputNormalisation::SurfaceArea;
-  std::uint64_t seed = 0;
-  for (const auto& [name, shape] : ExpectedTensors(model->Options))
-  {
-    ModelTensor& tensor = model->Tensors[name];
-    tensor.Shape = shape;
-    const std::int64_t inputs = shape.back();
-    tensor.Values.resize(static_cast<std::size_t>(shape.size() == 2 ? shape[0] * inputs : inputs));
-    ++seed;
-    for (std::size_t k = 0; k < tensor.Values.size(); ++k)
-    {
-      tensor.Values[k] = static_cast<float>(test::Uniform(seed, k) / std::sqrt(static_cast<double>(inputs)));
-    }
-  }
   return model;
 }
 

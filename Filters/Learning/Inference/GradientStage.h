@@ -45,7 +45,7 @@ public:
 
 private:
   /// Faces that are worked on at a time.
-  static constexpr std::int64_t TileRows = 192;
+  static constexpr std::int64_t TileRows = 96;
 
   struct Scratch
   {
