@@ -26,9 +26,13 @@ endforeach ()
 
 # The headers of the installed package are used, not those of the source tree.
 configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/Build"
-  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject")
+  "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject"
+  "-DLEARNING=${LEARNING}")
 run_command("${WORK_DIR}/Build/noise")
 run_command("${WORK_DIR}/Build/core")
+if (LEARNING)
+  run_command("${CMAKE_COMMAND}" -E chdir "${WORK_DIR}" "${WORK_DIR}/Build/learning")
+endif ()
 
 # The same program finds Core alone, and does not look for VTK.
 configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/BuildCore"
