@@ -46,7 +46,8 @@ std::string ShapeText(const std::vector<std::int64_t>& shape)
 }
 
 /// Rule 7. The offsets are those of the data; messages give the end of the header as the place.
-void CheckLayout(const std::string& file, const SafetensorsHeader& header, std::uint64_t dataStart, std::uint64_t dataSize)
+void CheckLayout(
+  const std::string& file, const SafetensorsHeader& header, std::uint64_t dataStart, std::uint64_t dataSize)
 {
   const auto fail = [&](std::int64_t offset, const std::string& found, const std::string& expected)
   {

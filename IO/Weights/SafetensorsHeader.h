@@ -28,14 +28,15 @@ struct TensorEntry
 /// The rules that a file may break, numbered as in messages.
 enum class SafetensorsRule
 {
-  HeaderLength = 1,    ///< 8 bytes, little-endian: at least 2, at most the limit, and within the file
-  HeaderText = 2,      ///< UTF-8 without byte order mark, begins with {, only spaces after the closing }
-  HeaderStructure = 3, ///< strict JSON, depth 3, no key twice, tensors of dtype, shape and data_offsets, string metadata
-  Integers = 4,        ///< digits only, no leading zero, at most 2^63 - 1
-  Names = 5,           ///< 1 to 1024 bytes without control characters; at most 100,000 tensors, rank at most 8
-  Types = 6,           ///< F64 F32 F16 BF16 I64 I32 I16 I8 U8 BOOL; BOOL bytes are 0 or 1
-  Layout = 7,          ///< offsets contiguous from 0, byte counts as the shapes say, the last end is the end of the file
-  Meaning = 9          ///< architecture, version and weights that can be used: finite numbers
+  HeaderLength = 1, ///< 8 bytes, little-endian: at least 2, at most the limit, and within the file
+  HeaderText = 2,   ///< UTF-8 without byte order mark, begins with {, only spaces after the closing }
+  HeaderStructure =
+    3,          ///< strict JSON, depth 3, no key twice, tensors of dtype, shape and data_offsets, string metadata
+  Integers = 4, ///< digits only, no leading zero, at most 2^63 - 1
+  Names = 5,    ///< 1 to 1024 bytes without control characters; at most 100,000 tensors, rank at most 8
+  Types = 6,    ///< F64 F32 F16 BF16 I64 I32 I16 I8 U8 BOOL; BOOL bytes are 0 or 1
+  Layout = 7,   ///< offsets contiguous from 0, byte counts as the shapes say, the last end is the end of the file
+  Meaning = 9   ///< architecture, version and weights that can be used: finite numbers
 };
 
 /// Throws FormatError: "<file>: byte <offset>: <found>; expected <expected> (safetensors rule <n>)."

@@ -31,8 +31,8 @@ struct TensorData
 std::vector<unsigned char> SerializeSafetensors(
   const std::map<std::string, TensorData>& tensors, const std::map<std::string, std::string>& metadata = {});
 
-/// Writes a file beside @p path, flushes it to the disk and renames it, so that @p path holds the old or the new content
-/// and never half of one.
+/// Writes a file beside @p path, flushes it to the disk and renames it, so that @p path holds the old or the new
+/// content and never half of one.
 /// @throws InvalidInput as SerializeSafetensors(), and when the file cannot be written.
 void WriteSafetensors(const std::string& path, const std::map<std::string, TensorData>& tensors,
   const std::map<std::string, std::string>& metadata = {});

@@ -74,9 +74,10 @@ TEST(SafetensorsReader, ReadsNamesShapesNumbersAndMetadata)
 TEST(SafetensorsReader, AcceptsEmptyFilesAndEmptyTensors)
 {
   EXPECT_TRUE(Read(FileOf("{}")).Tensors().empty());
-  const SafetensorsFile file = Read(FileOf(R"({"a":{"dtype":"F64","shape":[0,9223372036854775807,3],"data_offsets":[4,4]},)"
-                                           R"("b":{"dtype":"U8","shape":[4],"data_offsets":[0,4]}})",
-    FourBytes));
+  const SafetensorsFile file = Read(
+    FileOf(R"({"a":{"dtype":"F64","shape":[0,9223372036854775807,3],"data_offsets":[4,4]},)"
+           R"("b":{"dtype":"U8","shape":[4],"data_offsets":[0,4]}})",
+      FourBytes));
   EXPECT_TRUE(file.Float64("a").empty());
   EXPECT_EQ(file.Integers("b").size(), 4U);
 }
@@ -160,8 +161,8 @@ TEST(SafetensorsReader, Rule2HeaderText)
   ExpectRefused(FileOf("{}\n"), 2, "does not end with }", 10);
   ExpectRefused(FileOf(std::string("{}\0", 3)), 2, "does not end with }", 10);
   ExpectRefused(FileOf("{}  x"), 2, "does not end with }", 12);
-  for (const std::string bad : { "\xff", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf0\x80\x80\x80",
-         "\x80", "\xc3", "\xe2\x82", "\xf5\x80\x80\x80" })
+  for (const std::string bad : { "\xff", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+         "\xf0\x80\x80\x80", "\x80", "\xc3", "\xe2\x82", "\xf5\x80\x80\x80" })
   {
     ExpectRefused(FileOf(R"({"__metadata__":{"k":")" + bad + R"("}})"), 2, "the header is not UTF-8", 30);
   }
@@ -198,9 +199,11 @@ TEST(SafetensorsReader, Rule3NoKeyTwice)
   ExpectRefused(FileOf(R"({"__metadata__":{"a":"1","a":"1"}})"), 3, "\"a\" occurs twice");
   const std::string tensor = R"("w":{"dtype":"F32","shape":[0],"data_offsets":[0,0]})";
   ExpectRefused(FileOf("{" + tensor + "," + tensor + "}"), 3, "\"w\" occurs twice");
-  ExpectRefused(FileOf(R"({"w":{"dtype":"F32","dtype":"F32","shape":[0],"data_offsets":[0,0]}})"), 3, "\"dtype\" occurs twice");
+  ExpectRefused(
+    FileOf(R"({"w":{"dtype":"F32","dtype":"F32","shape":[0],"data_offsets":[0,0]}})"), 3, "\"dtype\" occurs twice");
   // The same key spelled with an escape.
-  ExpectRefused(FileOf("{" + tensor + R"(,"\u0077":{"dtype":"F32","shape":[0],"data_offsets":[0,0]}})"), 3, "\"w\" occurs twice");
+  ExpectRefused(
+    FileOf("{" + tensor + R"(,"\u0077":{"dtype":"F32","shape":[0],"data_offsets":[0,0]}})"), 3, "\"w\" occurs twice");
 }
 
 TEST(SafetensorsReader, Rule3TensorsHaveExactlyThreeKeys)
@@ -211,7 +214,8 @@ TEST(SafetensorsReader, Rule3TensorsHaveExactlyThreeKeys)
   ExpectRefused(FileOf(R"({"w":[]})"), 3, "an array stands where it may not");
   ExpectRefused(FileOf(R"({"w":null})"), 3, "null stands where it may not");
   ExpectRefused(FileOf(R"({"w":{"dtype":4,"shape":[0],"data_offsets":[0,0]}})"), 3, "a number stands where it may not");
-  ExpectRefused(FileOf(R"({"w":{"dtype":"F32","shape":0,"data_offsets":[0,0]}})"), 3, "a number stands where it may not");
+  ExpectRefused(
+    FileOf(R"({"w":{"dtype":"F32","shape":0,"data_offsets":[0,0]}})"), 3, "a number stands where it may not");
   ExpectRefused(FileOf(OneTensor("F32", "[0]", "[0]")), 3, "one data offset or none");
   ExpectRefused(FileOf(OneTensor("F32", "[0]", "[0,0,0]")), 3, "two of them in data_offsets");
 }
@@ -281,7 +285,8 @@ TEST(SafetensorsReader, Rule6Types)
     ExpectRefused(FileOf(OneTensor(type, "[0]", "[0,0]")), 6, "unsupported dtype \"" + std::string(type) + "\"");
   }
   const std::string header = OneTensor("BOOL", "[3]", "[0,3]");
-  ExpectRefused(FileOf(header, std::string("\x01\x00\x02", 3)), 6, "holds the byte 2", static_cast<int>(header.size()) + 10);
+  ExpectRefused(
+    FileOf(header, std::string("\x01\x00\x02", 3)), 6, "holds the byte 2", static_cast<int>(header.size()) + 10);
 }
 
 // --- Rule 7 --------------------------------------------------------------------------------------------------------
@@ -314,7 +319,8 @@ TEST(SafetensorsReader, Rule7ProductsDoNotOverflow)
   {
     ExpectRefused(FileOf(OneTensor("F32", shape, "[0,4]"), FourBytes), 7, "exceeds 2^63 - 1 bytes");
   }
-  ExpectRefused(FileOf(OneTensor("U8", "[9223372036854775807]", "[0,9223372036854775807]"), FourBytes), 7, "the file holds 4");
+  ExpectRefused(
+    FileOf(OneTensor("U8", "[9223372036854775807]", "[0,9223372036854775807]"), FourBytes), 7, "the file holds 4");
 }
 
 // --- Rules 8 and 9 -------------------------------------------------------------------------------------------------
@@ -339,7 +345,8 @@ TEST(SafetensorsReader, Rule9NonFiniteNumbersAreNamed)
 
 TEST(SafetensorsReader, Rule9NumbersTooLargeForFloat32AreNotMadeInfinite)
 {
-  const SafetensorsFile file = Read(FileOf(OneTensor("F64", "[1]", "[0,8]"), std::string("\0\0\0\0\0\0\xf0\x7f", 8).replace(6, 1, "\xe0")));
+  const SafetensorsFile file = Read(
+    FileOf(OneTensor("F64", "[1]", "[0,8]"), std::string("\0\0\0\0\0\0\xf0\x7f", 8).replace(6, 1, "\xe0")));
   EXPECT_EQ(file.Float64("w")[0], std::ldexp(1.0, 1023));
   EXPECT_NO_THROW(file.RequireFinite("w"));
   EXPECT_THROW(file.Float32("w"), FormatError);
@@ -361,7 +368,8 @@ TEST(SafetensorsReader, TensorsThatAreNotThereOrOfAnotherTypeAreMismatches)
 
 TEST(SafetensorsReader, EveryTruncationOfAFileIsRefused)
 {
-  const std::string bytes = FileOf(R"({"__metadata__":{"a":"b"},"w":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}} )", FourBytes);
+  const std::string bytes = FileOf(
+    R"({"__metadata__":{"a":"b"},"w":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}} )", FourBytes);
   EXPECT_NO_THROW(Read(bytes));
   for (std::size_t length = 0; length < bytes.size(); ++length)
   {

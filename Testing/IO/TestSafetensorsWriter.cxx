@@ -77,7 +77,8 @@ TEST(SafetensorsWriter, WhatIsWrittenIsRead)
 
 TEST(SafetensorsWriter, BytesAreDeterministicAndPaddedToEight)
 {
-  const std::vector<unsigned char> bytes = SerializeSafetensors({ { "w", TensorData::FromFloat32({ 1 }, { 1.0F }) } }, { { "k", "v" } });
+  const std::vector<unsigned char> bytes = SerializeSafetensors(
+    { { "w", TensorData::FromFloat32({ 1 }, { 1.0F }) } }, { { "k", "v" } });
   const std::string header = R"({"__metadata__":{"k":"v"},"w":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})";
   std::string expected(8, '\0');
   expected[0] = static_cast<char>((header.size() + 7) / 8 * 8);
@@ -148,7 +149,12 @@ TEST(SafetensorsWriter, RefusesWhatCannotBeRead)
   EXPECT_THAT(MessageOf([&] { SerializeSafetensors({}, { { "k", "\xc3" } }); }), HasSubstr("not UTF-8"));
   EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "w", { TensorType::Float32, { 2 }, { 0, 0, 0, 0 } } } }); }),
     HasSubstr("has 4 bytes; expected 8"));
-  EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "w", { TensorType::Float32, { -1 }, {} } } }); }), HasSubstr("shape"));
-  EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "w", { TensorType::Float32, std::vector<std::int64_t>(9, 0), {} } } }); }),
+  EXPECT_THAT(MessageOf([&] {
+    SerializeSafetensors({ { "w", { TensorType::Float32, { -1 }, {} } } });
+  }),
+    HasSubstr("shape"));
+  EXPECT_THAT(MessageOf([&] {
+    SerializeSafetensors({ { "w", { TensorType::Float32, std::vector<std::int64_t>(9, 0), {} } } });
+  }),
     HasSubstr("shape"));
 }

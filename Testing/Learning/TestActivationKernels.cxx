@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The inner loops of inference against the standard library in double, for every instruction set that this processor has.
+// The inner loops of inference against the standard library in double, for every instruction set that this processor
+// has.
 #include "Learning/Inference/ActivationKernels.h"
 #include "Learning/Inference/MatrixProduct.h"
 

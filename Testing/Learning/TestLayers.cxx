@@ -112,7 +112,8 @@ TEST(PoissonOperators, OfATriangleAreThoseComputedByHand)
 TEST_F(OnSphere, IntegratingTheGradientGivesTheSignalBack)
 {
   const torch::Tensor x = Random({ this->Vertices, 4 });
-  const torch::Tensor solution = SolvePoisson(this->Mesh, IntegratedDivergence(this->Mesh, FaceGradient(this->Mesh, x)));
+  const torch::Tensor solution = SolvePoisson(
+    this->Mesh, IntegratedDivergence(this->Mesh, FaceGradient(this->Mesh, x)));
   EXPECT_LE(Difference(solution - MassMean(this->Mesh, solution), x - MassMean(this->Mesh, x)), 1e-5);
 }
 
@@ -226,12 +227,15 @@ TEST_F(OnSphere, GradientOfWholeNetworks)
   const torch::Tensor extra = Random({ 2 });
   PoissonNet integrating(options);
   integrating->to(torch::kFloat64);
-  // The head does not differentiate through the positions that it adds: only the parameters and the condition are asked.
-  ExpectGradient([&] { return integrating->forward(this->Mesh, x, extra).Values; }, With({ extra }, *integrating), 1e-5);
+  // The head does not differentiate through the positions that it adds: only the parameters and the condition are
+  // asked.
+  ExpectGradient(
+    [&] { return integrating->forward(this->Mesh, x, extra).Values; }, With({ extra }, *integrating), 1e-5);
   options.Head = PoissonNetHead::Linear;
   options.Activation = LastActivation::LogSoftmax;
   options.OutputChannels = 5;
-  for (const PoissonNetDomain domain : { PoissonNetDomain::Vertices, PoissonNetDomain::Faces, PoissonNetDomain::Global })
+  for (const PoissonNetDomain domain :
+    { PoissonNetDomain::Vertices, PoissonNetDomain::Faces, PoissonNetDomain::Global })
   {
     options.Domain = domain;
     PoissonNet network(options);
@@ -286,7 +290,8 @@ TEST_F(OnSphere, TheOrderOfVerticesAndTheFirstCornerDoNotMatter)
     }
   }
   const torch::Tensor x = Random({ this->Vertices, 3 });
-  const torch::Tensor there = network->forward(MeshTensors(Operators(renamed), torch::kFloat64), x.flip(0)).Values.flip(0);
+  const torch::Tensor there =
+    network->forward(MeshTensors(Operators(renamed), torch::kFloat64), x.flip(0)).Values.flip(0);
   EXPECT_LE(Difference(there, network->forward(this->Mesh, x).Values), 1e-4);
 }
 

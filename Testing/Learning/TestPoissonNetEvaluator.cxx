@@ -40,7 +40,8 @@ FeatureMatrix RandomFeatures(Eigen::Index rows, Eigen::Index columns, std::uint6
 
 torch::Tensor ToTensor(const FeatureMatrix& matrix)
 {
-  return torch::from_blob(const_cast<float*>(matrix.data()), { matrix.rows(), matrix.cols() }, torch::kFloat32).to(torch::kFloat64);
+  return torch::from_blob(const_cast<float*>(matrix.data()), { matrix.rows(), matrix.cols() }, torch::kFloat32)
+    .to(torch::kFloat64);
 }
 
 double RelativeError(const FeatureMatrix& found, const torch::Tensor& expected)
@@ -108,7 +109,8 @@ TEST(PoissonNetEvaluator, EqualsTheDifferentiableNetworkInEveryVariant)
       options.Domain = static_cast<PoissonNetDomain>(variant % 3);
       options.Activation = variant % 7 == 0 ? LastActivation::Identity : LastActivation::LogSoftmax;
     }
-    const auto model = std::make_shared<const PoissonNetModel>(test::RandomModel(options, static_cast<std::uint64_t>(variant) + 1));
+    const auto model = std::make_shared<const PoissonNetModel>(
+      test::RandomModel(options, static_cast<std::uint64_t>(variant) + 1));
     const PoissonNetEvaluator evaluator(model, Surface());
     PoissonNetInput input;
     input.Signal = RandomFeatures(Surface().NumberOfPoints(), options.InputChannels, 7);
@@ -180,7 +182,8 @@ TEST(PoissonNetEvaluator, NormalisedMeshesOfAnySizeAndPlaceGiveTheSame)
     EXPECT_NEAR(there.Normalisation().Scale / here.Normalisation().Scale, 1000.0, 1e-3);
     EXPECT_THAT(there.Warnings(), IsEmpty());
   }
-  const MeshNormalisation sphere = ComputeNormalisation(test::Translated(test::Icosphere(4, 2.0), { 1, 2, 3 }), InputNormalisation::SurfaceArea);
+  const MeshNormalisation sphere = ComputeNormalisation(
+    test::Translated(test::Icosphere(4, 2.0), { 1, 2, 3 }), InputNormalisation::SurfaceArea);
   EXPECT_NEAR(sphere.Scale, std::sqrt(4.0 * 3.14159265 * 4.0), 0.02);
   EXPECT_LE((sphere.Centre - Eigen::RowVector3d(1, 2, 3)).norm(), 1e-9);
   EXPECT_NEAR(ComputeNormalisation(test::Icosphere(2, 2.0), InputNormalisation::UnitSphere).Scale, 2.0, 1e-9);
@@ -193,8 +196,10 @@ TEST(PoissonNetEvaluator, WarnsOfInwardFacesAndOfAreasFarFromOne)
   TriangleMesh inwards = Surface();
   inwards.Triangles.col(0).swap(inwards.Triangles.col(1));
   EXPECT_THAT(PoissonNetEvaluator(model, inwards).Warnings(), ElementsAre(HasSubstr("point inwards")));
-  EXPECT_THAT(PoissonNetEvaluator(model, test::Scaled(Surface(), 10.0)).Warnings(), ElementsAre(HasSubstr("an area of ")));
-  EXPECT_THAT(PoissonNetEvaluator(model, test::PlanePatch(4, 4)).Warnings(), IsEmpty()); // an open surface has no inside
+  EXPECT_THAT(
+    PoissonNetEvaluator(model, test::Scaled(Surface(), 10.0)).Warnings(), ElementsAre(HasSubstr("an area of ")));
+  EXPECT_THAT(
+    PoissonNetEvaluator(model, test::PlanePatch(4, 4)).Warnings(), IsEmpty()); // an open surface has no inside
 }
 
 // --- Errors ---------------------------------------------------------------------------------------------------------
@@ -209,7 +214,8 @@ TEST(PoissonNetEvaluator, MeshesThatItCannotTakeAreNamed)
   broken.Points(broken.Triangles(0, 0), 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(message(broken), HasSubstr("finite"));
   // Sound in double and without extent in single precision.
-  EXPECT_THAT(message(test::Translated(test::Scaled(test::Icosphere(2), 1e-3), { 1e6, 0, 0 })), HasSubstr("degenerate in single precision"));
+  EXPECT_THAT(message(test::Translated(test::Scaled(test::Icosphere(2), 1e-3), { 1e6, 0, 0 })),
+    HasSubstr("degenerate in single precision"));
 }
 
 TEST(PoissonNetEvaluator, InputsOfTheWrongShapeAreNamed)
@@ -232,7 +238,9 @@ TEST(PoissonNetEvaluator, InputsOfTheWrongShapeAreNamed)
   EXPECT_THAT(MessageOf([&] { evaluator.Evaluate(input); }), HasSubstr("not finite"));
   options.Head = PoissonNetHead::Linear;
   options.InputChannels = 5;
-  EXPECT_THAT(MessageOf([&] { PoissonNetEvaluator(Model(options), Surface()).Evaluate({ {}, RandomFeatures(1, 2, 1) }); }),
+  EXPECT_THAT(MessageOf([&] {
+    PoissonNetEvaluator(Model(options), Surface()).Evaluate({ {}, RandomFeatures(1, 2, 1) });
+  }),
     HasSubstr("takes 5 channels"));
 }
 

@@ -133,7 +133,8 @@ TEST(PoissonNetModel, TensorsThatDifferAreNamed)
   EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
                 { tensors["proj_in.weight"] = TensorData::FromFloat32({ 3, 4 }, std::vector<float>(12)); }),
     HasSubstr("\"proj_in.weight\" is [3, 4] instead of [4, 3]"));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors["more"] = TensorData::FromFloat32({}, { 1.0F }); }),
+  EXPECT_THAT(
+    MessageAfter([](Tensors& tensors, Metadata&) { tensors["more"] = TensorData::FromFloat32({}, { 1.0F }); }),
     HasSubstr("\"more\" does not belong to it"));
   EXPECT_THAT(MessageWith("n_blocks", "2"), AllOf(HasSubstr("\"blocks.1.grad_mlp"), HasSubstr("and ")));
   EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
@@ -145,9 +146,11 @@ TEST(PoissonNetModel, WeightsThatAreNotFiniteAreRefused)
 {
   for (const float bad : { std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity() })
   {
-    EXPECT_THAT(MessageAfter([&](Tensors& tensors, Metadata&)
-                  { tensors["proj_in.bias"] = TensorData::FromFloat32({ 4 }, { 1.0F, 2.0F, bad, 4.0F }); }),
-      AllOf(HasSubstr("FormatError small.safetensors: byte "), HasSubstr("element 2 of tensor \"proj_in.bias\" is not finite")));
+    EXPECT_THAT(MessageAfter([&](Tensors& tensors, Metadata&) {
+      tensors["proj_in.bias"] = TensorData::FromFloat32({ 4 }, { 1.0F, 2.0F, bad, 4.0F });
+    }),
+      AllOf(HasSubstr("FormatError small.safetensors: byte "),
+        HasSubstr("element 2 of tensor \"proj_in.bias\" is not finite")));
   }
 }
 
@@ -167,8 +170,9 @@ TEST(PoissonNetModel, MetadataThatDoNotFitAreNamed)
     EXPECT_THAT(MessageWith("n_blocks", number), HasSubstr("ModelMismatch small.safetensors")) << number;
   }
   EXPECT_THAT(MessageWith("C_in", "5"), HasSubstr("5 input channels"));
-  for (const char* config : { "", "[]", "{", "{\"cmlp_nlayers\": \"2\"}", "{\"cmlp_nlayers\": -2}", "{}",
-         "{\"cmlp_nlayers\": 0}", "{\"cmlp_nlayers\": 2, \"cmlp_modulate\": 1}", "{\"cmlp_nlayers\": 2, \"dropout_p\": 2}" })
+  for (const char* config :
+    { "", "[]", "{", "{\"cmlp_nlayers\": \"2\"}", "{\"cmlp_nlayers\": -2}", "{}", "{\"cmlp_nlayers\": 0}",
+      "{\"cmlp_nlayers\": 2, \"cmlp_modulate\": 1}", "{\"cmlp_nlayers\": 2, \"dropout_p\": 2}" })
   {
     EXPECT_THAT(MessageWith("config", config), HasSubstr("ModelMismatch small.safetensors")) << config;
   }

@@ -13,8 +13,8 @@
 namespace surfsynth::test
 {
 
-/// Path of a fixture that is kept in Testing/Data/Parity, else of the one in ../shared/parity beside the checkout; "" when
-/// neither is there.
+/// Path of a fixture that is kept in Testing/Data/Parity, else of the one in ../shared/parity beside the checkout; ""
+/// when neither is there.
 std::string FindFixture(const std::string& name);
 
 /// Row-major matrix of a floating-point tensor; the first dimension is the rows.

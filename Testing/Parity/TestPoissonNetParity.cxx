@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PoissonNet against the numbers of the published implementation: `ref.*` of the fixtures, computed there in float64 from
-// float32 weights and operators. README.md tables the limits.
+// PoissonNet against the numbers of the published implementation: `ref.*` of the fixtures, computed there in float64
+// from float32 weights and operators. README.md tables the limits.
 #include "Fixtures.h"
 #include "FixtureTensors.h"
 
@@ -69,7 +69,8 @@ protected:
     return network->forward(MeshTensors(operators, type), ToTensor(*this->File, "in.x", type), extra);
   }
 
-  void ExpectAgreement(const PoissonNetOutput& output, const std::string& suffix, double limit, double gradientLimit) const
+  void ExpectAgreement(
+    const PoissonNetOutput& output, const std::string& suffix, double limit, double gradientLimit) const
   {
     EXPECT_LE(RelativeError(ToMatrix(output.Values), ReadMatrix(*this->File, "ref.out" + suffix)), limit) << suffix;
     ASSERT_EQ(output.Gradients.defined(), this->File->Contains("ref.grads" + suffix));
@@ -180,7 +181,9 @@ TEST_P(PoissonNetParity, BlockOutputs)
     extra = modules["extra_feat_mlp"]->as<torch::nn::Sequential>()->forward(
       ToTensor(*this->File, "in.extra", torch::kFloat64));
     const FixtureMatrix expected = ReadMatrix(*this->File, "ref.extra_feat_mlp.out");
-    EXPECT_LE(RelativeError(ToMatrix(extra), Eigen::Map<const FixtureMatrix>(expected.data(), extra.size(0), extra.size(1))), 1e-6);
+    EXPECT_LE(
+      RelativeError(ToMatrix(extra), Eigen::Map<const FixtureMatrix>(expected.data(), extra.size(0), extra.size(1))),
+      1e-6);
     extra = extra.expand_as(x);
   }
   for (std::int64_t block = 0; block < this->Model->Options.Blocks; ++block)

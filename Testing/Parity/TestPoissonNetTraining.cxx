@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Training steps of PoissonNet against the published implementation: losses, gradients, and parameters after three steps
-// of Adam (learning rate 5e-4), all in float64.
+// Training steps of PoissonNet against the published implementation: losses, gradients, and parameters after three
+// steps of Adam (learning rate 5e-4), all in float64.
 #include "Fixtures.h"
 #include "FixtureTensors.h"
 

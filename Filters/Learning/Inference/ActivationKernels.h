@@ -16,7 +16,8 @@ struct ActivationKernels
   /// values = GELU(values + bias), bias [width].
   void (*BiasGelu)(float* values, const float* bias, std::int64_t rows, std::int64_t width);
 
-  /// z = z exp(i p) (softplus(s) + 1e-8) with (p, s) = phaseAndScale + bias, [rows, 2 width] and [2 width]; sum = re + im.
+  /// z = z exp(i p) (softplus(s) + 1e-8) with (p, s) = phaseAndScale + bias, [rows, 2 width] and [2 width]; sum = re
+  /// + im.
   void (*Modulate)(const float* phaseAndScale, const float* bias, std::int64_t rows, std::int64_t width, float* re,
     float* im, float* sum);
 

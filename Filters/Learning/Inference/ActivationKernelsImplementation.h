@@ -4,8 +4,8 @@
 /// (the table to define).
 ///
 /// Loops are plain and without branches, so that compilers turn them into vector code. Includes no standard header:
-/// inline functions of those would be compiled for the wide instruction set too, and the linker might keep that copy for
-/// everybody.
+/// inline functions of those would be compiled for the wide instruction set too, and the linker might keep that copy
+/// for everybody.
 #pragma once
 
 #include "Learning/Inference/ActivationKernels.h"
@@ -97,8 +97,8 @@ float Tanh(float x)
   return 1.0F - 2.0F / (Exp(2.0F * x) + 1.0F);
 }
 
-/// sin and cos of |x| < 1e5: minus the nearest multiple of pi / 2, in four parts so that products are exact, then Taylor
-/// series to below 1e-8.
+/// sin and cos of |x| < 1e5: minus the nearest multiple of pi / 2, in four parts so that products are exact, then
+/// Taylor series to below 1e-8.
 void SinCos(float x, float& sine, float& cosine)
 {
   const float n = Nearest(x * 0.636619772F);

@@ -11,9 +11,9 @@
 namespace surfsynth
 {
 
-/// Every face lies in one patch. A vertex whose faces all lie in one patch is inner; what faces of several patches add to
-/// the others goes to one slot for each of these patches, and slots are summed in order: so patches can be worked on in
-/// parallel and sums have the same bits for every number of threads.
+/// Every face lies in one patch. A vertex whose faces all lie in one patch is inner; what faces of several patches
+/// add to the others goes to one slot for each of these patches, and slots are summed in order: so patches can be
+/// worked on in parallel and sums have the same bits for every number of threads.
 struct FacePatches
 {
   std::vector<std::int64_t> FaceStart;   ///< [P + 1], places of faces: patch p holds FaceStart[p] .. FaceStart[p + 1)

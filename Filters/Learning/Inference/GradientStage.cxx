@@ -51,7 +51,8 @@ GradientStage::Scratch GradientStage::Borrow() const
   if (scratch.Tiles.size() == 0)
   {
     scratch.Tiles = LargeArray<float>(static_cast<std::size_t>(8 * TileRows * this->Width));
-    scratch.Sums = LargeArray<float>(static_cast<std::size_t>(4 * this->MostPoints * std::max<std::int64_t>(this->Width, 3)));
+    scratch.Sums = LargeArray<float>(
+      static_cast<std::size_t>(4 * this->MostPoints * std::max<std::int64_t>(this->Width, 3)));
   }
   return scratch;
 }
@@ -128,11 +129,12 @@ void GradientStage::RunPatch(std::int64_t p, const VertexFeatures& features, con
     if (productMap)
     {
       this->ThreeProducts(*productMap, rows, tile);
-      this->Kernels.ScatterDots(tile.Products[0], tile.Products[1], tile.Products[2], tile.PlainRe, tile.PlainIm, corners,
-        areas, rows, width, dots);
+      this->Kernels.ScatterDots(tile.Products[0], tile.Products[1], tile.Products[2], tile.PlainRe, tile.PlainIm,
+        corners, areas, rows, width, dots);
     }
   }
-  // The last layer is complex-linear: it turns the two sums into the divergence of its output, at a quarter of the cost.
+  // The last layer is complex-linear: it turns the two sums into the divergence of its output, at a quarter of the
+  // cost.
   Multiply(along, mlp.LastReal.data(), result, patches.Points(p), width, width);
   Multiply(across, mlp.LastImaginary.data(), result, patches.Points(p), width, width, true);
   this->Distribute(p, result, width, slots, [&](Index vertex, const float* row) { target.Set(vertex, row); });

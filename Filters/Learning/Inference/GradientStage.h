@@ -25,21 +25,22 @@ struct VertexFeatures
   const float* ModulatorHidden;
 };
 
-/// Gradients of vertex features, a complex MLP, and what it integrates to, on tiles of faces that stay in cache: no array of
-/// the size of all faces exists. Threads work on different patches.
+/// Gradients of vertex features, a complex MLP, and what it integrates to, on tiles of faces that stay in cache: no
+/// array of the size of all faces exists. Threads work on different patches.
 class GradientStage
 {
 public:
   GradientStage(std::shared_ptr<const FacePatches> patches, std::int64_t width);
 
-  /// Sets the rows of @p target to G^T A h of the gradient features h. When @p products is not null, also sets its rows,
-  /// [V, W], to the sums over the faces around of area / 3 times the dot products of mapped features and gradients.
-  /// Vertices that no face uses are not written.
+  /// Sets the rows of @p target to G^T A h of the gradient features h. When @p products is not null, also sets its
+  /// rows, [V, W], to the sums over the faces around of area / 3 times the dot products of mapped features and
+  /// gradients. Vertices that no face uses are not written.
   void Run(const VertexFeatures& features, const ComplexMlpWeights& mlp, const ComplexWeights* productMap,
     SolverRows& target, float* products, const Progress& progress) const;
 
-  /// For the gradient-domain head: h has three channels, to which the gradients of @p positions, [V, 3], are added. Writes
-  /// the sum to @p gradients, [2 F, 3] in the mesh's order of faces, and sets the rows of @p target, which has 3 channels.
+  /// For the gradient-domain head: h has three channels, to which the gradients of @p positions, [V, 3], are added.
+  /// Writes the sum to @p gradients, [2 F, 3] in the mesh's order of faces, and sets the rows of @p target, which has
+  /// 3 channels.
   void RunHead(const VertexFeatures& features, const ComplexMlpWeights& mlp, const float* positions, SolverRows& target,
     float* gradients, const Progress& progress) const;
 
@@ -70,8 +71,8 @@ private:
   void ThreeProducts(const ComplexWeights& weights, std::int64_t rows, const Tile& tile) const;
   void RunPatch(std::int64_t p, const VertexFeatures& features, const ComplexMlpWeights& mlp,
     const ComplexWeights* productMap, SolverRows& target, float* products, float* slots, float* productSlots) const;
-  void RunHeadPatch(std::int64_t p, const VertexFeatures& features, const ComplexMlpWeights& mlp, const float* positions,
-    SolverRows& target, float* gradients, float* slots) const;
+  void RunHeadPatch(std::int64_t p, const VertexFeatures& features, const ComplexMlpWeights& mlp,
+    const float* positions, SolverRows& target, float* gradients, float* slots) const;
   /// Hands the sums of a patch on: rows of inner vertices to @p write, the others to slots.
   template <typename Write>
   void Distribute(std::int64_t p, const float* sums, std::int64_t width, float* slots, const Write& write) const;

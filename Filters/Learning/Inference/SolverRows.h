@@ -25,8 +25,8 @@ public:
   /// Writes the right-hand side of a vertex. Different vertices may be written from different threads.
   void Set(Index vertex, const float* values);
 
-  /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, where the equation says
-  /// nothing, the solution is the mean of its channel.
+  /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, where the
+  /// equation says nothing, the solution is the mean of its channel.
   void Solve(const Progress& progress);
 
   /// What turns a solution into the signal that follows it: value * Scale + Shift for each channel.

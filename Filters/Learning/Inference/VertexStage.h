@@ -22,7 +22,8 @@ public:
   VertexStage(std::int64_t vertices, std::int64_t width);
 
   /// out = in * matrix + bias; in [V, inputs], out [V, outputs]. Different arrays.
-  void Affine(const AffineWeights& weights, const float* in, std::int64_t inputs, float* out, std::int64_t outputs) const;
+  void Affine(
+    const AffineWeights& weights, const float* in, std::int64_t inputs, float* out, std::int64_t outputs) const;
   /// values = GELU(values), [V, W].
   void Gelu(float* values) const;
 

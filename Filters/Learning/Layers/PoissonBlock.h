@@ -31,8 +31,8 @@ private:
 };
 TORCH_MODULE(PoissonBlock);
 
-/// The head that predicts gradients: face gradients of the features become three complex channels, to which those of the
-/// positions are added; the output are the positions that have these gradients, and the gradients.
+/// The head that predicts gradients: face gradients of the features become three complex channels, to which those of
+/// the positions are added; the output are the positions that have these gradients, and the gradients.
 struct IntegratedGradients
 {
   torch::Tensor Positions; ///< [..., V, 3], mass-weighted mean 0

@@ -58,7 +58,8 @@ PoissonOperators BuildPoissonOperators(
     {
       for (std::int64_t f = begin; f < end; ++f)
       {
-        const auto corner = [&](int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };
+        const auto corner = [&](
+                              int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };
         LayFlat(corner(0), corner(1), corner(2), operators.Gradient.row(f).data());
       }
     });

@@ -19,12 +19,12 @@ namespace surfsynth
 /// then their y components. The x axis of a face is its edge v0 -> v1, the y axis points to the side of v2.
 using FaceGradients = Eigen::Matrix<float, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
-/// The operators of one mesh: gradient G, face areas A (each stands for two rows of G), vertex mass m, and the factorised
-/// matrix of the Poisson equation L + 1e-6 I.
+/// The operators of one mesh: gradient G, face areas A (each stands for two rows of G), vertex mass m, and the
+/// factorised matrix of the Poisson equation L + 1e-6 I.
 ///
-/// They follow the published PoissonNet: vertices are rounded to float32, operators are computed from those in double and
-/// rounded to float32, the matrix is double(float32(L)) + double(float32(1e-6)) I and is factorised in double. The 1e-6 is
-/// absolute, so meshes should have about unit area. Cheap to copy.
+/// They follow the published PoissonNet: vertices are rounded to float32, operators are computed from those in double
+/// and rounded to float32, the matrix is double(float32(L)) + double(float32(1e-6)) I and is factorised in double.
+/// The 1e-6 is absolute, so meshes should have about unit area. Cheap to copy.
 struct PoissonOperators
 {
   TriangleMatrix Triangles;   ///< [F, 3]
@@ -43,8 +43,8 @@ struct PoissonOperators
 PoissonOperators BuildPoissonOperators(
   const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress = {});
 
-/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I. When that fails, adds 1e-5, then 1e-4 and so on to the
-/// diagonal, each on top of the last, up to five times.
+/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I. When that fails, adds 1e-5, then 1e-4 and so on
+/// to the diagonal, each on top of the last, up to five times.
 /// @throws SolverFailure when even that fails; Cancelled.
 std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& stiffness, const Progress& progress = {});
 

@@ -10,8 +10,9 @@
 namespace surfsynth
 {
 
-/// Per-channel norm over the vertices of a mesh: (x - mean) / sqrt(variance + 1e-12), then an affine map of each channel.
-/// The variance is biased. When mass-weighted, sums are weighted by mass and divided by the total mass + 1e-12.
+/// Per-channel norm over the vertices of a mesh: (x - mean) / sqrt(variance + 1e-12), then an affine map of each
+/// channel. The variance is biased. When mass-weighted, sums are weighted by mass and divided by the total mass +
+/// 1e-12.
 struct VertexNormOptions
 {
   explicit VertexNormOptions(std::int64_t channels)

@@ -30,8 +30,8 @@ public:
   explicit PoissonNetImpl(const PoissonNetOptions& options);
 
   /// @param x [..., V, InputChannels]
-  /// @param extra the condition: [ExtraFeatures] or [..., 1, ExtraFeatures] for all vertices, or [..., V, ExtraFeatures];
-  /// undefined when there is none.
+  /// @param extra the condition: [ExtraFeatures] or [..., 1, ExtraFeatures] for all vertices, or [..., V,
+  /// ExtraFeatures]; undefined when there is none.
   /// @throws InvalidInput when a shape is wrong.
   PoissonNetOutput forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& extra = {});
 

@@ -3,13 +3,9 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
-#include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Learning/Inference/GradientStage.h"
 #include "Learning/Inference/VertexStage.h"
-
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -22,45 +18,6 @@ namespace
 std::string ShapeText(const FeatureMatrix& matrix)
 {
   return "[" + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
-}
-
-TriangleMesh Normalised(TriangleMesh mesh, const MeshNormalisation& normalisation)
-{
-  mesh.Points = (mesh.Points.rowwise() - normalisation.Centre) / normalisation.Scale;
-  return mesh;
-}
-
-/// Volume inside a closed mesh, negative when its faces point inwards.
-double SignedVolume(const TriangleMesh& mesh)
-{
-  const Eigen::RowVector3d origin = mesh.Points.row(mesh.Triangles(0, 0));
-  double volume = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto corner = [&](int k) { return Eigen::RowVector3d(mesh.Points.row(mesh.Triangles(f, k)) - origin); };
-    volume += corner(0).dot(corner(1).cross(corner(2))) / 6.0;
-  }
-  return volume;
-}
-
-std::vector<std::string> FindWarnings(
-  const TriangleMesh& mesh, const MeshTopology& topology, InputNormalisation normalisation)
-{
-  std::vector<std::string> warnings;
-  const bool closed = std::all_of(topology.EdgeTriangles.begin(), topology.EdgeTriangles.end(),
-    [](std::uint8_t triangles) { return triangles == 2; });
-  if (closed && SignedVolume(mesh) < 0.0)
-  {
-    warnings.push_back("The faces of the closed surface point inwards; PoissonNet is not mirror-invariant and expects them "
-                       "to point outwards. vtkReverseSense turns them.");
-  }
-  const double area = FaceAreas(mesh).sum();
-  if (normalisation == InputNormalisation::None && !(area >= 0.1 && area <= 10.0))
-  {
-    warnings.push_back("The surface has an area of " + Text(area) + "; PoissonNet expects about 1 (0.1 to 10), and the model "
-      "file asks for no normalisation. Scale the mesh, or set input_normalisation in the file.");
-  }
-  return warnings;
 }
 
 /// log-softmax over each row.
@@ -118,8 +75,8 @@ public:
   SolverRows::Channels SolutionChannels(const BlockWeights& block, const SolverRows& rows) const;
   void FinishProducts(const BlockWeights& block, FeatureMatrix& products) const;
   PoissonNetPrediction LinearOutput(const FeatureMatrix& features) const;
-  PoissonNetPrediction GradientOutput(
-    const FeatureMatrix& features, FeatureMatrix& hidden, const FeatureMatrix& positions, const Progress& progress) const;
+  PoissonNetPrediction GradientOutput(const FeatureMatrix& features, FeatureMatrix& hidden,
+    const FeatureMatrix& positions, const Progress& progress) const;
   VertexFeatures Prepare(const ComplexMlpWeights& mlp, const FeatureMatrix& features, FeatureMatrix& hidden) const;
   SolverRows MakeRows(std::int64_t channels) const
   {
@@ -151,8 +108,8 @@ void PoissonNetEvaluator::Internals::CheckInput(const PoissonNetInput& input) co
   if (input.Signal.size() != 0 &&
     (input.Signal.rows() != this->NumberOfVertices() || input.Signal.cols() != options.InputChannels))
   {
-    throw InvalidInput("PoissonNetEvaluator: the signal is " + ShapeText(input.Signal) + "; expected [" + vertices + ", " +
-      std::to_string(options.InputChannels) + "].");
+    throw InvalidInput("PoissonNetEvaluator: the signal is " + ShapeText(input.Signal) + "; expected [" + vertices +
+      ", " + std::to_string(options.InputChannels) + "].");
   }
   const bool fits = options.ExtraFeatures == 0
     ? input.Extra.size() == 0
@@ -317,8 +274,8 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::LinearOutput(const FeatureM
   return prediction;
 }
 
-PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(const FeatureMatrix& features, FeatureMatrix& hidden,
-  const FeatureMatrix& positions, const Progress& progress) const
+PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(
+  const FeatureMatrix& features, FeatureMatrix& hidden, const FeatureMatrix& positions, const Progress& progress) const
 {
   const VertexFeatures prepared = this->Prepare(*this->Weights.GradientHead, features, hidden);
   SolverRows rows = this->MakeRows(3);
@@ -347,7 +304,7 @@ PoissonNetEvaluator::PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> 
   }
   const MeshNormalisation normalisation = ComputeNormalisation(mesh, model->Normalisation);
   const TriangleMesh normalised = Normalised(mesh, normalisation);
-  std::vector<std::string> warnings = FindWarnings(mesh, *topology, model->Normalisation);
+  std::vector<std::string> warnings = DescribeUnlikelyInput(mesh, *topology, model->Normalisation);
   this->Impl = std::make_unique<Internals>(
     std::move(model), BuildPoissonOperators(normalised, *topology, progress), normalised.Points);
   this->Impl->Normalisation = normalisation;
@@ -391,8 +348,9 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
     self.Weights.GradientHead ? self.GradientOutput(features, hidden, signal, last) : self.LinearOutput(features);
   if (!prediction.Values.allFinite() || !prediction.Gradients.allFinite())
   {
-    throw InvalidInput("PoissonNetEvaluator: the network's output is not finite; expected a mesh and weights that single "
-                       "precision can hold.");
+    throw InvalidInput(
+      "PoissonNetEvaluator: the network's output is not finite; expected a mesh and weights that single "
+      "precision can hold.");
   }
   Report(progress, 1.0);
   return prediction;
@@ -436,34 +394,6 @@ std::vector<Index> PoissonNetPrediction::Labels() const
     labels[row] = static_cast<Index>(label);
   }
   return labels;
-}
-
-MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation)
-{
-  MeshNormalisation result;
-  if (normalisation == InputNormalisation::None)
-  {
-    return result;
-  }
-  const Eigen::VectorXd areas = FaceAreas(mesh);
-  const double area = areas.sum();
-  Eigen::RowVector3d moment = Eigen::RowVector3d::Zero();
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      moment += areas[f] / 3.0 * mesh.Points.row(mesh.Triangles(f, k));
-    }
-  }
-  result.Centre = moment / area;
-  result.Scale = normalisation == InputNormalisation::SurfaceArea
-    ? std::sqrt(area) + 1e-8
-    : (mesh.Points.rowwise() - result.Centre).rowwise().norm().maxCoeff();
-  if (!(result.Scale > 0.0) || !result.Centre.allFinite())
-  {
-    throw InvalidInput("ComputeNormalisation: the mesh has an area of " + Text(area) + "; expected a surface with an extent.");
-  }
-  return result;
 }
 
 PoissonNetPrediction EvaluatePoissonNet(

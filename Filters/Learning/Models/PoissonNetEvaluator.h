@@ -8,6 +8,7 @@
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 #include "Learning/Layers/PoissonOperators.h"
+#include "Learning/Models/MeshNormalisation.h"
 #include "Learning/Models/PoissonNetModel.h"
 
 #include <Eigen/Core>
@@ -42,23 +43,13 @@ struct PoissonNetPrediction
   std::vector<Index> Labels() const;
 };
 
-/// The step from the caller's coordinates to the network's: normalised = (point - Centre) / Scale.
-struct MeshNormalisation
-{
-  Eigen::RowVector3d Centre = Eigen::RowVector3d::Zero();
-  double Scale = 1.0;
-};
-
-/// Centre and scale of @p mesh for @p normalisation. @throws InvalidInput when the mesh has no extent.
-MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation);
-
 /// Evaluates one network on one mesh, as often as wanted: operators, factorisation and weights are prepared once.
 ///
-/// Gives what PoissonNet (LibTorch) gives to 1e-5, by other means: faces are worked on in tiles that stay in cache, affine
-/// maps are moved from faces to vertices where they commute with averages and divergences, complex products take three
-/// real ones, and Poisson solves take all channels of a vertex together. Memory is bounded by about five arrays of V x
-/// Width float32 numbers. Uses MaximumThreads() threads; results have the same bits for every number of them. Evaluate() may
-/// be called from several threads.
+/// Gives what PoissonNet (LibTorch) gives to 1e-5, by other means: faces are worked on in tiles that stay in cache,
+/// affine maps are moved from faces to vertices where they commute with averages and divergences, complex products
+/// take three real ones, and Poisson solves take all channels of a vertex together. Memory is bounded by about five
+/// arrays of V x Width float32 numbers. Uses MaximumThreads() threads; results have the same bits for every number of
+/// them. Evaluate() may be called from several threads.
 class PoissonNetEvaluator
 {
 public:
@@ -83,12 +74,12 @@ public:
   /// none are given, or numbers overflow; Cancelled.
   PoissonNetPrediction Evaluate(const PoissonNetInput& input = {}, const Progress& progress = {}) const;
 
-  /// What the architecture asks of a mesh: finite, non-degenerate, manifold edges, consistent winding (the network is not
-  /// mirror-invariant), one component (constants on several are not determined).
+  /// What the architecture asks of a mesh: finite, non-degenerate, manifold edges, consistent winding (the network is
+  /// not mirror-invariant), one component (constants on several are not determined).
   static MeshRequirements Requirements();
 
-  /// Sentences about what makes good answers unlikely: a closed mesh whose faces point inwards, an area far from 1 which the
-  /// model does not normalise. Empty when there is nothing to say.
+  /// Sentences about what makes good answers unlikely: a closed mesh whose faces point inwards, an area far from 1
+  /// which the model does not normalise. Empty when there is nothing to say.
   const std::vector<std::string>& Warnings() const;
   const MeshNormalisation& Normalisation() const;
   const PoissonNetModel& Model() const;
@@ -100,7 +91,7 @@ private:
 };
 
 /// One-off evaluation of a model on a mesh. Same errors as PoissonNetEvaluator.
-PoissonNetPrediction EvaluatePoissonNet(
-  const PoissonNetModel& model, const TriangleMesh& mesh, const PoissonNetInput& input = {}, const Progress& progress = {});
+PoissonNetPrediction EvaluatePoissonNet(const PoissonNetModel& model, const TriangleMesh& mesh,
+  const PoissonNetInput& input = {}, const Progress& progress = {});
 
 } // namespace surfsynth

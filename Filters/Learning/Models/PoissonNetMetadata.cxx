@@ -18,10 +18,12 @@ using Metadata = std::map<std::string, std::string>;
 template <typename Value>
 using Names = std::vector<std::pair<const char*, Value>>;
 
-const Names<PoissonNetHead> HeadNames = { { "linear", PoissonNetHead::Linear }, { "njf", PoissonNetHead::GradientDomain } };
+const Names<PoissonNetHead> HeadNames = { { "linear", PoissonNetHead::Linear },
+  { "njf", PoissonNetHead::GradientDomain } };
 // The first name of a value is the one that is written.
-const Names<PoissonNetDomain> DomainNames = { { "vertices", PoissonNetDomain::Vertices }, { "faces", PoissonNetDomain::Faces },
-  { "global_mean", PoissonNetDomain::Global }, { "global", PoissonNetDomain::Global } };
+const Names<PoissonNetDomain> DomainNames = { { "vertices", PoissonNetDomain::Vertices },
+  { "faces", PoissonNetDomain::Faces }, { "global_mean", PoissonNetDomain::Global },
+  { "global", PoissonNetDomain::Global } };
 const Names<LastActivation> ActivationNames = { { "identity", LastActivation::Identity },
   { "log_softmax", LastActivation::LogSoftmax } };
 
@@ -172,10 +174,12 @@ PoissonNetOptions OptionsFromMetadata(const std::string& file, const Metadata& m
 Metadata MetadataFromOptions(const PoissonNetOptions& options)
 {
   CheckOptions(options);
-  if (options.Head == PoissonNetHead::GradientDomain && options.Modulate != options.ModulateHead && options.ModulateHead)
+  if (options.Head == PoissonNetHead::GradientDomain && options.Modulate != options.ModulateHead &&
+    options.ModulateHead)
   {
-    throw InvalidInput("PoissonNet: the head is modulated and the blocks are not; expected both or neither or the blocks "
-                       "only, which are what model files can tell.");
+    throw InvalidInput(
+      "PoissonNet: the head is modulated and the blocks are not; expected both or neither or the blocks "
+      "only, which are what model files can tell.");
   }
   nlohmann::json config = { { "cmlp_nlayers", options.ComplexLayers }, { "inner_prod_features", options.InnerProducts },
     { "mlp_norm", options.Normalise }, { "mass_norm", options.MassWeightedNorm }, { "dropout_p", options.Dropout } };

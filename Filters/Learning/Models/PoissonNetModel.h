@@ -43,12 +43,12 @@ struct PoissonNetModel
   bool IsClassifier() const { return this->Options.Activation == LastActivation::LogSoftmax; }
 };
 
-/// Reads a model file. Beside the keys of OptionsFromMetadata() it knows `architecture` ("poissonnet" where it is there),
-/// `format_version` ("1"), `input_normalisation` ("none", "surface_area", "unit_sphere"; none where absent) and `classes` (a
-/// JSON array of names, or names separated by commas).
+/// Reads a model file. Beside the keys of OptionsFromMetadata() it knows `architecture` ("poissonnet" where it is
+/// there), `format_version` ("1"), `input_normalisation` ("none", "surface_area", "unit_sphere"; none where absent)
+/// and `classes` (a JSON array of names, or names separated by commas).
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a weight is
-/// not finite; ModelMismatch when it does not describe a PoissonNet, or names or shapes of its tensors are not those of the
-/// network it describes, naming the first three.
+/// not finite; ModelMismatch when it does not describe a PoissonNet, or names or shapes of its tensors are not those
+/// of the network it describes, naming the first three.
 PoissonNetModel ReadPoissonNet(const std::string& path);
 
 /// The same from an open file, of the tensors whose names begin with @p prefix.

@@ -53,11 +53,14 @@ struct PoissonNetOptions
   LastActivation Activation = LastActivation::Identity;
 
   /// Channels of the network's output.
-  std::int64_t ResultChannels() const { return this->Head == PoissonNetHead::GradientDomain ? 3 : this->OutputChannels; }
+  std::int64_t ResultChannels() const
+  {
+    return this->Head == PoissonNetHead::GradientDomain ? 3 : this->OutputChannels;
+  }
 };
 
-/// @throws InvalidInput naming the first option that is out of its range: 1 to 100,000 channels, 1 to 1,000 blocks, 1 to 100
-/// layers, a gradient-domain head with 3 input channels and no activation at the vertices.
+/// @throws InvalidInput naming the first option that is out of its range: 1 to 100,000 channels, 1 to 1,000 blocks, 1
+/// to 100 layers, a gradient-domain head with 3 input channels and no activation at the vertices.
 void CheckOptions(const PoissonNetOptions& options);
 
 /// Shapes of all tensors of the state dictionary, by their published names.
