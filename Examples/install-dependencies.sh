@@ -19,8 +19,10 @@ packages=(
   libboost-dev libcgal-dev libgmp-dev libmpfr-dev
   # OpenVDB (MPL-2.0), with TBB (Apache-2.0) and Imath (BSD-3-Clause)
   libimath-dev libopenvdb-dev libtbb-dev
-  # header-only: Random123 (BSD-3-Clause), Spectra (MPL-2.0)
-  librandom123-dev libspectra-dev
+  # LibTorch (BSD-3-Clause)
+  libtorch-dev
+  # header-only: nlohmann-json (MIT), Random123 (BSD-3-Clause), Spectra (MPL-2.0)
+  librandom123-dev libspectra-dev nlohmann-json3-dev
   # TetGen (AGPL-3, linked by the program surfacesynthesis-tetgen only)
   libtet1.5-dev
   # the examples: surfaces and scans, plots and an X server without a screen

@@ -46,9 +46,56 @@ int main()
     endif ()
   endif ()
 
+  surfsynth_judge_blas("BLAS in use" "Factorisations" ${in_use})
+  set(SURFACE_SYNTHESIS_BLAS_IN_USE "${resolved_blas}" PARENT_SCOPE)
+endfunction ()
+
+# surfsynth_check_torch_blas(<libtorch>)
+#
+# The same for the products of LibTorch, whose library is loaded and asked where its sgemm_ is. Builds of LibTorch that
+# hold a BLAS of their own do not show one.
+function (surfsynth_check_torch_blas library)
+  set(source "${CMAKE_BINARY_DIR}/CMakeFiles/surfsynth_which_torch_blas.cxx")
+  file(WRITE "${source}" "
+#include <dlfcn.h>
+#include <cstdio>
+int main(int count, char** arguments)
+{
+  void* torch = count > 1 ? dlopen(arguments[1], RTLD_NOW) : nullptr;
+  if (!torch)
+  {
+    return 1;
+  }
+  Dl_info blas;
+  void* product = dlsym(torch, \"sgemm_\");
+  std::printf(\"%s\", product && dladdr(product, &blas) ? blas.dli_fname : \"its own\");
+}
+")
+  unset(surfsynth_which_torch_blas_run CACHE)
+  unset(surfsynth_which_torch_blas_compiled CACHE)
+  set(in_use "")
+  if (NOT CMAKE_CROSSCOMPILING)
+    try_run(surfsynth_which_torch_blas_run surfsynth_which_torch_blas_compiled
+      "${CMAKE_BINARY_DIR}/CMakeFiles/surfsynth_which_torch_blas" "${source}"
+      LINK_LIBRARIES ${CMAKE_DL_LIBS}
+      RUN_OUTPUT_VARIABLE output
+      ARGS "${library}")
+    if (surfsynth_which_torch_blas_compiled AND surfsynth_which_torch_blas_run STREQUAL "0")
+      set(in_use ${output})
+    endif ()
+  endif ()
+  if (in_use STREQUAL "its own")
+    message(STATUS "BLAS of LibTorch: its own")
+  else ()
+    surfsynth_judge_blas("BLAS of LibTorch" "Networks" ${in_use})
+  endif ()
+endfunction ()
+
+# Warns when one of the files is not OpenBLAS's. Sets resolved_blas in the caller's scope.
+function (surfsynth_judge_blas name victims)
   set(resolved "")
   set(openblas ON)
-  foreach (file IN LISTS in_use)
+  foreach (file IN LISTS ARGN)
     file(REAL_PATH "${file}" file)
     list(APPEND resolved "${file}")
     if (NOT file MATCHES "openblas")
@@ -59,17 +106,17 @@ int main()
   list(JOIN resolved ", " text)
   if (NOT resolved)
     message(WARNING
-      "It could not be found out which BLAS is in use. Without OpenBLAS large meshes factor many times slower.")
+      "${name}: could not be found out. ${victims} are many times slower without OpenBLAS.")
   elseif (NOT openblas)
     message(WARNING
       "\n"
-      "  The BLAS/LAPACK in use is NOT OpenBLAS but ${text}.\n"
-      "  Factorisations will be many times slower than they need to be. On Debian:\n"
+      "  ${name}: NOT OpenBLAS but ${text}.\n"
+      "  ${victims} will be many times slower than they need to be. On Debian:\n"
       "    apt-get install libopenblas0-pthread libopenblas-dev\n"
       "    update-alternatives --config libblas.so.3-x86_64-linux-gnu\n"
       "    update-alternatives --config liblapack.so.3-x86_64-linux-gnu\n")
   else ()
-    message(STATUS "BLAS in use: ${text}")
+    message(STATUS "${name}: ${text}")
   endif ()
-  set(SURFACE_SYNTHESIS_BLAS_IN_USE "${text}" PARENT_SCOPE)
+  set(resolved_blas "${text}" PARENT_SCOPE)
 endfunction ()

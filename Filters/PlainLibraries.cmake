@@ -15,8 +15,14 @@ include_guard(GLOBAL)
 # The targets of what the plain libraries link must be known wherever a plain library is linked.
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 
-set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore)
+set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore SurfaceSynthesisWeights)
 add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Core" "${CMAKE_BINARY_DIR}/Filters/Core")
+add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/../IO/Weights" "${CMAKE_BINARY_DIR}/IO/Weights")
+option(SURFACE_SYNTHESIS_LEARNING "Build what learns: networks and their training (LibTorch: BSD-3-Clause)" ON)
+if (SURFACE_SYNTHESIS_LEARNING)
+  list(APPEND SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisLearning)
+  add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Learning" "${CMAKE_BINARY_DIR}/Filters/Learning")
+endif ()
 
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
@@ -26,14 +32,21 @@ install(TARGETS ${SURFACE_SYNTHESIS_PLAIN_LIBRARIES}
   RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
-# The public headers are those that a library lists among its sources.
+# The public headers are those that a library lists among its sources. They are included by their path below Filters, or
+# for what lies beside it (IO) below the root.
+cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH root)
 foreach (library IN LISTS SURFACE_SYNTHESIS_PLAIN_LIBRARIES)
   get_target_property(folder ${library} SOURCE_DIR)
   get_target_property(headers ${library} SOURCES)
   list(FILTER headers INCLUDE REGEX "\\.h$")
   foreach (header IN LISTS headers)
     cmake_path(ABSOLUTE_PATH header BASE_DIRECTORY "${folder}" NORMALIZE)
-    file(RELATIVE_PATH subfolder "${CMAKE_CURRENT_LIST_DIR}" "${header}")
+    cmake_path(IS_PREFIX CMAKE_CURRENT_LIST_DIR "${header}" in_filters)
+    if (in_filters)
+      file(RELATIVE_PATH subfolder "${CMAKE_CURRENT_LIST_DIR}" "${header}")
+    else ()
+      file(RELATIVE_PATH subfolder "${root}" "${header}")
+    endif ()
     cmake_path(GET subfolder PARENT_PATH subfolder)
     install(FILES "${header}"
       DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/SurfaceSynthesis/${subfolder}"
@@ -49,7 +62,10 @@ export(EXPORT SurfaceSynthesisPlainLibraries
   NAMESPACE SurfaceSynthesis::
   FILE "${CMAKE_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}/cmake/SurfaceSynthesis/SurfaceSynthesisPlainLibraries.cmake")
 
+include("${CMAKE_CURRENT_LIST_DIR}/CheckBLAS.cmake")
 if (SURFACE_SYNTHESIS_CHOLMOD)
-  include("${CMAKE_CURRENT_LIST_DIR}/CheckBLAS.cmake")
   surfsynth_check_blas(SurfaceSynthesis::CHOLMOD)
+endif ()
+if (SURFACE_SYNTHESIS_LEARNING)
+  surfsynth_check_torch_blas("${TORCH_LIBRARY}")
 endif ()

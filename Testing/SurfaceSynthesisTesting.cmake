@@ -5,7 +5,8 @@
 #   [LIBRARIES <target>...]
 #   LABELS <label>...
 #   [ENVIRONMENT <VAR=value>...]
-#   [TIMEOUT <seconds>])
+#   [TIMEOUT <seconds>]
+#   [AS_ONE])
 #
 # Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
 # registers each of its tests with CTest as <target>.<suite>.<test>.
@@ -14,6 +15,8 @@
 #                "slow" for tests that take more than a few seconds
 #   ENVIRONMENT  for each test
 #   TIMEOUT      of each test, default 120; sanitizers multiply it by four
+#   AS_ONE       registers all as one test named <target>: for many quick tests that load LibTorch, which takes longer than
+#                they do. Not for tests that may skip: CTest would not say so.
 #
 # Tests run in the folder of the calling CMakeLists.txt in the build tree, where they may write files.
 include_guard(GLOBAL)
@@ -31,7 +34,7 @@ else ()
 endif ()
 
 function (surfsynth_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   if (arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "surfsynth_add_gtest(${target}): unexpected arguments ${arg_UNPARSED_ARGUMENTS}")
   endif ()
@@ -52,6 +55,17 @@ function (surfsynth_add_gtest target)
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest GTest::gtest_main)
   if (surfsynth_sanitized)
     target_sources(${target} PRIVATE "${surfsynth_testing_folder}/SanitizerDefaults.cxx")
+  endif ()
+
+  if (arg_AS_ONE)
+    add_test(NAME ${target} COMMAND ${target})
+    set_tests_properties(${target} PROPERTIES
+      TIMEOUT ${arg_TIMEOUT}
+      LABELS "${arg_LABELS}"
+      ENVIRONMENT "${arg_ENVIRONMENT}"
+      # An executable without tests must not pass unseen.
+      FAIL_REGULAR_EXPRESSION "Running 0 tests")
+    return()
   endif ()
 
   # Tests are listed when CTest starts, not when they are built, so that a crash is a failed test.
@@ -77,4 +91,17 @@ else ()
 endif ()
 ]])
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${properties}")
+endfunction ()
+
+# surfsynth_compile_torch_tests(<target>)
+#
+# Compiles the sources of a target as one, lightly optimised: torch's headers cost half a minute in each source that includes
+# them.
+function (surfsynth_compile_torch_tests target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  target_compile_options(${target}
+    PRIVATE
+      -O1
+      # Fixtures of tests lie in anonymous namespaces, which g++ takes for those of a header here.
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction ()

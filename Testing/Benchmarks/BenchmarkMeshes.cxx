@@ -161,6 +161,9 @@ int main(int argc, char** argv)
   }
   bench::RegisterCore();
   bench::RegisterYardsticks();
+#ifdef SURFACE_SYNTHESIS_LEARNING
+  bench::RegisterPoissonNet();
+#endif
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -58,5 +58,7 @@ void Register(const std::string& name, const Body& body);
 
 void RegisterCore();
 void RegisterYardsticks();
+/// Only in builds with SURFACE_SYNTHESIS_LEARNING.
+void RegisterPoissonNet();
 
 } // namespace surfsynth::bench

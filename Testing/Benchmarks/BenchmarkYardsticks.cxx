@@ -184,6 +184,7 @@ void RegisterYardsticks()
   Register("YardstickCholmodFactorisation", YardstickCholmodFactorisation);
   Register("YardstickCholmodSolve1", YardstickCholmodSolve<1>);
   Register("YardstickCholmodSolve100", YardstickCholmodSolve<100>);
+  Register("YardstickCholmodSolve128", YardstickCholmodSolve<128>);
 #endif
   for (const int threads : { 1, 2 })
   {

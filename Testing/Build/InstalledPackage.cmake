@@ -27,7 +27,7 @@ endforeach ()
 # The headers of the installed package are used, not those of the source tree.
 configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/Build"
   "-DCMAKE_PREFIX_PATH=${prefix}" "-DEXPECTED_PREFIX=${prefix}" "-DNOISE_SOURCE_DIR=${CMAKE_CURRENT_LIST_DIR}/Superproject"
-  "-DWITH_TETGEN=${TETGEN}")
+  "-DLEARNING=${LEARNING}" "-DWITH_TETGEN=${TETGEN}")
 run_command("${WORK_DIR}/Build/noise")
 if (TETGEN)
   # The program that runs TetGen is found in the moved prefix, and the AGPL stays in it.
@@ -42,6 +42,9 @@ if (TETGEN)
   endforeach ()
 endif ()
 run_command("${WORK_DIR}/Build/core")
+if (LEARNING)
+  run_command("${CMAKE_COMMAND}" -E chdir "${WORK_DIR}" "${WORK_DIR}/Build/learning")
+endif ()
 
 # The same program finds Core alone, and does not look for VTK.
 configure_and_build("${CMAKE_CURRENT_LIST_DIR}/Consumer" "${WORK_DIR}/BuildCore"

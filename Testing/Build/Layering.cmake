@@ -41,7 +41,7 @@ endfunction ()
 set(vtk "vtk[A-Z]")
 set(torch "torch/|ATen/|c10/")
 # A VTK class that the wrapper reads: headers named vtk*.h.
-set(heavy "${torch}|Eigen/|unsupported/Eigen|CGAL/|openvdb/|tetgen|cholmod|Spectra/|Core/|Learning/|Weights/")
+set(heavy "${torch}|Eigen/|unsupported/Eigen|CGAL/|openvdb/|tetgen|cholmod|Spectra/|Core/|Learning/|IO/Weights/|Weights/")
 
 forbid("VTK in a plain library" "${vtk}" "it must build without VTK"
   "Filters/Core/*.h" "Filters/Core/*.cxx" "Filters/Learning/*.h" "Filters/Learning/*.cxx"
@@ -54,7 +54,8 @@ forbid("algorithm in the header of a VTK class" "${heavy}" "it belongs behind st
   "Filters/vtk*.h" "IO/vtk*.h")
 forbid("include up the layers" "(\\.\\./)*(Noise/vtk|(Bridge|Learning|Prediction|Deformation|Texture|Geometry|Meshing|IO|Weights)/)|SurfaceBridge\\.h"
   "Core is the lowest layer" "Filters/Core/*.h" "Filters/Core/*.cxx")
-forbid("include up the layers" "(\\.\\./)*(Bridge|Learning)/|SurfaceBridge\\.h" "IO/Weights lies below"
+forbid("include up the layers" "(\\.\\./)*(Noise/vtk|(Bridge|Learning|Prediction|Deformation|Texture|Geometry|Meshing)/)|SurfaceBridge\\.h"
+  "IO/Weights lies below"
   "IO/Weights/*.h" "IO/Weights/*.cxx")
 forbid("include up the layers" "(\\.\\./)*Bridge/|SurfaceBridge\\.h" "Learning lies below"
   "Filters/Learning/*.h" "Filters/Learning/*.cxx")

@@ -402,3 +402,13 @@ TEST(Operators, HaveTheSameBitsForEveryNumberOfThreads)
     EXPECT_EQ(LaplaceBeltramiNorm(stiffness, mass), norm);
   }
 }
+
+TEST(Operators, AShiftOfTheSquaredAreaBoundsTheWeights)
+{
+  // Twice the area is 2: adding 12 to its square doubles the denominator of every cotangent.
+  const TriangleMesh triangle = test::SingleTriangle();
+  const MeshTopology topology(triangle);
+  const Eigen::MatrixXd plain = CotangentStiffness(triangle, topology);
+  EXPECT_TRUE(Eigen::MatrixXd(CotangentStiffness(triangle, topology, 12.0)).isApprox(0.5 * plain, 1e-14));
+  EXPECT_EQ(Eigen::MatrixXd(CotangentStiffness(triangle, topology, 0.0)), plain);
+}

@@ -44,7 +44,8 @@ struct CornerWeights
 };
 
 /// The weights of all corners, [3 F], in the order of topology.VertexTriangles.
-LargeArray<CornerWeights> CotangentWeights(const TriangleMesh& mesh, const MeshTopology& topology)
+LargeArray<CornerWeights> CotangentWeights(
+  const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
 {
   LargeArray<CornerWeights> weights(topology.CornerPlace.size());
   ParallelFor(Faces(mesh), Grain,
@@ -55,7 +56,7 @@ LargeArray<CornerWeights> CotangentWeights(const TriangleMesh& mesh, const MeshT
         const auto t = mesh.Triangles.row(f);
         const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
           Point(mesh, t(1)) - Point(mesh, t(0)) };
-        const double doubleArea = edge[0].cross(edge[1]).norm();
+        const double doubleArea = std::sqrt(edge[0].cross(edge[1]).squaredNorm() + squaredAreaShift);
         double half[3];
         for (int k = 0; k < 3; ++k)
         {
@@ -139,9 +140,9 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh)
   return LumpedMass(mesh, MeshTopology(mesh));
 }
 
-SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology)
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
 {
-  const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology);
+  const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology, squaredAreaShift);
   SparseMatrix stiffness = AdjacencyPattern(topology);
   ParallelFor(mesh.Points.rows(), Grain,
     [&](std::int64_t begin, std::int64_t end)

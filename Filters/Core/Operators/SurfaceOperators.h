@@ -34,7 +34,9 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh);
 /// Cotangent stiffness L, [V, V] float64, both triangles stored, columns sorted, every diagonal entry present.
 /// Off the diagonal L_ij = -(cot alpha_ij + cot beta_ij) / 2 (Pinkall and Polthier 1993); rows sum to zero.
 /// (Equation 17 of the paper prints the same weight without the sign; equation 16 fixes it.)
-SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology);
+/// @param squaredAreaShift added to the square of twice the area in each cotangent, world units to the fourth: bounds
+/// the weights of needles. 0, the default, changes nothing.
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift = 0.0);
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh);
 
 /// Intrinsic gradient G, [2 F, V] float64: rows 2 f and 2 f + 1 are the two components of the gradient in the frame of

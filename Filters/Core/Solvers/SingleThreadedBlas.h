@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Keeps the BLAS on the calling thread. Private to the solvers.
+/// Keeps the BLAS on the calling thread. Private to the library.
 #pragma once
 
 namespace surfsynth

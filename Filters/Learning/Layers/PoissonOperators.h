@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What networks in the gradient domain need to know of a mesh. No torch.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "Core/Solvers/CholeskySolver.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+
+namespace surfsynth
+{
+
+/// Gradients of the three hat functions of each face, [F, 6] float32, 1 / world units: x components of corners 0, 1, 2,
+/// then their y components. The x axis of a face is its edge v0 -> v1, the y axis points to the side of v2.
+using FaceGradients = Eigen::Matrix<float, Eigen::Dynamic, 6, Eigen::RowMajor>;
+
+/// The operators of one mesh: gradient G, face areas A (each stands for two rows of G), vertex mass m, and the
+/// factorised matrix of the Poisson equation L + 1e-6 I.
+///
+/// They follow the published PoissonNet: vertices are rounded to float32, operators are computed from those in double
+/// and rounded to float32, the matrix is double(float32(L)) + double(float32(1e-6)) I and is factorised in double.
+/// The 1e-6 is absolute, so meshes should have about unit area. Cheap to copy.
+struct PoissonOperators
+{
+  TriangleMatrix Triangles;   ///< [F, 3]
+  FaceGradients Gradient;     ///< [F, 6]
+  Eigen::VectorXf FaceAreas;  ///< [F]
+  Eigen::VectorXf VertexMass; ///< [V], a third of the area around, plus 1e-8 of the mean so that none is zero
+  std::shared_ptr<const CholeskySolver> Solver;
+
+  Index NumberOfPoints() const { return static_cast<Index>(this->VertexMass.size()); }
+  Index NumberOfTriangles() const { return static_cast<Index>(this->Triangles.rows()); }
+};
+
+/// The operators of @p mesh, whose tables are @p topology.
+/// @throws InvalidInput when a triangle is degenerate once its vertices are rounded to float32.
+/// @throws SolverFailure as FactorPoissonMatrix(); Cancelled.
+PoissonOperators BuildPoissonOperators(
+  const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress = {});
+
+/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I. When that fails, adds 1e-5, then 1e-4 and so on
+/// to the diagonal, each on top of the last, up to five times.
+/// @throws SolverFailure when even that fails; Cancelled.
+std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& stiffness, const Progress& progress = {});
+
+} // namespace surfsynth

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Models/PoissonNetModel.h"
+
+#include "Core/Common/Errors.h"
+#include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+using Shape = std::vector<std::int64_t>;
+
+constexpr const char* Architecture = "poissonnet";
+constexpr const char* FormatVersion = "1";
+
+const std::pair<const char*, InputNormalisation> NormalisationNames[] = { { "none", InputNormalisation::None },
+  { "surface_area", InputNormalisation::SurfaceArea }, { "unit_sphere", InputNormalisation::UnitSphere } };
+
+std::string ShapeText(const Shape& shape)
+{
+  std::string text = "[";
+  for (const std::int64_t extent : shape)
+  {
+    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
+  }
+  return text + "]";
+}
+
+/// Throws unless the key is absent or has that value.
+void RequireValue(const SafetensorsFile& file, const std::string& key, const std::string& expected)
+{
+  const auto found = file.Metadata().find(key);
+  if (found != file.Metadata().end() && found->second != expected)
+  {
+    throw ModelMismatch(
+      file.Name() + ": the metadata \"" + key + "\" is \"" + found->second + "\"; expected \"" + expected + "\".");
+  }
+}
+
+/// The first differences between what the network needs and what is there, one sentence each.
+template <typename Found>
+std::vector<std::string> Differences(const std::map<std::string, Shape>& expected, const Found& found)
+{
+  std::vector<std::string> differences;
+  for (const auto& [name, shape] : expected)
+  {
+    const auto entry = found.find(name);
+    if (entry == found.end())
+    {
+      differences.push_back("\"" + name + "\" " + ShapeText(shape) + " is missing");
+    }
+    else if (entry->second != shape)
+    {
+      differences.push_back(
+        "\"" + name + "\" is " + ShapeText(entry->second) + " instead of " + ShapeText(shape));
+    }
+  }
+  for (const auto& entry : found)
+  {
+    if (expected.count(entry.first) == 0)
+    {
+      differences.push_back("\"" + entry.first + "\" does not belong to it");
+    }
+  }
+  return differences;
+}
+
+std::string FirstThree(const std::vector<std::string>& differences)
+{
+  std::string text;
+  for (std::size_t k = 0; k < std::min<std::size_t>(differences.size(), 3); ++k)
+  {
+    text += (k > 0 ? "; " : "") + differences[k];
+  }
+  if (differences.size() > 3)
+  {
+    text += "; and " + std::to_string(differences.size() - 3) + " more";
+  }
+  return text;
+}
+
+std::vector<std::string> ParseClasses(const std::string& file, const std::string& text)
+{
+  std::vector<std::string> classes;
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (json.is_array())
+  {
+    for (const nlohmann::json& name : json)
+    {
+      if (!name.is_string())
+      {
+        throw ModelMismatch(file + ": the metadata \"classes\" holds something else than strings; expected names.");
+      }
+      classes.push_back(name.get<std::string>());
+    }
+    return classes;
+  }
+  std::istringstream stream(text);
+  for (std::string name; std::getline(stream, name, ',');)
+  {
+    const std::size_t first = name.find_first_not_of(' ');
+    classes.push_back(first == std::string::npos ? "" : name.substr(first, name.find_last_not_of(' ') - first + 1));
+  }
+  return classes;
+}
+
+InputNormalisation ParseNormalisation(const std::string& file, const std::string& text)
+{
+  for (const auto& [name, value] : NormalisationNames)
+  {
+    if (text == name)
+    {
+      return value;
+    }
+  }
+  throw ModelMismatch(file + ": the metadata \"input_normalisation\" is \"" + text +
+    "\"; expected none, surface_area or unit_sphere.");
+}
+
+void ReadDescription(const SafetensorsFile& file, PoissonNetModel& model)
+{
+  RequireValue(file, "architecture", Architecture);
+  RequireValue(file, "format_version", FormatVersion);
+  model.Metadata = file.Metadata();
+  model.Options = OptionsFromMetadata(file.Name(), file.Metadata());
+  if (const auto found = model.Metadata.find("input_normalisation"); found != model.Metadata.end())
+  {
+    model.Normalisation = ParseNormalisation(file.Name(), found->second);
+  }
+  if (const auto found = model.Metadata.find("classes"); found != model.Metadata.end())
+  {
+    model.Classes = ParseClasses(file.Name(), found->second);
+    if (static_cast<std::int64_t>(model.Classes.size()) != model.Options.ResultChannels())
+    {
+      throw ModelMismatch(file.Name() + ": the metadata \"classes\" has " + std::to_string(model.Classes.size()) +
+        " names; expected " + std::to_string(model.Options.ResultChannels()) + ", one for each output channel.");
+    }
+  }
+}
+}
+
+PoissonNetModel ReadPoissonNet(const std::string& path)
+{
+  return ReadPoissonNet(SafetensorsFile(path));
+}
+
+PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix)
+{
+  PoissonNetModel model;
+  ReadDescription(file, model);
+  std::map<std::string, Shape> found;
+  for (const auto& [name, entry] : file.Tensors())
+  {
+    if (name.rfind(prefix, 0) == 0)
+    {
+      found[name.substr(prefix.size())] = entry.Shape;
+    }
+  }
+  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), found);
+  if (!differences.empty())
+  {
+    throw ModelMismatch(file.Name() + ": the tensors are not those of the network that the metadata describe: " +
+      FirstThree(differences) + ".");
+  }
+  for (auto& [name, shape] : found)
+  {
+    file.RequireFinite(prefix + name);
+    model.Tensors[name] = { std::move(shape), file.Float32(prefix + name) };
+  }
+  return model;
+}
+
+void WritePoissonNet(const std::string& path, const PoissonNetModel& model)
+{
+  std::map<std::string, Shape> shapes;
+  std::map<std::string, TensorData> tensors;
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    shapes[name] = tensor.Shape;
+    tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
+  }
+  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), shapes);
+  if (!differences.empty())
+  {
+    throw InvalidInput("WritePoissonNet: the tensors are not those of the options: " + FirstThree(differences) + ".");
+  }
+  std::map<std::string, std::string> metadata = model.Metadata;
+  for (const auto& [key, value] : MetadataFromOptions(model.Options))
+  {
+    metadata[key] = value;
+  }
+  metadata["architecture"] = Architecture;
+  metadata["format_version"] = FormatVersion;
+  metadata["producer"] = "SurfaceSynthesis";
+  for (const auto& [name, value] : NormalisationNames)
+  {
+    if (value == model.Normalisation)
+    {
+      metadata["input_normalisation"] = name;
+    }
+  }
+  metadata.erase("classes");
+  if (!model.Classes.empty())
+  {
+    metadata["classes"] = nlohmann::json(model.Classes).dump();
+  }
+  WriteSafetensors(path, tensors, metadata);
+}
+
+} // namespace surfsynth

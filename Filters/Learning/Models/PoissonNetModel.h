@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A PoissonNet as a model file holds it. No torch.
+#pragma once
+
+#include "Learning/Models/PoissonNetOptions.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+class SafetensorsFile;
+
+/// What a mesh goes through before the network sees it, as it did in training.
+enum class InputNormalisation
+{
+  None,
+  SurfaceArea, ///< minus the area-weighted centroid, over sqrt(area) + 1e-8
+  UnitSphere   ///< minus the area-weighted centroid, over the largest distance from it
+};
+
+/// The numbers of one tensor of a model, row-major.
+struct ModelTensor
+{
+  std::vector<std::int64_t> Shape;
+  std::vector<float> Values;
+};
+
+/// A trained network: options, weights, and what its users must know.
+struct PoissonNetModel
+{
+  PoissonNetOptions Options;
+  std::map<std::string, ModelTensor> Tensors; ///< by published names; exactly those of ExpectedTensors(Options)
+  InputNormalisation Normalisation = InputNormalisation::None;
+  /// Names of the classes of a classifier in the order of its channels; empty when the file names none.
+  std::vector<std::string> Classes;
+  std::map<std::string, std::string> Metadata; ///< of the file, as it was
+
+  bool IsClassifier() const { return this->Options.Activation == LastActivation::LogSoftmax; }
+};
+
+/// Reads a model file. Beside the keys of OptionsFromMetadata() it knows `architecture` ("poissonnet" where it is
+/// there), `format_version` ("1"), `input_normalisation` ("none", "surface_area", "unit_sphere"; none where absent)
+/// and `classes` (a JSON array of names, or names separated by commas).
+/// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a weight is
+/// not finite; ModelMismatch when it does not describe a PoissonNet, or names or shapes of its tensors are not those
+/// of the network it describes, naming the first three.
+PoissonNetModel ReadPoissonNet(const std::string& path);
+
+/// The same from an open file, of the tensors whose names begin with @p prefix.
+PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix = "");
+
+/// Writes a model file in float32; metadata that ReadPoissonNet() does not know is kept.
+/// @throws InvalidInput when the model is not complete or the file cannot be written.
+void WritePoissonNet(const std::string& path, const PoissonNetModel& model);
+
+} // namespace surfsynth

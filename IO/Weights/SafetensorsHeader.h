@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The JSON header of a safetensors file. Private to the model files.
+#pragma once
+
+#include "IO/Weights/TensorType.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// One tensor of a file.
+struct TensorEntry
+{
+  TensorType Type = TensorType::Float32;
+  std::vector<std::int64_t> Shape; ///< empty for a single number
+  std::int64_t Begin = 0;          ///< of its bytes, counted from the end of the header
+  std::int64_t End = 0;
+
+  std::int64_t NumberOfElements() const;
+};
+
+/// The rules that a file may break, numbered as in messages.
+enum class SafetensorsRule
+{
+  HeaderLength = 1, ///< 8 bytes, little-endian: at least 2, at most the limit, and within the file
+  HeaderText = 2,   ///< UTF-8 without byte order mark, begins with {, only spaces after the closing }
+  HeaderStructure =
+    3,          ///< strict JSON, depth 3, no key twice, tensors of dtype, shape and data_offsets, string metadata
+  Integers = 4, ///< digits only, no leading zero, at most 2^63 - 1
+  Names = 5,    ///< 1 to 1024 bytes without control characters; at most 100,000 tensors, rank at most 8
+  Types = 6,    ///< F64 F32 F16 BF16 I64 I32 I16 I8 U8 BOOL; BOOL bytes are 0 or 1
+  Layout = 7,   ///< offsets contiguous from 0, byte counts as the shapes say, the last end is the end of the file
+  Meaning = 9   ///< architecture, version and weights that can be used: finite numbers
+};
+
+/// Throws FormatError: "<file>: byte <offset>: <found>; expected <expected> (safetensors rule <n>)."
+[[noreturn]] void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule,
+  const std::string& found, const std::string& expected);
+
+/// What a header says.
+struct SafetensorsHeader
+{
+  std::map<std::string, TensorEntry> Tensors; ///< by name
+  std::map<std::string, std::string> Metadata;
+};
+
+/// Bytes of the file before the header's text: its length.
+constexpr std::uint64_t HeaderStart = 8;
+
+/// The length that the first 8 bytes tell, checked against rule 1 with nothing allocated.
+/// @throws FormatError
+std::uint64_t DecodeHeaderLength(
+  const std::string& file, const unsigned char* bytes, std::uint64_t fileSize, std::uint64_t largest);
+
+/// Parses the header's text and checks rules 2 to 7 (but for the bytes of BOOL tensors).
+/// @param file for messages.
+/// @param dataSize bytes of the file after the header.
+/// @throws FormatError
+SafetensorsHeader ParseHeader(const std::string& file, std::string_view text, std::uint64_t dataSize);
+
+/// Bytes of a tensor of that type and shape; false when they exceed 2^63 - 1.
+bool CountBytes(TensorType type, const std::vector<std::int64_t>& shape, std::int64_t& bytes);
+
+/// What is wrong with the name of a tensor, else "".
+std::string NameDefect(const std::string& name);
+
+/// True for well-formed UTF-8: shortest forms, no surrogates, at most U+10FFFF. @p bad becomes the place of the first
+/// byte that is not.
+bool IsUtf8(std::string_view text, std::size_t& bad);
+
+constexpr std::size_t LargestRank = 8;
+constexpr std::size_t MostTensors = 100000;
+
+} // namespace surfsynth

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Copies the fixtures that may lie in the repository from ../shared/parity to Testing/Data/Parity.
+
+Those are computed from random weights. Left out of the copies is what the tests do not read, and gradients and
+parameters of training steps are rounded from float64 to float32, ten times finer than their limits.
+
+    trim_fixtures.py [--check]
+
+--check compares instead of writing, and fails when a copy is not what this script would write. Where ../shared is not
+there, says so and ends with status 77.
+"""
+
+import argparse
+import json
+import pathlib
+import struct
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = ROOT.parent / "shared" / "parity"
+TARGET = ROOT / "Testing" / "Data" / "Parity"
+FIXTURES = [
+    "poissonnet/random_A_ours_w32",
+    "poissonnet/random_C_norm_nomod",
+    "poissonnet/random_D_vertices",
+]
+
+
+def is_read(name):
+    """True for the tensors that the tests use."""
+    if name == "mesh.vertices" or ".head." in name and name.startswith("ref."):
+        return False
+    if name.startswith("ref.block"):
+        step = name.split(".", 2)[2]
+        first = name.startswith("ref.block0.")
+        return step == "out" or first and step in {"grads_in", "x_face", "mod_re", "mod_im", "grads", "rhs", "u"}
+    return True
+
+
+def read(path):
+    data = path.read_bytes()
+    (length,) = struct.unpack("<Q", data[:8])
+    header = json.loads(data[8 : 8 + length])
+    metadata = header.pop("__metadata__", {})
+    tensors = {}
+    for name, entry in header.items():
+        begin, end = entry["data_offsets"]
+        tensors[name] = (entry["dtype"], entry["shape"], data[8 + length + begin : 8 + length + end])
+    return tensors, metadata
+
+
+def rounded(name, tensor):
+    kind, shape, data = tensor
+    if kind == "F64" and (".grad." in name or ".after3." in name):
+        count = len(data) // 8
+        return "F32", shape, struct.pack(f"<{count}f", *struct.unpack(f"<{count}d", data))
+    return tensor
+
+
+def serialise(tensors, metadata):
+    """As the library's writer does it: large elements first, then by name; header padded to 8 bytes."""
+    sizes = {"F64": 8, "I64": 8, "F32": 4, "I32": 4}
+    header = {"__metadata__": dict(sorted(metadata.items()))}
+    parts = []
+    end = 0
+    for name in sorted(tensors, key=lambda n: (-sizes[tensors[n][0]], n)):
+        kind, shape, data = tensors[name]
+        header[name] = {"dtype": kind, "shape": shape, "data_offsets": [end, end + len(data)]}
+        parts.append(data)
+        end += len(data)
+    text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode()
+    text += b" " * (-len(text) % 8)
+    return struct.pack("<Q", len(text)) + text + b"".join(parts)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    check = parser.parse_args().check
+    if not SOURCE.is_dir():
+        print(f"SKIPPED: {SOURCE} is not there")
+        return 77
+    different = 0
+    for fixture in FIXTURES:
+        tensors, metadata = read(SOURCE / f"{fixture}.safetensors")
+        data = serialise({n: rounded(n, t) for n, t in tensors.items() if is_read(n)}, metadata)
+        target = TARGET / f"{fixture}.safetensors"
+        if check:
+            same = target.is_file() and target.read_bytes() == data
+            different += not same
+            print(f"{fixture}: {'as it should be' if same else 'DIFFERENT'}")
+        else:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
+            print(f"{target.relative_to(ROOT)}: {len(data)} bytes")
+    return 1 if different else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
