@@ -244,6 +244,15 @@ TEST(PoissonNetEvaluator, InputsOfTheWrongShapeAreNamed)
     HasSubstr("takes 5 channels"));
 }
 
+TEST(PoissonNetEvaluator, IncompleteModelsAreNamed)
+{
+  PoissonNetModel model = test::RandomModel(SmallOptions());
+  model.Tensors.erase("proj_in.bias");
+  const std::string message = MessageOf([&] { EvaluatePoissonNet(model, Surface()); });
+  EXPECT_THAT(message, HasSubstr("\"proj_in.bias\" [20] is missing"));
+  EXPECT_THROW(MakePoissonNet(model), InvalidInput);
+}
+
 TEST(PoissonNetEvaluator, ProgressRisesToOneAndCanStop)
 {
   const PoissonNetEvaluator evaluator(Model(SmallOptions()), Surface());

@@ -192,5 +192,7 @@ TEST(PoissonNetModel, IncompleteModelsAreNotWritten)
   model = test::RandomModel(SmallOptions());
   model.Tensors["proj_in.bias"].Values.pop_back();
   EXPECT_THROW(WritePoissonNet("Never.safetensors", model), InvalidInput);
+  EXPECT_THROW(CheckModel(model), InvalidInput);
+  EXPECT_NO_THROW(CheckModel(test::RandomModel(SmallOptions())));
   EXPECT_FALSE(std::filesystem::exists("Never.safetensors"));
 }

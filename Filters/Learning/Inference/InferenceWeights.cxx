@@ -140,6 +140,7 @@ BlockWeights Reader::Block(const std::string& name) const
 
 InferenceWeights::InferenceWeights(const PoissonNetModel& model)
 {
+  CheckModel(model);
   const Reader reader(model);
   this->ProjectIn = reader.Affine("proj_in");
   if (model.Options.ExtraFeatures > 0)

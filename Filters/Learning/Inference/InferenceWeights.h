@@ -73,6 +73,7 @@ struct BlockWeights
 
 struct InferenceWeights
 {
+  /// @throws InvalidInput as CheckModel().
   explicit InferenceWeights(const PoissonNetModel& model);
 
   AffineWeights ProjectIn;

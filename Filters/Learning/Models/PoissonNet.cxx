@@ -100,6 +100,7 @@ torch::Tensor PoissonNetImpl::MapToDomain(const MeshTensors& mesh, const torch::
 
 PoissonNet MakePoissonNet(const PoissonNetModel& model)
 {
+  CheckModel(model);
   PoissonNet network(model.Options);
   const torch::NoGradGuard noGradients;
   for (auto& parameter : network->named_parameters())

@@ -50,7 +50,7 @@ private:
 };
 TORCH_MODULE(PoissonNet);
 
-/// The network of a model file, in float32 on the processor.
+/// The network of a model file, in float32 on the processor. @throws InvalidInput as CheckModel().
 PoissonNet MakePoissonNet(const PoissonNetModel& model);
 
 /// The network's parameters as a model, rounded to float32; fields other than Options and Tensors are left empty.

@@ -56,7 +56,8 @@ public:
   /// Checks and normalises the mesh, computes operators, and factors. O(V^1.5).
   /// @param model kept as long as this object lives.
   /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
-  /// @throws InvalidInput when the mesh does not meet Requirements(); SolverFailure; Cancelled.
+  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete; SolverFailure;
+  /// Cancelled.
   PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> model, const TriangleMesh& mesh,
     const MeshTopology* topology = nullptr, const Progress& progress = {});
 

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -178,19 +180,37 @@ PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& p
   return model;
 }
 
-void WritePoissonNet(const std::string& path, const PoissonNetModel& model)
+void CheckModel(const PoissonNetModel& model)
 {
   std::map<std::string, Shape> shapes;
-  std::map<std::string, TensorData> tensors;
   for (const auto& [name, tensor] : model.Tensors)
   {
     shapes[name] = tensor.Shape;
-    tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
   }
   const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), shapes);
   if (!differences.empty())
   {
-    throw InvalidInput("WritePoissonNet: the tensors are not those of the options: " + FirstThree(differences) + ".");
+    throw InvalidInput("PoissonNetModel: the tensors are not those of the options: " + FirstThree(differences) + ".");
+  }
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    const std::int64_t count =
+      std::accumulate(tensor.Shape.begin(), tensor.Shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
+    if (static_cast<std::int64_t>(tensor.Values.size()) != count)
+    {
+      throw InvalidInput("PoissonNetModel: \"" + name + "\" has " + std::to_string(tensor.Values.size()) +
+        " numbers; expected " + std::to_string(count) + ".");
+    }
+  }
+}
+
+void WritePoissonNet(const std::string& path, const PoissonNetModel& model)
+{
+  CheckModel(model);
+  std::map<std::string, TensorData> tensors;
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
   }
   std::map<std::string, std::string> metadata = model.Metadata;
   for (const auto& [key, value] : MetadataFromOptions(model.Options))

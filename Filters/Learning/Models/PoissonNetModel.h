@@ -54,6 +54,10 @@ PoissonNetModel ReadPoissonNet(const std::string& path);
 /// The same from an open file, of the tensors whose names begin with @p prefix.
 PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix = "");
 
+/// @throws InvalidInput naming what is missing, of another shape or too much, when the tensors of a model that was
+/// made by hand are not those of its options. What was read from a file is complete.
+void CheckModel(const PoissonNetModel& model);
+
 /// Writes a model file in float32; metadata that ReadPoissonNet() does not know is kept.
 /// @throws InvalidInput when the model is not complete or the file cannot be written.
 void WritePoissonNet(const std::string& path, const PoissonNetModel& model);
