@@ -15,7 +15,8 @@ endif ()
 file(COPY ${entries} DESTINATION "${WORK_DIR}/Source/SurfaceSynthesis")
 
 configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build"
-  "-DSURFACE_SYNTHESIS_CGAL=OFF" "-DSURFACE_SYNTHESIS_OPENVDB=OFF" "-DSURFACE_SYNTHESIS_TETGEN=${TETGEN}")
+  "-DSURFACE_SYNTHESIS_CGAL=OFF" "-DSURFACE_SYNTHESIS_OPENVDB=OFF" "-DSURFACE_SYNTHESIS_LEARNING=OFF"
+  "-DSURFACE_SYNTHESIS_TETGEN=${TETGEN}")
 run_command("${WORK_DIR}/Build/noise")
 if (TETGEN)
   run_command("${WORK_DIR}/Build/tetrahedra")
