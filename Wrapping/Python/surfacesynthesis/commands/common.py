@@ -70,6 +70,16 @@ def as_usage(function, *arguments, **parameters):
         raise UsageError(str(error)) from None
 
 
+def read_surface(path):
+    """The surface, or the composite dataset, in a file, which must hold something."""
+    from .. import files
+
+    mesh = files.read_mesh(path)
+    if mesh.GetNumberOfPoints() == 0:
+        raise files.FormatError(f"{path}: the file holds no points")
+    return mesh
+
+
 def run_filter(algorithm, dataset, arguments):
     """The output of a VTK filter for ``dataset``, with a progress bar; the filter's warnings are issued."""
     from ..errors import SurfaceSynthesisWarning

@@ -4,7 +4,7 @@
 import os
 import time
 
-from .common import UsageError, add_command, add_running_options, as_usage, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
 Adds Matérn noise to the points of a surface: a Gaussian random field whose statistics do not depend on the
@@ -90,9 +90,7 @@ def run(arguments):
     started = time.monotonic()
     noise = _filter_of(arguments)
     _check_output(arguments, files)
-    mesh = files.read_mesh(arguments.input)
-    if mesh.GetNumberOfPoints() == 0:
-        raise files.FormatError(f"{arguments.input}: the file holds no points")
+    mesh = read_surface(arguments.input)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(noise, mesh, arguments)
     written = _outputs(output, arguments, array_names(noise))

@@ -3,7 +3,7 @@
 
 import time
 
-from .common import add_command, add_running_options, as_usage, run_filter, surface_summary
+from .common import add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
 Remeshes a surface with triangles of even size and shape. Boundaries, creases and seams of arrays are kept, arrays are
@@ -64,7 +64,7 @@ def run(arguments):
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
-    mesh = files.read_mesh(arguments.input)
+    mesh = read_surface(arguments.input)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)

@@ -3,7 +3,7 @@
 
 import time
 
-from .common import add_command, add_running_options, as_usage, run_filter, surface_summary
+from .common import add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
 Makes a sound, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
@@ -67,7 +67,7 @@ def run(arguments):
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
-    mesh = files.read_mesh(arguments.input)
+    mesh = read_surface(arguments.input)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)

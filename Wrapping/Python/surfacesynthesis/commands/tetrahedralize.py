@@ -2,10 +2,9 @@
 """The command ``tetrahedralize``."""
 
 import os
-import shutil
 import time
 
-from .common import UsageError, add_command, add_running_options, as_usage, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
 Fills a closed surface with tetrahedra of bounded shape and size, by TetGen in a process of its own."""
@@ -60,23 +59,14 @@ def run(arguments):
     kind = os.path.splitext(arguments.output)[1].lower()
     if kind not in _KINDS:
         raise UsageError(f"{arguments.output}: tetrahedra can be written to {', '.join(_KINDS)}, not to '{kind}'")
-    mesh = files.read_mesh(arguments.input)
-    if mesh.GetNumberOfPoints() == 0:
-        raise files.FormatError(f"{arguments.input}: the file holds no points")
+    mesh = read_surface(arguments.input)
     composite = hasattr(mesh, "NewTreeIterator")
     if composite != (kind == ".vtm"):
         wanted = ".vtm" if composite else ".vtu or .vtk"
         raise UsageError(f"{arguments.output}: the tetrahedra of this input are written to {wanted}")
     output = run_filter(algorithm, mesh, arguments)
-    if composite:
-        files.write_mesh(output, arguments.output)
-    else:
-        _write_grid(files, output, os.path.realpath(arguments.output))
-    seconds = time.monotonic() - started
-    return (
-        f"{output.GetNumberOfPoints():,} points, {output.GetNumberOfCells():,} cells, {seconds:.1f} s -> "
-        f"{arguments.output}"
-    )
+    files.write_mesh(output, arguments.output)
+    return surface_summary(output, arguments.output, time.monotonic() - started)
 
 
 def _filter_of(arguments):
@@ -94,21 +84,3 @@ def _filter_of(arguments):
         time_limit=arguments.time_limit if arguments.time_limit != 0.0 else None,
         memory_limit=arguments.memory_limit,
     )
-
-
-def _write_grid(files, grid, path):
-    """Writes one grid; the file appears under its name when it is complete."""
-    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
-
-    folder = os.path.dirname(path)
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(f"the folder {folder} does not exist")
-    temporary = files._temporary_folder(folder)
-    try:
-        written = os.path.join(temporary, os.path.basename(path))
-        writer = vtkUnstructuredGridWriter() if path.lower().endswith(".vtk") else vtkXMLUnstructuredGridWriter()
-        files._write_with_vtk(writer, grid, written)
-        os.replace(written, path)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
