@@ -15,7 +15,7 @@ TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
 SAMPLES = 7
 RANGE = 24.0  # world units of the armadillo
 SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank")
-CASES = (*SOUND_CASES, "bad_piece", "bad_block")
+CASES = (*SOUND_CASES, "bad_piece", "bad_block", "mesh_on_one_rank", "mesh_in_pieces")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -183,6 +183,16 @@ def run_case(case):
         for k in (0, 1, 2, 4):
             surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
         assert found[3] is None or found[3].GetNumberOfPoints() == 0
+    elif case == "mesh_on_one_rank":  # a filter that makes another mesh works where the surface lies
+        if hasattr(pv, "SurfaceRepair"):
+            found = update(pv.SurfaceRepair(Input=pv.XMLPolyDataReader(FileName=["whole.vtp"])))
+            assert found.GetNumberOfPoints() == whole.shape[1] and found.GetNumberOfCells() == 52000
+    elif case == "mesh_in_pieces":  # and says so when it lies on several
+        if hasattr(pv, "SurfaceRepair"):
+            found = update(pv.SurfaceRepair(Input=pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])))
+            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
+        else:
+            print("no filter that makes another mesh is in this plugin")
     else:
         raise ValueError(case)
     print(f"finished: {case} on {ranks} ranks", flush=True)
@@ -239,8 +249,8 @@ def check_sound(ranks):
     assert "ERR|" not in output, output
 
 
-def errors_of_the_filter(output):
-    return [line.split("): ", 1)[1] for line in output.splitlines() if re.search(r"ERR\| vtkMaternNoiseFilter", line)]
+def errors_of_the_filter(output, name="vtkMaternNoiseFilter"):
+    return [line.split("): ", 1)[1] for line in output.splitlines() if re.search(rf"ERR\| {name}", line)]
 
 
 def check_bad_piece(ranks):
@@ -257,11 +267,20 @@ def check_bad_block(ranks):
     assert "non-manifold edge" in errors[0] and "lock 4" in errors[0], errors
 
 
+def check_meshes(ranks):
+    """Filters that make another mesh: right on one rank, else one error on every rank."""
+    output = mpi_run(ranks, ["mesh_on_one_rank", "mesh_in_pieces"])
+    errors = errors_of_the_filter(output, "vtkSurfaceRepairFilter")
+    absent = "no filter that makes another mesh" in output
+    assert len(errors) == (0 if ranks == 1 or absent else ranks) and len(set(errors)) <= 1, errors
+    assert all("lies in pieces on" in error and "vtkAggregateDataSetFilter" in error for error in errors), errors
+
+
 def main(ranks):
     environment = dict(os.environ)
     subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], os.path.abspath(__file__), "--write"],
                    env=environment, check=True, timeout=TIME_LIMIT)
-    checks = (check_sound, check_bad_piece, check_bad_block)
+    checks = (check_sound, check_bad_piece, check_bad_block, check_meshes)
     failed = 0
     for count in ranks:
         for check in checks:
