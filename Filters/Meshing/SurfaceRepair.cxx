@@ -22,7 +22,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
+#include <map>
 #include <numeric>
+#include <tuple>
 
 namespace surfsynth
 {
@@ -102,8 +105,58 @@ private:
       // Where a third sheet was cut off, the two that remain belong together again.
       this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
     }
+    if (changes.AddedPoints > 0)
+    {
+      this->Note("of these points moved apart", this->MoveApart());
+    }
     this->IsFilling = this->Mesh.add_property_map<CgalFace, bool>("f:filling", false).first;
     this->Compact();
+  }
+
+  /// Moves points of equal coordinates, at which sheets were taken apart, a little towards their own sheet: in files
+  /// without connectivity they would become one point again, and so would the patches of holes beside them.
+  std::int64_t MoveApart()
+  {
+    std::map<std::tuple<double, double, double>, std::vector<CgalVertex>> places;
+    for (const CgalVertex v : this->Mesh.vertices())
+    {
+      if (!this->Mesh.is_isolated(v))
+      {
+        const CgalPoint& point = this->Mesh.point(v);
+        places[{ point.x(), point.y(), point.z() }].push_back(v);
+      }
+    }
+    std::vector<std::pair<CgalVertex, CgalPoint>> moves;
+    for (const auto& place : places)
+    {
+      for (const CgalVertex v : place.second)
+      {
+        if (place.second.size() > 1)
+        {
+          moves.emplace_back(v, this->TowardsItsSheet(v));
+        }
+      }
+    }
+    for (const auto& move : moves)
+    {
+      this->Mesh.point(move.first) = move.second;
+    }
+    return static_cast<std::int64_t>(moves.size());
+  }
+
+  /// The point a hundredth of an edge from @p v in the direction in which, on the whole, its neighbours lie.
+  CgalPoint TowardsItsSheet(CgalVertex v) const
+  {
+    const Eigen::Vector3d at = FromCgalPoint(this->Mesh.point(v));
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const CgalHalfedge h : this->Mesh.halfedges_around_target(this->Mesh.halfedge(v)))
+    {
+      const Eigen::Vector3d edge = FromCgalPoint(this->Mesh.point(this->Mesh.source(h))) - at;
+      shortest = std::min(shortest, edge.norm());
+      direction += edge.normalized();
+    }
+    return ToCgalPoint(at + 0.01 * shortest * direction.normalized());
   }
 
   /// Numbers what is left without gaps, in the same order: much of CGAL relies on that.

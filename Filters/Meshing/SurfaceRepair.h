@@ -46,7 +46,8 @@ struct RepairedSurface
 /// triangles alike, removes triangles without area, components and, if asked, self-intersections, and closes holes.
 ///
 /// What comes out is manifold, consistently wound and without degenerate triangles, and closed when LargestHole is not
-/// exceeded anywhere; points that were sound keep their coordinates and, as long as none is merged, their order.
+/// exceeded anywhere; points keep their coordinates, but for those where sheets were taken apart, which move by a
+/// hundredth of an edge, and, as long as none is merged, their order.
 ///
 /// @param stop asks the call to end early with a Cancelled; may be null.
 /// @throws InvalidInput when no triangle is left; SolverFailure when a defect cannot be removed; Cancelled

@@ -15,7 +15,8 @@
  *
  * @par Output
  * A vtkPolyData of triangles with manifold edges and points and consistent winding, in the precision of the input's
- * points. Sound points keep their place and, as long as none is merged, their order; unused points are left out. Point
+ * points. Points keep their place, but for those where sheets were taken apart, which move by a hundredth of an edge so
+ * that they stay apart; as long as none is merged, they keep their order. Unused points are left out. Point
  * arrays are carried over (interpolated on new points: floating-point arrays linearly, labels from the nearest point),
  * cell arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
  * hole; the field data arrays RepairAction (text) and RepairCount, one entry for each thing that was done, in order;
