@@ -16,6 +16,7 @@
 #include "TestMeshes.h"
 
 #include <vtkDataArray.h>
+#include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
