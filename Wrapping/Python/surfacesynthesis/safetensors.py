@@ -9,15 +9,21 @@ import numpy as np
 
 
 def write_safetensors(path, tensors, metadata):
-    """Writes arrays of float32 by name, and texts by name, to a file: the same bytes for the same content.
+    """Writes arrays by name, integers as int64 and all others as float32, and texts by name: the same bytes for the same
+    content.
 
-    The file is written beside ``path``, flushed and renamed, so that ``path`` holds the old or the new content and never
-    half of one. Raises OSError.
+    The file is written beside ``path``, flushed and renamed, so that ``path`` holds the old or the new content and
+    never half of one. Raises OSError.
     """
+    arrays = {}
+    for name, values in tensors.items():
+        values = np.asarray(values)
+        arrays[name] = np.ascontiguousarray(values, "<i8" if values.dtype.kind in "iu" else "<f4").reshape(values.shape)
+    arrays = dict(sorted(arrays.items(), key=lambda item: (-item[1].itemsize, item[0])))  # all aligned to their elements
     header, end = {"__metadata__": dict(sorted(metadata.items()))}, 0
-    arrays = {name: np.ascontiguousarray(tensors[name], dtype="<f4") for name in sorted(tensors)}
     for name, array in arrays.items():
-        header[name] = {"dtype": "F32", "shape": list(tensors[name].shape), "data_offsets": [end, end + array.nbytes]}
+        kind = "I64" if array.dtype.kind == "i" else "F32"
+        header[name] = {"dtype": kind, "shape": list(array.shape), "data_offsets": [end, end + array.nbytes]}
         end += array.nbytes
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode("utf-8")
     text += b" " * (-len(text) % 8)
