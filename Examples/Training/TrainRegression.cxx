@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Trains a small PoissonNet to predict values at the points of one surface, whichever way the surface is turned, and writes
-// it as a model file.
+// Trains a small PoissonNet to predict values at the points of one surface, whichever way the surface is turned, and
+// writes it as a model file.
 //
 //   TrainRegression training.safetensors model.safetensors loss.csv [steps]
 //
 // The training file holds points [V, 3], triangles [F, 3] and values [V, C]; the surface should have area 1.
-// smoothed_curvature.py makes one. Each step shows the network the surface in a random orientation: its operators, which are
-// intrinsic, are the same for all of them, and are made once.
+// smoothed_curvature.py makes one. Each step shows the network the surface in a random orientation: its operators, which
+// are intrinsic, are the same for all of them, and are made once.
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "Learning/Layers/PoissonOperators.h"
@@ -82,7 +82,8 @@ PoissonNetOptions SmallNetwork(std::int64_t channels)
 /// Mean squared error over the surface, as a fraction of the variance of the values.
 torch::Tensor RelativeError(const TrainingSurface& surface, const torch::Tensor& prediction)
 {
-  const torch::Tensor variance = MassMean(surface.Mesh, (surface.Values - MassMean(surface.Mesh, surface.Values)).square());
+  const torch::Tensor centred = surface.Values - MassMean(surface.Mesh, surface.Values);
+  const torch::Tensor variance = MassMean(surface.Mesh, centred.square());
   return (MassMean(surface.Mesh, (prediction - surface.Values).square()) / variance).mean();
 }
 

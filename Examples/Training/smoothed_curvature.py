@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the example network learns to predict: the mean curvature of a surface of area 1, smoothed over a scale.
 
-One step of implicit heat flow moves the points x of the surface to x' = (M + t L)^-1 M x, with L the cotangent stiffness and M
-the lumped mass; (x - x') . n / (2 t), with n the normal, is the mean curvature averaged over distances of about sqrt(t). It
-is positive on bumps and negative in hollows, and is here multiplied by sqrt(t), which leaves a number without unit. Unlike the
-curvature of the triangles, it depends little on the triangulation.
+One step of implicit heat flow moves the points x of the surface to x' = (M + t L)^-1 M x, with L the cotangent
+stiffness and M the lumped mass; (x - x') . n / (2 t), with n the normal, is the mean curvature averaged over
+distances of about sqrt(t). It is positive on bumps and negative in hollows, and is here multiplied by sqrt(t), which
+leaves a number without unit. Unlike the curvature of the triangles, it depends little on the triangulation.
 
     python3 smoothed_curvature.py surface.off training.safetensors [--vertices 2500]
 
-writes points, triangles and values of a surface, decimated where it has more vertices than wanted, for TrainRegression.
+writes points, triangles and values of a surface, decimated where it has more vertices than wanted, for
+TrainRegression.
 """
 
 import argparse

@@ -24,8 +24,8 @@ struct NetworkInputRequest
 };
 
 /// The input of @p model on the used points of @p surface.
-/// @param normalisation from the caller's coordinates to the network's: the signal of a gradient-domain head is a set of
-/// positions and goes through it.
+/// @param normalisation from the caller's coordinates to the network's: the signal of a gradient-domain head is a set
+/// of positions and goes through it.
 /// @throws InvalidInput, in terms of the filter's properties, when the model takes another number of conditions or
 /// channels, an array is missing or has another shape, or a number is not finite.
 PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInputRequest& request, vtkPolyData* surface,

@@ -35,13 +35,13 @@
  * @par Output
  * The input, untouched, plus, as the model's head says:
  *  - a linear head at the vertices: the point array PredictionArrayName, float32, a component for each output channel;
- *  - a linear head at the faces: the cell array of that name. A polygon or strip gets the mean of its triangles, weighted
- *    by area (of a classifier: of their logits);
+ *  - a linear head at the faces: the cell array of that name. A polygon or strip gets the mean of its triangles,
+ *    weighted by area (of a classifier: of their logits);
  *  - a linear head that averages over the surface: the field-data array of that name, one tuple;
  *  - a gradient-domain head: the point array of that name, float64, 3 components: predicted positions. Positions are
  *    those of the network, mapped back to the coordinates of the input where it was normalised; their centroid is then
- *    that of the input, and the origin when nothing was normalised. And the point array DisplacementArrayName, float64, 3
- *    components: what moves the points there with the centroid of the surface left where it is.
+ *    that of the input, and the origin when nothing was normalised. And the point array DisplacementArrayName,
+ *    float64, 3 components: what moves the points there with the centroid of the surface left where it is.
  *
  * A classifier (a model whose last activation is the logarithm of softmax, or whose metadata name `classes`) also gives
  * LabelArrayName, int32, the class of the largest component, beside the prediction, which holds log-probabilities then;

@@ -79,7 +79,7 @@ def contents(path):
     return metadata, tensors
 
 
-# -- what is written -----------------------------------------------------------------------------------------------------
+# -- what is written -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("place", [None, "model"])
@@ -147,7 +147,7 @@ def test_the_library_reads_what_is_written(config, checkpoint, tmp_path, pair):
     assert output.class_names == config.get("classes", [])
 
 
-# -- what is refused -----------------------------------------------------------------------------------------------------
+# -- what is refused -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_tensors_that_are_not_those_of_the_configuration(checkpoint, tmp_path):
 def test_weights_that_are_not_finite(value, checkpoint, tmp_path):
     state = state_of(CONFIG)
     state["proj_in.bias"] = FakeTensor(np.full(8, value))
-    with pytest.raises(FormatError, match="proj_in.bias holds a number that is not finite"), np.errstate(over="ignore"):
+    with pytest.raises(FormatError, match="proj_in.bias holds a number"), np.errstate(over="ignore"):
         convert_checkpoint(checkpoint(state), tmp_path / "net.safetensors", CONFIG)
 
 
@@ -247,7 +247,7 @@ def test_without_pytorch(tmp_path, monkeypatch):
         convert_checkpoint(tmp_path / "net.pt", tmp_path / "net.safetensors", CONFIG)
 
 
-# -- the command ---------------------------------------------------------------------------------------------------------
+# -- the command -----------------------------------------------------------------------------------------------------
 
 
 def test_the_command_takes_a_file_or_text_and_further_values(checkpoint, tmp_path, capsys):

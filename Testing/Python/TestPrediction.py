@@ -48,12 +48,12 @@ def point_array(mesh, name):
     return vtk_to_numpy(mesh.GetPointData().GetArray(name))
 
 
-# -- datasets and pairs --------------------------------------------------------------------------------------------------
+# -- datasets and pairs ----------------------------------------------------------------------------------------------
 
 
 def test_importing_the_package_does_not_load_libtorch():
     code = (
-        "import surfacesynthesis; assert 'poisson_net' in surfacesynthesis.__all__ and 'poisson_net' in dir(surfacesynthesis);"
+        "import surfacesynthesis as s; assert 'poisson_net' in s.__all__ and 'poisson_net' in dir(s);"
         "maps = open('/proc/self/maps').read(); assert 'libtorch' not in maps;"
         "from surfacesynthesis import vtkPoissonNetFilter; assert 'libtorch' in open('/proc/self/maps').read()"
     )
@@ -137,7 +137,7 @@ def test_progress_and_stop(ball, classifier):
         poisson_net(ball, classifier, progress=lambda fraction: False)
 
 
-# -- what is wrong -------------------------------------------------------------------------------------------------------
+# -- what is wrong ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_errors_carry_the_text_of_the_library(ball, positions, tmp_path):
         poisson_net(ball, tmp_path / "broken.safetensors", conditions=[0, 0])
 
 
-# -- the command ---------------------------------------------------------------------------------------------------------
+# -- the command -----------------------------------------------------------------------------------------------------
 
 
 def test_the_command_writes_labels(ball, classifier, tmp_path, capsys):

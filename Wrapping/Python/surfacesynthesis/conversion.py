@@ -15,8 +15,8 @@ _ACTIVATIONS = ("identity", "log_softmax")
 _NORMALISATIONS = ("none", "surface_area", "unit_sphere")
 #: What the published configurations call what the metadata of model files call otherwise.
 _ALIASES = {"nblocks": "n_blocks", "width": "C_width", "head_type": "head"}
-#: What describes a network, with the values that stand for a missing one; None: must be given. The rest of a configuration
-#: is kept as the metadata ``config``.
+#: What describes a network, with the values that stand for a missing one; None: must be given. The rest of a
+#: configuration is kept as the metadata ``config``.
 _DESCRIPTION = {
     "head": None,
     "C_in": 3,
@@ -37,20 +37,20 @@ def convert_checkpoint(checkpoint, model, config, key=None):
     Parameters
     ----------
     checkpoint : path
-        What torch.save() wrote: a state dictionary, or a dictionary that holds one. It is loaded with ``weights_only``, so
-        that no code in it runs.
+        What torch.save() wrote: a state dictionary, or a dictionary that holds one. It is loaded with
+        ``weights_only``, so that no code in it runs.
     model : path
         The file to write, safetensors in float32. An existing one is replaced once the new one is complete.
     config : mapping
-        The network: ``head`` ("linear" or "njf"; also ``head_type``), ``C_width`` (also ``width``), ``n_blocks`` (also
-        ``nblocks``), ``cmlp_nlayers``, ``C_out`` (linear heads), and what differs from the defaults: ``C_in`` (3),
-        ``extra_features`` (0), ``outputs_at`` ("vertices", "faces", "global_mean"), ``last_activation`` ("identity",
-        "log_softmax"), ``classes`` (names), ``input_normalisation`` ("none", "surface_area", "unit_sphere"),
-        ``cmlp_modulate``, ``inner_prod_features``, ``mlp_norm``, ``mass_norm``, ``dropout_p``. These may be in an object
-        ``config`` inside. Further keys, about training, are kept in the file.
+        The network: ``head`` ("linear" or "njf"; also ``head_type``), ``C_width`` (also ``width``), ``n_blocks``
+        (also ``nblocks``), ``cmlp_nlayers``, ``C_out`` (linear heads), and what differs from the defaults: ``C_in``
+        (3), ``extra_features`` (0), ``outputs_at`` ("vertices", "faces", "global_mean"), ``last_activation``
+        ("identity", "log_softmax"), ``classes`` (names), ``input_normalisation`` ("none", "surface_area",
+        "unit_sphere"), ``cmlp_modulate``, ``inner_prod_features``, ``mlp_norm``, ``mass_norm``, ``dropout_p``. These
+        may be in an object ``config`` inside. Further keys, about training, are kept in the file.
     key : str, optional
-        Under which key of the checkpoint the state dictionary lies. Default: the checkpoint itself, or the only dictionary
-        of tensors in it.
+        Under which key of the checkpoint the state dictionary lies. Default: the checkpoint itself, or the only
+        dictionary of tensors in it.
 
     Returns
     -------
@@ -75,12 +75,12 @@ def convert_checkpoint(checkpoint, model, config, key=None):
     tensors = {name: _to_numpy(tensor) for name, tensor in state.items()}
     for name, values in tensors.items():
         if not np.all(np.isfinite(values)):
-            raise FormatError(f"{os.fspath(checkpoint)}: the tensor {name} holds a number that is not finite in float32")
+            raise FormatError(f"{os.fspath(checkpoint)}: {name} holds a number that is not finite in float32")
     write_safetensors(model, tensors, metadata)
     return metadata
 
 
-# -- what the configuration says -----------------------------------------------------------------------------------------
+# -- what the configuration says ---------------------------------------------------------------------------------------
 
 
 def describe(config):
@@ -188,8 +188,8 @@ def _load(path):
         import torch
     except ImportError as error:
         raise SurfaceSynthesisError(
-            f"PyTorch is needed to read {os.fspath(path)}, and cannot be imported ({error}); the model file that is made of "
-            "it needs no PyTorch"
+            f"PyTorch is needed to read {os.fspath(path)}, and cannot be imported ({error}); the model file that is made "
+            "of it needs no PyTorch"
         ) from None
     with open(path, "rb"):  # the operating system's own words for a missing or unreadable file
         pass
@@ -228,8 +228,8 @@ def _state_of(loaded, key, path):
     if len(inside) != 1:
         found = "none" if not inside else _some(inside)
         raise FormatError(
-            f"{path}: the state dictionary must be named by its key; the keys are {_some(loaded)}, those of dictionaries of "
-            f"tensors {found}"
+            f"{path}: the state dictionary must be named by its key; the keys are {_some(loaded)}, those of dictionaries "
+            f"of tensors {found}"
         )
     return dict(loaded[inside[0]])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Trained networks on surfaces: a function around vtkPoissonNetFilter that takes and returns datasets or NumPy arrays."""
+"""Trained networks on surfaces: a function around vtkPoissonNetFilter for datasets and for NumPy arrays."""
 
 import collections
 import os
@@ -22,8 +22,8 @@ NORMALISATIONS = {
     "unit_sphere": vtkPoissonNetFilter.UNIT_SPHERE,
 }
 
-#: What poisson_net() returns for a pair of arrays: the values [V, C], [F, C] or [C]; the most probable classes, of the same
-#: shape without the last axis, or None when the model is no classifier; the names of the classes, which may be none.
+#: What poisson_net() returns for a pair of arrays: the values [V, C], [F, C] or [C]; the most probable classes, of the
+#: same shape without the last axis, or None when the model is no classifier; the names of the classes, maybe none.
 NetworkOutput = collections.namedtuple("NetworkOutput", "values labels class_names")
 
 _GIVEN_CONDITIONS, _GIVEN_SIGNAL = "_GivenConditions", "_GivenSignal"
@@ -48,23 +48,23 @@ def poisson_net(
     ----------
     mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
         Triangles, polygons or strips, float or double points, open or closed. The mesh must have finite points, no
-        degenerate triangle, no edge with more than two triangles, consistent winding and one component. A warning is given
-        where good answers are unlikely: for a closed surface whose faces point inwards, and for an area below 0.1 or above
-        10 that is not normalised. A composite dataset is processed block by block. A pair is an array of points [V, 3] and
-        an integer array of triangles [F, 3]. The mesh is never modified.
+        degenerate triangle, no edge with more than two triangles, consistent winding and one component. A warning is
+        given where good answers are unlikely: for a closed surface whose faces point inwards, and for an area below
+        0.1 or above 10 that is not normalised. A composite dataset is processed block by block. A pair is an array of
+        points [V, 3] and an integer array of triangles [F, 3]. The mesh is never modified.
     model : path
         The model file, safetensors; ``python3 -m surfacesynthesis convert`` makes one of a PyTorch checkpoint.
     conditions : float, sequence of floats, str or array [V, k], optional
-        The conditions (extra features) of the model: finite numbers that are the same for all points; the name of a point
-        array with as many components; or, with a pair, an array with a row for each point. Default none.
+        The conditions (extra features) of the model: finite numbers that are the same for all points; the name of a
+        point array with as many components; or, with a pair, an array with a row for each point. Default none.
     signal : str or array [V, C], optional
-        What the network takes at each point in place of the positions: the name of a point array or, with a pair, an array.
-        Default: the positions.
+        What the network takes at each point in place of the positions: the name of a point array or, with a pair, an
+        array. Default: the positions.
     normalisation : str
         What the mesh goes through before the network sees it: "model", what the model file says, which is nothing in
-        published ones; "none"; "surface_area", moved to the area-weighted centroid and scaled to area 1; "unit_sphere",
-        moved there and scaled to the largest distance 1 from it. It should be what meshes went through in training. Default
-        "model".
+        published ones; "none"; "surface_area", moved to the area-weighted centroid and scaled to area 1;
+        "unit_sphere", moved there and scaled to the largest distance 1 from it. It should be what meshes went through
+        in training. Default "model".
     name, label_name, class_names_name, displacement_name : str
         Names of the arrays. Default "Prediction", "Label", "ClassNames" and "Displacement".
     progress : callable, optional
@@ -73,10 +73,10 @@ def poisson_net(
     Returns
     -------
     dataset of the type of ``mesh``
-        The mesh with ``name`` as point, cell or field data, as the model's head says. A classifier adds ``label_name`` and,
-        where the file names the classes, the field data ``class_names_name``; a head that predicts positions adds the point
-        array ``displacement_name``, which leads there with the centroid left in place. Points and cells that the network has
-        not seen get 0 and the label -1.
+        The mesh with ``name`` as point, cell or field data, as the model's head says. A classifier adds
+        ``label_name`` and, where the file names the classes, the field data ``class_names_name``; a head that
+        predicts positions adds the point array ``displacement_name``, which leads there with the centroid left in
+        place. Points and cells that the network has not seen get 0 and the label -1.
     NetworkOutput (values, labels, class_names), for a pair
         NumPy arrays and a list of names.
 
@@ -152,7 +152,7 @@ def _array_by_name(dataset, argument, value, name, is_pair, smallest_rank):
     if not isinstance(value, np.ndarray) or value.ndim < smallest_rank:
         return value
     if not is_pair:
-        raise TypeError(f"{argument} may be an array of points with a pair of arrays only; name a point array of the mesh")
+        raise TypeError(f"{argument} may be an array with a pair of arrays only; name a point array of the mesh")
     if value.dtype.kind not in "fiub" or value.ndim > 2 or len(value) != dataset.GetNumberOfPoints():
         raise ValueError(
             f"{argument} must be an array of numbers with a row for each of the {dataset.GetNumberOfPoints()} points, "

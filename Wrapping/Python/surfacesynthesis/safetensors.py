@@ -9,8 +9,8 @@ import numpy as np
 
 
 def write_safetensors(path, tensors, metadata):
-    """Writes arrays by name, integers as int64 and all others as float32, and texts by name: the same bytes for the same
-    content.
+    """Writes arrays by name, integers as int64 and all others as float32, and texts by name; the same bytes for
+    the same content.
 
     The file is written beside ``path``, flushed and renamed, so that ``path`` holds the old or the new content and
     never half of one. Raises OSError.
@@ -19,7 +19,8 @@ def write_safetensors(path, tensors, metadata):
     for name, values in tensors.items():
         values = np.asarray(values)
         arrays[name] = np.ascontiguousarray(values, "<i8" if values.dtype.kind in "iu" else "<f4").reshape(values.shape)
-    arrays = dict(sorted(arrays.items(), key=lambda item: (-item[1].itemsize, item[0])))  # all aligned to their elements
+    # large elements first, so that all are aligned
+    arrays = dict(sorted(arrays.items(), key=lambda item: (-item[1].itemsize, item[0])))
     header, end = {"__metadata__": dict(sorted(metadata.items()))}, 0
     for name, array in arrays.items():
         kind = "I64" if array.dtype.kind == "i" else "F32"

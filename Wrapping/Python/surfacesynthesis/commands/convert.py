@@ -6,8 +6,8 @@ import json
 from .common import UsageError, add_command, as_usage
 
 _DESCRIPTION = """\
-Makes a model file (safetensors) of a PyTorch checkpoint of PoissonNet. PyTorch is needed for this and only for this; no code
-in the checkpoint is run. The tensors must be exactly those of the network that the configuration describes."""
+Makes a model file (safetensors) of a PyTorch checkpoint of PoissonNet. PyTorch is needed for this and only for this; no
+code in the checkpoint is run. The tensors must be exactly those of the network that the configuration describes."""
 _EXAMPLES = """\
 configuration: a JSON file, or JSON text, with the keys of the published configurations and of model files
   head_type (or head)     linear, njf
@@ -30,14 +30,19 @@ examples:
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "convert", "CHECKPOINT MODEL --config CONFIG", "make a model file of a checkpoint", _DESCRIPTION, _EXAMPLES
+        commands,
+        "convert",
+        "CHECKPOINT MODEL --config CONFIG",
+        "make a model file of a checkpoint",
+        _DESCRIPTION,
+        _EXAMPLES,
     )
     parser.set_defaults(run=run)
     parser.add_argument("checkpoint", metavar="CHECKPOINT", help="PyTorch checkpoint to read")
     parser.add_argument("model", metavar="MODEL", help="model file to write: .safetensors")
     parser.add_argument("--config", required=True, metavar="CONFIG", help="JSON file, or JSON text that begins with {")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="a value that the configuration lacks; repeatable"
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="what the configuration lacks; repeatable"
     )
     parser.add_argument("--key", metavar="KEY", help="where in the checkpoint the state dictionary lies")
     parser.add_argument("--quiet", action="store_true", help="print errors only")

@@ -6,8 +6,8 @@ import time
 from .common import UsageError, add_command, add_running_options, as_usage, run_filter, surface_summary
 
 _DESCRIPTION = """\
-Evaluates a trained PoissonNet on a surface: segmentation, classification, features or predicted shapes, whatever the model
-file describes. The output is the input with the prediction as an array."""
+Evaluates a trained PoissonNet on a surface: segmentation, classification, features or predicted shapes, whatever the
+model file describes. The output is the input with the prediction as an array."""
 _EXAMPLES = """\
 files: the format follows from the extension.
   .vtp .vtk               keep all arrays
@@ -35,7 +35,7 @@ def add(commands):
         "--conditions", type=float, nargs="+", metavar="X", help="conditions of the model, the same for all points"
     )
     network.add_argument("--condition-array", metavar="NAME", help="point array with the conditions of each point")
-    network.add_argument("--signal", metavar="NAME", help="point array that the network takes in place of the positions")
+    network.add_argument("--signal", metavar="NAME", help="point array that the network takes, not the positions")
     network.add_argument(
         "--normalisation",
         default="model",
@@ -45,7 +45,7 @@ def add(commands):
     )
     output = parser.add_argument_group("output")
     output.add_argument("--name", default="Prediction", metavar="NAME", help="name of the array (default: %(default)s)")
-    output.add_argument("--label-name", default="Label", metavar="NAME", help="name of the classes (default: %(default)s)")
+    output.add_argument("--label-name", default="Label", metavar="NAME", help="name of the labels (default: Label)")
     output.add_argument(
         "--warp", type=float, metavar="SCALE", help="move the points by SCALE times the way to the predicted positions"
     )
@@ -72,7 +72,7 @@ def run(arguments):
     as_usage(files.extension, arguments.input)
     kind = as_usage(files.extension, arguments.output)
     if arguments.warp is None and kind in files.GEOMETRY_ONLY:
-        raise UsageError(f"{kind} files cannot hold the prediction: write .vtp or .vtk, or move the points with --warp SCALE")
+        raise UsageError(f"{kind} files cannot hold the prediction: write .vtp or .vtk, or move points with --warp SCALE")
     if arguments.warp is not None and not abs(arguments.warp) < float("inf"):
         raise UsageError(f"--warp must be a finite number, not {arguments.warp:g}")
     mesh = files.read_mesh(arguments.input)
