@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Trains a small PoissonNet to predict values at the points of one surface, whichever way the surface is turned, and
+// Trains a small PoissonNet to predict values at the points of a surface, whichever way the surface is turned, and
 // writes it as a model file.
 //
-//   TrainRegression training.safetensors model.safetensors loss.csv [steps]
+//   TrainRegression model.safetensors loss.csv steps training.safetensors...
 //
-// The training file holds points [V, 3], triangles [F, 3] and values [V, C]; the surface should have area 1.
-// smoothed_curvature.py makes one. Each step shows the network the surface in a random orientation: its operators, which
-// are intrinsic, are the same for all of them, and are made once.
+// A training file holds points [V, 3], triangles [F, 3] and values [V, C]; the surface should have area 1.
+// smoothed_curvature.py makes one. Several may hold triangulations of one surface, which the steps take in turn. Each step
+// shows the network a surface in a random orientation: its operators, which are intrinsic, are the same for all of them,
+// and are made once.
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "Learning/Layers/PoissonOperators.h"
@@ -87,17 +88,19 @@ torch::Tensor RelativeError(const TrainingSurface& surface, const torch::Tensor&
   return (MassMean(surface.Mesh, (prediction - surface.Values).square()) / variance).mean();
 }
 
-void Train(const std::string& training, const std::string& model, const std::string& losses, int steps)
+void Train(const std::string& model, const std::string& losses, int steps, const std::vector<std::string>& training)
 {
   torch::manual_seed(31415);
-  const TrainingSurface surface = ReadSurface(training);
-  PoissonNet network(SmallNetwork(surface.Values.size(1)));
+  std::vector<TrainingSurface> surfaces(training.size());
+  std::transform(training.begin(), training.end(), surfaces.begin(), ReadSurface);
+  PoissonNet network(SmallNetwork(surfaces.front().Values.size(1)));
   torch::optim::Adam optimiser(network->parameters(), torch::optim::AdamOptions(3e-3));
   std::ofstream table(losses);
   table << "step,error\n";
   for (int step = 0; step < steps; ++step)
   {
-    const double done = static_cast<double>(step) / steps;
+    const TrainingSurface& surface = surfaces[static_cast<std::size_t>(step) % surfaces.size()];
+    const double done = static_cast<double>(step) / steps; // the learning rate falls along half a cosine
     static_cast<torch::optim::AdamOptions&>(optimiser.param_groups()[0].options())
       .lr(1e-5 + 3e-3 * 0.5 * (1.0 + std::cos(3.14159265358979 * done)));
     optimiser.zero_grad();
@@ -120,14 +123,14 @@ void Train(const std::string& training, const std::string& model, const std::str
 
 int main(int argc, char* argv[])
 {
-  if (argc < 4 || argc > 5)
+  if (argc < 5)
   {
-    std::cerr << "usage: TrainRegression training.safetensors model.safetensors loss.csv [steps]\n";
+    std::cerr << "usage: TrainRegression model.safetensors loss.csv steps training.safetensors...\n";
     return 2;
   }
   try
   {
-    Train(argv[1], argv[2], argv[3], argc == 5 ? std::stoi(argv[4]) : 1500);
+    Train(argv[1], argv[2], std::stoi(argv[3]), std::vector<std::string>(argv + 4, argv + argc));
     return 0;
   }
   catch (const std::exception& error)
