@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs an example and checks what it wrote: ``test_examples.py matern_noise|gallery|medical FOLDER``. Run by CTest."""
+"""Runs an example and checks what it wrote: ``test_examples.py EXAMPLE FOLDER``. Run by CTest."""
 
 import os
 import shutil
@@ -108,6 +108,25 @@ def check_medical(folder):
     assert abs(deviation.mean() / (0.006 * length) - 1.0) < 0.3, "the ensemble varies by what was asked; more on a thin shaft"
 
 
+def check_predicted_curvature(folder):
+    """The shipped network on the surface of its training, on another triangulation of it, and on others."""
+    done = run("xvfb-run", "-a", sys.executable, os.path.join(HERE, "predicted_curvature.py"), "--output", folder)
+    assert done.returncode == 0
+    correlations = [float(line.rsplit(" ", 1)[1]) for line in done.stdout.splitlines() if "correlation" in line]
+    assert len(correlations) == 6 and correlations[0] > 0.9 and min(correlations) > 0.7, correlations
+    reader = vtkPNGReader()
+    reader.SetFileName(os.path.join(folder, "predicted_curvature.png"))
+    reader.Update()
+    pixels = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(int)
+    for low, high in ((pixels[:, 0], pixels[:, 2]), (pixels[:, 2], pixels[:, 0])):  # something red, and something blue
+        assert (high - low > 60).mean() > 0.005
+
+
 if __name__ == "__main__":
-    checks = {"matern_noise": check_matern_noise, "gallery": check_gallery, "medical": check_medical}
+    checks = {
+        "matern_noise": check_matern_noise,
+        "gallery": check_gallery,
+        "medical": check_medical,
+        "predicted_curvature": check_predicted_curvature,
+    }
     checks[sys.argv[1]](sys.argv[2])

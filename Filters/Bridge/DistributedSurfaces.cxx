@@ -80,21 +80,29 @@ std::string Ranks::FirstText(const std::string& text) const
   return {};
 }
 
-void Ranks::Broadcast(vtkDataArray* array, int source) const
+vtkSmartPointer<vtkDataArray> Ranks::Share(vtkDataArray* array, int source) const
 {
   if (!this->Controller)
   {
-    return;
+    return array;
   }
-  std::string name = this->Rank() == source && array->GetName() ? array->GetName() : "";
-  std::int64_t length = this->Gather({ static_cast<std::int64_t>(name.size()) })[source][0];
-  name.resize(static_cast<std::size_t>(length));
-  if (length > 0)
+  const bool isSource = this->Rank() == source;
+  std::string name = isSource && array->GetName() ? array->GetName() : "";
+  const std::int64_t type = isSource ? array->GetDataType() : 0;
+  const std::vector<std::int64_t> facts = this->Gather({ static_cast<std::int64_t>(name.size()), type })[source];
+  name.resize(static_cast<std::size_t>(facts[0]));
+  if (!name.empty())
   {
-    this->Controller->Broadcast(&name[0], length, source);
+    this->Controller->Broadcast(&name[0], facts[0], source);
   }
-  this->Controller->Broadcast(array, source);
-  array->SetName(name.c_str());
+  vtkSmartPointer<vtkDataArray> shared = array;
+  if (!isSource)
+  {
+    shared = vtk::TakeSmartPointer(vtkDataArray::CreateDataArray(static_cast<int>(facts[1])));
+  }
+  this->Controller->Broadcast(shared, source);
+  shared->SetName(name.c_str());
+  return shared;
 }
 
 void Ranks::Broadcast(vtkPolyData* polydata, int source) const
@@ -379,6 +387,7 @@ GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece)
   }
   if (gathered.Owners <= 1 && !repeats)
   {
+    gathered.TakenFrom = gathered.Owners == 1 ? lastOwner : -1;
     gathered.Whole = lastOwner == ranks.Rank() ? geometry : vtkSmartPointer<vtkPolyData>::New();
     ranks.Broadcast(gathered.Whole, lastOwner);
     if (lastOwner == ranks.Rank())

@@ -37,8 +37,9 @@ public:
   std::vector<std::vector<std::int64_t>> Gather(const std::vector<std::int64_t>& values) const;
   /// The lowest rank's text that is not empty, the same on all ranks; empty when there is none.
   std::string FirstText(const std::string& text) const;
-  /// Replaces @p array, on every rank but @p source, by that of @p source, its name included.
-  void Broadcast(vtkDataArray* array, int source) const;
+  /// The array of rank @p source: @p array there, one of the same name, type and content on every other rank, whose own
+  /// argument is not used.
+  vtkSmartPointer<vtkDataArray> Share(vtkDataArray* array, int source) const;
   void Broadcast(vtkPolyData* polydata, int source) const;
 
 private:
@@ -51,6 +52,7 @@ struct GatheredSurface
   vtkSmartPointer<vtkPolyData> Whole;   ///< points, polygons and strips; no arrays
   std::vector<std::int64_t> WholeOfLocal; ///< for each point of this rank's piece, its id in Whole
   int Owners = 0;                       ///< ranks with at least one polygon or strip
+  int TakenFrom = -1;                   ///< the rank whose piece is the whole surface as it is; -1 when there is none
 };
 
 /// Puts the pieces of all ranks together, so that every rank has the same.

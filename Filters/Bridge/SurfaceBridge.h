@@ -87,7 +87,8 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///  - leaves empty input empty, without an error;
 ///  - on several MPI ranks, works on blocks where they lie, gathers a surface of which several ranks hold pieces, shares
 ///    its @p parts (independent things to make, each one point array, in order) among the ranks, hands the new point
-///    arrays back to the pieces, and reports an error on all ranks. Points of different pieces are the same when their
+///    arrays and the field data back to the pieces, and reports an error on all ranks. New cell arrays are an error
+///    there; the arrays of pieces are not gathered. What has one part is worked on where a surface lies whole. Points of different pieces are the same when their
 ///    global ids are, or else their coordinates; with global ids of points and cells the result has the same bits as
 ///    on one rank.
 /// @return 0 when a polydata input failed, else 1: in a composite input a failed block is reported and left empty, and

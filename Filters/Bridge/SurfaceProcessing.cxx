@@ -7,10 +7,10 @@
 #include "Core/Common/Errors.h"
 
 #include <vtkAlgorithm.h>
+#include <vtkCellData.h>
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
-#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkNew.h>
@@ -78,29 +78,7 @@ public:
     {
       return this->Polygons(input, output, flatIndex, progress);
     }
-    const int workers = std::max(1, std::min(this->Parts, ranks.Count()));
-    vtkNew<vtkPolyData> whole;
-    bool cancelled = false;
-    const auto work = [&]
-    {
-      try
-      {
-        this->Work(gathered.Whole, whole, flatIndex, { ranks.Rank(), workers }, progress);
-      }
-      catch (const Cancelled&)
-      {
-        cancelled = true;
-      }
-    };
-    error = ranks.Rank() < workers ? Attempt(gathered.Whole, work) : std::string();
-    CancelTogether(ranks, cancelled);
-    error = ranks.FirstText(error);
-    if (error.empty())
-    {
-      output->ShallowCopy(input);
-      HandBack(ranks, gathered, whole, output);
-    }
-    return this->Conclude(error, flatIndex, output);
+    return this->Conclude(this->WorkTogether(ranks, gathered, input, output, flatIndex, progress), flatIndex, output);
   }
 
   /// Fills @p output, which has the structure of @p input, block by block.
@@ -210,6 +188,45 @@ private:
     this->Worker(surface, output, progress);
   }
 
+  /// Work on a gathered surface, by as many ranks as there are parts; by the one that holds all of it when there is one
+  /// part. Collective.
+  /// @return the text of what went wrong on some rank; empty when nothing did.
+  std::string WorkTogether(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* input, vtkPolyData* output,
+    unsigned int flatIndex, const Progress& progress) const
+  {
+    const int workers = std::max(1, std::min(this->Parts, ranks.Count()));
+    const bool inPlace = workers == 1 && gathered.TakenFrom >= 0;
+    const bool works = inPlace ? ranks.Rank() == gathered.TakenFrom : ranks.Rank() < workers;
+    vtkNew<vtkPolyData> whole;
+    bool cancelled = false;
+    const auto work = [&]
+    {
+      try
+      {
+        inPlace ? this->Work(input, output, flatIndex, { 0, 1 }, progress)
+                : this->Work(gathered.Whole, whole, flatIndex, { ranks.Rank(), workers }, progress);
+        RefuseCellArrays(whole);
+      }
+      catch (const Cancelled&)
+      {
+        cancelled = true;
+      }
+    };
+    std::string error = works ? Attempt(inPlace ? input : gathered.Whole.Get(), work) : std::string();
+    CancelTogether(ranks, cancelled);
+    error = ranks.FirstText(error);
+    if (error.empty() && inPlace && !works)
+    {
+      output->ShallowCopy(input);
+    }
+    if (error.empty() && !inPlace)
+    {
+      output->ShallowCopy(input);
+      HandBack(ranks, gathered, whole, output);
+    }
+    return error;
+  }
+
   /// Reports @p error, if there is one, and then empties @p output.
   bool Conclude(const std::string& error, unsigned int flatIndex, vtkPolyData* output) const
   {
@@ -222,7 +239,19 @@ private:
     return false;
   }
 
-  /// Gives each rank its part of the point arrays that the workers have added to @p whole, part by part.
+  /// Arrays on cells have no way back to the pieces, whose cells may be in another order or be ghosts.
+  static void RefuseCellArrays(vtkPolyData* whole)
+  {
+    if (whole->GetCellData()->GetNumberOfArrays() > 0)
+    {
+      throw InvalidInput(std::string("The array \"") + whole->GetCellData()->GetArrayName(0) +
+        "\" is one value for each cell of the surface, whose pieces lie on several MPI ranks or in several blocks; "
+        "values for cells need the surface on one rank and in one piece.");
+    }
+  }
+
+  /// Gives each rank its part of the point arrays that the workers have added to @p whole, part by part, and the field
+  /// data that the first one has.
   static void HandBack(
     const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, vtkPolyData* output)
   {
@@ -242,22 +271,32 @@ private:
     {
       for (int rank = 0; rank < ranks.Count(); ++rank)
       {
-        if (k >= counts[rank][0])
+        if (k < counts[rank][0])
         {
-          continue;
-        }
-        vtkSmartPointer<vtkDataArray> array;
-        array = rank == ranks.Rank() ? made[k] : vtkSmartPointer<vtkDoubleArray>::New().Get();
-        ranks.Broadcast(array, rank);
-        if (hasPiece)
-        {
-          output->GetPointData()->AddArray(TakeLocal(gathered, array));
-          if (!output->GetPointData()->GetScalars())
-          {
-            output->GetPointData()->SetActiveScalars(array->GetName());
-          }
+          const auto array = ranks.Share(rank == ranks.Rank() ? made[k] : nullptr, rank);
+          AddToPiece(gathered, array, hasPiece ? output : nullptr);
         }
       }
+    }
+    vtkNew<vtkPolyData> fields;
+    fields->GetFieldData()->ShallowCopy(whole->GetFieldData());
+    ranks.Broadcast(fields, 0);
+    for (int k = 0; k < fields->GetFieldData()->GetNumberOfArrays(); ++k)
+    {
+      output->GetFieldData()->AddArray(fields->GetFieldData()->GetAbstractArray(k));
+    }
+  }
+
+  static void AddToPiece(const GatheredSurface& gathered, vtkDataArray* array, vtkPolyData* piece)
+  {
+    if (!piece)
+    {
+      return;
+    }
+    piece->GetPointData()->AddArray(TakeLocal(gathered, array));
+    if (!piece->GetPointData()->GetScalars())
+    {
+      piece->GetPointData()->SetActiveScalars(array->GetName());
     }
   }
 

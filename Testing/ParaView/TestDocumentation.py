@@ -17,6 +17,7 @@ FILTERS = (
     ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
+    ("Filters/Prediction/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
 )
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(

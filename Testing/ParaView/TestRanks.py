@@ -14,8 +14,10 @@ RANKS = (1, 2, 3, 4)
 TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
 SAMPLES = 7
 RANGE = 24.0  # world units of the armadillo
-SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank")
-CASES = (*SOUND_CASES, "bad_piece", "bad_block", "mesh_on_one_rank", "mesh_in_pieces")
+WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
+SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank",
+               *(("predicted_points", "predicted_cells") if WITH_NETWORKS else ()))
+CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -31,6 +33,8 @@ def write_surfaces():
     expected = surfaces.noise(whole, CorrelationRange=RANGE, NumberOfSamples=SAMPLES, Seed=11)
     np.save("whole.npy", np.stack([surfaces.array(expected, f"MaternNoise_{k}") for k in range(SAMPLES)]))
 
+    if WITH_NETWORKS:
+        write_predictions(surfaces, whole)
     blocks = vtkMultiBlockDataSet()
     for k in range(5):
         if k != 3:  # a hole
@@ -56,6 +60,28 @@ def write_surfaces():
                            [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
     bad[1] = with_ids(surfaces, fin, len(points) + np.arange(5), len(triangles) + np.arange(3))
     write_pieces(surfaces, bad, "bad")
+
+
+def write_predictions(surfaces, whole):
+    """Networks with random weights, and what they say of the whole surface."""
+    import numpy as np
+    from surfacesynthesis import poisson_net
+    from surfacesynthesis.conversion import describe, expected_tensors
+    from surfacesynthesis.safetensors import write_safetensors
+
+    random = np.random.default_rng(4)
+    for place in ("vertices", "faces", "global_mean"):
+        metadata, network = describe({"head": "linear", "n_blocks": 1, "C_width": 8, "cmlp_nlayers": 1,
+                                      "outputs_at": place, "last_activation": "log_softmax", "classes": ["arm", "head", "leg"],
+                                      "input_normalisation": "surface_area"})
+        tensors = {name: random.uniform(-0.3, 0.3, shape) for name, shape in expected_tensors(network).items()}
+        write_safetensors(place + ".safetensors", tensors, metadata)
+        pair = (surfaces.vtk_to_numpy(whole.GetPoints().GetData()),
+                surfaces.vtk_to_numpy(whole.GetPolys().GetConnectivityArray()).reshape(-1, 3))
+        if place != "global_mean":  # each class somewhere
+            tensors["head.bias"] -= poisson_net(pair, place + ".safetensors").values.mean(axis=0)
+            write_safetensors(place + ".safetensors", tensors, metadata)
+        np.savez(place + ".npz", **poisson_net(pair, place + ".safetensors")._asdict())
 
 
 def write_blocks(writer_class, blocks, path):
@@ -171,6 +197,27 @@ def run_case(case):
         assert (fields == fields[:, first][:, point]).all(), "a seam: one point has two values"
         deviation = np.sqrt(np.mean(fields[:, first] ** 2))
         assert 0.85 < deviation < 1.15, f"the standard deviation is {deviation}"
+    elif case == "predicted_points":  # numbers and labels in their own types, and field data, on every piece
+        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
+        expected = np.load("vertices.npz")
+        found = update(pv.PoissonNet(Input=reader, ModelFileName="vertices.safetensors"))
+        points = surfaces.array(found, "SerialPoint")
+        surfaces.assert_same(surfaces.array(found, "Prediction"), expected["values"][points], case)
+        surfaces.assert_same(surfaces.array(found, "Label"), expected["labels"][points], case)
+        found = update(pv.PoissonNet(Input=reader, ModelFileName="global_mean.safetensors"))
+        fields, expected = found.GetFieldData(), np.load("global_mean.npz")
+        assert np.array_equal(surfaces.vtk_to_numpy(fields.GetArray("Prediction"))[0], expected["values"])
+        names = fields.GetAbstractArray("ClassNames")
+        assert [names.GetValue(k) for k in range(3)] == ["arm", "head", "leg"]
+    elif case == "predicted_cells":  # of a surface that lies on one rank
+        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
+        found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
+        labels = surfaces.vtk_to_numpy(found.GetCellData().GetArray("Label"))
+        surfaces.assert_same(labels, np.load("faces.npz")["labels"], case)
+    elif case == "cells_of_pieces":
+        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
+        found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
+        assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
     elif case == "bad_piece":
         found = update(pv.MaternNoise(Input=pv.XMLPartitionedPolydataReader(FileName=["bad.pvtp"]), **parameters))
         assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
@@ -249,7 +296,7 @@ def check_sound(ranks):
     assert "ERR|" not in output, output
 
 
-def errors_of_the_filter(output, name="vtkMaternNoiseFilter"):
+def errors_of_the_filter(output, name=r"vtk\w+Filter"):
     return [line.split("): ", 1)[1] for line in output.splitlines() if re.search(rf"ERR\| {name}", line)]
 
 
@@ -276,11 +323,20 @@ def check_meshes(ranks):
     assert all("lies in pieces on" in error and "vtkAggregateDataSetFilter" in error for error in errors), errors
 
 
+def check_cells_of_pieces(ranks):
+    """Values for the cells of a surface in pieces: one error, the same on all ranks."""
+    errors = errors_of_the_filter(mpi_run(ranks, ["cells_of_pieces"]))
+    assert len(errors) == ranks and len(set(errors)) == 1, errors
+    assert "Prediction" in errors[0] and "on one rank" in errors[0], errors
+
+
 def main(ranks):
     environment = dict(os.environ)
     subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], os.path.abspath(__file__), "--write"],
                    env=environment, check=True, timeout=TIME_LIMIT)
     checks = (check_sound, check_bad_piece, check_bad_block, check_meshes)
+    if WITH_NETWORKS:
+        checks += (check_cells_of_pieces,)
     failed = 0
     for count in ranks:
         for check in checks:

@@ -48,6 +48,9 @@ include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/Meshing/Options.cmake")
 set(surfsynth_filter_modules
   VTK::SurfaceSynthesisMeshing
   VTK::SurfaceSynthesisNoise)
+if (SURFACE_SYNTHESIS_LEARNING)
+  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisPrediction)
+endif ()
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge
   ${surfsynth_filter_modules})

@@ -74,14 +74,16 @@ std::vector<std::string> DescribeUnlikelyInput(
   {
     warnings.push_back(
       "The faces of the closed surface point inwards; PoissonNet is not mirror-invariant and expects them "
-      "to point outwards. vtkReverseSense turns them.");
+      "to point outwards, so its answer is that for another shape. vtkReverseSense, vtkPolyDataNormals with "
+      "AutoOrientNormals or vtkSurfaceRepairFilter turns them.");
   }
   const double area = FaceAreas(mesh).sum();
   if (normalisation == InputNormalisation::None && !(area >= 0.1 && area <= 10.0))
   {
     warnings.push_back("The surface has an area of " + Text(area) +
       "; PoissonNet expects about 1 (0.1 to 10), and the model "
-      "file asks for no normalisation. Scale the mesh, or set input_normalisation in the file.");
+      "file asks for no normalisation. Scale the mesh, or set InputNormalisation of the filter or "
+      "input_normalisation in the file.");
   }
   return warnings;
 }

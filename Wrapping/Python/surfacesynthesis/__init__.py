@@ -15,13 +15,19 @@ Around them are functions that take and return datasets or NumPy arrays and rais
     head = surfacesynthesis.read_volume("head.nii.gz")
     skin = surfacesynthesis.vdb_surface(head, largest_component=True, fill_cavities=True)
 
+    parts = surfacesynthesis.poisson_net(mesh, "segmentation.safetensors", normalisation="surface_area")
+
 and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or later, its meshes have
 ``mesh.synthesis.matern(...)``.
 """
 
+import importlib
+import importlib.util
+
 from . import accessor as _accessor
 from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
+from .conversion import convert_checkpoint
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
 from .meshing_volumes import vdb_surface
@@ -39,6 +45,7 @@ __all__ = [
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "__version__",
+    "convert_checkpoint",
     "matern_noise",
     "read_mesh",
     "remesh",
@@ -61,5 +68,28 @@ if hasattr(_meshing, "vtkTetrahedralizeFilter"):
     from .tetrahedra import tetrahedralize
 
     __all__.append("tetrahedralize")
+
+#: What needs LibTorch, which takes a second to load: found on first use, and absent where it was not built.
+_PREDICTION = {
+    "NORMALISATIONS": "prediction",
+    "NetworkOutput": "prediction",
+    "poisson_net": "prediction",
+    "vtkPoissonNetFilter": "vtkSurfaceSynthesisPrediction",
+}
+if importlib.util.find_spec(".vtkSurfaceSynthesisPrediction", __package__):
+    __all__ += _PREDICTION
+
+
+def __getattr__(name):
+    if name in _PREDICTION and name in __all__:
+        value = getattr(importlib.import_module("." + _PREDICTION[name], __name__), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})
+
 
 _accessor.register()

@@ -26,6 +26,12 @@ class SynthesisAccessor:
     def repair(self, *arguments, **parameters):
         return repair(self._mesh, *arguments, **parameters)
 
+    def poisson_net(self, *arguments, **parameters):
+        """surfacesynthesis.poisson_net() on this mesh, where the package was built with LibTorch."""
+        from .prediction import poisson_net
+
+        return poisson_net(self._mesh, *arguments, **parameters)
+
     @functools.wraps(vdb_surface, assigned=("__doc__",))
     def vdb_surface(self, *arguments, **parameters):
         return _wrapped(vdb_surface(self._mesh, *arguments, **parameters))

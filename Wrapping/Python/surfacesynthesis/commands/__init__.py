@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands of the command line, one module each with a function ``add(commands)``."""
 
+import importlib.util
+
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import noise, remesh, repair, report, surface, tetrahedralize
+from . import convert, noise, predict, remesh, repair, report, surface, tetrahedralize
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -16,3 +18,6 @@ COMMANDS = [
     )
     if hasattr(_meshing, needed)
 ] + [noise]
+if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # found without loading LibTorch
+    COMMANDS.append(predict)
+COMMANDS.append(convert)
