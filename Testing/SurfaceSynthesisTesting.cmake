@@ -15,8 +15,8 @@
 #                "slow" for tests that take more than a few seconds
 #   ENVIRONMENT  for each test
 #   TIMEOUT      of each test, default 120; sanitizers multiply it by four
-#   AS_ONE       registers all as one test named <target>: for many quick tests that load LibTorch, which takes longer than
-#                they do. Not for tests that may skip: CTest would not say so.
+#   AS_ONE       registers all as one test named <target>: for many quick tests, which take less time than a process for
+#                each. Not for tests that may skip: CTest would not say so.
 #
 # Tests run in the folder of the calling CMakeLists.txt in the build tree, where they may write files.
 include_guard(GLOBAL)
