@@ -5,9 +5,9 @@
     xvfb-run -a python3 predicted_curvature.py [--model FILE] --output DIR
 
 The network (Examples/Models/smoothed_curvature.safetensors) has learnt the mean curvature, smoothed over a scale, of
-one surface: the armadillo of Debian's package libcgal-demo with 2,500 vertices. The columns are that surface, another
-triangulation of it, and surfaces that it has never seen. Writes predicted_curvature.png, and the surfaces with both
-arrays as .vtp files.
+one surface: the armadillo of Debian's package libcgal-demo with 1,500, 2,500 and 6,000 vertices. The columns are that
+surface, another triangulation of it, and surfaces that it has never seen. Writes predicted_curvature.png, and the
+surfaces with both arrays as .vtp files.
 """
 
 import argparse
