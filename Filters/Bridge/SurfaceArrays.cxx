@@ -300,7 +300,8 @@ void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh, c
       }
     }
   };
-  Carry(source, mesh.NumberOfPoints(), count, target, fill);
+  const std::int64_t named = mesh.Triangles.size() > 0 ? std::int64_t(mesh.Triangles.maxCoeff()) + 1 : 0;
+  Carry(source, std::max<std::int64_t>(mesh.NumberOfPoints(), named), count, target, fill);
 }
 
 void PickArrays(vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target)
