@@ -150,6 +150,7 @@ TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
   blocks->SetBlock(1, grid);
   vtkNew<Filter> filter;
   filter->SetInputDataObject(blocks);
+  filter->SetVoxelSize(0.2);
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   ASSERT_EQ(events.Errors.size(), 1u);
@@ -176,7 +177,7 @@ TEST(VDBSurfaceFilter, EmptyInputGivesEmptyOutputWithoutARemark)
 TEST(VDBSurfaceFilter, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
 {
   vtkNew<Filter> filter;
-  filter->SetInputDataObject(BallImage(12));
+  filter->SetInputDataObject(BallImage(9));
   EXPECT_TRUE(Update(filter));
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
