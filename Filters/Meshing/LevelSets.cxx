@@ -60,7 +60,7 @@ public:
   Coord Origin(std::int64_t block) const
   {
     const auto place = this->Place(block);
-    return Coord(place[0] - 1, place[1] - 1, place[2] - 1) << Leaf::LOG2DIM;
+    return Coord(LeafSide * (place[0] - 1), LeafSide * (place[1] - 1), LeafSide * (place[2] - 1));
   }
 
   /// The sample or, outside, the nearest one mirrored to the outside: the volume ends half way.
