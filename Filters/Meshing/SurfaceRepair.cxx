@@ -294,7 +294,14 @@ private:
       before[f] = secondCorner(f);
     }
     // What lies inside what is only defined where nothing crosses; else each component is turned by itself.
-    PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);
+    try
+    {
+      PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);
+    }
+    catch (const CGAL::Failure_exception&)
+    {
+      // A component without volume, such as a flat piece whose boundary was closed, has no outside: the winding stays.
+    }
     std::int64_t turned = 0;
     for (const CgalFace f : this->Mesh.faces())
     {
