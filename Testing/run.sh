@@ -32,6 +32,7 @@ bash "$root/Examples/install-dependencies.sh" --testing || exit 1
 cd "$root" || exit 1
 export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}
 summary=()
+failed_tests=()
 failures=0
 
 # step <name> <command>...: runs the command, says how long it took, and remembers whether it failed.
@@ -57,18 +58,26 @@ build() {
 }
 
 run_tests() {
-  ctest --preset "$1" --parallel "$jobs" --no-tests=error
+  ctest --preset "$1" --parallel "$jobs" --no-tests=error || remember_failed_tests "$1"
+}
+
+# The summary names them: the end of the output may be all that is kept of it.
+remember_failed_tests() {
+  local log=build/$1/Testing/Temporary/LastTestsFailed.log
+  [ ! -f "$log" ] || failed_tests+=("$(sed "s/^[0-9]*:/  $1: /" "$log")")
+  return 1
 }
 
 # Plots and renderings need an X server.
 run_all_tests() {
-  xvfb-run -a -s "-screen 0 1280x1024x24" ctest --preset "$1" --parallel "$jobs" --no-tests=error
+  xvfb-run -a -s "-screen 0 1280x1024x24" ctest --preset "$1" --parallel "$jobs" --no-tests=error ||
+    remember_failed_tests "$1"
 }
 
 # ThreadSanitizer of this age cannot start under kernels that randomise addresses further than it knows.
 run_tests_at_fixed_addresses() {
   if setarch -R true 2>/dev/null; then
-    setarch -R ctest --preset "$1" --parallel "$jobs" --no-tests=error
+    setarch -R ctest --preset "$1" --parallel "$jobs" --no-tests=error || remember_failed_tests "$1"
   else
     run_tests "$1"
   fi
@@ -88,6 +97,7 @@ echo
 echo "=== Summary"
 printf '%s\n' "${summary[@]}"
 if [ $failures -gt 0 ]; then
+  [ ${#failed_tests[@]} -eq 0 ] || printf '%s\n' "Tests that failed:" "${failed_tests[@]}"
   echo "$failures of ${#summary[@]} steps FAILED"
   exit 1
 fi
