@@ -15,9 +15,10 @@ include_guard(GLOBAL)
 # The targets of what the plain libraries link must be known wherever a plain library is linked.
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 
-set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore SurfaceSynthesisWeights)
+set(SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisCore SurfaceSynthesisWeights SurfaceSynthesisDatasets)
 add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/Core" "${CMAKE_BINARY_DIR}/Filters/Core")
 add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/../IO/Weights" "${CMAKE_BINARY_DIR}/IO/Weights")
+add_subdirectory("${CMAKE_CURRENT_LIST_DIR}/../IO/Mesh" "${CMAKE_BINARY_DIR}/IO/Mesh")
 option(SURFACE_SYNTHESIS_LEARNING "Build what learns: networks and their training (LibTorch: BSD-3-Clause)" ON)
 if (SURFACE_SYNTHESIS_LEARNING)
   list(APPEND SURFACE_SYNTHESIS_PLAIN_LIBRARIES SurfaceSynthesisLearning)

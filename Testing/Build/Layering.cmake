@@ -6,7 +6,7 @@
 #     Filters/<Module>                   VTK modules
 #       Filters/Bridge                   no torch
 #       Filters/Learning                 no VTK
-#         IO/Weights                     no VTK, no torch
+#         IO/Weights, IO/Mesh            no VTK, no torch
 #           Filters/Core                 no VTK, no torch
 #
 # -DSOURCE_DIR=<root of the repository>. Prints every violation and fails when there is one, or when there is nothing to
@@ -41,22 +41,22 @@ endfunction ()
 set(vtk "vtk[A-Z]")
 set(torch "torch/|ATen/|c10/")
 # A VTK class that the wrapper reads: headers named vtk*.h.
-set(heavy "${torch}|Eigen/|unsupported/Eigen|CGAL/|openvdb/|tetgen|cholmod|Spectra/|Core/|Learning/|IO/Weights/|Weights/")
+set(heavy "${torch}|Eigen/|unsupported/Eigen|CGAL/|openvdb/|tetgen|cholmod|Spectra/|Core/|Learning/|IO/Weights/|IO/Mesh/|Weights/")
 
 forbid("VTK in a plain library" "${vtk}" "it must build without VTK"
   "Filters/Core/*.h" "Filters/Core/*.cxx" "Filters/Learning/*.h" "Filters/Learning/*.cxx"
-  "IO/Weights/*.h" "IO/Weights/*.cxx")
+  "IO/Weights/*.h" "IO/Weights/*.cxx" "IO/Mesh/*.h" "IO/Mesh/*.cxx")
 forbid("torch below Learning" "${torch}" "only Learning and the filters above it use LibTorch"
   "Filters/Core/*.h" "Filters/Core/*.cxx" "Filters/Bridge/*.h" "Filters/Bridge/*.cxx"
   "Filters/Noise/*.h" "Filters/Noise/*.cxx" "Filters/Meshing/*.h" "Filters/Meshing/*.cxx"
-  "IO/Weights/*.h" "IO/Weights/*.cxx")
+  "IO/Weights/*.h" "IO/Weights/*.cxx" "IO/Mesh/*.h" "IO/Mesh/*.cxx")
 forbid("algorithm in the header of a VTK class" "${heavy}" "it belongs behind std::unique_ptr<Internals>"
   "Filters/vtk*.h" "IO/vtk*.h")
 forbid("include up the layers" "(\\.\\./)*(Noise/vtk|(Bridge|Learning|Prediction|Deformation|Texture|Geometry|Meshing|IO|Weights)/)|SurfaceBridge\\.h"
   "Core is the lowest layer" "Filters/Core/*.h" "Filters/Core/*.cxx")
 forbid("include up the layers" "(\\.\\./)*(Noise/vtk|(Bridge|Learning|Prediction|Deformation|Texture|Geometry|Meshing)/)|SurfaceBridge\\.h"
-  "IO/Weights lies below"
-  "IO/Weights/*.h" "IO/Weights/*.cxx")
+  "IO/Weights and IO/Mesh lie below"
+  "IO/Weights/*.h" "IO/Weights/*.cxx" "IO/Mesh/*.h" "IO/Mesh/*.cxx")
 forbid("include up the layers" "(\\.\\./)*Bridge/|SurfaceBridge\\.h" "Learning lies below"
   "Filters/Learning/*.h" "Filters/Learning/*.cxx")
 forbid("a sibling module in Bridge" "(\\.\\./)*(Noise/vtk|(Learning|Prediction|Deformation|Texture|Geometry|Meshing)/)"

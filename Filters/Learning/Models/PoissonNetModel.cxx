@@ -36,14 +36,17 @@ std::string ShapeText(const Shape& shape)
   return text + "]";
 }
 
+using Metadata = std::map<std::string, std::string>;
+
 /// Throws unless the key is absent or has that value.
-void RequireValue(const SafetensorsFile& file, const std::string& key, const std::string& expected)
+void RequireValue(
+  const std::string& file, const Metadata& metadata, const std::string& key, const std::string& expected)
 {
-  const auto found = file.Metadata().find(key);
-  if (found != file.Metadata().end() && found->second != expected)
+  const auto found = metadata.find(key);
+  if (found != metadata.end() && found->second != expected)
   {
     throw ModelMismatch(
-      file.Name() + ": the metadata \"" + key + "\" is \"" + found->second + "\"; expected \"" + expected + "\".");
+      file + ": the metadata \"" + key + "\" is \"" + found->second + "\"; expected \"" + expected + "\".");
   }
 }
 
@@ -127,25 +130,78 @@ InputNormalisation ParseNormalisation(const std::string& file, const std::string
     "\"; expected none, surface_area or unit_sphere.");
 }
 
-void ReadDescription(const SafetensorsFile& file, PoissonNetModel& model)
+void ReadDescription(const std::string& file, PoissonNetModel& model)
 {
-  RequireValue(file, "architecture", Architecture);
-  RequireValue(file, "format_version", FormatVersion);
-  model.Metadata = file.Metadata();
-  model.Options = OptionsFromMetadata(file.Name(), file.Metadata());
+  RequireValue(file, model.Metadata, "architecture", Architecture);
+  RequireValue(file, model.Metadata, "format_version", FormatVersion);
+  model.Options = OptionsFromMetadata(file, model.Metadata);
   if (const auto found = model.Metadata.find("input_normalisation"); found != model.Metadata.end())
   {
-    model.Normalisation = ParseNormalisation(file.Name(), found->second);
+    model.Normalisation = ParseNormalisation(file, found->second);
   }
   if (const auto found = model.Metadata.find("classes"); found != model.Metadata.end())
   {
-    model.Classes = ParseClasses(file.Name(), found->second);
+    model.Classes = ParseClasses(file, found->second);
     if (static_cast<std::int64_t>(model.Classes.size()) != model.Options.ResultChannels())
     {
-      throw ModelMismatch(file.Name() + ": the metadata \"classes\" has " + std::to_string(model.Classes.size()) +
+      throw ModelMismatch(file + ": the metadata \"classes\" has " + std::to_string(model.Classes.size()) +
         " names; expected " + std::to_string(model.Options.ResultChannels()) + ", one for each output channel.");
     }
   }
+}
+
+/// The network that @p metadata describe, with the tensors whose names begin with @p prefix.
+PoissonNetModel ReadNetwork(
+  const SafetensorsFile& file, const std::string& name, Metadata metadata, const std::string& prefix)
+{
+  PoissonNetModel model;
+  model.Metadata = std::move(metadata);
+  ReadDescription(name, model);
+  std::map<std::string, Shape> found;
+  for (const auto& [tensor, entry] : file.Tensors())
+  {
+    if (tensor.rfind(prefix, 0) == 0)
+    {
+      found[tensor.substr(prefix.size())] = entry.Shape;
+    }
+  }
+  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), found);
+  if (!differences.empty())
+  {
+    throw ModelMismatch(name + ": the tensors are not those of the network that the metadata describe: " +
+      FirstThree(differences) + ".");
+  }
+  for (auto& [tensor, shape] : found)
+  {
+    file.RequireFinite(prefix + tensor);
+    model.Tensors[tensor] = { std::move(shape), file.Float32(prefix + tensor) };
+  }
+  return model;
+}
+
+/// What ReadDescription() reads.
+Metadata Describe(const PoissonNetModel& model)
+{
+  Metadata metadata = model.Metadata;
+  for (const auto& [key, value] : MetadataFromOptions(model.Options))
+  {
+    metadata[key] = value;
+  }
+  metadata["architecture"] = Architecture;
+  metadata["format_version"] = FormatVersion;
+  for (const auto& [name, value] : NormalisationNames)
+  {
+    if (value == model.Normalisation)
+    {
+      metadata["input_normalisation"] = name;
+    }
+  }
+  metadata.erase("classes");
+  if (!model.Classes.empty())
+  {
+    metadata["classes"] = nlohmann::json(model.Classes).dump();
+  }
+  return metadata;
 }
 }
 
@@ -156,28 +212,28 @@ PoissonNetModel ReadPoissonNet(const std::string& path)
 
 PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix)
 {
-  PoissonNetModel model;
-  ReadDescription(file, model);
-  std::map<std::string, Shape> found;
-  for (const auto& [name, entry] : file.Tensors())
+  return ReadNetwork(file, file.Name(), file.Metadata(), prefix);
+}
+
+PoissonNetModel ReadPartNetwork(const SafetensorsFile& file, const std::string& part)
+{
+  const auto found = file.Metadata().find(part);
+  const nlohmann::json json =
+    found == file.Metadata().end() ? nlohmann::json() : nlohmann::json::parse(found->second, nullptr, false);
+  Metadata metadata;
+  bool valid = json.is_object();
+  for (auto entry = json.begin(); valid && entry != json.end(); ++entry)
   {
-    if (name.rfind(prefix, 0) == 0)
-    {
-      found[name.substr(prefix.size())] = entry.Shape;
-    }
+    valid = entry->is_string();
+    metadata[entry.key()] = valid ? entry->get<std::string>() : "";
   }
-  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), found);
-  if (!differences.empty())
+  if (!valid)
   {
-    throw ModelMismatch(file.Name() + ": the tensors are not those of the network that the metadata describe: " +
-      FirstThree(differences) + ".");
+    throw ModelMismatch(file.Name() + ": the metadata \"" + part + "\" is " +
+      (found == file.Metadata().end() ? "missing" : "something else") +
+      "; expected a JSON object of strings that describes a network.");
   }
-  for (auto& [name, shape] : found)
-  {
-    file.RequireFinite(prefix + name);
-    model.Tensors[name] = { std::move(shape), file.Float32(prefix + name) };
-  }
-  return model;
+  return ReadNetwork(file, file.Name() + " (" + part + ")", std::move(metadata), part + ".");
 }
 
 void CheckModel(const PoissonNetModel& model)
@@ -204,6 +260,17 @@ void CheckModel(const PoissonNetModel& model)
   }
 }
 
+void AddPartNetwork(const std::string& part, const PoissonNetModel& model, std::map<std::string, TensorData>& tensors,
+  std::map<std::string, std::string>& metadata)
+{
+  CheckModel(model);
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    tensors[part + "." + name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
+  }
+  metadata[part] = nlohmann::json(Describe(model)).dump();
+}
+
 void WritePoissonNet(const std::string& path, const PoissonNetModel& model)
 {
   CheckModel(model);
@@ -212,26 +279,8 @@ void WritePoissonNet(const std::string& path, const PoissonNetModel& model)
   {
     tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
   }
-  std::map<std::string, std::string> metadata = model.Metadata;
-  for (const auto& [key, value] : MetadataFromOptions(model.Options))
-  {
-    metadata[key] = value;
-  }
-  metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  Metadata metadata = Describe(model);
   metadata["producer"] = "SurfaceSynthesis";
-  for (const auto& [name, value] : NormalisationNames)
-  {
-    if (value == model.Normalisation)
-    {
-      metadata["input_normalisation"] = name;
-    }
-  }
-  metadata.erase("classes");
-  if (!model.Classes.empty())
-  {
-    metadata["classes"] = nlohmann::json(model.Classes).dump();
-  }
   WriteSafetensors(path, tensors, metadata);
 }
 

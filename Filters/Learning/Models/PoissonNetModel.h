@@ -14,6 +14,7 @@ namespace surfsynth
 {
 
 class SafetensorsFile;
+struct TensorData;
 
 /// What a mesh goes through before the network sees it, as it did in training.
 enum class InputNormalisation
@@ -53,6 +54,15 @@ PoissonNetModel ReadPoissonNet(const std::string& path);
 
 /// The same from an open file, of the tensors whose names begin with @p prefix.
 PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix = "");
+
+/// One network of a file that holds several: the metadata under the key @p part are a JSON object of the strings that
+/// a file with that network alone would have, and its tensors are named "<part>.<published name>". Same errors.
+PoissonNetModel ReadPartNetwork(const SafetensorsFile& file, const std::string& part);
+
+/// The inverse of ReadPartNetwork(): adds tensors and the metadata of one network to those of a file to be written.
+/// @throws InvalidInput as CheckModel().
+void AddPartNetwork(const std::string& part, const PoissonNetModel& model, std::map<std::string, TensorData>& tensors,
+  std::map<std::string, std::string>& metadata);
 
 /// @throws InvalidInput naming what is missing, of another shape or too much, when the tensors of a model that was
 /// made by hand are not those of its options. What was read from a file is complete.

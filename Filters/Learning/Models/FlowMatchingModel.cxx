@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Models/FlowMatchingModel.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr const char* Architecture = "flow_matching";
+constexpr const char* FormatVersion = "1";
+constexpr const char* Key = "flow_matching";
+
+const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel::Matern },
+  { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
+  { "spectral", NoiseModel::Spectral } };
+
+const char* NameOf(NoiseModel model)
+{
+  return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) { return n.second == model; })
+    ->first;
+}
+
+/// Reads typed values of the JSON object under the key `flow_matching`.
+class DescriptionReader
+{
+public:
+  explicit DescriptionReader(const SafetensorsFile& file)
+    : File(file)
+  {
+    const auto found = file.Metadata().find(Key);
+    if (found != file.Metadata().end())
+    {
+      this->Json = nlohmann::json::parse(found->second, nullptr, false);
+    }
+    if (!this->Json.is_object())
+    {
+      throw ModelMismatch(file.Name() + ": the metadata \"" + Key + "\" is " +
+        (found == file.Metadata().end() ? "missing" : "no JSON object") + "; expected a JSON object.");
+    }
+  }
+
+  double Number(const char* key) const
+  {
+    const auto found = this->Json.find(key);
+    if (found == this->Json.end() || !found->is_number() || !std::isfinite(found->get<double>()))
+    {
+      this->Fail(key, "a number");
+    }
+    return found->get<double>();
+  }
+  std::int64_t WholeNumber(const char* key) const
+  {
+    const double number = this->Number(key);
+    if (number < 0.0 || number > 1e15 || number != std::floor(number))
+    {
+      this->Fail(key, "a whole number below 1e15");
+    }
+    return static_cast<std::int64_t>(number);
+  }
+  std::string String(const char* key) const
+  {
+    const auto found = this->Json.find(key);
+    if (found == this->Json.end() || !found->is_string() || found->get<std::string>().empty())
+    {
+      this->Fail(key, "a name");
+    }
+    return found->get<std::string>();
+  }
+  Eigen::RowVectorXd Numbers(const char* key) const
+  {
+    const auto found = this->Json.find(key);
+    if (found == this->Json.end() || !found->is_array() ||
+      !std::all_of(found->begin(), found->end(), [](const nlohmann::json& entry) { return entry.is_number(); }))
+    {
+      this->Fail(key, "an array of numbers");
+    }
+    const std::vector<double> numbers = found->get<std::vector<double>>();
+    return Eigen::Map<const Eigen::RowVectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+  }
+  NoiseModel Noise() const
+  {
+    const std::string name = this->String("noise");
+    for (const auto& [known, model] : NoiseNames)
+    {
+      if (name == known)
+      {
+        return model;
+      }
+    }
+    this->Fail("noise", "matern, per_vertex, white, unscreened or spectral");
+  }
+
+private:
+  [[noreturn]] void Fail(const std::string& key, const std::string& expected) const
+  {
+    const auto found = this->Json.find(key);
+    throw ModelMismatch(this->File.Name() + ": \"" + key + "\" in the metadata \"" + Key + "\" is " +
+      (found == this->Json.end() ? "missing" : found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) +
+      "; expected " + expected + ".");
+  }
+
+  const SafetensorsFile& File;
+  nlohmann::json Json;
+};
+
+void RequireArchitecture(const SafetensorsFile& file)
+{
+  for (const auto& [key, expected] : { std::pair("architecture", Architecture), std::pair("format_version", FormatVersion) })
+  {
+    const auto found = file.Metadata().find(key);
+    if (found == file.Metadata().end() || found->second != expected)
+    {
+      throw ModelMismatch(file.Name() + ": the metadata \"" + key + "\" is " +
+        (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected \"" + expected +
+        "\": a flow matching model, as vtkFlowMatchingTrainer writes it.");
+    }
+  }
+}
+
+void RequireKnownTensors(const SafetensorsFile& file, bool encoder)
+{
+  for (const auto& entry : file.Tensors())
+  {
+    const std::string& name = entry.first;
+    if (name.rfind("velocity.", 0) != 0 && !(encoder && name.rfind("encoder.", 0) == 0))
+    {
+      throw ModelMismatch(file.Name() + ": the tensor \"" + name +
+        "\" does not belong to a flow matching model; expected names that begin with \"velocity.\" or, where the "
+        "metadata describe one, \"encoder.\".");
+    }
+  }
+}
+
+[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+{
+  throw InvalidInput("FlowMatchingModel: " + found + "; expected " + expected + ".");
+}
+
+void CheckNetworks(const FlowMatchingModel& model)
+{
+  const PoissonNetOptions& velocity = model.Velocity.Options;
+  std::int64_t conditions = FlowMatchingModel::PlainConditions;
+  if (model.Encoder)
+  {
+    const PoissonNetOptions& encoder = model.Encoder->Options;
+    if (encoder.InputChannels != 3 || encoder.ExtraFeatures != 0 || encoder.Domain != PoissonNetDomain::Vertices)
+    {
+      Refuse("the encoder takes " + std::to_string(encoder.InputChannels) + " channels and " +
+          std::to_string(encoder.ExtraFeatures) + " conditions",
+        "3 channels, no condition, and predictions at the vertices");
+    }
+    conditions += encoder.ResultChannels();
+  }
+  if (velocity.ExtraFeatures != conditions)
+  {
+    Refuse("the velocity takes " + std::to_string(velocity.ExtraFeatures) + " conditions",
+      std::to_string(conditions) + ": time, position and what the encoder gives");
+  }
+  if (velocity.ResultChannels() != velocity.InputChannels || velocity.Domain != PoissonNetDomain::Vertices ||
+    velocity.Activation != LastActivation::Identity)
+  {
+    Refuse("the velocity gives " + std::to_string(velocity.ResultChannels()) + " channels for a signal of " +
+        std::to_string(velocity.InputChannels),
+      "as many, at the vertices and without a last activation");
+  }
+  if (model.GeneratesPositions() && velocity.InputChannels != 3)
+  {
+    Refuse("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
+  }
+}
+}
+
+MaternFieldOptions FieldOptions(const FlowNoise& noise)
+{
+  MaternFieldOptions options;
+  options.Model = noise.Model;
+  options.Mode = ScaleMode::Screening;
+  options.Screening = noise.Screening;
+  options.NumberOfEigenpairs = static_cast<Index>(noise.Eigenpairs);
+  return options;
+}
+
+Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh)
+{
+  const Eigen::VectorXd areas = FaceAreas(mesh);
+  Eigen::RowVector3d first = Eigen::RowVector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  const Eigen::RowVector3d origin = mesh.Points.row(mesh.Triangles(0, 0)); // keeps digits far from the origin
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k)
+    {
+      corners.row(k) = mesh.Points.row(mesh.Triangles(f, k)) - origin;
+    }
+    const Eigen::RowVector3d sum = corners.colwise().sum();
+    first += areas[f] / 3.0 * sum;
+    // The integral of x x^T over a triangle is area / 12 (sum of p p^T + s s^T), s the sum of its corners.
+    second += areas[f] / 12.0 * (corners.transpose() * corners + sum.transpose() * sum);
+  }
+  const double area = areas.sum();
+  first /= area;
+  const Eigen::Matrix3d centred = second / area - first.transpose() * first;
+  Eigen::Matrix<double, 1, 6> moments;
+  moments << centred(0, 0), centred(0, 1), centred(0, 2), centred(1, 1), centred(1, 2), centred(2, 2);
+  return moments / area;
+}
+
+double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found)
+{
+  const Eigen::Matrix<double, 1, 6> difference = (found - expected).cwiseAbs2();
+  const double squares = difference[0] + difference[3] + difference[5] + 2.0 * (difference[1] + difference[2] + difference[4]);
+  return std::sqrt(squares) / (expected[0] + expected[3] + expected[5]);
+}
+
+std::string FlowMatchingModel::Description() const
+{
+  const PoissonNetOptions& options = this->Velocity.Options;
+  return (this->GeneratesPositions() ? std::string("deformations") : "\"" + this->SignalName + "\", " +
+               std::to_string(this->Components()) + " components") +
+    " from " + NameOf(this->Noise.Model) + " noise; " + std::to_string(options.Blocks) + " blocks of width " +
+    std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") + "; " +
+    std::to_string(this->Iterations) + " iterations of training";
+}
+
+FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
+{
+  const SafetensorsFile file(path);
+  RequireArchitecture(file);
+  const DescriptionReader reader(file);
+  FlowMatchingModel model;
+  model.Metadata = file.Metadata();
+  model.SignalName = reader.String("signal_name");
+  model.SignalMean = reader.Numbers("signal_mean");
+  model.SignalScale = reader.Numbers("signal_scale");
+  model.Noise.Model = reader.Noise();
+  model.Noise.Screening = reader.Number("noise_screening");
+  model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
+  model.Noise.Scale = reader.Number("noise_scale");
+  model.Iterations = reader.WholeNumber("iterations");
+  model.Shape.Spread = reader.Number("shape_spread");
+  const Eigen::RowVectorXd moments = reader.Numbers("shape_moments");
+  if (moments.size() != 6)
+  {
+    throw ModelMismatch(path + ": \"shape_moments\" has " + std::to_string(moments.size()) + " numbers; expected 6.");
+  }
+  model.Shape.Mean = moments;
+  model.Velocity = ReadPartNetwork(file, "velocity");
+  const bool encoder = file.Metadata().count("encoder") != 0;
+  RequireKnownTensors(file, encoder);
+  if (encoder)
+  {
+    model.Encoder = ReadPartNetwork(file, "encoder");
+  }
+  try
+  {
+    CheckModel(model);
+  }
+  catch (const InvalidInput& error)
+  {
+    throw ModelMismatch(path + ": " + error.what());
+  }
+  return model;
+}
+
+void CheckModel(const FlowMatchingModel& model)
+{
+  CheckModel(model.Velocity);
+  if (model.Encoder)
+  {
+    CheckModel(*model.Encoder);
+  }
+  CheckNetworks(model);
+  if (model.SignalMean.size() != model.Components() || model.SignalScale.size() != model.Components() ||
+    !model.SignalMean.allFinite() || !model.SignalScale.allFinite() || !(model.SignalScale.array() > 0.0).all())
+  {
+    Refuse("mean and scale of the signal have " + std::to_string(model.SignalMean.size()) + " and " +
+        std::to_string(model.SignalScale.size()) + " numbers",
+      std::to_string(model.Components()) + " finite ones each, the scales above 0");
+  }
+  const FlowNoise& noise = model.Noise;
+  if (!(noise.Screening > 0.0) || !(noise.Scale > 0.0) || !std::isfinite(noise.Screening * noise.Scale) ||
+    noise.Eigenpairs < 1 || noise.Eigenpairs > 1000000)
+  {
+    Refuse("the noise has screening " + Text(noise.Screening) + ", scale " + Text(noise.Scale) + " and " +
+        std::to_string(noise.Eigenpairs) + " eigenpairs",
+      "numbers above 0 and at most 1e6 eigenpairs");
+  }
+  if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))
+  {
+    Refuse("the moments of the shape are not finite", "finite moments and a spread of at least 0");
+  }
+}
+
+void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& model)
+{
+  CheckModel(model);
+  std::map<std::string, TensorData> tensors;
+  std::map<std::string, std::string> metadata = model.Metadata;
+  AddPartNetwork("velocity", model.Velocity, tensors, metadata);
+  metadata.erase("encoder");
+  if (model.Encoder)
+  {
+    AddPartNetwork("encoder", *model.Encoder, tensors, metadata);
+  }
+  const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
+  metadata["architecture"] = Architecture;
+  metadata["format_version"] = FormatVersion;
+  metadata["producer"] = "SurfaceSynthesis";
+  metadata[Key] = nlohmann::json({ { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
+                                   { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
+                                   { "noise_screening", model.Noise.Screening },
+                                   { "noise_eigenpairs", model.Noise.Eigenpairs }, { "noise_scale", model.Noise.Scale },
+                                   { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
+                                   { "shape_spread", model.Shape.Spread } })
+                    .dump();
+  WriteSafetensors(path, tensors, metadata);
+}
+
+} // namespace surfsynth
