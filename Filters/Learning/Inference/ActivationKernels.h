@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The inner loops of inference that are no matrix products. Private to the inference.
+/// The inner loops of networks that are no matrix products: first those of inference, then those of training with their
+/// derivatives. Private to Learning.
 ///
 /// Arrays are float32, row-major [rows, width] and contiguous. Elementary functions are off by less than 1e-6 of the
 /// larger of 1 and the exact value; softplus by less than 1e-6 of its value.
@@ -44,6 +45,31 @@ struct ActivationKernels
 
   /// values = tanh(values * scale), scale [width].
   void (*ScaledTanh)(float* values, const float* scale, std::int64_t rows, std::int64_t width);
+
+  /// With r = sqrt(x^2 + y^2 + 1e-8) and s = GELU(r + bias) / (r + 1e-8): outX = s x, outY = s y.
+  void (*ComplexGeluForward)(const float* x, const float* y, const float* bias, std::int64_t rows, std::int64_t width,
+    float* outX, float* outY);
+  /// From the derivatives gx and gy by the outputs of ComplexGeluForward() those by x and y, and adds those by the bias to
+  /// @p dBias, [width].
+  void (*ComplexGeluBackward)(const float* x, const float* y, const float* bias, const float* gx, const float* gy,
+    std::int64_t rows, std::int64_t width, float* dx, float* dy, float* dBias);
+
+  /// out = z exp(i p) (softplus(s) + 1e-8) with (p, s) = phaseAndScale, [rows, 2 width].
+  void (*ModulateForward)(const float* phaseAndScale, const float* x, const float* y, std::int64_t rows,
+    std::int64_t width, float* outX, float* outY);
+  /// From the derivatives gx and gy by the outputs of ModulateForward() those by its inputs.
+  void (*ModulateBackward)(const float* phaseAndScale, const float* x, const float* y, const float* gx, const float* gy,
+    std::int64_t rows, std::int64_t width, float* dPhaseAndScale, float* dx, float* dy);
+
+  /// Gradient and mean of a vertex signal [V, width] in faces with these corners, [rows, 3], and hat gradients, [rows, 6].
+  void (*GatherFaces)(const float* signal, const std::int32_t* corners, const float* hats, std::int64_t rows,
+    std::int64_t width, float* re, float* im, float* mean);
+
+  /// out_v = sum over the entries e of vertex v of wx_e re_f + wy_e im_f + wm_e mean_f, f the face of e. Entries of vertex
+  /// v are offsets[v] to offsets[v + 1]; a signal that is null counts as 0. Writes @p rows vertices from @p first on.
+  void (*GatherVertices)(const float* re, const float* im, const float* mean, const std::int32_t* offsets,
+    const std::int32_t* faces, const float* wx, const float* wy, const float* wm, std::int64_t first,
+    std::int64_t rows, std::int64_t width, float* out);
 };
 
 /// The kernels for the widest vectors that this processor has.

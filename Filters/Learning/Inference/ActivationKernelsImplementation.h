@@ -3,12 +3,15 @@
 /// The body of the activation kernels, included once for each instruction set by a file that defines SURFSYNTH_KERNELS
 /// (the table to define).
 ///
-/// Loops are plain and without branches, so that compilers turn them into vector code. Includes no standard header:
+/// Loops are plain and without branches, so that compilers turn them into vector code; what they call must be inlined for
+/// that, however many loops call it. Includes no standard header:
 /// inline functions of those would be compiled for the wide instruction set too, and the linker might keep that copy
 /// for everybody.
 #pragma once
 
 #include "Learning/Inference/ActivationKernels.h"
+
+#define SURFSYNTH_INLINE __attribute__((always_inline)) inline
 
 namespace surfsynth
 {
@@ -18,32 +21,32 @@ namespace
 using Size = std::int64_t;
 using Id = std::int32_t;
 
-float FromBits(std::int32_t bits)
+SURFSYNTH_INLINE float FromBits(std::int32_t bits)
 {
   float value;
   __builtin_memcpy(&value, &bits, sizeof(value));
   return value;
 }
 
-float Smaller(float a, float b)
+SURFSYNTH_INLINE float Smaller(float a, float b)
 {
   return a < b ? a : b;
 }
 
-float Larger(float a, float b)
+SURFSYNTH_INLINE float Larger(float a, float b)
 {
   return a > b ? a : b;
 }
 
 /// The nearest whole number of |x| < 2^22: adding 1.5 * 2^23 rounds away all binary places.
-float Nearest(float x)
+SURFSYNTH_INLINE float Nearest(float x)
 {
   constexpr float shift = 12582912.0F;
   return (x + shift) - shift;
 }
 
 /// exp(x) = 2^n exp(r), |r| <= log(2) / 2, by Taylor's series to r^7. x is held within +-87, where float32 is normal.
-float Exp(float x)
+SURFSYNTH_INLINE float Exp(float x)
 {
   x = Smaller(Larger(x, -87.0F), 87.0F);
   const float n = Nearest(x * 1.44269504F);
@@ -61,7 +64,7 @@ float Exp(float x)
 
 /// x (1 + erf(x / sqrt 2)) / 2, with erfc(z) = t (a1 + ... + a5 t^4) exp(-z^2), t = 1 / (1 + p z): formula 7.1.26 of
 /// Abramowitz and Stegun, error below 1.5e-7.
-float Gelu(float x)
+SURFSYNTH_INLINE float Gelu(float x)
 {
   const float z = Smaller(__builtin_fabsf(x), 13.0F) * 0.707106781F;
   const float t = 1.0F / (1.0F + 0.3275911F * z);
@@ -76,7 +79,7 @@ float Gelu(float x)
 
 /// log(1 + exp(x)) = max(x, 0) + log(1 + y) with y = exp(-|x|), and log(1 + y) = 2 artanh(y / (2 + y)) by its series to
 /// s^15, s <= 1/3: accurate in relative terms also where it is tiny.
-float Softplus(float x)
+SURFSYNTH_INLINE float Softplus(float x)
 {
   const float y = Exp(-__builtin_fabsf(x));
   const float s = y / (2.0F + y);
@@ -92,14 +95,14 @@ float Softplus(float x)
   return Larger(x, 0.0F) + 2.0F * s * series;
 }
 
-float Tanh(float x)
+SURFSYNTH_INLINE float Tanh(float x)
 {
   return 1.0F - 2.0F / (Exp(2.0F * x) + 1.0F);
 }
 
 /// sin and cos of |x| < 1e5: minus the nearest multiple of pi / 2, in four parts so that products are exact, then
 /// Taylor series to below 1e-8.
-void SinCos(float x, float& sine, float& cosine)
+SURFSYNTH_INLINE void SinCos(float x, float& sine, float& cosine)
 {
   const float n = Nearest(x * 0.636619772F);
   float r = x - n * 1.5703125F;
@@ -264,9 +267,170 @@ void ScaledTanh(float* __restrict__ values, const float* __restrict__ scale, Siz
     }
   }
 }
+/// GELU(x) and its derivative Phi(x) + x phi(x), with Phi as in Gelu().
+SURFSYNTH_INLINE void GeluAndDerivative(float x, float& value, float& derivative)
+{
+  const float magnitude = Smaller(__builtin_fabsf(x), 13.0F);
+  const float z = magnitude * 0.707106781F;
+  const float t = 1.0F / (1.0F + 0.3275911F * z);
+  float series = 1.061405429F;
+  series = series * t - 1.453152027F;
+  series = series * t + 1.421413741F;
+  series = series * t - 0.284496736F;
+  series = series * t + 0.254829592F;
+  const float bell = Exp(-z * z);
+  const float complement = series * t * bell;
+  const float probability = 0.5F * (x < 0.0F ? complement : 2.0F - complement);
+  value = x * probability;
+  derivative = probability + 0.398942280F * (x < 0.0F ? -magnitude : magnitude) * bell;
+}
+
+void ComplexGeluForward(const float* __restrict__ x, const float* __restrict__ y, const float* __restrict__ bias,
+  Size rows, Size width, float* __restrict__ outX, float* __restrict__ outY)
+{
+  for (Size row = 0; row < rows; ++row, x += width, y += width, outX += width, outY += width)
+  {
+    for (Size c = 0; c < width; ++c)
+    {
+      const float modulus = __builtin_sqrtf(x[c] * x[c] + y[c] * y[c] + 1e-8F);
+      const float factor = Gelu(modulus + bias[c]) / (modulus + 1e-8F);
+      outX[c] = x[c] * factor;
+      outY[c] = y[c] * factor;
+    }
+  }
+}
+
+void ComplexGeluBackward(const float* __restrict__ x, const float* __restrict__ y, const float* __restrict__ bias,
+  const float* __restrict__ gx, const float* __restrict__ gy, Size rows, Size width, float* __restrict__ dx,
+  float* __restrict__ dy, float* __restrict__ dBias)
+{
+  for (Size row = 0; row < rows; ++row, x += width, y += width, gx += width, gy += width, dx += width, dy += width)
+  {
+    for (Size c = 0; c < width; ++c)
+    {
+      const float modulus = __builtin_sqrtf(x[c] * x[c] + y[c] * y[c] + 1e-8F);
+      const float inverse = 1.0F / (modulus + 1e-8F);
+      float gelu;
+      float slope;
+      GeluAndDerivative(modulus + bias[c], gelu, slope);
+      const float factor = gelu * inverse;
+      const float dot = gx[c] * x[c] + gy[c] * y[c];
+      const float byBias = dot * slope * inverse;
+      const float along = (byBias - dot * factor * inverse) / modulus;
+      dx[c] = gx[c] * factor + along * x[c];
+      dy[c] = gy[c] * factor + along * y[c];
+      dBias[c] += byBias;
+    }
+  }
+}
+
+void ModulateForward(const float* __restrict__ phaseAndScale, const float* __restrict__ x, const float* __restrict__ y,
+  Size rows, Size width, float* __restrict__ outX, float* __restrict__ outY)
+{
+  for (Size row = 0; row < rows; ++row, phaseAndScale += 2 * width, x += width, y += width, outX += width, outY += width)
+  {
+    const float* __restrict__ scales = phaseAndScale + width;
+    for (Size c = 0; c < width; ++c)
+    {
+      float sine;
+      float cosine;
+      SinCos(phaseAndScale[c], sine, cosine);
+      const float scale = Softplus(scales[c]) + 1e-8F;
+      outX[c] = (x[c] * cosine - y[c] * sine) * scale;
+      outY[c] = (x[c] * sine + y[c] * cosine) * scale;
+    }
+  }
+}
+
+void ModulateBackward(const float* __restrict__ phaseAndScale, const float* __restrict__ x, const float* __restrict__ y,
+  const float* __restrict__ gx, const float* __restrict__ gy, Size rows, Size width, float* __restrict__ dPhaseAndScale,
+  float* __restrict__ dx, float* __restrict__ dy)
+{
+  for (Size row = 0; row < rows; ++row)
+  {
+    const float* __restrict__ scales = phaseAndScale + width;
+    float* __restrict__ dScales = dPhaseAndScale + width;
+    for (Size c = 0; c < width; ++c)
+    {
+      float sine;
+      float cosine;
+      SinCos(phaseAndScale[c], sine, cosine);
+      const float scale = Softplus(scales[c]) + 1e-8F;
+      const float turnedX = x[c] * cosine - y[c] * sine;
+      const float turnedY = x[c] * sine + y[c] * cosine;
+      dx[c] = (gx[c] * cosine + gy[c] * sine) * scale;
+      dy[c] = (gy[c] * cosine - gx[c] * sine) * scale;
+      dPhaseAndScale[c] = (gy[c] * turnedX - gx[c] * turnedY) * scale;
+      // The slope of softplus is the logistic function.
+      dScales[c] = (gx[c] * turnedX + gy[c] * turnedY) / (1.0F + Exp(-scales[c]));
+    }
+    phaseAndScale += 2 * width;
+    dPhaseAndScale += 2 * width;
+    x += width;
+    y += width;
+    gx += width;
+    gy += width;
+    dx += width;
+    dy += width;
+  }
+}
+
+void GatherFaces(const float* __restrict__ signal, const Id* __restrict__ corners, const float* __restrict__ hats,
+  Size rows, Size width, float* __restrict__ re, float* __restrict__ im, float* __restrict__ mean)
+{
+  for (Size row = 0; row < rows; ++row, corners += 3, hats += 6, re += width, im += width, mean += width)
+  {
+    const float* __restrict__ a = signal + corners[0] * width;
+    const float* __restrict__ b = signal + corners[1] * width;
+    const float* __restrict__ c = signal + corners[2] * width;
+    for (Size k = 0; k < width; ++k)
+    {
+      re[k] = hats[0] * a[k] + hats[1] * b[k] + hats[2] * c[k];
+      im[k] = hats[3] * a[k] + hats[4] * b[k] + hats[5] * c[k];
+      mean[k] = (a[k] + b[k] + c[k]) * (1.0F / 3.0F);
+    }
+  }
+}
+
+SURFSYNTH_INLINE void AddRow(float* __restrict__ out, const float* __restrict__ row, float weight, Size width)
+{
+  for (Size k = 0; k < width; ++k)
+  {
+    out[k] += weight * row[k];
+  }
+}
+
+void GatherVertices(const float* re, const float* im, const float* mean, const Id* offsets, const Id* faces,
+  const float* wx, const float* wy, const float* wm, Size first, Size rows, Size width, float* out)
+{
+  for (Size v = first; v < first + rows; ++v)
+  {
+    float* __restrict__ row = out + v * width;
+    for (Size k = 0; k < width; ++k)
+    {
+      row[k] = 0.0F;
+    }
+    for (Id e = offsets[v]; e < offsets[v + 1]; ++e)
+    {
+      const Size from = faces[e] * width;
+      if (re != nullptr)
+      {
+        AddRow(row, re + from, wx[e], width);
+        AddRow(row, im + from, wy[e], width);
+      }
+      if (mean != nullptr)
+      {
+        AddRow(row, mean + from, wm[e], width);
+      }
+    }
+  }
+}
 }
 
 extern const ActivationKernels SURFSYNTH_KERNELS = { BiasGelu, Modulate, ComplexGelu, FaceGradient, FaceMeanGelu,
-  ScatterDivergence, ScatterDots, ScaledTanh };
+  ScatterDivergence, ScatterDots, ScaledTanh, ComplexGeluForward, ComplexGeluBackward, ModulateForward,
+  ModulateBackward, GatherFaces, GatherVertices };
 
 } // namespace surfsynth
+
+#undef SURFSYNTH_INLINE

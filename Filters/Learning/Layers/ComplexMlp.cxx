@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Layers/ComplexMlp.h"
 
+#include "Learning/Layers/FusedLayers.h"
+
 namespace surfsynth
 {
 
@@ -28,6 +30,11 @@ ComplexTensor ComplexLinearImpl::forward(const ComplexTensor& z)
   {
     return product;
   }
+  if (IsFused(product.Real))
+  {
+    const std::array<torch::Tensor, 2> parts = FusedComplexGelu(product.Real, product.Imaginary, this->MagnitudeBias);
+    return { parts[0], parts[1] };
+  }
   const torch::Tensor modulus = torch::sqrt(product.Real.square() + product.Imaginary.square() + Epsilon);
   const torch::Tensor factor = torch::gelu(modulus + this->MagnitudeBias) / (modulus + Epsilon);
   return { product.Real * factor, product.Imaginary * factor };
@@ -42,7 +49,13 @@ ModulatorImpl::ModulatorImpl(std::int64_t width)
 
 ComplexTensor ModulatorImpl::forward(const ComplexTensor& z, const torch::Tensor& faceFeatures)
 {
-  const std::vector<torch::Tensor> parts = this->PhaseAndScale->forward(faceFeatures).chunk(2, -1);
+  const torch::Tensor phaseAndScale = this->PhaseAndScale->forward(faceFeatures);
+  if (IsFused(phaseAndScale))
+  {
+    const std::array<torch::Tensor, 2> turned = FusedModulation(phaseAndScale, z.Real, z.Imaginary);
+    return { turned[0], turned[1] };
+  }
+  const std::vector<torch::Tensor> parts = phaseAndScale.chunk(2, -1);
   const torch::Tensor& phase = parts[0];
   const torch::Tensor scale = torch::softplus(parts[1]) + Epsilon;
   const torch::Tensor cosine = torch::cos(phase) * scale;

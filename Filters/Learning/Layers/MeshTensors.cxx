@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Layers/MeshTensors.h"
 
+#include "Learning/Layers/FusedLayers.h"
+
 namespace surfsynth
 {
 
@@ -84,10 +86,28 @@ MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorO
   {
     this->Used = column(areaAround.unaryExpr([](float area) { return area > 0.0F ? 1.0F : 0.0F; }));
   }
+  if (IsFused(this->FaceAreas))
+  {
+    this->Incidence = std::make_shared<const FaceIncidence>(operators);
+  }
+}
+
+FaceSignal AtFaces(const MeshTensors& mesh, const torch::Tensor& signal)
+{
+  if (mesh.Incidence)
+  {
+    const std::array<torch::Tensor, 3> parts = FusedGatherFaces(mesh.Incidence, signal);
+    return { { parts[0], parts[1] }, parts[2] };
+  }
+  return { FaceGradient(mesh, signal), FaceMean(mesh, signal) };
 }
 
 ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal)
 {
+  if (mesh.Incidence)
+  {
+    return AtFaces(mesh, signal).Gradient;
+  }
   ComplexTensor gradient;
   for (int k = 0; k < 3; ++k)
   {
@@ -100,6 +120,10 @@ ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal)
 
 torch::Tensor IntegratedDivergence(const MeshTensors& mesh, const ComplexTensor& gradients)
 {
+  if (mesh.Incidence)
+  {
+    return FusedDivergence(mesh.Incidence, gradients.Real, gradients.Imaginary);
+  }
   const torch::Tensor x = gradients.Real * mesh.FaceAreas;
   const torch::Tensor y = gradients.Imaginary * mesh.FaceAreas;
   torch::Tensor sums = VertexZeros(mesh, x);
@@ -112,6 +136,10 @@ torch::Tensor IntegratedDivergence(const MeshTensors& mesh, const ComplexTensor&
 
 torch::Tensor FaceMean(const MeshTensors& mesh, const torch::Tensor& signal)
 {
+  if (mesh.Incidence)
+  {
+    return AtFaces(mesh, signal).Mean;
+  }
   return (signal.index_select(-2, mesh.Corners[0]) + signal.index_select(-2, mesh.Corners[1]) +
            signal.index_select(-2, mesh.Corners[2])) /
     3.0;
@@ -119,6 +147,10 @@ torch::Tensor FaceMean(const MeshTensors& mesh, const torch::Tensor& signal)
 
 torch::Tensor VertexMean(const MeshTensors& mesh, const torch::Tensor& faceSignal)
 {
+  if (mesh.Incidence)
+  {
+    return FusedVertexMean(mesh.Incidence, faceSignal);
+  }
   const torch::Tensor weighted = faceSignal * (mesh.FaceAreas / 3.0);
   torch::Tensor sums = VertexZeros(mesh, weighted);
   for (int k = 0; k < 3; ++k)
@@ -135,7 +167,8 @@ torch::Tensor MassMean(const MeshTensors& mesh, const torch::Tensor& signal)
 
 torch::Tensor SolvePoisson(const MeshTensors& mesh, const torch::Tensor& rightHandSide)
 {
-  return PoissonSolve::apply(rightHandSide, mesh.Solver);
+  return mesh.DenseInverse.defined() ? torch::matmul(mesh.DenseInverse, rightHandSide)
+                                     : PoissonSolve::apply(rightHandSide, mesh.Solver);
 }
 
 torch::Tensor WithoutMean(const MeshTensors& mesh, const torch::Tensor& solution)

@@ -3,7 +3,8 @@
 /// The operators of a mesh on tensors: differentiable gradient, divergence, averages and Poisson solve.
 ///
 /// Signals are [..., V, C] at vertices and [..., F, C] at faces: any leading dimensions, then places, then channels.
-/// Everything is differentiable in the signal, as often as wanted; the mesh is constant.
+/// Everything is differentiable in the signal (float32 on the processor: once; else as often as wanted); the mesh is
+/// constant.
 #pragma once
 
 #include "Learning/Layers/PoissonOperators.h"
@@ -22,6 +23,8 @@ struct ComplexTensor
   torch::Tensor Imaginary;
 };
 
+struct FaceIncidence;
+
 /// PoissonOperators as tensors of one floating-point type on one device.
 struct MeshTensors
 {
@@ -33,11 +36,23 @@ struct MeshTensors
   torch::Tensor InverseArea;   ///< [V, 1], one over a third of the area around; 0 where no triangle is
   torch::Tensor Used;          ///< [V, 1], 1 where a triangle is, else 0; undefined when that is everywhere
   std::shared_ptr<const CholeskySolver> Solver;
+  std::shared_ptr<const FaceIncidence> Incidence; ///< for what float32 on the processor does in one step; else null
+  torch::Tensor DenseInverse;  ///< [V, V] where UseDenseInverse() was called; else undefined
 
   MeshTensors() = default;
   /// Copies; @p options gives type (float32 or float64) and device.
   explicit MeshTensors(const PoissonOperators& operators, const torch::TensorOptions& options = torch::kFloat32);
 };
+
+/// A vertex signal at the faces.
+struct FaceSignal
+{
+  ComplexTensor Gradient;
+  torch::Tensor Mean;
+};
+
+/// FaceGradient() and FaceMean() together, which costs what one of them does.
+FaceSignal AtFaces(const MeshTensors& mesh, const torch::Tensor& signal);
 
 /// G x: gradients of a vertex signal in the frames of the faces.
 ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal);
@@ -55,7 +70,8 @@ torch::Tensor VertexMean(const MeshTensors& mesh, const torch::Tensor& faceSigna
 torch::Tensor MassMean(const MeshTensors& mesh, const torch::Tensor& signal);
 
 /// (L + 1e-6 I)^-1 applied to each channel, in double on the processor whatever type and device of the signal. The
-/// gradient is the same solve of the incoming gradient (the matrix is symmetric and constant).
+/// gradient is the same solve of the incoming gradient (the matrix is symmetric and constant). With a dense inverse, one
+/// matrix product on the mesh's device.
 ///
 /// The constant part of each channel is lifted by 1e-6 only and carries rounding noise: use WithoutMean().
 /// @throws InvalidInput when a number is not finite.

@@ -35,8 +35,9 @@ PoissonBlockImpl::PoissonBlockImpl(const PoissonNetOptions& options)
 
 torch::Tensor PoissonBlockImpl::forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& extra)
 {
-  const ComplexTensor gradient = FaceGradient(mesh, x);
-  const ComplexTensor features = this->GradientMlp(gradient, FaceMean(mesh, x));
+  const FaceSignal faces = AtFaces(mesh, x);
+  const ComplexTensor& gradient = faces.Gradient;
+  const ComplexTensor features = this->GradientMlp(gradient, faces.Mean);
   const torch::Tensor solved = Integrate(mesh, features);
   torch::Tensor products;
   if (this->GradientFeatures)
@@ -58,7 +59,8 @@ IntegratedGradients GradientDomainHeadImpl::forward(
   const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& positions)
 {
   const ComplexTensor own = FaceGradient(mesh, positions.detach());
-  ComplexTensor gradients = this->GradientMlp(FaceGradient(mesh, x), FaceMean(mesh, x));
+  const FaceSignal faces = AtFaces(mesh, x);
+  ComplexTensor gradients = this->GradientMlp(faces.Gradient, faces.Mean);
   gradients = { gradients.Real + own.Real, gradients.Imaginary + own.Imaginary };
   return { Integrate(mesh, gradients), Interleaved(gradients) };
 }

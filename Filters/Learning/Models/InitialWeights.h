@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a network begins its training with. No torch.
+#pragma once
+
+#include "Learning/Models/PoissonNetModel.h"
+
+#include <cstdint>
+
+namespace surfsynth
+{
+
+/// A PoissonNet before training: affine maps uniformly in +-1 / sqrt(inputs), their biases likewise, magnitude biases 0,
+/// layer scales and norms 1, the scale of inner products 0.01, as the published network is initialised by its framework.
+/// A pure function of options and seed.
+/// @throws InvalidInput as CheckOptions().
+PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_t seed);
+
+} // namespace surfsynth

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/TrainingCheckpoint.h"
+
+#include "Core/Common/Errors.h"
+#include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <fstream>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr const char* Architecture = "flow_matching_checkpoint";
+constexpr const char* HistoryName = "history";
+constexpr const char* RecipeKey = "recipe";
+constexpr std::size_t Columns = 6;
+
+/// All digits, so that equal texts mean equal numbers.
+std::string Exactly(double number)
+{
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", number);
+  return text;
+}
+
+std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
+{
+  std::map<std::string, std::string> recipe;
+  const auto found = file.Metadata().find(RecipeKey);
+  const nlohmann::json json =
+    found == file.Metadata().end() ? nlohmann::json() : nlohmann::json::parse(found->second, nullptr, false);
+  bool valid = json.is_object();
+  for (auto entry = json.begin(); valid && entry != json.end(); ++entry)
+  {
+    valid = entry->is_string();
+    recipe[entry.key()] = valid ? entry->get<std::string>() : "";
+  }
+  if (!valid)
+  {
+    throw ModelMismatch(file.Name() + ": the metadata \"recipe\" is no JSON object of strings; expected a checkpoint.");
+  }
+  return recipe;
+}
+
+std::vector<TrainingStep> ReadHistory(const SafetensorsFile& file)
+{
+  const std::vector<std::int64_t>& shape = file.Entry(HistoryName).Shape;
+  if (shape.size() != 2 || shape[1] != static_cast<std::int64_t>(Columns))
+  {
+    throw ModelMismatch(file.Name() + ": \"history\" is no table of six columns; expected a checkpoint.");
+  }
+  const std::vector<double> numbers = file.Float64(HistoryName);
+  std::vector<TrainingStep> history(static_cast<std::size_t>(shape[0]));
+  for (std::size_t k = 0; k < history.size(); ++k)
+  {
+    const double* row = numbers.data() + k * Columns;
+    if (row[0] != static_cast<double>(k + 1))
+    {
+      throw ModelMismatch(file.Name() + ": row " + std::to_string(k) +
+        " of \"history\" is of another iteration; expected all iterations from 1 on.");
+    }
+    history[k] = { static_cast<std::int64_t>(k + 1), row[1], row[2], row[3], row[4], row[5] };
+  }
+  return history;
+}
+}
+
+std::map<std::string, std::string> RecipeOf(const FlowMatchingTrainingOptions& options, std::uint64_t datasetHash)
+{
+  return { { "width", std::to_string(options.Width) }, { "blocks", std::to_string(options.Blocks) },
+    { "complex_layers", std::to_string(options.ComplexLayers) },
+    { "inner_products", options.InnerProducts ? "yes" : "no" },
+    { "noise", std::to_string(static_cast<int>(options.Noise.Model)) },
+    { "noise_screening", Exactly(options.Noise.Screening) },
+    { "noise_eigenpairs", std::to_string(options.Noise.Eigenpairs) }, { "noise_scale", Exactly(options.Noise.Scale) },
+    { "encoder", options.Encoder ? std::to_string(options.Encoder->Options.ResultChannels()) : "none" },
+    { "batch_size", std::to_string(options.BatchSize) },
+    { "sources_per_batch", std::to_string(options.SourcesPerBatch) },
+    { "learning_rate", Exactly(options.LearningRate) },
+    { "learning_rate_factor", Exactly(options.LearningRateFactor) },
+    { "gradient_clip", Exactly(options.GradientClip) }, { "vertex_weight", Exactly(options.VertexWeight) },
+    { "jacobian_weight", Exactly(options.JacobianWeight) },
+    { "weight_averaging", Exactly(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
+    { "dataset", std::to_string(datasetHash) } };
+}
+
+void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,
+  const std::map<std::string, std::string>& found)
+{
+  for (const auto& [key, value] : expected)
+  {
+    const auto entry = found.find(key);
+    if (entry == found.end() || entry->second != value)
+    {
+      throw ModelMismatch(file + ": the checkpoint was written with " + key + " = " +
+        (entry == found.end() ? "nothing" : entry->second) + "; expected " + value +
+        " as in this training. Train with the same recipe and dataset, or begin anew with another checkpoint file.");
+    }
+  }
+}
+
+void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoint)
+{
+  std::map<std::string, TensorData> tensors;
+  for (const auto& [name, tensor] : checkpoint.Tensors)
+  {
+    tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
+  }
+  std::vector<double> history;
+  history.reserve(checkpoint.History.size() * Columns);
+  for (const TrainingStep& step : checkpoint.History)
+  {
+    history.insert(history.end(), { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss,
+                                    step.GradientNorm, step.LearningRate });
+  }
+  tensors[HistoryName] = TensorData::FromFloat64(
+    { static_cast<std::int64_t>(checkpoint.History.size()), static_cast<std::int64_t>(Columns) }, history);
+  WriteSafetensors(path, tensors,
+    { { "architecture", Architecture }, { "format_version", "1" }, { "producer", "SurfaceSynthesis" },
+      { RecipeKey, nlohmann::json(checkpoint.Recipe).dump() } });
+}
+
+TrainingCheckpoint ReadCheckpoint(const std::string& path)
+{
+  const SafetensorsFile file(path);
+  const auto architecture = file.Metadata().find("architecture");
+  if (architecture == file.Metadata().end() || architecture->second != Architecture)
+  {
+    throw ModelMismatch(path + ": the metadata \"architecture\" is " +
+      (architecture == file.Metadata().end() ? "missing" : "\"" + architecture->second + "\"") + "; expected \"" +
+      Architecture + "\".");
+  }
+  TrainingCheckpoint checkpoint;
+  checkpoint.Recipe = ParseRecipe(file);
+  checkpoint.History = ReadHistory(file);
+  for (const auto& [name, entry] : file.Tensors())
+  {
+    if (name != HistoryName)
+    {
+      file.RequireFinite(name);
+      checkpoint.Tensors[name] = { entry.Shape, file.Float32(name) };
+    }
+  }
+  return checkpoint;
+}
+
+void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& history)
+{
+  const std::string temporary = path + ".part";
+  std::ofstream file(temporary, std::ios::trunc);
+  file << "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate\n";
+  file.precision(9);
+  for (const TrainingStep& step : history)
+  {
+    file << step.Iteration << ',' << step.Loss << ',' << step.VertexLoss << ',' << step.JacobianLoss << ','
+         << step.GradientNorm << ',' << step.LearningRate << '\n';
+  }
+  file.close();
+  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
+  {
+    std::remove(temporary.c_str());
+    throw InvalidInput("The loss table \"" + path + "\" cannot be written; expected a place with room for it.");
+  }
+}
+
+} // namespace surfsynth

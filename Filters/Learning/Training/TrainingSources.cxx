@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/TrainingSources.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Learning/Models/MeshNormalisation.h"
+#include "Learning/Samplers/FlowMatchingSampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Fields that the scale of the noise is measured on.
+constexpr std::uint32_t FieldsMeasured = 64;
+/// The stream of those fields, apart from those of the training.
+constexpr std::uint32_t MeasuringStream = 0xffffffff;
+
+using SampleMap = Eigen::Map<SignalSamples>;
+
+/// Sample @p number as [V, C].
+SampleMap SampleOf(SignalSamples& samples, Eigen::Index number, std::int64_t components)
+{
+  return { samples.row(number).data(), samples.cols() / components, components };
+}
+
+/// Mean over surface and components of the square, weighted by @p mass.
+template <typename Values>
+double MeanSquare(const Values& values, const Eigen::VectorXd& mass)
+{
+  return (mass.transpose() * values.template cast<double>().cwiseAbs2()).sum() /
+    (mass.sum() * static_cast<double>(values.cols()));
+}
+
+/// Positions lose their mean over the surface, and are scaled as their source is.
+void NormalisePositions(SignalSamples& samples, const Eigen::VectorXd& mass, double scale)
+{
+  for (Eigen::Index n = 0; n < samples.rows(); ++n)
+  {
+    SampleMap sample = SampleOf(samples, n, 3);
+    const Eigen::RowVectorXd mean = mass.transpose() * sample.cast<double>() / mass.sum();
+    sample = ((sample.cast<double>().rowwise() - mean) / scale).cast<float>();
+  }
+}
+
+/// Mean and standard deviation of each component over all samples, each surface with the weight of its samples.
+void MeasureSignal(TrainingSources& prepared)
+{
+  const std::int64_t components = prepared.Components;
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(components);
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(components);
+  double count = 0.0;
+  for (TrainingSource& source : prepared.Sources)
+  {
+    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>() / source.Operators.VertexMass.cast<double>().sum();
+    for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+    {
+      const Eigen::MatrixXd sample = SampleOf(source.Samples, n, components).cast<double>();
+      sum += mass.transpose() * sample;
+      squares += mass.transpose() * sample.cwiseAbs2();
+    }
+    count += static_cast<double>(source.Samples.rows());
+  }
+  prepared.Frame.SignalMean = sum / count;
+  const Eigen::RowVectorXd variance = squares / count - prepared.Frame.SignalMean.cwiseAbs2();
+  for (Eigen::Index c = 0; c < variance.size(); ++c)
+  {
+    if (!(variance[c] > 1e-12 * squares[c] / count))
+    {
+      throw InvalidInput("FlowMatchingTrainer: component " + std::to_string(c) +
+        " of the signal is the same number everywhere; expected samples that vary.");
+    }
+  }
+  prepared.Frame.SignalScale = variance.cwiseSqrt();
+}
+
+void NormaliseSignal(TrainingSources& prepared)
+{
+  MeasureSignal(prepared);
+  const Eigen::RowVectorXf mean = prepared.Frame.SignalMean.cast<float>();
+  const Eigen::RowVectorXf factor = prepared.Frame.SignalScale.cwiseInverse().cast<float>();
+  for (TrainingSource& source : prepared.Sources)
+  {
+    for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+    {
+      SampleMap sample = SampleOf(source.Samples, n, prepared.Components);
+      sample = ((sample.rowwise() - mean).array().rowwise() * factor.array()).matrix();
+    }
+  }
+}
+
+/// The scale that gives fields the mean square of the samples on the first surface.
+double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
+{
+  TrainingSource& source = prepared.Sources.front();
+  const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
+  double samples = 0.0;
+  for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+  {
+    samples += MeanSquare(SampleOf(source.Samples, n, prepared.Components), mass) / static_cast<double>(source.Samples.rows());
+  }
+  SampleRequest request;
+  request.Seed = seed;
+  request.NumberOfSamples = FieldsMeasured;
+  request.Stream = MeasuringStream;
+  double fields = 0.0;
+  source.Noise->Sample(request,
+    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values)
+    { fields += MeanSquare(values, mass) / FieldsMeasured; });
+  if (!(samples > 0.0) || !(fields > 0.0))
+  {
+    throw InvalidInput("FlowMatchingTrainer: the samples are 0 everywhere; expected samples that vary.");
+  }
+  return std::sqrt(samples / fields);
+}
+
+ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)
+{
+  ShapeMoments shape;
+  for (const auto& moments : surfaces)
+  {
+    shape.Mean += moments / static_cast<double>(surfaces.size());
+  }
+  for (const auto& moments : surfaces)
+  {
+    shape.Spread = std::max(shape.Spread, MomentDistance(shape.Mean, moments));
+  }
+  return shape;
+}
+
+FeatureMatrix ConditionOf(
+  const PoissonNetModel* encoder, const PoissonOperators& operators, const PointMatrix& points, const Progress& progress)
+{
+  FeatureMatrix condition = points.cast<float>();
+  if (encoder)
+  {
+    const auto model = std::make_shared<const PoissonNetModel>(*encoder);
+    const FeatureMatrix encoding = PoissonNetEvaluator(model, operators, points).Evaluate({}, progress).Values;
+    condition.conservativeResize(Eigen::NoChange, 3 + encoding.cols());
+    condition.rightCols(encoding.cols()) = encoding;
+  }
+  return condition;
+}
+
+/// Operators, condition and noise of one surface. @p samples are still in the caller's units.
+TrainingSource PrepareSource(SignalSource& source, const FlowMatchingModel& frame,
+  std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
+{
+  const MeshTopology topology = RequireSoundMesh(source.Mesh, FlowMatchingSampler::Requirements());
+  const MeshNormalisation normalisation = ComputeNormalisation(source.Mesh, InputNormalisation::SurfaceArea);
+  TriangleMesh mesh = Normalised(std::move(source.Mesh), normalisation);
+  moments.push_back(SecondMoments(mesh));
+  TrainingSource prepared;
+  prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5));
+  prepared.Condition = ConditionOf(frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh.Points,
+    SubProgress(progress, 0.5, 0.6));
+  prepared.Noise = std::make_unique<MaternField>(
+    std::move(mesh), topology, FieldOptions(frame.Noise), SubProgress(progress, 0.6, 1.0));
+  prepared.Samples = std::move(source.Samples);
+  if (frame.GeneratesPositions())
+  {
+    NormalisePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), normalisation.Scale);
+  }
+  return prepared;
+}
+}
+
+TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
+  std::uint64_t seed, const Progress& progress)
+{
+  CheckDataset(dataset);
+  TrainingSources prepared;
+  prepared.Components = dataset.NumberOfComponents();
+  prepared.Frame.SignalName = dataset.SignalName;
+  prepared.Frame.Noise = noise;
+  if (encoder)
+  {
+    prepared.Frame.Encoder = *encoder;
+  }
+  std::vector<Eigen::Matrix<double, 1, 6>> moments;
+  const auto count = static_cast<double>(dataset.Sources.size());
+  for (std::size_t k = 0; k < dataset.Sources.size(); ++k)
+  {
+    try
+    {
+      const auto done = static_cast<double>(k);
+      prepared.Sources.push_back(PrepareSource(
+        dataset.Sources[k], prepared.Frame, moments, SubProgress(progress, done / count, (done + 1.0) / count)));
+    }
+    catch (const InvalidInput& error)
+    {
+      throw InvalidInput("Source " + std::to_string(k) + " of the dataset: " + error.what());
+    }
+  }
+  prepared.Frame.Shape = MomentsOf(moments);
+  if (prepared.Frame.GeneratesPositions())
+  {
+    prepared.Frame.SignalMean = Eigen::RowVectorXd::Zero(3);
+    prepared.Frame.SignalScale = Eigen::RowVectorXd::Ones(3);
+  }
+  else
+  {
+    NormaliseSignal(prepared);
+  }
+  if (noise.Scale == 0.0)
+  {
+    prepared.Frame.Noise.Scale = MatchingScale(prepared, seed);
+  }
+  return prepared;
+}
+
+std::uint64_t ContentHash(const SignalDataset& dataset)
+{
+  std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, over 32-bit words
+  const auto mix = [&hash](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3; };
+  for (const SignalSource& source : dataset.Sources)
+  {
+    mix(ContentHash(source.Mesh));
+    mix(static_cast<std::uint64_t>(source.Samples.rows()));
+    for (Eigen::Index k = 0; k < source.Samples.size(); ++k)
+    {
+      std::uint32_t word;
+      std::memcpy(&word, source.Samples.data() + k, sizeof word);
+      mix(word);
+    }
+  }
+  return hash;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A dataset made ready for training. Private to the training; no torch.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Noise/MaternField.h"
+#include "IO/Mesh/SignalDataset.h"
+#include "Learning/Layers/PoissonOperators.h"
+#include "Learning/Models/FlowMatchingModel.h"
+#include "Learning/Models/PoissonNetEvaluator.h"
+
+#include <memory>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// A surface in the network's coordinates, with what training needs of it.
+struct TrainingSource
+{
+  PoissonOperators Operators;
+  FeatureMatrix Condition; ///< [V, 3 + E]: positions and encoding
+  SignalSamples Samples;   ///< [N, V C] in the network's units
+  std::unique_ptr<MaternField> Noise;
+};
+
+/// What a dataset is trained on, and what its model must know of it.
+struct TrainingSources
+{
+  std::vector<TrainingSource> Sources;
+  std::int64_t Components = 0;
+  /// The model without its velocity: signal, normalisation, noise with its scale, shape, encoder.
+  FlowMatchingModel Frame;
+};
+
+/// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the data.
+/// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(), or
+/// the samples do not vary; SolverFailure; Cancelled.
+TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
+  std::uint64_t seed, const Progress& progress);
+
+/// 64-bit hash of surfaces and samples: tells whether a checkpoint belongs to a dataset.
+std::uint64_t ContentHash(const SignalDataset& dataset);
+
+} // namespace surfsynth
