@@ -6,9 +6,9 @@
 #include "Core/Common/Progress.h"
 #include "IO/Mesh/SignalDataset.h"
 #include "Learning/Models/FlowMatchingModel.h"
+#include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,56 +17,24 @@
 namespace surfsynth
 {
 
-/// Where networks are trained.
-enum class TrainingDevice
-{
-  Auto, ///< CUDA where LibTorch finds a device, else the processor
-  CPU,
-  CUDA
-};
-
-/// The recipe. Defaults are the paper's (appendix B.1) but for the network's width and the iterations, which take a large
-/// GPU days there.
-struct FlowMatchingTrainingOptions
+/// The recipe. Defaults are the paper's (appendix B.1) but for the network's size, the batch and the iterations.
+struct FlowMatchingTrainingOptions : TrainingOptions
 {
   std::int64_t Width = 64;        ///< hidden channels; the paper's 128
   std::int64_t Blocks = 4;        ///< the paper's 5
   std::int64_t ComplexLayers = 3; ///< of the maps between gradients
   bool InnerProducts = true;      ///< see PoissonNetOptions::InnerProducts
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0 }; ///< Scale 0: such that noise varies as much as the data
-  /// Predicts the encoding of section 5.1.2 from positions; needed for many surfaces only.
+  /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
-
-  std::int64_t Iterations = 20000; ///< >= 1; the paper's 160,000
-  std::int64_t BatchSize = 8;      ///< samples in an iteration, >= 1; the paper's 32
+  std::int64_t BatchSize = 8;       ///< samples in an iteration, >= 1; the paper's 32
   std::int64_t SourcesPerBatch = 1; ///< surfaces that an iteration's samples come from, >= 1; divides BatchSize
-  double LearningRate = 5e-4;      ///< of Adam, > 0
-  /// Iterations after which the learning rate is multiplied by LearningRateFactor; empty: after a quarter of all.
-  std::vector<std::int64_t> Milestones;
-  double LearningRateFactor = 0.2; ///< in (0, 1]
-  double GradientClip = 1.0;       ///< norm of all gradients together at most; 0: no limit
-  double VertexWeight = 1.0;       ///< of the loss in velocities, >= 0
-  double JacobianWeight = 1.0;     ///< of the loss in their gradients, >= 0
-  /// The model holds an average of the weights of the last iterations: average = d average + (1 - d) weights, with
-  /// d = min(WeightAveraging, (1 + n) / (10 + n)) in iteration n. In [0, 1); 0: the weights themselves, as in the paper.
-  double WeightAveraging = 0.0;
-  std::uint64_t Seed = 0;
-  TrainingDevice Device = TrainingDevice::Auto;
+  double VertexWeight = 1.0;        ///< of the loss in velocities, >= 0
+  double JacobianWeight = 1.0;      ///< of the loss in their gradients, >= 0
 };
 
 /// @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const FlowMatchingTrainingOptions& options);
-
-/// What an iteration says of itself.
-struct TrainingStep
-{
-  std::int64_t Iteration = 0; ///< 1 for the first
-  double Loss = 0.0;          ///< VertexWeight * VertexLoss + JacobianWeight * JacobianLoss
-  double VertexLoss = 0.0;    ///< of FlowMatchingLoss
-  double JacobianLoss = 0.0;
-  double GradientNorm = 0.0; ///< before it was clipped
-  double LearningRate = 0.0;
-};
 
 /// Trains a velocity field: rectified flow, f_t = (1 - t) f_0 + t f_1 with f_0 noise, f_1 a sample and t uniform in
 /// [0, 1), and the loss of equation 12 (section 4).
@@ -78,8 +46,8 @@ class FlowMatchingTrainer
 public:
   /// Checks and normalises the surfaces, computes their operators and the scale of the noise, and makes the network.
   /// @throws InvalidInput when an option is out of range, the dataset is not complete, a surface does not meet
-  /// FlowMatchingSampler::Requirements(), several surfaces are given without an encoder while their shapes differ, or CUDA
-  /// is asked for and there is none; SolverFailure; Cancelled.
+  /// FlowMatchingSampler::Requirements(), or CUDA is asked for and there is none; SolverFailure;
+  /// Cancelled.
   FlowMatchingTrainer(
     SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress = {});
   ~FlowMatchingTrainer();
@@ -112,28 +80,11 @@ private:
   std::unique_ptr<Internals> Impl;
 };
 
-/// Where a training leaves its results; empty for nowhere.
-struct TrainingFiles
-{
-  std::string Model;      ///< written at the end, and at each checkpoint
-  std::string Checkpoint; ///< read at the start when it exists and Resume is set; written every CheckpointInterval
-  std::string LossTable;  ///< a CSV file with a row for each iteration, written with each checkpoint
-  std::int64_t CheckpointInterval = 500; ///< iterations, >= 1
-  bool Resume = true;
-};
-
-/// Receives each iteration on the calling thread; false stops the training after it, as cancelling does.
-using TrainingObserver = std::function<bool(const TrainingStep& step)>;
-
 /// Trains to the last iteration, with checkpoints. An interrupted training loses what came after its last checkpoint; on
 /// cancellation (by @p observe or @p progress) a checkpoint is written first.
 /// @returns the trainer, with model and history.
 /// @throws what FlowMatchingTrainer throws; Cancelled.
 FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe = {}, const Progress& progress = {});
-
-/// Writes the rows of @p history: iteration, loss, vertex_loss, jacobian_loss, gradient_norm, learning_rate.
-/// @throws InvalidInput when the file cannot be written.
-void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& history);
 
 } // namespace surfsynth

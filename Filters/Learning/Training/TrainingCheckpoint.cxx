@@ -16,18 +16,10 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "flow_matching_checkpoint";
+constexpr const char* Architecture = "training_checkpoint";
 constexpr const char* HistoryName = "history";
 constexpr const char* RecipeKey = "recipe";
 constexpr std::size_t Columns = 6;
-
-/// All digits, so that equal texts mean equal numbers.
-std::string Exactly(double number)
-{
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", number);
-  return text;
-}
 
 std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
 {
@@ -71,23 +63,19 @@ std::vector<TrainingStep> ReadHistory(const SafetensorsFile& file)
 }
 }
 
-std::map<std::string, std::string> RecipeOf(const FlowMatchingTrainingOptions& options, std::uint64_t datasetHash)
+std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training)
 {
-  return { { "width", std::to_string(options.Width) }, { "blocks", std::to_string(options.Blocks) },
-    { "complex_layers", std::to_string(options.ComplexLayers) },
-    { "inner_products", options.InnerProducts ? "yes" : "no" },
-    { "noise", std::to_string(static_cast<int>(options.Noise.Model)) },
-    { "noise_screening", Exactly(options.Noise.Screening) },
-    { "noise_eigenpairs", std::to_string(options.Noise.Eigenpairs) }, { "noise_scale", Exactly(options.Noise.Scale) },
-    { "encoder", options.Encoder ? std::to_string(options.Encoder->Options.ResultChannels()) : "none" },
-    { "batch_size", std::to_string(options.BatchSize) },
-    { "sources_per_batch", std::to_string(options.SourcesPerBatch) },
-    { "learning_rate", Exactly(options.LearningRate) },
+  return { { "training", training }, { "learning_rate", Exactly(options.LearningRate) },
     { "learning_rate_factor", Exactly(options.LearningRateFactor) },
-    { "gradient_clip", Exactly(options.GradientClip) }, { "vertex_weight", Exactly(options.VertexWeight) },
-    { "jacobian_weight", Exactly(options.JacobianWeight) },
-    { "weight_averaging", Exactly(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
-    { "dataset", std::to_string(datasetHash) } };
+    { "gradient_clip", Exactly(options.GradientClip) }, { "weight_averaging", Exactly(options.WeightAveraging) },
+    { "seed", std::to_string(options.Seed) } };
+}
+
+std::string Exactly(double number)
+{
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", number);
+  return text;
 }
 
 void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "Learning/Models/PoissonNetModel.h"
-#include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/TrainingOptions.h"
 
 #include <map>
 #include <string>
@@ -20,9 +20,12 @@ struct TrainingCheckpoint
   std::map<std::string, std::string> Recipe;  ///< what must be the same when the training goes on
 };
 
-/// What decides the weights after a number of iterations: options but for Iterations, Milestones and Device, and the
-/// dataset's hash.
-std::map<std::string, std::string> RecipeOf(const FlowMatchingTrainingOptions& options, std::uint64_t datasetHash);
+/// What decides the weights after a number of iterations, of what all trainings share: neither Iterations, Milestones nor
+/// Device. @param training its name.
+std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training);
+
+/// All digits of a number, so that equal texts mean equal numbers.
+std::string Exactly(double number);
 
 /// @throws ModelMismatch naming the first entry in which a checkpoint differs.
 void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,

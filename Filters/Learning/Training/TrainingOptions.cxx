@@ -16,7 +16,7 @@ void Require(bool fine, const char* option, double found, const char* expected)
   if (!fine)
   {
     throw InvalidInput(
-      std::string("FlowMatchingTrainingOptions: ") + option + " is " + Text(found) + "; expected " + expected + ".");
+      std::string("The option ") + option + " of the training is " + Text(found) + "; expected " + expected + ".");
   }
 }
 
@@ -31,36 +31,46 @@ void RequireWeight(const char* option, double found)
 }
 }
 
+void CheckOptions(const TrainingOptions& options)
+{
+  RequireCount("Iterations", options.Iterations, 100000000, "1 to 1e8");
+  Require(std::isfinite(options.LearningRate) && options.LearningRate > 0.0, "LearningRate", options.LearningRate,
+    "a finite number above 0");
+  Require(options.LearningRateFactor > 0.0 && options.LearningRateFactor <= 1.0, "LearningRateFactor",
+    options.LearningRateFactor, "a number in (0, 1]");
+  RequireWeight("GradientClip", options.GradientClip);
+  Require(options.WeightAveraging >= 0.0 && options.WeightAveraging < 1.0, "WeightAveraging", options.WeightAveraging,
+    "a number in [0, 1)");
+  for (const std::int64_t milestone : options.Milestones)
+  {
+    Require(milestone >= 0, "Milestones", static_cast<double>(milestone), "numbers of iterations");
+  }
+}
+
+void CheckNetworkSize(std::int64_t width, std::int64_t blocks, std::int64_t layers)
+{
+  RequireCount("Width", width, 100000, "1 to 100000");
+  RequireCount("Blocks", blocks, 1000, "1 to 1000");
+  RequireCount("ComplexLayers", layers, 100, "1 to 100");
+}
+
 void CheckOptions(const FlowMatchingTrainingOptions& options)
 {
-  RequireCount("Width", options.Width, 100000, "1 to 100000");
-  RequireCount("Blocks", options.Blocks, 1000, "1 to 1000");
-  RequireCount("ComplexLayers", options.ComplexLayers, 100, "1 to 100");
-  RequireCount("Iterations", options.Iterations, 100000000, "1 to 1e8");
+  CheckOptions(static_cast<const TrainingOptions&>(options));
+  CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
   RequireCount("BatchSize", options.BatchSize, 100000, "1 to 100000");
   Require(options.SourcesPerBatch >= 1 && options.BatchSize % options.SourcesPerBatch == 0, "SourcesPerBatch",
     static_cast<double>(options.SourcesPerBatch), "a number that divides BatchSize");
   Require(options.Iterations * options.BatchSize < (std::int64_t(1) << 32), "Iterations * BatchSize",
     static_cast<double>(options.Iterations) * static_cast<double>(options.BatchSize), "below 2^32");
-  Require(std::isfinite(options.LearningRate) && options.LearningRate > 0.0, "LearningRate", options.LearningRate,
-    "a finite number above 0");
-  Require(options.LearningRateFactor > 0.0 && options.LearningRateFactor <= 1.0, "LearningRateFactor",
-    options.LearningRateFactor, "a number in (0, 1]");
-  Require(options.WeightAveraging >= 0.0 && options.WeightAveraging < 1.0, "WeightAveraging", options.WeightAveraging,
-    "a number in [0, 1)");
-  RequireWeight("GradientClip", options.GradientClip);
   RequireWeight("VertexWeight", options.VertexWeight);
   RequireWeight("JacobianWeight", options.JacobianWeight);
   Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
     "a number above 0: else nothing is learnt");
-  Require(std::isfinite(options.Noise.Screening) && options.Noise.Screening > 0.0, "Noise.Screening",
+  Require(std::isfinite(options.Noise.Screening) && options.Noise.Screening > 0.0, "Screening",
     options.Noise.Screening, "a finite number above 0");
-  RequireWeight("Noise.Scale", options.Noise.Scale);
-  RequireCount("Noise.Eigenpairs", options.Noise.Eigenpairs, 1000000, "1 to 1000000");
-  for (const std::int64_t milestone : options.Milestones)
-  {
-    Require(milestone >= 0, "a milestone", static_cast<double>(milestone), "a number of iterations");
-  }
+  RequireWeight("NoiseScale", options.Noise.Scale);
+  RequireCount("Eigenpairs", options.Noise.Eigenpairs, 1000000, "1 to 1000000");
 }
 
 } // namespace surfsynth

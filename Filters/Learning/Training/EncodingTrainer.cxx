@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/EncodingTrainer.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Random/CounterUniforms.h"
+#include "Core/Solvers/LaplaceEigenpairs.h"
+#include "Learning/Models/MeshNormalisation.h"
+#include "Learning/Samplers/FlowMatchingSampler.h"
+#include "Learning/Training/NetworkTraining.h"
+#include "Learning/Training/TrainingSources.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+PoissonNetOptions NetworkOptions(const EncodingTrainingOptions& options)
+{
+  PoissonNetOptions network;
+  network.OutputChannels = options.Eigenfunctions;
+  network.Width = options.Width;
+  network.Blocks = options.Blocks;
+  network.ComplexLayers = options.ComplexLayers;
+  network.InnerProducts = options.InnerProducts;
+  network.Head = PoissonNetHead::Linear;
+  return network;
+}
+
+void RequireCorrespondence(const SignalDataset& dataset)
+{
+  CheckDataset(dataset);
+  if (!dataset.HoldsPositions())
+  {
+    throw InvalidInput("EncodingTrainer: the dataset holds \"" + dataset.SignalName + "\"; expected positions.");
+  }
+  for (std::size_t k = 1; k < dataset.Sources.size(); ++k)
+  {
+    const TriangleMatrix& triangles = dataset.Sources[k].Mesh.Triangles;
+    if (triangles.rows() != dataset.Sources[0].Mesh.Triangles.rows() || triangles != dataset.Sources[0].Mesh.Triangles)
+    {
+      throw InvalidInput("EncodingTrainer: source " + std::to_string(k) +
+        " has other triangles than source 0; expected surfaces whose vertices correspond.");
+    }
+  }
+}
+
+TriangleMesh UnitArea(const TriangleMesh& mesh)
+{
+  return Normalised(mesh, ComputeNormalisation(mesh, InputNormalisation::SurfaceArea));
+}
+
+/// Eigenfunctions 1 to @p count of the Laplacian of @p mesh with mean square 1, [V, count].
+FeatureMatrix Eigenfunctions(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t count)
+{
+  if (count + 2 > mesh.NumberOfPoints())
+  {
+    throw InvalidInput("EncodingTrainer: " + std::to_string(count) + " eigenfunctions on " +
+      std::to_string(mesh.NumberOfPoints()) + " vertices; expected more vertices.");
+  }
+  const Eigenpairs pairs = LowestLaplaceEigenpairs(
+    CotangentStiffness(mesh, topology), LumpedMass(mesh, topology), static_cast<Index>(count + 1));
+  // Normalised over the surface already, whose area is 1.
+  return pairs.Vectors.rightCols(count).cast<float>();
+}
+}
+
+void CheckOptions(const EncodingTrainingOptions& options)
+{
+  CheckOptions(static_cast<const TrainingOptions&>(options));
+  CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
+  if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 || options.BatchSize > 100000)
+  {
+    throw InvalidInput("The options Eigenfunctions and BatchSize of the training are " +
+      std::to_string(options.Eigenfunctions) + " and " + std::to_string(options.BatchSize) +
+      "; expected 1 to 10000 and 1 to 100000.");
+  }
+}
+
+class EncodingTrainer::Internals
+{
+public:
+  Internals(SignalDataset dataset, const EncodingTrainingOptions& options, const Progress& progress)
+    : Options(options)
+    , Dataset(std::move(dataset))
+    , DatasetHash(ContentHash(this->Dataset))
+    , Training(NetworkOptions(options), options)
+  {
+    RequireCorrespondence(this->Dataset);
+    const TriangleMesh& reference = this->Dataset.Sources.front().Mesh;
+    const MeshTopology topology = RequireSoundMesh(reference, FlowMatchingSampler::Requirements());
+    Report(progress, 0.1);
+    this->Target = ToTensor(
+      Eigenfunctions(UnitArea(reference), topology, options.Eigenfunctions), this->Training.Device());
+    Report(progress, 1.0);
+  }
+
+  TrainingStep Step();
+  std::map<std::string, std::string> Recipe() const;
+
+  EncodingTrainingOptions Options;
+  SignalDataset Dataset;
+  std::uint64_t DatasetHash;
+  NetworkTraining Training;
+
+private:
+  TriangleMesh Surface(std::int64_t slot) const;
+
+  torch::Tensor Target; ///< [V, Eigenfunctions]
+};
+
+/// A source or one of its samples, each equally likely within its source.
+TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
+{
+  NormalKey key;
+  key.Seed = this->Options.Seed;
+  key.Sample = static_cast<std::uint32_t>(this->Training.Iteration());
+  key.Component = static_cast<std::uint32_t>(slot);
+  const auto number =
+    static_cast<std::size_t>(UniformIndex(key, 0, static_cast<std::int64_t>(this->Dataset.Sources.size())));
+  const SignalSource& source = this->Dataset.Sources[number];
+  const std::int64_t sample = UniformIndex(key, 1, source.NumberOfSamples() + 1);
+  TriangleMesh mesh = source.Mesh;
+  if (sample > 0)
+  {
+    const float* positions = source.Samples.row(sample - 1).data();
+    std::copy(positions, positions + mesh.Points.size(), mesh.Points.data());
+  }
+  return UnitArea(mesh);
+}
+
+TrainingStep EncodingTrainer::Internals::Step()
+{
+  TrainingStep step;
+  this->Training.Begin();
+  const double share = 1.0 / static_cast<double>(this->Options.BatchSize);
+  const torch::Device device = this->Training.Device();
+  for (std::int64_t slot = 0; slot < this->Options.BatchSize; ++slot)
+  {
+    const TriangleMesh surface = this->Surface(slot);
+    const MeshTensors mesh(BuildPoissonOperators(surface, MeshTopology(surface)),
+      torch::TensorOptions(torch::kFloat32).device(device));
+    const torch::Tensor positions = ToTensor(surface.Points.cast<float>(), device);
+    const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
+    const torch::Tensor loss = share * MassMean(mesh, difference.square()).mean();
+    loss.backward();
+    step.VertexLoss += loss.item<double>();
+  }
+  step.Loss = step.VertexLoss;
+  return this->Training.End(step);
+}
+
+std::map<std::string, std::string> EncodingTrainer::Internals::Recipe() const
+{
+  std::map<std::string, std::string> recipe = RecipeOf(this->Options, "encoding");
+  recipe["eigenfunctions"] = std::to_string(this->Options.Eigenfunctions);
+  recipe["width"] = std::to_string(this->Options.Width);
+  recipe["blocks"] = std::to_string(this->Options.Blocks);
+  recipe["complex_layers"] = std::to_string(this->Options.ComplexLayers);
+  recipe["inner_products"] = this->Options.InnerProducts ? "yes" : "no";
+  recipe["batch_size"] = std::to_string(this->Options.BatchSize);
+  recipe["dataset"] = std::to_string(this->DatasetHash);
+  return recipe;
+}
+
+EncodingTrainer::EncodingTrainer(
+  SignalDataset dataset, const EncodingTrainingOptions& options, const Progress& progress)
+{
+  CheckOptions(options);
+  this->Impl = std::make_unique<Internals>(std::move(dataset), options, progress);
+}
+
+EncodingTrainer::~EncodingTrainer() = default;
+EncodingTrainer::EncodingTrainer(EncodingTrainer&&) noexcept = default;
+EncodingTrainer& EncodingTrainer::operator=(EncodingTrainer&&) noexcept = default;
+
+TrainingStep EncodingTrainer::Step() { return this->Impl->Step(); }
+
+std::int64_t EncodingTrainer::Iteration() const { return this->Impl->Training.Iteration(); }
+
+const std::vector<TrainingStep>& EncodingTrainer::History() const { return this->Impl->Training.History(); }
+
+void EncodingTrainer::SaveCheckpoint(const std::string& path) const
+{
+  TrainingCheckpoint checkpoint = this->Impl->Training.Checkpoint();
+  checkpoint.Recipe = this->Impl->Recipe();
+  WriteCheckpoint(path, checkpoint);
+}
+
+void EncodingTrainer::LoadCheckpoint(const std::string& path)
+{
+  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
+  RequireSameRecipe(path, this->Impl->Recipe(), checkpoint.Recipe);
+  this->Impl->Training.Restore(path, checkpoint);
+}
+
+PoissonNetModel EncodingTrainer::Model() const
+{
+  PoissonNetModel model = this->Impl->Training.Model();
+  model.Normalisation = InputNormalisation::SurfaceArea;
+  return model;
+}
+
+EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptions& options, const TrainingFiles& files,
+  const TrainingObserver& observe, const Progress& progress)
+{
+  EncodingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
+  if (files.Resume && !files.Checkpoint.empty() && std::filesystem::exists(files.Checkpoint))
+  {
+    trainer.LoadCheckpoint(files.Checkpoint);
+  }
+  const auto save = [&]
+  {
+    if (!files.Checkpoint.empty())
+    {
+      trainer.SaveCheckpoint(files.Checkpoint);
+    }
+    if (!files.Model.empty())
+    {
+      WritePoissonNet(files.Model, trainer.Model());
+    }
+    if (!files.LossTable.empty())
+    {
+      WriteLossTable(files.LossTable, trainer.History());
+    }
+  };
+  RunTraining(trainer.Iteration(), options, files, [&trainer] { return trainer.Step(); }, save, observe,
+    SubProgress(progress, 0.02, 1.0));
+  return trainer;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Training of the positional encoding that serves many surfaces. This header needs no torch.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "IO/Mesh/SignalDataset.h"
+#include "Learning/Models/PoissonNetModel.h"
+#include "Learning/Training/TrainingOptions.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+struct EncodingTrainingOptions : TrainingOptions
+{
+  std::int64_t Eigenfunctions = 64; ///< channels of the encoding, >= 1; the paper's 64
+  std::int64_t Width = 64;          ///< hidden channels
+  std::int64_t Blocks = 4;
+  std::int64_t ComplexLayers = 3;
+  bool InnerProducts = true;
+  std::int64_t BatchSize = 4; ///< surfaces in an iteration, >= 1
+};
+
+/// @throws InvalidInput naming the first option that is out of its range.
+void CheckOptions(const EncodingTrainingOptions& options);
+
+/// Trains a PoissonNet that predicts, from the positions of a surface, the lowest eigenfunctions of the Laplacian of one
+/// reference surface at the same places (section 5.1.2 and appendix B.1 of "Matérn Noise for Triangulation-Agnostic Flow
+/// Matching on Meshes"): coordinates that mean the same on all surfaces of a kind, in any pose.
+///
+/// The dataset holds positions. Its surfaces must correspond: all sources have the triangles of the first, which is the
+/// reference; each source and each of its samples is a surface of the training. The eigenfunctions (without the constant)
+/// are scaled to mean square 1; the loss is the mean squared error over the surface. Surfaces are moved to their centroid
+/// and scaled to area 1, which stands for the paper's random scales and shifts.
+class EncodingTrainer
+{
+public:
+  /// @throws InvalidInput when an option is out of range, the dataset holds other signals than positions, triangles differ,
+  /// or the reference does not meet FlowMatchingSampler::Requirements() or has too few vertices; SolverFailure; Cancelled.
+  EncodingTrainer(SignalDataset dataset, const EncodingTrainingOptions& options, const Progress& progress = {});
+  ~EncodingTrainer();
+  EncodingTrainer(EncodingTrainer&&) noexcept;
+  EncodingTrainer& operator=(EncodingTrainer&&) noexcept;
+
+  /// One iteration. @throws SolverFailure when the loss is not finite; InvalidInput when a surface is degenerate.
+  TrainingStep Step();
+  std::int64_t Iteration() const;
+  const std::vector<TrainingStep>& History() const;
+
+  /// As FlowMatchingTrainer's.
+  void SaveCheckpoint(const std::string& path) const;
+  void LoadCheckpoint(const std::string& path);
+
+  /// The encoder, to be given to a FlowMatchingTrainer or written with WritePoissonNet().
+  PoissonNetModel Model() const;
+
+private:
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+/// Trains to the last iteration, with checkpoints, as TrainFlowMatching().
+EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptions& options, const TrainingFiles& files,
+  const TrainingObserver& observe = {}, const Progress& progress = {});
+
+} // namespace surfsynth

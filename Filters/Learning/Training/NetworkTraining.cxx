@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/NetworkTraining.h"
+
+#include "Core/Common/Errors.h"
+#include "Learning/Models/InitialWeights.h"
+#include "Learning/Training/AdamMoments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+ModelTensor ToModelTensor(const torch::Tensor& tensor)
+{
+  const torch::Tensor values = tensor.detach().to(torch::kCPU, torch::kFloat32).contiguous();
+  const float* data = values.data_ptr<float>();
+  return { values.sizes().vec(), std::vector<float>(data, data + values.numel()) };
+}
+
+/// The tensor of that name in a checkpoint, on the device of @p like.
+torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name,
+  const torch::Tensor& like)
+{
+  const auto found = checkpoint.Tensors.find(name);
+  if (found == checkpoint.Tensors.end() || found->second.Shape != like.sizes().vec())
+  {
+    throw ModelMismatch(file + ": the tensor \"" + name +
+      "\" is missing or has another shape; expected a checkpoint of this training.");
+  }
+  return torch::from_blob(const_cast<float*>(found->second.Values.data()), found->second.Shape, torch::kFloat32)
+    .to(like.device(), torch::kFloat32, false, true);
+}
+}
+
+torch::Device ChooseDevice(TrainingDevice wanted)
+{
+  const bool available = torch::cuda::is_available();
+  if (wanted == TrainingDevice::CUDA && !available)
+  {
+    throw InvalidInput("The device is CUDA and LibTorch finds none; expected Auto or CPU here.");
+  }
+  return wanted != TrainingDevice::CPU && available ? torch::kCUDA : torch::kCPU;
+}
+
+torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device)
+{
+  return torch::from_blob(const_cast<float*>(matrix.data()), { matrix.rows(), matrix.cols() }, torch::kFloat32)
+    .to(device, torch::kFloat32, false, true);
+}
+
+NetworkTraining::NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options)
+  : Options(options)
+  , Where(ChooseDevice(options.Device))
+  , Net(MakePoissonNet(InitialPoissonNet(network, options.Seed)))
+{
+  this->Net->to(this->Where);
+  this->Adam = std::make_unique<torch::optim::Adam>(
+    this->Net->parameters(), torch::optim::AdamOptions(options.LearningRate));
+  for (const torch::Tensor& parameter : this->Net->parameters())
+  {
+    this->Averages.push_back(parameter.detach().clone());
+  }
+}
+
+double NetworkTraining::LearningRate() const
+{
+  const std::vector<std::int64_t> milestones = this->Options.Milestones.empty()
+    ? std::vector<std::int64_t>{ this->Options.Iterations / 4 }
+    : this->Options.Milestones;
+  const auto passed = std::count_if(
+    milestones.begin(), milestones.end(), [this](std::int64_t milestone) { return this->Iteration() >= milestone; });
+  return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
+}
+
+void NetworkTraining::Begin() { this->Adam->zero_grad(); }
+
+TrainingStep NetworkTraining::End(TrainingStep step)
+{
+  step.Iteration = this->Iteration() + 1;
+  step.LearningRate = this->LearningRate();
+  const double limit =
+    this->Options.GradientClip > 0.0 ? this->Options.GradientClip : std::numeric_limits<double>::infinity();
+  step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Net->parameters(), limit);
+  if (!std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
+  {
+    throw SolverFailure("The loss or its gradient is not finite in iteration " + std::to_string(step.Iteration) +
+      " of the training; expected a lower learning rate, or samples without outliers.");
+  }
+  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(step.LearningRate);
+  this->Adam->step();
+  this->UpdateAverages();
+  this->Steps.push_back(step);
+  return step;
+}
+
+void NetworkTraining::UpdateAverages()
+{
+  const torch::NoGradGuard noGradients;
+  const auto done = static_cast<double>(this->Iteration());
+  const double keep =
+    this->Options.WeightAveraging > 0.0 ? std::min(this->Options.WeightAveraging, (1.0 + done) / (10.0 + done)) : 0.0;
+  const std::vector<torch::Tensor> parameters = this->Net->parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+  {
+    this->Averages[k].mul_(keep).add_(parameters[k], 1.0 - keep);
+  }
+}
+
+PoissonNetModel NetworkTraining::Model()
+{
+  PoissonNetModel model = ModelOf(*this->Net);
+  std::size_t number = 0;
+  for (const auto& parameter : this->Net->named_parameters())
+  {
+    model.Tensors[parameter.key()] = ToModelTensor(this->Averages[number++]);
+  }
+  return model;
+}
+
+TrainingCheckpoint NetworkTraining::Checkpoint()
+{
+  TrainingCheckpoint checkpoint;
+  checkpoint.History = this->Steps;
+  std::size_t number = 0;
+  for (const auto& parameter : this->Net->named_parameters())
+  {
+    const std::string& name = parameter.key();
+    checkpoint.Tensors["network." + name] = ToModelTensor(parameter.value());
+    checkpoint.Tensors["average." + name] = ToModelTensor(this->Averages[number++]);
+    const AdamMoments moments = GetMoments(*this->Adam, parameter.value());
+    if (moments.Mean.defined())
+    {
+      checkpoint.Tensors["adam_mean." + name] = ToModelTensor(moments.Mean);
+      checkpoint.Tensors["adam_square." + name] = ToModelTensor(moments.Square);
+    }
+  }
+  return checkpoint;
+}
+
+void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
+{
+  const torch::NoGradGuard noGradients;
+  const auto parameters = this->Net->named_parameters();
+  // All that can fail comes first, so that a training is not left half restored.
+  std::vector<torch::Tensor> weights;
+  std::vector<torch::Tensor> averages;
+  std::vector<AdamMoments> moments;
+  for (const auto& parameter : parameters)
+  {
+    const auto read = [&](const char* what)
+    { return ReadTensor(file, checkpoint, what + parameter.key(), parameter.value()); };
+    weights.push_back(read("network."));
+    averages.push_back(read("average."));
+    if (!checkpoint.History.empty())
+    {
+      moments.push_back({ read("adam_mean."), read("adam_square.") });
+    }
+  }
+  this->Steps = checkpoint.History;
+  this->Averages = std::move(averages);
+  for (std::size_t k = 0; k < weights.size(); ++k)
+  {
+    torch::Tensor parameter = parameters[k].value();
+    parameter.copy_(weights[k]);
+    if (!moments.empty())
+    {
+      SetMoments(*this->Adam, parameter, moments[k], this->Iteration());
+    }
+  }
+}
+
+} // namespace surfsynth

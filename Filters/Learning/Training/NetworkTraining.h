@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What every training has: a network, its optimiser, averages of its weights, a history and checkpoints of them. Private to
+/// the training.
+#pragma once
+
+#include "Learning/Models/PoissonNet.h"
+#include "Learning/Models/PoissonNetEvaluator.h"
+#include "Learning/Training/TrainingCheckpoint.h"
+#include "Learning/Training/TrainingOptions.h"
+
+#include <torch/torch.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// @throws InvalidInput when CUDA is asked for and LibTorch finds none.
+torch::Device ChooseDevice(TrainingDevice wanted);
+
+/// The numbers of a matrix as a float32 tensor on @p device.
+torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device);
+
+/// A PoissonNet under training by Adam.
+class NetworkTraining
+{
+public:
+  /// Weights of InitialPoissonNet() on the device that @p options choose.
+  NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options);
+
+  const torch::Device& Device() const { return this->Where; }
+  PoissonNetImpl& Network() { return *this->Net; }
+  /// Number of iterations done.
+  std::int64_t Iteration() const { return static_cast<std::int64_t>(this->Steps.size()); }
+  const std::vector<TrainingStep>& History() const { return this->Steps; }
+
+  /// Forgets the gradients; the iteration's own follow by backward() on its losses.
+  void Begin();
+  /// Clips the gradients, takes a step of Adam and updates the averages. Fills in what @p step lacks, and remembers it.
+  /// @throws SolverFailure when loss or gradient is not finite.
+  TrainingStep End(TrainingStep step);
+
+  /// The averaged weights. Fields other than Options and Tensors are left empty.
+  PoissonNetModel Model();
+
+  TrainingCheckpoint Checkpoint();
+  /// @param file for messages. @throws ModelMismatch when tensors are missing or of another shape; nothing has changed
+  /// then.
+  void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
+
+private:
+  double LearningRate() const;
+  void UpdateAverages();
+
+  TrainingOptions Options;
+  torch::Device Where;
+  PoissonNet Net;
+  std::unique_ptr<torch::optim::Adam> Adam;
+  std::vector<torch::Tensor> Averages; ///< of the parameters, in their order
+  std::vector<TrainingStep> Steps;
+};
+
+} // namespace surfsynth
