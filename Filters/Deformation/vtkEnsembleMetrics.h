@@ -100,11 +100,6 @@ public:
   vtkBooleanMacro(RemoveCentroid, bool);
   ///@}
 
-  /**
-   * The source: the surface that gives the points their mass.
-   */
-  void SetSourceConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(2, output); }
-
   ///@{
   /**
    * The metrics of the last update, as in the table of port 0; 0 when there are none.
