@@ -497,22 +497,27 @@ TEST(EnsembleMetrics, RefusesValuesThatAreNotFinite)
 
 TEST(EnsembleMetrics, ProgressIsMonotoneEndsAtOneAndStaysOnTheThread)
 {
-  std::vector<double> reports;
-  bool foreign = false;
-  const auto thread = std::this_thread::get_id();
-  const auto record = [&](double fraction) {
-    foreign = foreign || std::this_thread::get_id() != thread;
-    reports.push_back(fraction);
-    return true;
-  };
-  const ThreadScope scope(3);
-  Compare(RandomSamples(60, 300, 18), RandomSamples(60, 300, 19), 3, RandomMass(100), {}, record);
-  EXPECT_GT(reports.size(), 20u);
-  EXPECT_LT(reports.size(), 400u);
-  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
-  EXPECT_EQ(reports.front(), 0.0);
-  EXPECT_EQ(reports.back(), 1.0);
-  EXPECT_FALSE(foreign);
+  const Samples generated = RandomSamples(60, 3 * 1000, 18);
+  const Samples reference = RandomSamples(60, 3 * 1000, 19);
+  for (const int threads : { 1, 3 })
+  {
+    std::vector<double> reports;
+    bool foreign = false;
+    const auto thread = std::this_thread::get_id();
+    const auto record = [&](double fraction) {
+      foreign = foreign || std::this_thread::get_id() != thread;
+      reports.push_back(fraction);
+      return true;
+    };
+    const ThreadScope scope(threads);
+    Compare(generated, reference, 3, RandomMass(1000), {}, record);
+    EXPECT_GT(reports.size(), threads == 1 ? 50u : 2u);
+    EXPECT_LT(reports.size(), 200u) << "about a hundred, and twenty a second";
+    EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+    EXPECT_EQ(reports.front(), 0.0);
+    EXPECT_EQ(reports.back(), 1.0);
+    EXPECT_FALSE(foreign);
+  }
 }
 
 TEST(EnsembleMetrics, StopsWithinASecondWhereverItIs)

@@ -110,7 +110,7 @@ void InspectSamples(SampleUnion& samples, bool removeCentroid, WorkMeter& meter)
     found[static_cast<std::size_t>(sample)] = Inspect(samples, sample, mean, meter);
     centroids.row(sample) = mean;
   };
-  ParallelTasks(samples.Size(), inspect, [&] { meter.Tell(); });
+  ParallelTasks(samples.Size(), inspect, [&] { meter.Advance(0); });
   for (std::int64_t sample = 0; sample < samples.Size(); ++sample)
   {
     const Inspection& of = found[static_cast<std::size_t>(sample)];
@@ -155,7 +155,7 @@ double MeanError(const SampleUnion& samples, WorkMeter& meter)
     sums[static_cast<std::size_t>(block)] =
       PartialDistance(samples, means[0].data(), means[1].data(), begin, count);
   };
-  ParallelTasks(blocks, add, [&] { meter.Tell(); });
+  ParallelTasks(blocks, add, [&] { meter.Advance(0); });
   double sum = 0.0;
   for (const double part : sums)
   {
@@ -203,7 +203,7 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
   SampleUnion samples = Join(ensembles, mass, options);
   const std::int64_t size = samples.Size();
   WorkMeter meter(progress, (2 * size + size * (size - 1) / 2) * mass.size());
-  meter.Tell();
+  Report(progress, 0.0);
   InspectSamples(samples, options.RemoveCentroid, meter);
   EnsembleMetrics metrics;
   metrics.MeanError = MeanError(samples, meter);

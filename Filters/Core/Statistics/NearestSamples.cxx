@@ -40,10 +40,12 @@ struct Tile
   }
 };
 
-/// Tiles as large as leaves enough for all threads; results do not depend on their size.
+/// Tiles as large as leaves several for each thread; results do not depend on their size.
 std::vector<Tile> TilesOf(std::int64_t samples)
 {
-  const std::int64_t size = std::clamp<std::int64_t>(samples / (4 * MaximumThreads()), 1, LargestTile);
+  const int threads = MaximumThreads();
+  const auto sides = static_cast<std::int64_t>(threads > 1 ? std::ceil(std::sqrt(8.0 * threads)) : 1.0);
+  const std::int64_t size = std::clamp<std::int64_t>((samples + sides - 1) / sides, 1, LargestTile);
   const auto range = [&](std::int64_t begin) { return Range{ begin, std::min(begin + size, samples) }; };
   std::vector<Tile> tiles;
   for (std::int64_t row = 0; row < samples; row += size)
@@ -204,7 +206,7 @@ std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, WorkMeter& me
     offer(tile.Rows, 0);
     offer(tile.Columns, tile.Rows.Size());
   };
-  ParallelTasks(static_cast<std::int64_t>(tiles.size()), search, [&] { meter.Tell(); });
+  ParallelTasks(static_cast<std::int64_t>(tiles.size()), search, [&] { meter.Advance(0); });
   return neighbours;
 }
 

@@ -23,18 +23,18 @@ void WorkMeter::Advance(std::int64_t work)
   const bool muchDone = done - this->DoneWhenTold >= this->Total / 100;
   if (muchDone || Clock::now() - this->LastTold >= std::chrono::milliseconds(50))
   {
-    this->Tell();
+    this->Tell(done);
   }
 }
 
-void WorkMeter::Tell()
+void WorkMeter::Tell(std::int64_t done)
 {
-  this->DoneWhenTold = this->Done;
+  this->DoneWhenTold = done;
   this->LastTold = Clock::now();
   const double total = static_cast<double>(std::max<std::int64_t>(this->Total, 1));
   try
   {
-    Report(this->Callback, std::min(static_cast<double>(this->DoneWhenTold) / total, 1.0));
+    Report(this->Callback, std::min(static_cast<double>(done) / total, 1.0));
   }
   catch (...)
   {

@@ -23,15 +23,13 @@ public:
     , Total(total)
   {}
 
-  /// To be called a few times a second on every thread.
+  /// To be called several times a second on every thread, with 0 while it only waits.
   /// @throws Cancelled
   void Advance(std::int64_t work);
 
-  /// To be called about twenty times a second on the reporting thread while it only waits.
-  /// @throws Cancelled
-  void Tell();
-
 private:
+  void Tell(std::int64_t done);
+
   using Clock = std::chrono::steady_clock;
 
   const Progress& Callback;
