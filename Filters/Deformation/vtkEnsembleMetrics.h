@@ -100,6 +100,11 @@ public:
   vtkBooleanMacro(RemoveCentroid, bool);
   ///@}
 
+  /**
+   * Takes the source away again: for ParaView, which cannot name a port in doing so.
+   */
+  void RemoveSource() { this->SetInputConnection(2, nullptr); }
+
   ///@{
   /**
    * The metrics of the last update, as in the table of port 0; 0 when there are none.

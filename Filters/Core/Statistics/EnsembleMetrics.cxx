@@ -61,6 +61,7 @@ SampleUnion Join(const EnsemblePair& ensembles, const Eigen::VectorXd& mass, con
   joined.NumberOfGenerated = static_cast<std::int64_t>(ensembles.Generated.size());
   joined.NumberOfComponents = ensembles.NumberOfComponents;
   joined.Weight = Weights(mass);
+  joined.AllWeigh = joined.Weight.minCoeff() > 0.0;
   joined.Centroid = RowMatrix::Zero(joined.Size(), joined.NumberOfComponents);
   joined.Distance = options.Distance;
   return joined;
@@ -87,7 +88,8 @@ Inspection Inspect(const SampleUnion& samples, std::int64_t sample, Eigen::Vecto
     const Eigen::Index count = std::min(step, points - begin);
     CopyPlanes(samples, sample, begin, count, planes.data());
     const Eigen::Map<const RowMatrix> values(planes.data(), components, count);
-    for (Eigen::Index p = 0; p < count; ++p)
+    const bool finite = values.allFinite(); // of the block at once, because columns are slow to look at
+    for (Eigen::Index p = 0; !finite && p < count; ++p)
     {
       if (!values.col(p).allFinite())
       {

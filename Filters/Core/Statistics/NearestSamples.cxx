@@ -124,13 +124,14 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
   return found;
 }
 
-template <typename Value>
+template <bool AllWeigh, typename Value>
 void CopyPlane(const Value* values, Eigen::Index components, const double* weights, Eigen::Index count,
   double centroid, double* plane)
 {
   for (Eigen::Index p = 0; p < count; ++p)
   {
-    plane[p] = weights[p] > 0.0 ? static_cast<double>(values[p * components]) - centroid : 0.0;
+    const double value = static_cast<double>(values[p * components]) - centroid;
+    plane[p] = AllWeigh || weights[p] > 0.0 ? value : 0.0;
   }
 }
 } // namespace
@@ -144,11 +145,14 @@ void CopyPlanes(
   const SampleUnion& samples, std::int64_t sample, Eigen::Index begin, Eigen::Index count, double* planes)
 {
   const Eigen::Index components = samples.NumberOfComponents;
+  const double* weights = samples.Weight.data() + begin;
   const auto copy = [&](const auto* values) {
     for (Eigen::Index c = 0; c < components; ++c)
     {
-      CopyPlane(values + begin * components + c, components, samples.Weight.data() + begin, count,
-        samples.Centroid(sample, c), planes + c * count);
+      const auto* first = values + begin * components + c;
+      samples.AllWeigh
+        ? CopyPlane<true>(first, components, weights, count, samples.Centroid(sample, c), planes + c * count)
+        : CopyPlane<false>(first, components, weights, count, samples.Centroid(sample, c), planes + c * count);
     }
   };
   std::visit(copy, samples.Samples[static_cast<std::size_t>(sample)]);
