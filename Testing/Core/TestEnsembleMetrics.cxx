@@ -5,6 +5,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Statistics/EnsembleMetrics.h"
+#include "Core/Statistics/PairKernels.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -467,6 +468,33 @@ TEST(EnsembleMetrics, TheSameBitsForEveryNumberOfThreads)
   {
     ExpectSameBits(withThreads(threads), expected);
   }
+}
+
+TEST(EnsembleMetrics, TheSameBitsWithEveryInstructionSet)
+{
+#ifdef __x86_64__
+  if (!__builtin_cpu_supports("avx2"))
+  {
+    GTEST_SKIP() << "this processor has one variant only";
+  }
+  const bool hasAvx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+    __builtin_cpu_supports("avx512vl");
+  const Samples planes = RandomSamples(3, 5 * 100, 21);
+  for (const int components : { 1, 2, 3, 5 })
+  {
+    for (const int count : { 1, 7, 8, 9, 100 })
+    {
+      for (const bool squared : { false, true })
+      {
+        const PairOfPlanes pair{ planes[0].data(), planes[1].data(), planes[2].data(), components, count, squared };
+        EXPECT_EQ(AddUpPairAvx2(pair), AddUpPairGeneric(pair));
+        EXPECT_EQ(hasAvx512 ? AddUpPairAvx512(pair) : AddUpPairGeneric(pair), AddUpPairGeneric(pair));
+      }
+    }
+  }
+#else
+  GTEST_SKIP() << "this processor has one variant only";
+#endif
 }
 
 TEST(EnsembleMetrics, RefusesWhatHasNoMeaning)

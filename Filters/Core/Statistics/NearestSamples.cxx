@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Statistics/PairKernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -134,6 +135,21 @@ void CopyPlane(const Value* values, Eigen::Index components, const double* weigh
     plane[p] = AllWeigh || weights[p] > 0.0 ? value : 0.0;
   }
 }
+
+using AddFunction = double (*)(const PairOfPlanes&);
+
+/// The variant for the widest vectors that this processor has.
+AddFunction BestAdd()
+{
+#ifdef SURFACE_SYNTHESIS_X86_KERNELS
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
+    ? AddUpPairAvx512
+    : __builtin_cpu_supports("avx2") ? AddUpPairAvx2
+                                     : AddUpPairGeneric;
+#else
+  return AddUpPairGeneric;
+#endif
+}
 } // namespace
 
 Eigen::Index PointsOfBlock(const SampleUnion& samples)
@@ -161,30 +177,15 @@ void CopyPlanes(
 double PartialDistance(
   const SampleUnion& samples, const double* a, const double* b, Eigen::Index begin, Eigen::Index count)
 {
-  const auto plane = [count](const double* planes, Eigen::Index c) {
-    return Eigen::Map<const Eigen::ArrayXd>(planes + c * count, count);
-  };
-  const auto weight = samples.Weight.segment(begin, count).array();
-  const auto add = [&](const auto& squares) {
-    return samples.Distance == SampleDistance::RMS ? (weight * squares).sum() : (weight * squares.sqrt()).sum();
-  };
-  const auto square = [&](Eigen::Index c) { return (plane(a, c) - plane(b, c)).square(); };
-  switch (samples.NumberOfComponents)
-  {
-    case 1:
-      return samples.Distance == SampleDistance::RMS ? (weight * square(0)).sum()
-                                                     : (weight * (plane(a, 0) - plane(b, 0)).abs()).sum();
-    case 3: // in one pass
-      return add(square(0) + square(1) + square(2));
-    default:
-      break;
-  }
-  Eigen::ArrayXd squares = square(0);
-  for (Eigen::Index c = 1; c < samples.NumberOfComponents; ++c)
-  {
-    squares += square(c);
-  }
-  return add(squares);
+  static const AddFunction add = BestAdd();
+  PairOfPlanes pair;
+  pair.A = a;
+  pair.B = b;
+  pair.Weights = samples.Weight.data() + begin;
+  pair.Components = samples.NumberOfComponents;
+  pair.Count = count;
+  pair.Squared = samples.Distance == SampleDistance::RMS;
+  return add(pair);
 }
 
 double FinishedDistance(SampleDistance distance, double sum)
