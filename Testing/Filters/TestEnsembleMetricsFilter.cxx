@@ -110,10 +110,7 @@ vtkSmartPointer<vtkEnsembleMetrics> Compared(vtkDataObject* generated, vtkDataOb
   return filter;
 }
 
-vtkTable* TableOf(vtkAlgorithm* filter, int port)
-{
-  return vtkTable::SafeDownCast(filter->GetOutputDataObject(port));
-}
+vtkTable* TableOf(vtkAlgorithm* filter, int port) { return vtkTable::SafeDownCast(filter->GetOutputDataObject(port)); }
 
 double ValueOf(vtkAlgorithm* filter, const char* column)
 {

@@ -16,10 +16,7 @@ namespace surfsynth
 
 namespace
 {
-[[noreturn]] void Refuse(const std::string& text)
-{
-  throw InvalidInput("ComputeEnsembleMetrics: " + text);
-}
+[[noreturn]] void Refuse(const std::string& text) { throw InvalidInput("ComputeEnsembleMetrics: " + text); }
 
 /// Masses divided by their sum. Dividing by the largest first keeps the sum of huge ones finite.
 Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
@@ -28,7 +25,8 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
   {
     if (!std::isfinite(mass[v]) || mass[v] < 0.0)
     {
-      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) + "; expected a finite number of at "
+      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) +
+        "; expected a finite number of at "
         "least 0.");
     }
   }
@@ -154,8 +152,7 @@ double MeanError(const SampleUnion& samples, WorkMeter& meter)
     }
     means[0] /= generated;
     means[1] /= references;
-    sums[static_cast<std::size_t>(block)] =
-      PartialDistance(samples, means[0].data(), means[1].data(), begin, count);
+    sums[static_cast<std::size_t>(block)] = PartialDistance(samples, means[0].data(), means[1].data(), begin, count);
   };
   ParallelTasks(blocks, add, [&] { meter.Advance(0); });
   double sum = 0.0;
@@ -210,8 +207,8 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
   EnsembleMetrics metrics;
   metrics.MeanError = MeanError(samples, meter);
   Summarize(samples, FindNeighbours(samples, meter), metrics);
-  if (!std::isfinite(metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing +
-        metrics.ReferenceSpacing))
+  if (!std::isfinite(
+        metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing + metrics.ReferenceSpacing))
   {
     Refuse("the sum of the values or of the distances is not finite; expected values below about 1e150.");
   }

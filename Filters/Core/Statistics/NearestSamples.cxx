@@ -85,8 +85,8 @@ RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, WorkMeter& meter
       const double* row = rows.data() + (a - tile.Rows.Begin) * stride;
       for (std::int64_t b = tile.FirstColumn(a); b < tile.Columns.End; ++b)
       {
-        sums(a - tile.Rows.Begin, b - tile.Columns.Begin) +=
-          PartialDistance(samples, row, columns.data() + (b - tile.Columns.Begin) * stride, begin, count);
+        sums(a - tile.Rows.Begin, b - tile.Columns.Begin) += PartialDistance(
+          samples, row, columns.data() + (b - tile.Columns.Begin) * stride, begin, count);
       }
     }
     meter.Advance(tile.Pairs() * count);
@@ -108,8 +108,7 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
   {
     for (std::int64_t b = tile.FirstColumn(a); b < tile.Columns.End; ++b)
     {
-      const double distance =
-        FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
+      const double distance = FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
       if (!std::isfinite(distance))
       {
         throw InvalidInput("ComputeEnsembleMetrics: the distance of " + NameOf(samples, a) + " and " +
@@ -126,8 +125,8 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
 }
 
 template <bool AllWeigh, typename Value>
-void CopyPlane(const Value* values, Eigen::Index components, const double* weights, Eigen::Index count,
-  double centroid, double* plane)
+void CopyPlane(const Value* values, Eigen::Index components, const double* weights, Eigen::Index count, double centroid,
+  double* plane)
 {
   for (Eigen::Index p = 0; p < count; ++p)
   {
@@ -157,8 +156,7 @@ Eigen::Index PointsOfBlock(const SampleUnion& samples)
   return std::max<Eigen::Index>(NumbersOfBlock / samples.NumberOfComponents, 16);
 }
 
-void CopyPlanes(
-  const SampleUnion& samples, std::int64_t sample, Eigen::Index begin, Eigen::Index count, double* planes)
+void CopyPlanes(const SampleUnion& samples, std::int64_t sample, Eigen::Index begin, Eigen::Index count, double* planes)
 {
   const Eigen::Index components = samples.NumberOfComponents;
   const double* weights = samples.Weight.data() + begin;

@@ -19,8 +19,8 @@ struct PairOfPlanes
   bool Squared = false; ///< add up squares, not lengths
 };
 
-/// sum_p w_p || a_p - b_p ||, or with the squares of the norms. The same bits in all variants: eight sums, of every eighth
-/// point, are added up in the end.
+/// sum_p w_p || a_p - b_p ||, or with the squares of the norms. The same bits in all variants: eight sums, of every
+/// eighth point, are added up in the end.
 double AddUpPairGeneric(const PairOfPlanes& pair);
 double AddUpPairAvx2(const PairOfPlanes& pair);
 double AddUpPairAvx512(const PairOfPlanes& pair);

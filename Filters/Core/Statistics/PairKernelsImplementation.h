@@ -3,9 +3,9 @@
 /// The body of the AddUpPair variants, included once for each instruction set by a file that defines
 /// SURFSYNTH_ADD_UP_PAIR (name of the function to define).
 ///
-/// The loops over lanes are plain so that compilers turn them into vector code; contraction of products and sums is off,
-/// so that the bits are the same everywhere: see the flags in CMakeLists.txt. Calls no inline function with external
-/// linkage: the linker might keep the copy that was compiled for the wide instruction set for everybody.
+/// The loops over lanes are plain so that compilers turn them into vector code; contraction of products and sums is
+/// off, so that the bits are the same everywhere: see the flags in CMakeLists.txt. Calls no inline function with
+/// external linkage: the linker might keep the copy that was compiled for the wide instruction set for everybody.
 #pragma once
 
 #include "Core/Statistics/PairKernels.h"
