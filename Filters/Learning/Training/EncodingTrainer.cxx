@@ -52,7 +52,7 @@ void RequireCorrespondence(const SignalDataset& dataset)
 
 TriangleMesh UnitArea(const TriangleMesh& mesh)
 {
-  return Normalised(mesh, ComputeNormalisation(mesh, InputNormalisation::SurfaceArea));
+  return Normalised(mesh, FlowNormalisation(mesh));
 }
 
 /// Eigenfunctions 1 to @p count of the Laplacian of @p mesh with mean square 1, [V, count].

@@ -152,7 +152,7 @@ TrainingSource PrepareSource(SignalSource& source, const FlowMatchingModel& fram
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
   const MeshTopology topology = RequireSoundMesh(source.Mesh, FlowMatchingSampler::Requirements());
-  const MeshNormalisation normalisation = ComputeNormalisation(source.Mesh, InputNormalisation::SurfaceArea);
+  const MeshNormalisation normalisation = FlowNormalisation(source.Mesh);
   TriangleMesh mesh = Normalised(std::move(source.Mesh), normalisation);
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;
