@@ -11,13 +11,19 @@ from .pipeline import apply_filter
 TOGETHER = 500
 
 
-def in_parts(algorithm, dataset, samples, first_sample, progress=None):
-    """The outputs of a filter with NumberOfSamples and FirstSample, one after the other, which together hold so many
-    samples. Raises what apply_filter() raises, ValueError and TypeError."""
+def checked_range(samples, first_sample):
+    """The two, which are integers of which the last sample's index is one, too; raises ValueError and TypeError."""
     samples = integer("samples", samples, 1)
     first_sample = integer("first_sample", first_sample, 0)
     if first_sample > INT_MAX - samples + 1:
         raise ValueError(f"first_sample + samples must be at most {INT_MAX + 1}, not {first_sample + samples}")
+    return samples, first_sample
+
+
+def in_parts(algorithm, dataset, samples, first_sample, progress=None):
+    """The outputs of a filter with NumberOfSamples and FirstSample, one after the other, which together hold so many
+    samples. Raises what apply_filter() raises, ValueError and TypeError."""
+    samples, first_sample = checked_range(samples, first_sample)
     for begin in range(0, samples, TOGETHER):
         count = min(TOGETHER, samples - begin)
         algorithm.SetFirstSample(first_sample + begin)
