@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMaternNoiseFilter.h"
 
+#include "NoiseArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -13,7 +14,6 @@
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
@@ -55,17 +55,6 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
                                                                      : defaults.NumberOfEigenpairs;
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   return options;
-}
-
-/// An array that fails with bad_alloc when there is no memory for it, which vtkDoubleArray's own allocation need not.
-vtkSmartPointer<vtkDoubleArray> NewArray(const std::string& name, vtkIdType tuples, int components)
-{
-  std::unique_ptr<double[]> values(new double[static_cast<std::size_t>(tuples) * static_cast<std::size_t>(components)]);
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name.c_str());
-  array->SetNumberOfComponents(components);
-  array->SetArray(values.release(), tuples * components, 0, vtkDoubleArray::VTK_DATA_ARRAY_DELETE);
-  return array;
 }
 } // namespace
 
@@ -211,31 +200,19 @@ private:
     }
   }
 
-  std::string ArrayName(std::uint32_t sample) const
-  {
-    const std::string& name = this->Self->OutputArrayName;
-    return this->Self->NumberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
-  }
-
   void Sample(const MaternField& field, const surfsynth::SampleRequest& request, vtkPolyData* output,
     const surfsynth::Progress& progress) const
   {
     std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
     const auto newArray = [&](std::uint32_t sample) {
-      arrays.push_back(NewArray(
-        this->ArrayName(sample), output->GetNumberOfPoints(), static_cast<int>(request.NumberOfComponents)));
+      const int components = static_cast<int>(request.NumberOfComponents);
+      arrays.push_back(
+        surfsynth::NewNoiseArray(surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
+          output->GetNumberOfPoints(), components));
       return arrays.back()->GetPointer(0);
     };
     field.SampleInto(request, newArray, progress);
-    vtkPointData* pointData = output->GetPointData();
-    for (const auto& array : arrays)
-    {
-      pointData->AddArray(array);
-    }
-    if (!pointData->GetScalars() && !arrays.empty())
-    {
-      pointData->SetActiveScalars(arrays.front()->GetName());
-    }
+    surfsynth::AddNoiseArrays(arrays, output);
   }
 
   vtkMaternNoiseFilter* Self;

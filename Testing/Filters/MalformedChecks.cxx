@@ -204,16 +204,24 @@ vtkSmartPointer<vtkMultiBlockDataSet> BetweenGoodBlocks(vtkDataObject* middle, c
   return blocks;
 }
 
+/// The point arrays of two datasets, or of all leaves of two composite ones.
 void ExpectSameArrays(vtkDataObject* block, vtkDataObject* expected)
 {
-  auto* a = vtkPointSet::SafeDownCast(block);
-  auto* b = vtkPointSet::SafeDownCast(expected);
-  ASSERT_TRUE(a && b);
-  ASSERT_EQ(a->GetPointData()->GetNumberOfArrays(), b->GetPointData()->GetNumberOfArrays());
-  for (int k = 0; k < a->GetPointData()->GetNumberOfArrays(); ++k)
+  const Leaves leaves = LeavesOf(block);
+  const Leaves wanted = LeavesOf(expected);
+  ASSERT_EQ(leaves.size(), wanted.size());
+  ASSERT_FALSE(leaves.empty());
+  for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf)
   {
-    EXPECT_TRUE(SameBits(a->GetPointData()->GetArray(k), b->GetPointData()->GetArray(k)))
-      << "a good block changed beside a bad one";
+    auto* a = vtkPointSet::SafeDownCast(leaves[leaf].second);
+    auto* b = vtkPointSet::SafeDownCast(wanted[leaf].second);
+    ASSERT_TRUE(a && b);
+    ASSERT_EQ(a->GetPointData()->GetNumberOfArrays(), b->GetPointData()->GetNumberOfArrays());
+    for (int k = 0; k < a->GetPointData()->GetNumberOfArrays(); ++k)
+    {
+      EXPECT_TRUE(SameBits(a->GetPointData()->GetArray(k), b->GetPointData()->GetArray(k)))
+        << "a good block changed beside a bad one";
+    }
   }
 }
 } // namespace

@@ -3,6 +3,7 @@
 // R1, R2, R3 and R6 of every filter, on the corpus of malformed inputs.
 #include "MalformedCorpus.h"
 
+#include "vtkGaussianMixtureFilter.h"
 #include "vtkMaternNoiseFilter.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +15,13 @@ using namespace surfsynthtest;
 namespace
 {
 vtkSmartPointer<vtkAlgorithm> MakeMaternNoise() { return vtkSmartPointer<vtkMaternNoiseFilter>::New(); }
+
+vtkSmartPointer<vtkAlgorithm> MakeGaussianMixture()
+{
+  auto filter = vtkSmartPointer<vtkGaussianMixtureFilter>::New();
+  filter->SetSeparation(0.0); // so that the smallest surfaces have room for the centres
+  return filter;
+}
 
 class MalformedInput : public ::testing::TestWithParam<MalformedCase>
 {};
@@ -34,5 +42,9 @@ TEST(MalformedCorpus, HoldsAtLeastNinetyDifferentCases)
 TEST_P(MalformedInput, ToMaternNoise) { CheckAlone(GetParam(), MakeMaternNoise); }
 
 TEST_P(MalformedInput, BetweenGoodBlocksToMaternNoise) { CheckAsBlock(GetParam(), MakeMaternNoise); }
+
+TEST_P(MalformedInput, ToGaussianMixture) { CheckAlone(GetParam(), MakeGaussianMixture); }
+
+TEST_P(MalformedInput, BetweenGoodBlocksToGaussianMixture) { CheckAsBlock(GetParam(), MakeGaussianMixture); }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);

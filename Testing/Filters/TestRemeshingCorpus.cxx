@@ -4,6 +4,7 @@
 #include "MalformedCorpus.h"
 
 #include "vtkIsotropicRemeshFilter.h"
+#include "vtkPoseEnsembleFilter.h"
 #include "vtkSurfaceRepairFilter.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +15,13 @@ namespace
 {
 vtkSmartPointer<vtkAlgorithm> MakeRemesh() { return vtkSmartPointer<vtkIsotropicRemeshFilter>::New(); }
 vtkSmartPointer<vtkAlgorithm> MakeRepair() { return vtkSmartPointer<vtkSurfaceRepairFilter>::New(); }
+
+vtkSmartPointer<vtkAlgorithm> MakePoses()
+{
+  auto filter = vtkSmartPointer<vtkPoseEnsembleFilter>::New();
+  filter->SetNumberOfSamples(2);
+  return filter;
+}
 
 /// Remeshing needs consistent winding and manifold points beyond a sound surface.
 FilterTraits RemeshTraits()
@@ -37,6 +45,11 @@ class MalformedSurface : public ::testing::TestWithParam<MalformedCase>
 TEST_P(MalformedSurface, ToIsotropicRemesh) { CheckAlone(GetParam(), MakeRemesh, RemeshTraits()); }
 
 TEST_P(MalformedSurface, BetweenGoodBlocksToIsotropicRemesh) { CheckAsBlock(GetParam(), MakeRemesh, RemeshTraits()); }
+
+// Posing needs one component and room for handles, too.
+TEST_P(MalformedSurface, ToPoseEnsemble) { CheckAlone(GetParam(), MakePoses, RemeshTraits()); }
+
+TEST_P(MalformedSurface, BetweenGoodBlocksToPoseEnsemble) { CheckAsBlock(GetParam(), MakePoses, RemeshTraits()); }
 
 TEST_P(MalformedSurface, ToSurfaceRepair) { CheckAlone(GetParam(), MakeRepair, RepairTraits()); }
 

@@ -13,10 +13,12 @@ import xml.etree.ElementTree as ElementTree
 FILTERS = (
     ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
+    ("Filters/Meshing/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
     ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
+    ("Filters/Noise/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
     ("Filters/Prediction/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
 )

@@ -31,11 +31,14 @@ from .conversion import convert_checkpoint
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
 from .meshing_volumes import vdb_surface
+from .mixtures import gaussian_mixtures
 from .noise import MODELS, matern_noise
+from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_report
 from .report import topology_report
+from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
-from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
+from .vtkSurfaceSynthesisNoise import vtkGaussianMixtureFilter, vtkMaternNoiseFilter
 
 __all__ = [
     "Cancelled",
@@ -46,21 +49,33 @@ __all__ = [
     "SurfaceSynthesisWarning",
     "__version__",
     "convert_checkpoint",
+    "gaussian_mixtures",
     "matern_noise",
+    "poses",
     "read_mesh",
+    "read_signal_dataset",
     "remesh",
     "repair",
     "repair_report",
     "read_volume",
     "vdb_surface",
     "topology_report",
+    "vtkGaussianMixtureFilter",
     "vtkMaternNoiseFilter",
     "vtkTopologyReport",
     "write_mesh",
+    "write_signal_dataset",
 ]
 
-# A filter whose library was not there when the package was built is absent; remesh(), repair() and vdb_surface() say so.
-for _name in ("vtkIsotropicRemeshFilter", "vtkSurfaceRepairFilter", "vtkTetrahedralizeFilter", "vtkVDBSurfaceFilter"):
+# A filter whose library was not there when the package was built is absent; poses(), remesh(), repair() and vdb_surface()
+# say so.
+for _name in (
+    "vtkIsotropicRemeshFilter",
+    "vtkPoseEnsembleFilter",
+    "vtkSurfaceRepairFilter",
+    "vtkTetrahedralizeFilter",
+    "vtkVDBSurfaceFilter",
+):
     if hasattr(_meshing, _name):
         globals()[_name] = getattr(_meshing, _name)
         __all__.append(_name)

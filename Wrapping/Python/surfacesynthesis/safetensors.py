@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes model files (safetensors)."""
+"""Files of named arrays: models and datasets (safetensors)."""
 
 import json
+import math
 import os
 import tempfile
 
 import numpy as np
 
+from .errors import FormatError
 
-def write_safetensors(path, tensors, metadata):
-    """Writes arrays by name, integers as int64 and all others as float32, and texts by name; the same bytes for
-    the same content.
+#: The types that are read and written, by the name that the format gives them.
+_TYPES = {"F64": "<f8", "I64": "<i8", "F32": "<f4"}
+_LARGEST_HEADER = 16 * 2**20
+
+
+def write_safetensors(path, tensors, metadata, double=()):
+    """Writes arrays by name, integers as int64, those named in ``double`` as float64 and all others as float32, and
+    texts by name; the same bytes for the same content.
 
     The file is written beside ``path``, flushed and renamed, so that ``path`` holds the old or the new content and
     never half of one. Raises OSError.
@@ -18,12 +25,13 @@ def write_safetensors(path, tensors, metadata):
     arrays = {}
     for name, values in tensors.items():
         values = np.asarray(values)
-        arrays[name] = np.ascontiguousarray(values, "<i8" if values.dtype.kind in "iu" else "<f4").reshape(values.shape)
+        kind = "F64" if name in double else "I64" if values.dtype.kind in "iu" else "F32"
+        arrays[name] = np.ascontiguousarray(values, _TYPES[kind]).reshape(values.shape)
     # large elements first, so that all are aligned
     arrays = dict(sorted(arrays.items(), key=lambda item: (-item[1].itemsize, item[0])))
     header, end = {"__metadata__": dict(sorted(metadata.items()))}, 0
     for name, array in arrays.items():
-        kind = "I64" if array.dtype.kind == "i" else "F32"
+        kind = next(key for key, value in _TYPES.items() if np.dtype(value) == array.dtype)
         header[name] = {"dtype": kind, "shape": list(array.shape), "data_offsets": [end, end + array.nbytes]}
         end += array.nbytes
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode("utf-8")
@@ -44,3 +52,71 @@ def write_safetensors(path, tensors, metadata):
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+def read_safetensors(path):
+    """The arrays and the texts of a file, two dictionaries by name. The types are those that write_safetensors() writes.
+
+    Raises FormatError when the file does not follow the format, OSError when it cannot be read.
+    """
+    path = os.fspath(path)
+    with open(path, "rb") as file:
+        header, begin = _read_header(path, file)
+        content = np.fromfile(file, dtype=np.uint8)
+    metadata = header.pop("__metadata__", {})
+    if not isinstance(metadata, dict) or not all(isinstance(text, str) for text in metadata.values()):
+        raise FormatError(f"{path}: the metadata is not a list of texts by name")
+    tensors, end = {}, 0
+    for name, entry in sorted(header.items(), key=lambda item: _offset(path, item)):
+        tensors[name], end = _read_tensor(path, name, entry, content, end)
+    if end != len(content):
+        raise FormatError(f"{path}: the file has {begin + len(content)} bytes, not {begin + end}")
+    return tensors, metadata
+
+
+def _read_header(path, file):
+    """The header and the place where it ends."""
+    size = int.from_bytes(file.read(8), "little")
+    if not 2 <= size <= _LARGEST_HEADER or size > os.fstat(file.fileno()).st_size - 8:
+        raise FormatError(f"{path}: this is no safetensors file, or a truncated one")
+    try:
+        header = json.loads(file.read(size).decode("utf-8"), object_pairs_hook=_unique)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: the header is no JSON object with unique names ({error})") from None
+    if not isinstance(header, dict):
+        raise FormatError(f"{path}: the header is no JSON object")
+    return header, 8 + size
+
+
+def _unique(pairs):
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        raise ValueError("a name occurs twice")
+    return result
+
+
+def _is_size(value):
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**63
+
+
+def _offset(path, item):
+    """Where a tensor begins; checks the form of its entry."""
+    name, entry = item
+    if not isinstance(entry, dict) or set(entry) != {"dtype", "shape", "data_offsets"}:
+        raise FormatError(f"{path}: the entry of tensor '{name}' is not dtype, shape and data_offsets")
+    for key in ("shape", "data_offsets"):
+        if not isinstance(entry[key], list) or len(entry[key]) > 8 or not all(map(_is_size, entry[key])):
+            raise FormatError(f"{path}: the {key} of tensor '{name}' is no list of up to 8 sizes")
+    if len(entry["data_offsets"]) != 2:
+        raise FormatError(f"{path}: tensor '{name}' has not two data_offsets")
+    return entry["data_offsets"]
+
+
+def _read_tensor(path, name, entry, content, begin):
+    """The array of a tensor that must begin at ``begin``, and where it ends."""
+    if not isinstance(entry["dtype"], str) or entry["dtype"] not in _TYPES:
+        raise FormatError(f"{path}: tensor '{name}' has the type {entry['dtype']}; one of {', '.join(_TYPES)} is needed")
+    kind, (first, end) = np.dtype(_TYPES[entry["dtype"]]), entry["data_offsets"]
+    if first != begin or end - first != math.prod(entry["shape"]) * kind.itemsize or end > len(content):
+        raise FormatError(f"{path}: the data_offsets of tensor '{name}' do not fit its shape, its neighbours or the file")
+    return np.frombuffer(content[first:end].tobytes(), kind).reshape(entry["shape"]), end

@@ -4,7 +4,7 @@
 import importlib.util
 
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import convert, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize
+from . import convert, dataset, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -17,7 +17,7 @@ COMMANDS = [
         (tetrahedralize, "vtkTetrahedralizeFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise]
+] + [noise, dataset]
 if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # found without loading LibTorch
     COMMANDS.append(predict)
 if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):

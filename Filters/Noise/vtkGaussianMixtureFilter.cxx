@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkGaussianMixtureFilter.h"
+
+#include "NoiseArrays.h"
+#include "SurfaceBridge.h"
+
+#include "Core/Noise/GaussianMixtures.h"
+
+#include <vtkDataObject.h>
+#include <vtkDoubleArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <iterator>
+#include <map>
+#include <vector>
+
+using surfsynth::GaussianMixtures;
+using surfsynth::Surface;
+
+vtkStandardNewMacro(vtkGaussianMixtureFilter);
+
+/// The factored meshes of the last update, and what they told.
+class vtkGaussianMixtureFilter::Internals
+{
+public:
+  explicit Internals(vtkGaussianMixtureFilter* self)
+    : Self(self)
+  {}
+
+  void Begin()
+  {
+    this->StandardDeviation = 0.0;
+    for (auto& block : this->Blocks)
+    {
+      block.second.InUse = false;
+    }
+  }
+
+  /// Forgets the meshes of blocks that are gone, and of those that failed.
+  void DropUnused()
+  {
+    for (auto block = this->Blocks.begin(); block != this->Blocks.end();)
+    {
+      block = block->second.InUse ? std::next(block) : this->Blocks.erase(block);
+    }
+  }
+
+  /// True when the mesh of this block is the one of an earlier update, with the same options.
+  bool Holds(const Surface& surface)
+  {
+    const auto found = this->Blocks.find(surface.FlatIndex);
+    if (found == this->Blocks.end() || !SameMixtures(found->second.Options, this->Options()) ||
+      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
+    {
+      return false;
+    }
+    found->second.InUse = true;
+    return true;
+  }
+
+  void AddMixtures(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    const double factored = 10.0 / (10.0 + 0.1 * this->Self->NumberOfSamples * this->Self->NumberOfCentres);
+    const bool held = this->Holds(surface);
+    if (!held)
+    {
+      this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
+    }
+    const GaussianMixtures& mixtures = *this->Blocks.at(surface.FlatIndex).Mixtures;
+    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
+    const auto newArray = [&](std::uint32_t sample)
+    {
+      arrays.push_back(surfsynth::NewNoiseArray(
+        surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
+        output->GetNumberOfPoints(), 1));
+      return arrays.back()->GetPointer(0);
+    };
+    mixtures.SampleInto(
+      this->Request(surface), newArray, surfsynth::SubProgress(progress, held ? 0.0 : factored, 1.0));
+    surfsynth::AddNoiseArrays(arrays, output);
+    this->StandardDeviation = mixtures.StandardDeviation();
+  }
+
+  double StandardDeviation = 0.0;
+  vtkTypeInt64 NumberOfFactorizations = 0;
+
+private:
+  struct CachedBlock
+  {
+    std::uint64_t MeshHash = 0;
+    surfsynth::GaussianMixtureOptions Options;
+    std::unique_ptr<GaussianMixtures> Mixtures;
+    bool InUse = false;
+  };
+
+  static bool SameMixtures(
+    const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
+  {
+    return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
+  }
+
+  surfsynth::GaussianMixtureOptions Options() const
+  {
+    surfsynth::GaussianMixtureOptions options;
+    options.NumberOfCentres = this->Self->NumberOfCentres;
+    options.Width = this->Self->Width;
+    options.Separation = this->Self->Separation;
+    return options;
+  }
+
+  surfsynth::GaussianMixtureRequest Request(const Surface& surface) const
+  {
+    const int samples = this->Self->NumberOfSamples - surface.Part.Index;
+    surfsynth::GaussianMixtureRequest request;
+    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    request.FirstSample =
+      static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(surface.Part.Index);
+    request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
+    request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
+    request.Stream = surface.FlatIndex;
+    return request;
+  }
+
+  void Build(const Surface& surface, const surfsynth::Progress& progress)
+  {
+    this->Blocks.erase(surface.FlatIndex); // first, so that two factors are never held for one block
+    CachedBlock block;
+    block.MeshHash = surfsynth::ContentHash(surface.Mesh);
+    block.Options = this->Options();
+    block.InUse = true;
+    block.Mixtures =
+      std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, block.Options, progress);
+    ++this->NumberOfFactorizations;
+    this->Blocks.insert_or_assign(surface.FlatIndex, std::move(block));
+  }
+
+  vtkGaussianMixtureFilter* Self;
+  std::map<unsigned int, CachedBlock> Blocks; ///< by flat index
+};
+
+vtkGaussianMixtureFilter::vtkGaussianMixtureFilter()
+  : Impl(std::make_unique<Internals>(this))
+{}
+
+vtkGaussianMixtureFilter::~vtkGaussianMixtureFilter() = default;
+
+void vtkGaussianMixtureFilter::SetOutputArrayName(const char* name)
+{
+  const std::string wanted = name ? name : "";
+  if (this->OutputArrayName != wanted)
+  {
+    this->OutputArrayName = wanted;
+    this->Modified();
+  }
+}
+
+int vtkGaussianMixtureFilter::FillInputPortInformation(int, vtkInformation* info)
+{
+  return surfsynth::AcceptSurfaces(info);
+}
+
+int vtkGaussianMixtureFilter::RequestDataObject(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!vtkDataObject::GetData(inputVector[0]))
+  {
+    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    return 0;
+  }
+  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+}
+
+int vtkGaussianMixtureFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (this->OutputArrayName.empty())
+  {
+    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
+  this->Impl->Begin();
+  const auto addMixtures = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  { this->Impl->AddMixtures(surface, output, progress); };
+  const auto isHeld = [this](const Surface& surface) { return this->Impl->Holds(surface); };
+  const int success = surfsynth::ProcessSurfaces(
+    this, inputVector, outputVector, surfsynth::MeshRequirements(), addMixtures, isHeld, this->NumberOfSamples);
+  if (success && !this->GetAbortExecute())
+  {
+    this->Impl->DropUnused();
+  }
+  return success;
+}
+
+double vtkGaussianMixtureFilter::GetStandardDeviation() const { return this->Impl->StandardDeviation; }
+
+vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const
+{
+  return this->Impl->NumberOfFactorizations;
+}
+
+void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "NumberOfCentres: " << this->NumberOfCentres << "\n";
+  os << indent << "Width: " << this->Width << "\n";
+  os << indent << "Separation: " << this->Separation << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
+  os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
+  os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+}

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``dataset``: many samples of a signal on a surface, in a file to train with."""
+
+import argparse
+import sys
+import time
+
+from .. import vtkSurfaceSynthesisMeshing as _meshing
+from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
+
+_DESCRIPTION = """\
+Makes data to train and to test flow matching with: a file (.safetensors) with a surface and many samples of a signal on
+it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one."""
+_EXAMPLES = """\
+examples:
+  %(prog)s poses armadillo.off poses.safetensors --samples 3000 --vertices 1500 --template armadillo.off
+  %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --vertices 2000
+  %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
+"""
+_POSES = """\
+Random poses of a connected surface: its extremities turn about their joints, the part near its centroid stays and the rest
+follows as rigidly as possible. Lengths are fractions of the square root of the area."""
+_MIXTURES = """\
+Random mixtures of Gaussians of the distance along the surface from a few centres. Lengths are fractions of the square
+root of the area."""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for flow matching", _DESCRIPTION, _EXAMPLES
+    )
+    signals = parser.add_subparsers(title="signals", metavar="SIGNAL", required=True)
+    if hasattr(_meshing, "vtkPoseEnsembleFilter"):
+        _add_poses(signals)
+    _add_mixtures(signals)
+
+
+def _add_signal(signals, name, help, description):
+    parser = signals.add_parser(
+        name,
+        help=help,
+        usage=f"python3 -m {PROGRAM} dataset {name} INPUT OUTPUT [options]",
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
+    samples = parser.add_argument_group("samples")
+    samples.add_argument("--samples", type=int, default=1000, metavar="N", help="how many (default: 1000)")
+    samples.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    samples.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    if hasattr(_meshing, "vtkIsotropicRemeshFilter"):
+        samples.add_argument("--vertices", type=int, metavar="V", help="remesh evenly to about V points first")
+    return parser
+
+
+def _add_poses(signals):
+    parser = _add_signal(signals, "poses", "random poses of a shape", _POSES)
+    parser.set_defaults(run=run_poses)
+    shape = parser.add_argument_group("shape")
+    shape.add_argument("--template", metavar="FILE", help="find the extremities on this triangulation of the shape")
+    shape.add_argument("--handles", type=int, default=6, metavar="N", help="number of extremities (default: 6)")
+    shape.add_argument(
+        "--handle-radius", type=float, default=0.08, metavar="R", help="of what moves as one piece (default: 0.08)"
+    )
+    shape.add_argument("--anchor-radius", type=float, default=0.12, metavar="R", help="of what stays (default: 0.12)")
+    shape.add_argument(
+        "--pivot-position", type=float, default=0.8, metavar="P", help="joint: 0 extremity, 1 what stays (default: 0.8)"
+    )
+    motion = parser.add_argument_group("motion")
+    motion.add_argument("--angle", type=float, default=60.0, metavar="A", help="largest, degrees (default: 60)")
+    motion.add_argument("--twist", type=float, default=20.0, metavar="A", help="largest, degrees (default: 20)")
+    motion.add_argument("--stiffness", type=float, default=2e-4, metavar="S", help="against bending (default: 0.0002)")
+    motion.add_argument("--iterations", type=int, default=40, metavar="N", help="for each pose (default: 40)")
+    add_running_options(motion)
+
+
+def _add_mixtures(signals):
+    parser = _add_signal(signals, "mixtures", "random mixtures of Gaussians", _MIXTURES)
+    parser.set_defaults(run=run_mixtures)
+    mixture = parser.add_argument_group("mixtures")
+    mixture.add_argument("--centres", type=int, default=3, metavar="N", help="Gaussians in each (default: 3)")
+    mixture.add_argument("--width", type=float, default=0.08, metavar="W", help="standard deviation (default: 0.08)")
+    mixture.add_argument(
+        "--separation", type=float, default=4.0, metavar="D", help="of centres, in standard deviations (default: 4)"
+    )
+    add_running_options(mixture)
+
+
+def run_poses(arguments):
+    """The command ``dataset poses``; returns the line to print."""
+    from ..poses import configured_poses, poses
+
+    options = {
+        "handles": arguments.handles,
+        "maximum_angle": arguments.angle,
+        "maximum_twist": arguments.twist,
+        "handle_radius": arguments.handle_radius,
+        "anchor_radius": arguments.anchor_radius,
+        "pivot_position": arguments.pivot_position,
+        "iterations": arguments.iterations,
+        "stiffness": arguments.stiffness,
+    }
+    as_usage(configured_poses, seed=arguments.seed, **options)
+
+    def make(mesh, **running):
+        template = None if arguments.template is None else read_surface(arguments.template)
+        return poses(mesh, template=template, **options, **running)
+
+    return _run(arguments, "Position", make)
+
+
+def run_mixtures(arguments):
+    """The command ``dataset mixtures``; returns the line to print."""
+    from ..mixtures import configured_mixtures, gaussian_mixtures
+
+    options = {"centres": arguments.centres, "width": arguments.width, "separation": arguments.separation}
+    as_usage(configured_mixtures, seed=arguments.seed, **options)
+    return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
+
+
+def _run(arguments, signal, make):
+    """Reads the surface, makes the samples and writes the file."""
+    from .. import files, remeshing, sampling
+    from ..signal_datasets import write_signal_dataset
+
+    started = time.monotonic()
+    as_usage(files.extension, arguments.input)
+    as_usage(sampling.checked_range, arguments.samples, arguments.first_sample)
+    if not arguments.output.endswith(".safetensors"):
+        raise UsageError(f"{arguments.output}: datasets are .safetensors files")
+    vertices = getattr(arguments, "vertices", None)
+    if vertices is not None:
+        as_usage(remeshing.configured_remesh, points=vertices)
+    set_threads(arguments.threads)
+    mesh = _single_surface(arguments.input)
+    if vertices is not None:
+        mesh = remeshing.remesh(mesh, points=vertices, feature_angle=None)
+    bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
+    try:
+        samples = make(
+            mesh, samples=arguments.samples, seed=arguments.seed, first_sample=arguments.first_sample, progress=bar
+        )
+    finally:
+        bar.clear()
+    write_signal_dataset(arguments.output, [(mesh, samples)], signal)
+    seconds = time.monotonic() - started
+    return f"{len(samples):,} samples on {samples.shape[1]:,} points, {seconds:.1f} s -> {arguments.output}"
+
+
+def _single_surface(path):
+    mesh = read_surface(path)
+    if not mesh.IsA("vtkPolyData"):
+        raise UsageError(f"{path}: one surface is needed, and the file holds a {mesh.GetClassName()}")
+    return mesh

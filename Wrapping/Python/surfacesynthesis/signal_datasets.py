@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Signals on surfaces in files: what flow matching trains on and is tested with."""
+
+from typing import NamedTuple
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from .arguments import array_name
+from .datasets import given_dataset
+from .errors import FormatError
+from .files.polygons import from_polydata
+from .safetensors import read_safetensors, write_safetensors
+
+_CONTENT, _VERSION = "surface_signals", "1"
+
+
+class SignalSource(NamedTuple):
+    """A surface, and the samples of a signal on it."""
+
+    points: np.ndarray  #: [V, 3] float64
+    triangles: np.ndarray  #: [F, 3] int64
+    signals: np.ndarray  #: [N, V, C] float32
+
+
+class SignalDataset(NamedTuple):
+    """What a file holds: the name of the signal, and a list of SignalSource."""
+
+    name: str
+    sources: list
+
+
+def write_signal_dataset(path, sources, name):
+    """Writes samples of a signal on one or several surfaces.
+
+    The file is in the safetensors format, with the tensors ``sources.K.points`` (float64 [V, 3]),
+    ``sources.K.triangles`` (int64 [F, 3]) and ``sources.K.signals`` (float32 [N, V, C]) for K = 0, 1, ... and the
+    texts ``content`` ("surface_signals"), ``format_version`` ("1"), ``signal_name`` and ``producer`` in its metadata.
+    The same content gives the same bytes.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file; its ending should be .safetensors. It holds the old or the new content, never half of one.
+    sources : list of (mesh, samples)
+        ``mesh`` is a vtkPolyData or a pair (points, triangles); its polygons are written as triangles. ``samples`` are
+        real numbers [N, V, C], or [N, V] for C = 1, for the V points of the mesh; N at least 1, C the same for all.
+    name : str
+        What the signal is: "Position" for positions, else the name of the array.
+
+    Raises
+    ------
+    ValueError, TypeError
+        There is no source, or the samples do not fit the mesh or are not finite numbers.
+    OSError
+        The file cannot be written.
+    """
+    array_name("name", name)
+    sources = [_checked_source(k, *source) for k, source in enumerate(sources)]
+    if not sources:
+        raise ValueError("sources is empty; a dataset needs a surface")
+    components = {source.signals.shape[2] for source in sources}
+    if len(components) > 1:
+        raise ValueError(f"the samples must have the same number of components on all surfaces, not {components}")
+    tensors = {
+        f"sources.{k}.{field}": array for k, source in enumerate(sources) for field, array in source._asdict().items()
+    }
+    metadata = {
+        "content": _CONTENT,
+        "format_version": _VERSION,
+        "signal_name": name,
+        "producer": "SurfaceSynthesis",
+    }
+    write_safetensors(path, tensors, metadata, double=[key for key in tensors if key.endswith(".points")])
+
+
+def read_signal_dataset(path):
+    """Reads what write_signal_dataset() has written; returns a SignalDataset.
+
+    Raises FormatError when the file does not follow the format, OSError when it cannot be read.
+    """
+    tensors, metadata = read_safetensors(path)
+    for key, wanted in (("content", _CONTENT), ("format_version", _VERSION)):
+        if metadata.get(key) != wanted:
+            raise FormatError(f"{path}: the {key} is '{metadata.get(key, '')}', not '{wanted}'")
+    if "signal_name" not in metadata:
+        raise FormatError(f"{path}: there is no signal_name")
+    count = len({name.split(".")[1] for name in tensors if name.count(".") == 2})
+    expected = {f"sources.{k}.{field}" for k in range(count) for field in SignalSource._fields}
+    if not expected or expected != set(tensors):
+        odd = sorted(expected ^ set(tensors)) or ["sources.0.points"]
+        raise FormatError(f"{path}: the tensor {odd[0]} is missing or has no meaning")
+    sources = []
+    for k in range(count):
+        source = SignalSource(*(tensors[f"sources.{k}.{field}"] for field in SignalSource._fields))
+        _check_read(path, k, source)
+        sources.append(source)
+    return SignalDataset(metadata["signal_name"], sources)
+
+
+def _checked_source(k, mesh, samples):
+    polygons = from_polydata(given_dataset(mesh, (vtkPolyData,), "a vtkPolyData or a pair (points, triangles)"), True)
+    points = np.asarray(polygons.points, dtype=np.float64)
+    triangles = polygons.connectivity.reshape(-1, 3)
+    samples = np.asarray(samples)
+    if samples.dtype.kind not in "fiu":
+        raise TypeError(f"the samples of source {k} must be real numbers, not {samples.dtype}")
+    samples = samples[:, :, None] if samples.ndim == 2 else samples
+    if samples.ndim != 3 or 0 in samples.shape or samples.shape[1] != len(points):
+        raise ValueError(
+            f"the samples of source {k} have the shape {list(samples.shape)}; [N, {len(points)}, C] is needed"
+        )
+    if len(triangles) == 0:
+        raise ValueError(f"the mesh of source {k} has no triangle")
+    signals = samples.astype(np.float32)
+    if not np.isfinite(points).all() or not np.isfinite(signals).all():
+        raise ValueError(f"source {k} has a number that is not finite, or too large for float32")
+    return SignalSource(points, triangles, signals)
+
+
+def _check_read(path, k, source):
+    """Raises FormatError when the tensors of a source do not fit together."""
+    points, triangles, signals = source
+    kinds = [array.dtype for array in source]
+    if kinds != [np.float64, np.int64, np.float32]:
+        raise FormatError(f"{path}: source {k} has the types {', '.join(map(str, kinds))}")
+    shapes = points.ndim == triangles.ndim == 2 and points.shape[1] == triangles.shape[1] == 3
+    if not shapes or signals.ndim != 3 or signals.shape[1] != len(points) or 0 in signals.shape or not len(triangles):
+        raise FormatError(
+            f"{path}: source {k} has points {list(points.shape)}, triangles {list(triangles.shape)} and signals "
+            f"{list(signals.shape)}; [V, 3], [F, 3] and [N, V, C] are needed"
+        )
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise FormatError(f"{path}: a triangle of source {k} names a point that does not exist")
+    if not np.isfinite(points).all() or not np.isfinite(signals).all():
+        raise FormatError(f"{path}: source {k} has a number that is not finite")
