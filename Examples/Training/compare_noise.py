@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Compares kinds of noise for flow matching on surfaces that no training has seen: tables 1 and 2 of "Matérn Noise for
+Triangulation-Agnostic Flow Matching on Meshes" in kind.
+
+    python3 compare_noise.py DATA OUTPUT [options]
+
+DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
+even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
+with the reference samples there (vtkEnsembleMetrics). Models, checkpoints and tables of losses are left in OUTPUT;
+trainings go on from their checkpoints when the script is run again. Prints a table in Markdown and writes it as
+metrics.csv.
+"""
+
+import argparse
+import csv
+import os
+import sys
+import time
+
+import numpy as np
+
+import surfacesynthesis
+
+#: The name in the table, and the noise of the training.
+NOISES = {"Matérn": "matern", "white": "white", "per vertex": "per_vertex", "unscreened": "unscreened"}
+#: What is trained on, and what it is tested on, by the name of the task.
+TASKS = {
+    "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
+    "bunny": ("bunny_mixtures", ("bunny_mixtures", "bunny_test")),
+}
+COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error")
+
+
+def dataset(folder, name, references=None):
+    """Surface (points, triangles), its samples [N, V, C] and the name of the signal."""
+    found = surfacesynthesis.read_signal_dataset(os.path.join(folder, name + ".safetensors"))
+    (mesh, samples), = found.sources
+    return mesh, samples[:references], found.name
+
+
+def trained(options, task, noise):
+    """The model file of a task and a noise, which is trained as far as it is not yet."""
+    model = os.path.join(options.output, f"{task}_{noise}.safetensors")
+    started = time.monotonic()
+    surfacesynthesis.train_flow_matching(
+        dataset=os.path.join(options.data, TASKS[task][0] + ".safetensors"),
+        model=model,
+        checkpoint=model + ".checkpoint",
+        loss_table=os.path.join(options.output, f"{task}_{noise}.csv"),
+        iterations=options.iterations,
+        width=options.width,
+        blocks=options.blocks,
+        batch_size=options.batch,
+        learning_rate=options.learning_rate,
+        milestones=[2 * options.iterations // 3],
+        weight_averaging=0.999,
+        noise=noise,
+        seed=options.seed,
+    )
+    print(f"{model}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+    return model
+
+
+def measured(options, task, noise, model, test):
+    """A row of the table."""
+    mesh, references, signal = dataset(options.data, test, options.samples)
+    position = signal == "Position"
+    generate = surfacesynthesis.deform if position else surfacesynthesis.sample_signal
+    generated = generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
+    scale = np.sqrt(area(mesh)) if position else 1.0  # distances of shapes are given in units of sqrt(area)
+    metrics = surfacesynthesis.ensemble_metrics(generated, references, source=mesh, remove_centroid=position)
+    return {
+        "task": task,
+        "noise": noise,
+        "test": test,
+        "points": len(mesh[0]),
+        "mmd": metrics["mmd"] / scale,
+        "spacing": metrics["reference_spacing"] / scale,
+        "cov": metrics["cov"],
+        "nna": metrics["one_nearest_neighbour_accuracy"],
+        "error": metrics["mean_error"] / scale,
+    }
+
+
+def area(mesh):
+    points, triangles = mesh
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
+def write_tables(rows, path):
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)
+    print("| task | tested on | points | noise | MMD | reference spacing | COV | 1-NNA | error of the mean |")
+    print("|---|---|---:|---|---:|---:|---:|---:|---:|")
+    for row in rows:
+        print(
+            "| {task} | {test} | {points:,} | {noise} | {mmd:.4f} | {spacing:.4f} | {cov:.3f} | {nna:.3f} | {error:.4f} |".format(
+                **row
+            )
+        )
+
+
+def parsed(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", help="folder with the datasets")
+    parser.add_argument("output", help="folder for models and tables; made when it is not there")
+    parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=sorted(TASKS))
+    parser.add_argument("--noises", nargs="+", choices=list(NOISES.values()), default=list(NOISES.values()))
+    parser.add_argument("--iterations", type=int, default=6000, help="of each training (default: 6000)")
+    parser.add_argument("--width", type=int, default=48, help="of the networks (default: 48)")
+    parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")
+    parser.add_argument("--batch", type=int, default=4, help="samples in an iteration (default: 4)")
+    parser.add_argument("--learning-rate", type=float, default=1e-3, help="default: 0.001")
+    parser.add_argument("--samples", type=int, default=100, help="generated and reference samples (default: 100)")
+    parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
+    parser.add_argument("--seed", type=int, default=0, help="default: 0")
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None):
+    options = parsed(arguments)
+    os.makedirs(options.output, exist_ok=True)
+    rows = []
+    for task in options.tasks:
+        for noise in options.noises:
+            model = trained(options, task, noise)
+            for test in TASKS[task][1]:
+                if os.path.exists(os.path.join(options.data, test + ".safetensors")):
+                    rows.append(measured(options, task, noise, model, test))
+    write_tables(rows, os.path.join(options.output, "metrics.csv"))
+
+
+if __name__ == "__main__":
+    main()
