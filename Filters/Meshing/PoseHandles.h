@@ -55,7 +55,8 @@ public:
   static constexpr int Free = -1; ///< region of a point that may go where it wants
 
   /// The region of each point of another triangulation of the shape: the index of a handle, Handles().size() for what
-  /// stays, or Free, which points that no triangle uses always are. Distances are interpolated at the nearest place of the template.
+  /// stays, or Free, which points that no triangle uses always are. Distances are interpolated at the nearest place of the
+  /// template.
   /// @throws InvalidInput when a region has no point, because the triangulation is too coarse or another shape.
   std::vector<int> Regions(const TriangleMesh& mesh) const;
 

@@ -16,8 +16,8 @@
  *
  * Port 1, optional: a vtkPolyData, another triangulation of the same shape in the same place, on which extremities,
  * joints and regions are found instead. With the same template, seed and sample, every triangulation of the shape gets
- * the same pose: the results agree to about half a per cent of the shape's size on average (root of the mean square) and a few per cent at worst, on
- * even triangulations that show the limbs; the closer the edge lengths are, the better.
+ * the same pose: on even triangulations that are fine enough for the limbs, the results agree to about half a per cent of
+ * the shape's size on average (root of the mean square) and a few per cent at worst.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a vtkPolyData
@@ -30,9 +30,9 @@
  * Lengths are fractions of the shape's size, the square root of its area; the poses do not change with the unit.
  *
  * @par Cost
- * About 30 ms for each sample on 1,500 points and 150 ms on 5,000, divided by the number of threads. Equations and their
- * factors are kept until the input, the template or another parameter than the seed and the samples changes. The same
- * seed gives the same bits for every number of threads, and sample k is the same alone or in a batch.
+ * About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000; samples are made in parallel.
+ * Equations and their factors are kept until the input, the template or another parameter than the seed and the samples
+ * changes. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a batch.
  *
  * @par Failure
  * A pose that is not finite, or in which more than a twentieth of the surface lies in triangles whose area has become

@@ -27,9 +27,9 @@
  * the surface, whatever its triangulation.
  *
  * @par Cost
- * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: about ten thousand a second
- * for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
- * batch.
+ * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: some thousand centres a
+ * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same alone
+ * or in a batch.
  *
  * @sa vtkMaternNoiseFilter, vtkIsotropicRemeshFilter
  */

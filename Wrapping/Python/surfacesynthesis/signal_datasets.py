@@ -105,14 +105,15 @@ def _checked_source(k, mesh, samples):
     samples = np.asarray(samples)
     if samples.dtype.kind not in "fiu":
         raise TypeError(f"the samples of source {k} must be real numbers, not {samples.dtype}")
-    samples = samples[:, :, None] if samples.ndim == 2 else samples
-    if samples.ndim != 3 or 0 in samples.shape or samples.shape[1] != len(points):
+    if samples.ndim not in (2, 3) or 0 in samples.shape or samples.shape[1] != len(points):
         raise ValueError(
-            f"the samples of source {k} have the shape {list(samples.shape)}; [N, {len(points)}, C] is needed"
+            f"the samples of source {k} have the shape {list(samples.shape)}; [N, {len(points)}, C], or [N, "
+            f"{len(points)}], is needed"
         )
     if len(triangles) == 0:
         raise ValueError(f"the mesh of source {k} has no triangle")
-    signals = samples.astype(np.float32)
+    with np.errstate(over="ignore"):  # reported below
+        signals = samples.reshape(*samples.shape[:2], -1).astype(np.float32)
     if not np.isfinite(points).all() or not np.isfinite(signals).all():
         raise ValueError(f"source {k} has a number that is not finite, or too large for float32")
     return SignalSource(points, triangles, signals)
