@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Random/CounterNormals.h"
+#include "Core/Random/CounterUniforms.h"
 
 #include <Random123/philox.h>
 
@@ -229,4 +230,59 @@ TEST(CounterNormals, AreUncorrelatedAcrossNeighboursInEveryField)
     odd.push_back(reference[i + 1] * reference[i + 1] - 1.0);
   }
   EXPECT_LT(std::abs(Correlation(even, odd)), 5.0 / std::sqrt(static_cast<double>(even.size())));
+}
+
+TEST(Uniform, IsUniformFrom0UpTo1)
+{
+  constexpr int Count = 100000;
+  std::vector<int> bins(10, 0);
+  NormalKey key;
+  key.Seed = 5;
+  for (int k = 0; k < Count; ++k)
+  {
+    key.Sample = static_cast<std::uint32_t>(k);
+    const double u = Uniform(key, k % 7);
+    ASSERT_TRUE(u >= 0.0 && u < 1.0);
+    ++bins[static_cast<std::size_t>(10.0 * u)];
+  }
+  double chiSquared = 0.0;
+  for (const int count : bins)
+  {
+    chiSquared += std::pow(count - Count / 10.0, 2) / (Count / 10.0);
+  }
+  EXPECT_LT(chiSquared, 27.9); // 9 degrees of freedom, probability 0.1 per cent; the numbers are always the same
+}
+
+TEST(Uniform, DiffersFromThoseThatNormalsOfTheSameKeyAreMadeOf)
+{
+  // Were the random words the same, small uniforms would go with large normals: Box-Muller takes the logarithm of one.
+  constexpr int Count = 20000;
+  double product = 0.0;
+  NormalKey key;
+  for (int k = 0; k < Count; ++k)
+  {
+    key.Sample = static_cast<std::uint32_t>(k);
+    product += (Uniform(key, 0) - 0.5) * (std::abs(Normal(key, 0)) - std::sqrt(2.0 / 3.14159265358979)) / Count;
+  }
+  EXPECT_NEAR(product, 0.0, 4.0 * std::sqrt((1.0 / 12.0) * (1.0 - 2.0 / 3.14159265358979) / Count));
+}
+
+TEST(Uniform, IndicesAreEquallyLikelyAndInRange)
+{
+  constexpr int Count = 30000;
+  std::vector<int> bins(7, 0);
+  NormalKey key;
+  for (int k = 0; k < Count; ++k)
+  {
+    key.Sample = static_cast<std::uint32_t>(k);
+    const std::int64_t index = UniformIndex(key, 1, 7);
+    ASSERT_TRUE(index >= 0 && index < 7);
+    ++bins[static_cast<std::size_t>(index)];
+  }
+  double chiSquared = 0.0;
+  for (const int count : bins)
+  {
+    chiSquared += std::pow(count - Count / 7.0, 2) / (Count / 7.0);
+  }
+  EXPECT_LT(chiSquared, 22.5); // 6 degrees of freedom, probability 0.1 per cent; the numbers are always the same
 }

@@ -7,7 +7,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Noise/GaussianMixtures.h"
-#include "Core/Random/CounterNormals.h"
+#include "Core/Random/CounterUniforms.h"
 #include "Core/Solvers/HeatGeodesics.h"
 
 #include <gtest/gtest.h>
@@ -134,27 +134,6 @@ TEST(HeatGeodesics, RefusesSourcesThatAreNoVertices)
   {
     EXPECT_THROW(geodesics.Distances({ source }), InvalidInput) << source;
   }
-}
-
-TEST(Uniform, IsUniformAndBetween0And1)
-{
-  constexpr int Count = 100000;
-  std::vector<int> bins(10, 0);
-  NormalKey key;
-  key.Seed = 5;
-  for (int k = 0; k < Count; ++k)
-  {
-    key.Sample = static_cast<std::uint32_t>(k);
-    const double u = Uniform(key, k % 7);
-    ASSERT_TRUE(u > 0.0 && u < 1.0);
-    ++bins[static_cast<std::size_t>(10.0 * u)];
-  }
-  double chiSquared = 0.0;
-  for (const int count : bins)
-  {
-    chiSquared += std::pow(count - Count / 10.0, 2) / (Count / 10.0);
-  }
-  EXPECT_LT(chiSquared, 27.9); // 9 degrees of freedom, probability 0.1 per cent; the numbers are always the same
 }
 
 TEST(GaussianMixtures, AMixtureOfOneIsAGaussianOfTheDistance)

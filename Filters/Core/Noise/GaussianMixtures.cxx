@@ -4,7 +4,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/Text.h"
-#include "Core/Random/CounterNormals.h"
+#include "Core/Random/CounterUniforms.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,6 @@
 
 #include "Core/Random/NormalBlocks.h"
 
-#include <Random123/philox.h>
-
 #include <algorithm>
 
 namespace surfsynth
@@ -53,16 +51,6 @@ double Normal(const NormalKey& key, std::int64_t point)
   double normals[PointsAtOnce];
   BestFill()(key, static_cast<std::uint32_t>(point / 4), normals);
   return normals[point % 4];
-}
-
-double Uniform(const NormalKey& key, std::int64_t point)
-{
-  const philox4x32_key_t philoxKey = { { static_cast<std::uint32_t>(key.Seed),
-    static_cast<std::uint32_t>(key.Seed >> 32) } };
-  const philox4x32_ctr_t counter = { { static_cast<std::uint32_t>(point / 4), key.Component, key.Sample,
-    key.Stream } };
-  const std::uint32_t word = philox4x32_R(10, counter, philoxKey).v[point % 4];
-  return (word + 0.5) * (1.0 / 4294967296.0);
 }
 
 } // namespace surfsynth

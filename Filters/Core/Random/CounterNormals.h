@@ -29,8 +29,4 @@ void FillNormals(const NormalKey& key, std::int64_t first, std::int64_t count, d
 /// The single N(0, 1) number of one point.
 double Normal(const NormalKey& key, std::int64_t point);
 
-/// One number uniform in (0, 1), a multiple of 2^-32 plus 2^-33. Made of the same random words as the normals of the key:
-/// a key is for normals or for uniforms, not for both.
-double Uniform(const NormalKey& key, std::int64_t point);
-
 } // namespace surfsynth
