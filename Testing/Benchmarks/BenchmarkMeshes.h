@@ -60,5 +60,6 @@ void RegisterCore();
 void RegisterYardsticks();
 /// Only in builds with SURFACE_SYNTHESIS_LEARNING.
 void RegisterPoissonNet();
+void RegisterFlowMatching();
 
 } // namespace surfsynth::bench
