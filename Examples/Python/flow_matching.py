@@ -1,0 +1,151 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of what the example models of flow matching generate.
+
+    xvfb-run -a python3 flow_matching.py --output DIR [--training DATASET]
+
+The models (Examples/Models) were trained on one triangulation of each shape: poses of the armadillo with 1,500 vertices, and
+signals of three Gaussians on the bunny with 2,000. Writes
+
+    deformations.png    rows: one seed on the triangulation of the training, on the original one with 52,000 faces and on
+                        that one subdivided, with 208,000; four seeds on the original; with --training, samples beside the
+                        closest pose of the training
+    mixtures_made.png   the same seeds on the triangulation of the training and on one that is coarse on one side
+    deformation_*.vtp   the deformed surfaces, with arrays
+
+and prints how long each took. --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
+writes. Surfaces come from Debian's package libcgal-demo.
+"""
+
+import argparse
+import os
+import sys
+import time
+
+import numpy as np
+from vtkmodules.vtkFiltersModeling import vtkLinearSubdivisionFilter
+
+import gallery_rendering as rendering
+import surfacesynthesis
+from surfacesynthesis.datasets import dataset_of_pair
+
+EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
+sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
+
+from make_datasets import evenly, surface, unevenly  # noqa: E402
+
+MODELS = os.path.join(EXAMPLES, "Models")
+FRONT = (0.16, 0.08, -1.0)
+SIZE = (420, 470)
+TITLE = 64
+SEEDS = (1, 2, 3, 4)
+
+
+def subdivided(mesh):
+    """Each triangle cut into four."""
+    finer = vtkLinearSubdivisionFilter()
+    finer.SetInputData(mesh)
+    finer.Update()
+    return finer.GetOutput()
+
+
+def made(mesh, model, seed, **parameters):
+    """A deformed surface, and the seconds it took."""
+    started = time.monotonic()
+    output = surfacesynthesis.deform(mesh, model, seed=seed, **parameters)
+    return output, time.monotonic() - started
+
+
+class Sheet:
+    """Pictures in rows, each with a title."""
+
+    def __init__(self, rows, columns):
+        self._image = rendering.blank((columns * SIZE[0], rows * (SIZE[1] + TITLE)))
+
+    def add(self, row, column, title, mesh, view, **how):
+        x, y = column * SIZE[0], row * (SIZE[1] + TITLE)
+        rendering.paste(self._image, rendering.label(title, (SIZE[0], TITLE), 19), x, y)
+        rendering.paste(self._image, rendering.render(mesh, view, SIZE, **how), x, y + TITLE)
+
+    def write(self, path, colours):
+        rendering.write_png(self._image, path, colours)
+        print(f"wrote {path}", flush=True)
+
+
+def faces(mesh):
+    return f"{mesh.GetNumberOfCells():,} faces"
+
+
+def surface_area(mesh):
+    a, b, c = (mesh[0][mesh[1][:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
+def closest_pose(points, source, poses):
+    """The pose of the training [V, 3] that is closest to a sample on its triangulation, and the mean distance."""
+    metrics = surfacesynthesis.ensemble_metrics(points[None], poses, source=source, remove_centroid=True)
+    pose = poses[metrics.nearest_reference[0]].astype(float)
+    return pose - pose.mean(axis=0) + points.mean(axis=0), metrics.distances[0]
+
+
+def deformations(options):
+    model = os.path.join(options.models, "armadillo_poses.safetensors")
+    original = surface(None, "armadillo.off")
+    training = evenly(original, 1500)
+    fine = subdivided(original)
+    sheet = Sheet(3 if options.training else 2, 4)
+    view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.2)
+    sheet.add(0, 0, "source, " + faces(original), original, view)
+    for column, (name, mesh) in enumerate((("training", training), ("original", original), ("subdivided", fine)), 1):
+        output, seconds = made(mesh, model, SEEDS[0], steps=options.steps)
+        print(f"{faces(mesh)}: {seconds:.1f} s", flush=True)
+        sheet.add(0, column, f"seed {SEEDS[0]}, {name}, {faces(mesh)}\n{seconds:.1f} s", output, view)
+        surfacesynthesis.write_mesh(output, os.path.join(options.output, f"deformation_{name}.vtp"))
+    for column, seed in enumerate(SEEDS):
+        output, _ = made(original, model, seed, steps=options.steps)
+        sheet.add(1, column, f"seed {seed}", output, view)
+    if options.training:
+        (source, poses), = surfacesynthesis.read_signal_dataset(options.training).sources
+        area = surface_area(source)
+        for pair, seed in enumerate(SEEDS[:2]):
+            sample, _ = made(source, model, seed, steps=options.steps)
+            closest, distance = closest_pose(sample, source, poses)
+            text = f"closest of {len(poses):,} training poses\nmean distance {distance / np.sqrt(area):.2g} sqrt(area)"
+            sheet.add(2, 2 * pair, f"seed {seed}", dataset_of_pair((sample, source[1])), view)
+            sheet.add(2, 2 * pair + 1, text, dataset_of_pair((closest, source[1])), view)
+    sheet.write(os.path.join(options.output, "deformations.png"), options.colours)
+
+
+def mixtures(options):
+    model = os.path.join(options.models, "bunny_mixtures.safetensors")
+    bunny = surface(None, "bunny00.off")
+    training, uneven = evenly(bunny, 2000), unevenly(bunny, 5000, 2.0)
+    sheet = Sheet(2, 4)
+    for row, (name, mesh) in enumerate((("training", training), ("coarse on one side", uneven))):
+        view = rendering.view_of(mesh, SIZE[0] / SIZE[1], (0.1, 0.2, 1.0))
+        for column, seed in enumerate(SEEDS):
+            output = surfacesynthesis.sample_signal(mesh, model, seed=seed, steps=options.steps)
+            title = f"seed {seed}\n{name}, {faces(mesh)}"
+            sheet.add(row, column, title, output, view, array="Mixture", colours=rendering.sequential(0.0, 1.0),
+                      edges=True)
+    sheet.write(os.path.join(options.output, "mixtures_made.png"), options.colours)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
+    parser.add_argument("--output", required=True, metavar="DIR")
+    parser.add_argument("--training", metavar="FILE", help="dataset in which the closest poses are looked up")
+    parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
+    parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
+    options = parser.parse_args()
+    os.makedirs(options.output, exist_ok=True)
+    for name, picture in (("armadillo_poses", deformations), ("bunny_mixtures", mixtures)):
+        if os.path.exists(os.path.join(options.models, name + ".safetensors")):
+            picture(options)
+        else:
+            print(f"{options.models} holds no {name}.safetensors: left out", flush=True)
+
+
+if __name__ == "__main__":
+    main()
