@@ -4,12 +4,15 @@
 #include "Core/Common/Errors.h"
 
 #include <CGAL/Polygon_mesh_processing/border.h>
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 
 #include <Eigen/Geometry>
+#include <boost/property_map/function_property_map.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <vector>
@@ -31,18 +34,49 @@ std::vector<CgalHalfedge> BoundaryOf(const CgalMesh& mesh, CgalHalfedge start)
   return { around.begin(), around.end() };
 }
 
-double Extent(const CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
+/// The bounding box of the targets of @p halfedges.
+template <typename Halfedges>
+Eigen::AlignedBox3d Box(const CgalMesh& mesh, const Halfedges& halfedges)
 {
-  Eigen::Vector3d lower = FromCgalPoint(mesh.point(mesh.target(boundary.front())));
-  Eigen::Vector3d upper = lower;
-  for (const CgalHalfedge h : boundary)
+  Eigen::AlignedBox3d box;
+  for (const CgalHalfedge h : halfedges)
   {
-    const Eigen::Vector3d point = FromCgalPoint(mesh.point(mesh.target(h)));
-    lower = lower.cwiseMin(point);
-    upper = upper.cwiseMax(point);
+    box.extend(FromCgalPoint(mesh.point(mesh.target(h))));
   }
-  return (upper - lower).norm();
+  return box;
 }
+
+/// Tells boundaries that are the outline of a piece of surface, which lies within their bounding box, from holes in one:
+/// to close an outline gives two layers of triangles without a volume.
+class Outlines
+{
+public:
+  explicit Outlines(const CgalMesh& mesh)
+    : Mesh(mesh)
+    , Component(mesh.number_of_faces() + mesh.number_of_removed_faces())
+  {
+    std::vector<std::size_t>& component = this->Component;
+    this->Boxes.resize(CGAL::Polygon_mesh_processing::connected_components(
+      mesh, boost::make_function_property_map<CgalFace, std::size_t&>(
+              [&component](CgalFace f) -> std::size_t& { return component[f.idx()]; })));
+    for (const CgalFace f : mesh.faces())
+    {
+      this->Boxes[component[f.idx()]].extend(Box(mesh, mesh.halfedges_around_face(mesh.halfedge(f))));
+    }
+  }
+
+  bool Holds(CgalHalfedge start, const Eigen::AlignedBox3d& boundary) const
+  {
+    const CgalFace face = this->Mesh.face(this->Mesh.opposite(start));
+    const Eigen::AlignedBox3d& piece = this->Boxes[this->Component[face.idx()]];
+    return piece.diagonal().norm() <= (1.0 + 1e-9) * boundary.diagonal().norm();
+  }
+
+private:
+  const CgalMesh& Mesh;
+  std::vector<std::size_t> Component; ///< by face
+  std::vector<Eigen::AlignedBox3d> Boxes;
+};
 
 /// Closes a boundary by triangles from its centre, which always works. @return the triangles
 std::vector<CgalFace> CloseByFan(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
@@ -158,6 +192,7 @@ FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<Cga
 {
   std::vector<CgalHalfedge> starts;
   CGAL::Polygon_mesh_processing::extract_boundary_cycles(mesh, std::back_inserter(starts));
+  const Outlines outlines(mesh);
   FilledHoles holes;
   for (const CgalHalfedge start : starts)
   {
@@ -166,7 +201,8 @@ FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<Cga
       throw Cancelled("Stopped on request.");
     }
     const std::vector<CgalHalfedge> boundary = BoundaryOf(mesh, start);
-    if (Extent(mesh, boundary) > largest)
+    const Eigen::AlignedBox3d box = Box(mesh, boundary);
+    if (box.diagonal().norm() > largest || (std::isfinite(largest) && outlines.Holds(start, box)))
     {
       ++holes.LeftOpen;
       continue;

@@ -19,7 +19,8 @@ struct FilledHoles
 };
 
 /// Closes the boundaries whose bounding box has a diagonal of at most @p largest, by triangles of the size of those
-/// around that continue their curvature (Liepa, "Filling Holes in Meshes", 2003); @p isFilling marks them.
+/// around that continue their curvature (Liepa, "Filling Holes in Meshes", 2003); @p isFilling marks them. With a finite
+/// @p largest the outline of a piece of surface, which lies within the bounding box of that boundary, is no hole.
 /// @throws Cancelled
 FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling,
   const std::atomic<bool>* stop);

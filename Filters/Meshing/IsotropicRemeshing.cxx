@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -77,13 +78,13 @@ public:
     , PointOfCorner(this->Mesh.num_halfedges(), -1)
   {}
 
-  RemeshedSurface Result(bool findPlaces)
+  RemeshedSurface Result(bool findPlaces, bool findOrigins)
   {
     this->AddPoints();
     this->AddTriangles();
-    if (findPlaces)
+    if (findPlaces || findOrigins)
     {
-      this->LocateFreePoints();
+      this->Locate(findPlaces, findOrigins);
     }
     return std::move(this->Surface);
   }
@@ -224,38 +225,37 @@ private:
     }
   }
 
-  /// Finds the places of points that lie on no curve, and the origins of triangles.
-  void LocateFreePoints()
+  /// Finds the places of points that lie on no curve, and the origins of triangles, of which there are twice as many: each
+  /// costs a search.
+  void Locate(bool points, bool triangles)
   {
-    const NearestPlaces nearest(this->Input.Mesh);
     std::vector<Index> free;
-    for (std::size_t v = 0; v < this->Points.size(); ++v)
+    for (std::size_t v = 0; points && v < this->Points.size(); ++v)
     {
       if (this->Surface.PlaceOfPoint[v].Triangle < 0)
       {
         free.push_back(static_cast<Index>(v));
       }
     }
-    const auto& triangles = this->Surface.Mesh.Triangles;
-    const auto& points = this->Surface.Mesh.Points;
-    PointMatrix wanted(static_cast<Eigen::Index>(free.size()) + triangles.rows(), 3);
-    for (std::size_t k = 0; k < free.size(); ++k)
+    const TriangleMesh& made = this->Surface.Mesh;
+    const auto numberFree = static_cast<Eigen::Index>(free.size());
+    PointMatrix wanted(numberFree + (triangles ? made.NumberOfTriangles() : 0), 3);
+    for (Eigen::Index k = 0; k < numberFree; ++k)
     {
-      wanted.row(static_cast<Eigen::Index>(k)) = points.row(free[k]);
+      wanted.row(k) = made.Points.row(free[static_cast<std::size_t>(k)]);
     }
-    for (Eigen::Index f = 0; f < triangles.rows(); ++f)
+    for (Index f = 0; triangles && f < made.NumberOfTriangles(); ++f)
     {
-      wanted.row(static_cast<Eigen::Index>(free.size()) + f) =
-        (points.row(triangles(f, 0)) + points.row(triangles(f, 1)) + points.row(triangles(f, 2))) / 3.0;
+      const auto corner = [&](int k) { return made.Points.row(made.Triangles(f, k)); };
+      wanted.row(numberFree + f) = (corner(0) + corner(1) + corner(2)) / 3.0;
     }
-    const std::vector<SurfacePlace> places = nearest.Find(wanted);
+    const std::vector<SurfacePlace> places = NearestPlaces(this->Input.Mesh).Find(wanted);
     for (std::size_t k = 0; k < free.size(); ++k)
     {
       this->Surface.PlaceOfPoint[free[k]] = places[k];
     }
-    this->Surface.OriginOfTriangle.resize(triangles.rows());
-    std::transform(places.begin() + static_cast<std::ptrdiff_t>(free.size()), places.end(),
-      this->Surface.OriginOfTriangle.begin(), [](const SurfacePlace& place) { return place.Triangle; });
+    std::transform(places.begin() + numberFree, places.end(), std::back_inserter(this->Surface.OriginOfTriangle),
+      [](const SurfacePlace& place) { return place.Triangle; });
   }
 
   const InputSurface& Input;
@@ -297,7 +297,7 @@ RemeshedSurface Remesh(const TriangleMesh& mesh, RemeshingOptions options, doubl
       options.NumberOfRelaxationSteps, stop);
   }
   StopIfAsked(stop);
-  return Harvest(InputSurface(mesh, options), curved, curves).Result(options.FindPlaces);
+  return Harvest(InputSurface(mesh, options), curved, curves).Result(options.FindPlaces, options.FindOrigins);
 }
 
 /// The number of triangles of the target size that cover the mesh, halved: about the number of points.

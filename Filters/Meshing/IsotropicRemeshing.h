@@ -27,7 +27,8 @@ struct RemeshingOptions
   /// [V] a class for each point. Points of the same coordinates become one point, unless their classes differ: then the
   /// edges between them are a seam of the attributes, which is kept as a curve, with a point on either side.
   std::vector<Index> PointClasses;
-  bool FindPlaces = true; ///< fill PlaceOfPoint and OriginOfTriangle, which attributes need
+  bool FindPlaces = true;  ///< fill PlaceOfPoint, which point attributes need
+  bool FindOrigins = true; ///< fill OriginOfTriangle, which cell attributes need
 };
 
 /// A remeshed surface, and where on the old one it lies.

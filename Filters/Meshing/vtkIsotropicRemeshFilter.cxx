@@ -43,11 +43,14 @@ void Fill(vtkPolyData* input, const Surface& surface, const RemeshedSurface& rem
 {
   surfsynth::SetGeometry(output, remeshed.Mesh, surfsynth::HasDoublePoints(input));
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
-  if (remeshed.OriginOfTriangle.empty())
+  if (input->GetPointData()->GetNumberOfArrays() > 0)
   {
-    return; // the input has no arrays
+    surfsynth::InterpolateArrays(input->GetPointData(), surface.Mesh, remeshed.PlaceOfPoint, output->GetPointData());
   }
-  surfsynth::InterpolateArrays(input->GetPointData(), surface.Mesh, remeshed.PlaceOfPoint, output->GetPointData());
+  if (input->GetCellData()->GetNumberOfArrays() == 0)
+  {
+    return;
+  }
   std::vector<std::int64_t> cells(remeshed.OriginOfTriangle.size());
   for (std::size_t f = 0; f < cells.size(); ++f)
   {
@@ -93,8 +96,8 @@ private:
     options.KeepBoundaryPoints = self->KeepBoundaryPoints;
     options.NumberOfIterations = self->NumberOfIterations;
     options.NumberOfRelaxationSteps = self->NumberOfRelaxationSteps;
-    options.FindPlaces =
-      input->GetPointData()->GetNumberOfArrays() + input->GetCellData()->GetNumberOfArrays() > 0;
+    options.FindPlaces = input->GetPointData()->GetNumberOfArrays() > 0;
+    options.FindOrigins = input->GetCellData()->GetNumberOfArrays() > 0;
     options.PointClasses = surfsynth::AttributeClasses(input, surface.Mesh.Points);
     return options;
   }

@@ -87,6 +87,8 @@ public:
   ///@{
   /**
    * The largest hole that SMALL_HOLES closes: the diagonal of the bounding box of its edge, in world units; at least 0.
+   * The outline of a small flat piece is no hole: SMALL_HOLES leaves a boundary whose piece of surface lies within its
+   * bounding box.
    * 0 (the default) stands for a tenth of the diagonal of the surface's own bounding box.
    */
   vtkSetClampMacro(MaximumHoleSize, double, 0.0, VTK_DOUBLE_MAX);
