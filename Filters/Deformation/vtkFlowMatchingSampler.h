@@ -39,7 +39,7 @@
  * With OutputTrajectory the time of the pipeline is flow time: the filter announces the time steps 0, 1 / NumberOfSteps,
  * ..., 1 and gives the state at the time that is asked for, between two steps interpolated linearly, before 0 and after 1
  * that at the end. All states are kept, so that going through time costs no evaluation of the network. The input is then
- * the one that its source gives when no time is asked for. An update that asks for no time, and one without
+ * the one that its source holds, or gives when no time is asked for. An update that asks for no time, and one without
  * OutputTrajectory, gives flow time 1.
  *
  * @par Cost
