@@ -59,8 +59,12 @@ def points_of(mesh):
 
 def properties_have_the_defaults_of_the_classes_and_reach_them():
     ball = source_of(surfaces.ball())
-    check_properties(FlowMatchingSampler(Input=ball), {**SAMPLER, "SignalArrayName": ("", "Heat", "Heat")})
-    check_properties(FlowMatchingDeformer(Input=ball), {**SAMPLER, **DEFORMER})
+    for made, properties in (
+        (FlowMatchingSampler(Input=ball), {**SAMPLER, "SignalArrayName": ("", "Heat", "Heat")}),
+        (FlowMatchingDeformer(Input=ball), {**SAMPLER, **DEFORMER}),
+    ):
+        check_properties(made, properties)
+        Delete(made)  # or its flow times would be among those of the scene
 
 
 def shapes_are_those_of_the_class():
