@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where they
-// go, several samples, blocks, flow time.
+// What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where
+// they go, several samples, blocks, flow time.
 #include "FlowMatchingTesting.h"
 
 #include "Learning/Samplers/FlowMatchingSampler.h"
