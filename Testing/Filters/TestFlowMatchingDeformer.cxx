@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where they
-// go, several samples, blocks, flow time.
+// What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where
+// they go, several samples, blocks, flow time.
 #include "FlowMatchingTesting.h"
 
 #include "Learning/Samplers/FlowMatchingSampler.h"
@@ -11,10 +11,13 @@
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkInformation.h>
+#include <vtkInformationVector.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
+#include <vtkPolyDataAlgorithm.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <gmock/gmock.h>
@@ -94,6 +97,34 @@ std::string NameOfBlock(vtkDataObject* output, unsigned int k)
 {
   return vtkMultiBlockDataSet::SafeDownCast(output)->GetMetaData(k)->Get(vtkCompositeDataSet::NAME());
 }
+
+/// A sphere with times of its own, which remembers the time that it was asked for.
+class TimedSphere : public vtkPolyDataAlgorithm
+{
+public:
+  static TimedSphere* New();
+  vtkTypeMacro(TimedSphere, vtkPolyDataAlgorithm);
+  double AskedFor = -1.0;
+
+protected:
+  TimedSphere() { this->SetNumberOfInputPorts(0); }
+  int RequestInformation(vtkInformation*, vtkInformationVector**, vtkInformationVector* output) override
+  {
+    const double times[2] = { 5.0, 6.0 };
+    output->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::TIME_STEPS(), times, 2);
+    output->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::TIME_RANGE(), times, 2);
+    return 1;
+  }
+  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector* output) override
+  {
+    vtkInformation* info = output->GetInformationObject(0);
+    const auto key = vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP();
+    this->AskedFor = info->Has(key) ? info->Get(key) : -1.0;
+    vtkPolyData::GetData(output)->ShallowCopy(Icosphere(1).ToPolyData());
+    return 1;
+  }
+};
+vtkStandardNewMacro(TimedSphere);
 
 /// A sphere as quads: pairs of the triangles of a grid on latitude and longitude, closed by triangles at the poles.
 Soup QuadSphere(int rings, int sectors)
@@ -473,6 +504,25 @@ TEST(FlowMatchingDeformerFilter, TheTimeOfThePipelineIsFlowTime)
   filter->UpdateInformation();
   EXPECT_FALSE(filter->GetOutputInformation(0)->Has(Pipeline::TIME_STEPS()));
   EXPECT_FALSE(filter->GetOutputInformation(0)->Has(Pipeline::TIME_RANGE()));
+}
+
+TEST(FlowMatchingDeformerFilter, FlowTimeIsNoTimeOfTheInput)
+{
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  vtkNew<TimedSphere> source;
+  const auto filter = DeformerOn(nullptr, WriteDeformer("timed.model"));
+  filter->SetInputConnection(source->GetOutputPort());
+  filter->OutputTrajectoryOn();
+  SurfaceOf(filter, 0.5);
+  EXPECT_EQ(source->AskedFor, -1.0) << "for no time";
+  EXPECT_EQ(filter->GetOutputInformation(0)->Length(Pipeline::TIME_STEPS()), Steps + 1);
+  filter->OutputTrajectoryOff();
+  SurfaceOf(filter, 6.0);
+  EXPECT_EQ(source->AskedFor, 6.0) << "without a trajectory, time is that of the input";
+  EXPECT_EQ(filter->GetOutputInformation(0)->Length(Pipeline::TIME_STEPS()), 2);
+  filter->OutputTrajectoryOn();
+  SurfaceOf(filter, 0.25);
+  EXPECT_EQ(source->AskedFor, 6.0) << "what the source holds is taken";
 }
 
 TEST(FlowMatchingDeformerFilter, SignalsFlowInTimeToo)
