@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of what the example models of flow matching generate.
+"""Pictures of the data that the example models of flow matching were trained with, and of what they generate.
 
     xvfb-run -a python3 flow_matching.py --output DIR [--training DATASET]
 
 The models (Examples/Models) were trained on one triangulation of each shape: poses of the armadillo with 1,500 vertices, and
 signals of three Gaussians on the bunny with 2,000. Writes
 
+    poses.png           data: the same random poses on the triangulation of the training and on the original one
+    mixtures.png        data: random signals of three Gaussians
     deformations.png    rows: one seed on the triangulation of the training, on the original one with 52,000 faces and on
                         that one subdivided, with 208,000; four seeds on the original; with --training, samples beside the
                         closest pose of the training
-    mixtures_made.png   the same seeds on the triangulation of the training and on one that is coarse on one side
+    signals.png         the same seeds on the triangulation of the training and on one that is coarse on one side
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took. --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
@@ -23,6 +25,9 @@ import sys
 import time
 
 import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersModeling import vtkLinearSubdivisionFilter
 
 import gallery_rendering as rendering
@@ -36,9 +41,11 @@ from make_datasets import evenly, surface, unevenly  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 FRONT = (0.16, 0.08, -1.0)
+BUNNY = (0.1, 0.2, 1.0)
 SIZE = (420, 470)
 TITLE = 64
 SEEDS = (1, 2, 3, 4)
+MIXTURE = rendering.sequential(0.0, 1.0)
 
 
 def subdivided(mesh):
@@ -88,13 +95,52 @@ def closest_pose(points, source, poses):
     return pose - pose.mean(axis=0) + points.mean(axis=0), metrics.distances[0]
 
 
+def training_poses(options):
+    original = surface(None, "armadillo.off")
+    sheet = Sheet(2, len(SEEDS))
+    view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
+    for row, mesh in enumerate((evenly(original, 1500), original)):
+        blocks = surfacesynthesis.poses(mesh, len(SEEDS), template=original)
+        for column in range(len(SEEDS)):
+            posed = warped_to(mesh, blocks[column])
+            sheet.add(row, column, f"pose {column}, {faces(mesh)}", posed, view)
+    sheet.write(os.path.join(options.output, "poses.png"), options.colours)
+
+
+def training_mixtures(options):
+    mesh = evenly(surface(None, "bunny00.off"), 2000)
+    values = surfacesynthesis.gaussian_mixtures(mesh, len(SEEDS))
+    sheet = Sheet(1, len(SEEDS))
+    view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
+    for column in range(len(SEEDS)):
+        with_array(mesh, values[column])
+        sheet.add(0, column, f"mixture {column}, {faces(mesh)}", mesh, view, array="Mixture", colours=MIXTURE)
+    sheet.write(os.path.join(options.output, "mixtures.png"), options.colours)
+
+
+def warped_to(mesh, points):
+    """A copy of a surface with other points."""
+    copy = vtkPolyData()
+    copy.ShallowCopy(mesh)
+    moved = vtkPoints()
+    moved.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
+    copy.SetPoints(moved)
+    return copy
+
+
+def with_array(mesh, values):
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName("Mixture")
+    mesh.GetPointData().AddArray(array)
+
+
 def deformations(options):
     model = os.path.join(options.models, "armadillo_poses.safetensors")
     original = surface(None, "armadillo.off")
     training = evenly(original, 1500)
     fine = subdivided(original)
     sheet = Sheet(3 if options.training else 2, 4)
-    view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.2)
+    view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
     sheet.add(0, 0, "source, " + faces(original), original, view)
     for column, (name, mesh) in enumerate((("training", training), ("original", original), ("subdivided", fine)), 1):
         output, seconds = made(mesh, model, SEEDS[0], steps=options.steps)
@@ -116,35 +162,45 @@ def deformations(options):
     sheet.write(os.path.join(options.output, "deformations.png"), options.colours)
 
 
-def mixtures(options):
+def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
     training, uneven = evenly(bunny, 2000), unevenly(bunny, 5000, 2.0)
     sheet = Sheet(2, 4)
     for row, (name, mesh) in enumerate((("training", training), ("coarse on one side", uneven))):
-        view = rendering.view_of(mesh, SIZE[0] / SIZE[1], (0.1, 0.2, 1.0))
+        view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
         for column, seed in enumerate(SEEDS):
             output = surfacesynthesis.sample_signal(mesh, model, seed=seed, steps=options.steps)
             title = f"seed {seed}\n{name}, {faces(mesh)}"
-            sheet.add(row, column, title, output, view, array="Mixture", colours=rendering.sequential(0.0, 1.0),
-                      edges=True)
-    sheet.write(os.path.join(options.output, "mixtures_made.png"), options.colours)
+            sheet.add(row, column, title, output, view, array="Mixture", colours=MIXTURE, edges=True)
+    sheet.write(os.path.join(options.output, "signals.png"), options.colours)
+
+
+#: What makes a picture, and the model that it needs.
+PICTURES = {
+    "poses": (training_poses, None),
+    "mixtures": (training_mixtures, None),
+    "deformations": (deformations, "armadillo_poses"),
+    "signals": (signals, "bunny_mixtures"),
+}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
     parser.add_argument("--output", required=True, metavar="DIR")
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some pictures only")
     parser.add_argument("--training", metavar="FILE", help="dataset in which the closest poses are looked up")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
-    for name, picture in (("armadillo_poses", deformations), ("bunny_mixtures", mixtures)):
-        if os.path.exists(os.path.join(options.models, name + ".safetensors")):
+    for name in options.only:
+        picture, model = PICTURES[name]
+        if model is None or os.path.exists(os.path.join(options.models, model + ".safetensors")):
             picture(options)
         else:
-            print(f"{options.models} holds no {name}.safetensors: left out", flush=True)
+            print(f"{options.models} holds no {model}.safetensors: {name} are left out", flush=True)
 
 
 if __name__ == "__main__":

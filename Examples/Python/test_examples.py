@@ -125,11 +125,22 @@ def check_predicted_curvature(folder):
         assert (row > 30).mean() > 0.1 and (row < -30).mean() > 0.002, ((row > 30).mean(), (row < -30).mean())
 
 
+def check_flow_matching(folder):
+    """The data; and a picture whose model is not there is left out in words."""
+    output = os.path.join(folder, "flow_matching")
+    script = [sys.executable, os.path.join(HERE, "flow_matching.py"), "--models", folder, "--output", output]
+    done = run("xvfb-run", "-a", *script, "--only", "mixtures", "signals")
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "mixtures.png"), 1600)
+    assert "holds no bunny_mixtures.safetensors: signals are left out" in done.stdout
+
+
 if __name__ == "__main__":
     checks = {
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "medical": check_medical,
         "predicted_curvature": check_predicted_curvature,
+        "flow_matching": check_flow_matching,
     }
     checks[sys.argv[1]](sys.argv[2])
