@@ -3,8 +3,7 @@
 /// What a network takes beside the mesh: conditions and, in place of the positions, a signal; from VTK's arrays.
 #pragma once
 
-#include "UsedPoints.h"
-
+#include "Core/Mesh/UsedPoints.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
 
 #include <string>

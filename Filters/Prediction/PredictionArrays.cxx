@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PredictionArrays.h"
 
+#include "NewArray.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Operators/SurfaceOperators.h"
@@ -18,7 +19,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <memory>
 
 namespace surfsynth
 {
@@ -27,19 +27,6 @@ namespace
 {
 /// The label of points and cells that the network has not seen.
 constexpr int NoLabel = -1;
-
-/// An array of zeros that fails with bad_alloc when there is no memory for it, which VTK's own allocation need not.
-template <typename Array>
-vtkSmartPointer<Array> NewArray(const std::string& name, vtkIdType tuples, int components)
-{
-  using Value = typename Array::ValueType;
-  std::unique_ptr<Value[]> values(new Value[static_cast<std::size_t>(tuples) * static_cast<std::size_t>(components)]());
-  auto array = vtkSmartPointer<Array>::New();
-  array->SetName(name.c_str());
-  array->SetNumberOfComponents(components);
-  array->SetArray(values.release(), tuples * components, 0, Array::VTK_DATA_ARRAY_DELETE);
-  return array;
-}
 
 /// Where the values of a domain go: a tuple of the output for each row of them, some tuples without one.
 struct Rows

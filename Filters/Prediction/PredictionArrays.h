@@ -3,8 +3,7 @@
 /// What a network says about a surface, as VTK's arrays.
 #pragma once
 
-#include "UsedPoints.h"
-
+#include "Core/Mesh/UsedPoints.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
 
 #include <string>

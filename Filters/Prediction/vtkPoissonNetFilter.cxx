@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkPoissonNetFilter.h"
 
-#include "ModelCache.h"
+#include "BlockCache.h"
+#include "FileCache.h"
 #include "NetworkInput.h"
 #include "PredictionArrays.h"
 #include "SurfaceBridge.h"
-#include "UsedPoints.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/UsedPoints.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -18,8 +19,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <iterator>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -50,14 +49,12 @@ std::string Described(const surfsynth::PoissonNetModel& model)
 /// The network on one mesh. The operators outlive a change of the model.
 struct PreparedBlock
 {
-  std::uint64_t MeshHash = 0;
   surfsynth::InputNormalisation Normalisation = surfsynth::InputNormalisation::None;
   surfsynth::MeshNormalisation Coordinates;
   surfsynth::PointMatrix Points; ///< those that triangles use, normalised
   surfsynth::PoissonOperators Operators;
   std::shared_ptr<const surfsynth::PoissonNetModel> Model;
   std::optional<surfsynth::PoissonNetEvaluator> Evaluator;
-  bool InUse = false;
 };
 } // namespace
 
@@ -79,19 +76,7 @@ public:
     }
     this->Model.reset();
     this->Model = this->File.Get(this->Self->ModelFileName);
-    for (auto& block : this->Blocks)
-    {
-      block.second.InUse = false;
-    }
-  }
-
-  /// Forgets the meshes of blocks that are gone, and of those that failed.
-  void DropUnused()
-  {
-    for (auto block = this->Blocks.begin(); block != this->Blocks.end();)
-    {
-      block = block->second.InUse ? std::next(block) : this->Blocks.erase(block);
-    }
+    this->Blocks.Begin();
   }
 
   void AddPrediction(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
@@ -118,18 +103,16 @@ public:
   /// What is held of this block from an earlier update, or null; mesh and normalisation must be the same.
   PreparedBlock* Find(const Surface& surface)
   {
-    const auto found = this->Blocks.find(surface.FlatIndex);
-    if (found == this->Blocks.end() || found->second.Normalisation != this->Normalisation() ||
-      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
-    {
-      return nullptr;
-    }
-    found->second.InUse = true;
-    return &found->second;
+    PreparedBlock* found = this->Blocks.Find(surface);
+    return found && found->Normalisation == this->Normalisation() ? found : nullptr;
   }
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
-  surfsynth::ModelCache File;
+  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::FileCache<surfsynth::PoissonNetModel> File{
+    [](const std::string& path) { return surfsynth::ReadPoissonNet(path); },
+    "A PoissonNet in safetensors format is needed; \"python3 -m surfacesynthesis convert\" makes one of a PyTorch "
+    "checkpoint." };
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -163,7 +146,7 @@ private:
   PreparedBlock& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
     const surfsynth::MeshNormalisation& coordinates, const surfsynth::Progress& progress)
   {
-    this->Blocks.erase(surface.FlatIndex); // first, so that two factors are never held for one block
+    this->Blocks.Drop(surface);
     // The tables that the check has made hold for the whole mesh, stray points included.
     const bool isWhole = surface.Topology && mesh.NumberOfPoints() == surface.Mesh.NumberOfPoints();
     std::optional<surfsynth::MeshTopology> own;
@@ -173,19 +156,17 @@ private:
     }
     const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
     PreparedBlock prepared;
-    prepared.MeshHash = surfsynth::ContentHash(surface.Mesh);
     prepared.Normalisation = this->Normalisation();
     prepared.Coordinates = coordinates;
     const surfsynth::TriangleMesh normalised = surfsynth::Normalised(mesh, coordinates);
     prepared.Points = normalised.Points;
     prepared.Operators = surfsynth::BuildPoissonOperators(normalised, topology, progress);
-    prepared.InUse = true;
     ++this->NumberOfFactorizations;
     for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalisation()))
     {
       vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
     }
-    return this->Blocks.insert_or_assign(surface.FlatIndex, std::move(prepared)).first->second;
+    return this->Blocks.Insert(surface, std::move(prepared));
   }
 
   const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedBlock& prepared) const
@@ -200,7 +181,6 @@ private:
   }
 
   vtkPoissonNetFilter* Self;
-  std::map<unsigned int, PreparedBlock> Blocks; ///< by flat index
 };
 
 vtkPoissonNetFilter::vtkPoissonNetFilter()
@@ -308,7 +288,7 @@ int vtkPoissonNetFilter::RequestData(
     this, inputVector, outputVector, surfsynth::PoissonNetEvaluator::Requirements(), predict, isPrepared);
   if (success && !this->GetAbortExecute())
   {
-    this->Impl->DropUnused();
+    this->Impl->Blocks.DropUnused();
   }
   return success;
 }

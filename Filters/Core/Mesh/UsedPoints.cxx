@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "UsedPoints.h"
+#include "Core/Mesh/UsedPoints.h"
 
 #include <algorithm>
 

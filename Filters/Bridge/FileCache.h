@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a filter has read from a file, read again only when the file has changed.
+#pragma once
+
+#include "Core/Common/Errors.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace surfsynth
+{
+
+/// Holds what the last file that was asked for contains.
+template <typename Content>
+class FileCache
+{
+public:
+  using Reader = std::function<Content(const std::string& path)>;
+
+  /// @param advice a sentence for who names a file that does not exist: what is needed, and where it comes from.
+  FileCache(Reader reader, std::string advice)
+    : Read(std::move(reader))
+    , Advice(std::move(advice))
+  {}
+
+  /// The content of the file: what was read last when path, size and modification time of the file are the same.
+  /// @throws InvalidInput when there is no such file; what the reader throws. Then nothing is held.
+  std::shared_ptr<const Content> Get(const std::string& path)
+  {
+    std::error_code error;
+    const auto time = std::filesystem::last_write_time(path, error);
+    if (error)
+    {
+      this->Held.reset();
+      throw InvalidInput("The model file \"" + path + "\" cannot be read: " + error.message() + ". " + this->Advice);
+    }
+    const auto size = std::filesystem::file_size(path, error); // of what is no file: the reader says so
+    if (!this->Held || path != this->Path || time != this->Time || size != this->Size)
+    {
+      this->Held.reset(); // first, so that two are never held, and none after an error
+      this->Held = std::make_shared<const Content>(this->Read(path));
+      this->Path = path;
+      this->Time = time;
+      this->Size = size;
+      ++this->Loads;
+    }
+    return this->Held;
+  }
+
+  /// Files read since this object was made.
+  std::int64_t NumberOfLoads() const { return this->Loads; }
+
+private:
+  Reader Read;
+  std::string Advice;
+  std::shared_ptr<const Content> Held;
+  std::string Path;
+  std::filesystem::file_time_type Time;
+  std::uintmax_t Size = 0;
+  std::int64_t Loads = 0;
+};
+
+} // namespace surfsynth
