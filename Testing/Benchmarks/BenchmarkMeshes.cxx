@@ -160,6 +160,7 @@ int main(int argc, char** argv)
     return EXIT_FAILURE;
   }
   bench::RegisterCore();
+  bench::RegisterStatistics();
   bench::RegisterYardsticks();
 #ifdef SURFACE_SYNTHESIS_LEARNING
   bench::RegisterPoissonNet();

@@ -57,6 +57,7 @@ using Body = std::function<void(benchmark::State&, const TriangleMesh&)>;
 void Register(const std::string& name, const Body& body);
 
 void RegisterCore();
+void RegisterStatistics();
 void RegisterYardsticks();
 /// Only in builds with SURFACE_SYNTHESIS_LEARNING.
 void RegisterPoissonNet();

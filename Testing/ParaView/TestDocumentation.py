@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ElementTree
 
 # header, XML, how many properties and results at least, properties of the XML that are methods of VTK's own
 FILTERS = (
+    ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
@@ -42,7 +43,7 @@ def properties_of_header(path):
     """For each property that can be set: comment, bounds and default; and the names of those that can be read only."""
     with open(path, encoding="utf-8") as file:
         header = file.read()
-    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z_]+) = (\d+)", header, re.MULTILINE)}
+    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z][A-Z0-9_]+) = (\d+)", header, re.MULTILINE)}
     defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):

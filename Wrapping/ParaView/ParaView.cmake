@@ -46,6 +46,7 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 # Modules with filters; the bridge between them and the core is no module for users and is not wrapped in Python.
 include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/Meshing/Options.cmake")
 set(surfsynth_filter_modules
+  VTK::SurfaceSynthesisDeformation
   VTK::SurfaceSynthesisMeshing
   VTK::SurfaceSynthesisNoise)
 if (SURFACE_SYNTHESIS_LEARNING)

@@ -69,7 +69,8 @@ if hasattr(_meshing, "vtkTetrahedralizeFilter"):
 
     __all__.append("tetrahedralize")
 
-#: What needs LibTorch, which takes a second to load: found on first use, and absent where it was not built.
+#: What needs LibTorch, which takes a second to load, or shares a module with what does: found on first use, and absent where
+#: it was not built.
 _PREDICTION = {
     "NORMALISATIONS": "prediction",
     "NetworkOutput": "prediction",
@@ -78,11 +79,20 @@ _PREDICTION = {
 }
 if importlib.util.find_spec(".vtkSurfaceSynthesisPrediction", __package__):
     __all__ += _PREDICTION
+_DEFORMATION = {
+    "DISTANCES": "metrics",
+    "EnsembleMetrics": "metrics",
+    "ensemble_metrics": "metrics",
+    "vtkEnsembleMetrics": "vtkSurfaceSynthesisDeformation",
+}
+if importlib.util.find_spec(".vtkSurfaceSynthesisDeformation", __package__):
+    __all__ += _DEFORMATION
+_FOUND_ON_USE = {**_PREDICTION, **_DEFORMATION}
 
 
 def __getattr__(name):
-    if name in _PREDICTION and name in __all__:
-        value = getattr(importlib.import_module("." + _PREDICTION[name], __name__), name)
+    if name in _FOUND_ON_USE and name in __all__:
+        value = getattr(importlib.import_module("." + _FOUND_ON_USE[name], __name__), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
