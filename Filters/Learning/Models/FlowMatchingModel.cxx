@@ -225,6 +225,13 @@ double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::
   return std::sqrt(squares) / (expected[0] + expected[3] + expected[5]);
 }
 
+MeshNormalisation FlowNormalisation(const TriangleMesh& mesh)
+{
+  MeshNormalisation normalisation = ComputeNormalisation(mesh, InputNormalisation::SurfaceArea);
+  normalisation.Scale = std::sqrt(FaceAreas(mesh).sum());
+  return normalisation;
+}
+
 std::string FlowMatchingModel::Description() const
 {
   const PoissonNetOptions& options = this->Velocity.Options;

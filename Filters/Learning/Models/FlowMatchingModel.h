@@ -5,6 +5,7 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 #include "Core/Noise/MaternField.h"
+#include "Learning/Models/MeshNormalisation.h"
 #include "Learning/Models/PoissonNetModel.h"
 
 #include <Eigen/Core>
@@ -71,6 +72,11 @@ struct FlowMatchingModel
   /// One line: what is generated, network, noise.
   std::string Description() const;
 };
+
+/// From the caller's coordinates to the network's, exactly: the 1e-8 that published networks add to the scale (see
+/// InputNormalisation::SurfaceArea) would leave small surfaces, such as a cell of 1e-6 m, with another area than 1.
+/// @throws InvalidInput when the mesh has no extent.
+MeshNormalisation FlowNormalisation(const TriangleMesh& mesh);
 
 /// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1"),
 /// `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in ReadPartNetwork().

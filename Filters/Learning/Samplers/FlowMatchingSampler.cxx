@@ -37,7 +37,7 @@ public:
   Internals(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh, const MeshTopology& topology,
     const Progress& progress)
     : Model(std::move(model))
-    , Normalisation(ComputeNormalisation(mesh, InputNormalisation::SurfaceArea))
+    , Normalisation(FlowNormalisation(mesh))
   {
     CheckModel(*this->Model);
     TriangleMesh normalised = Normalised(mesh, this->Normalisation);
@@ -193,16 +193,22 @@ FeatureMatrix FlowMatchingSampler::Integrate(
 Eigen::MatrixXd FlowMatchingSampler::ToSignal(const FeatureMatrix& state) const
 {
   const FlowMatchingModel& model = *this->Impl->Model;
-  Eigen::MatrixXd signal = state.cast<double>();
+  Eigen::MatrixXd signal = this->ToDeviation(state);
+  signal.rowwise() +=
+    model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalisation.Centre) : model.SignalMean;
+  return signal;
+}
+
+Eigen::MatrixXd FlowMatchingSampler::ToDeviation(const FeatureMatrix& state) const
+{
+  const FlowMatchingModel& model = *this->Impl->Model;
+  Eigen::MatrixXd deviation = state.cast<double>();
   if (model.GeneratesPositions())
   {
-    signal *= this->Impl->Normalisation.Scale;
-    signal.rowwise() += this->Impl->Normalisation.Centre;
-    return signal;
+    return deviation * this->Impl->Normalisation.Scale;
   }
-  signal.array().rowwise() *= model.SignalScale.array();
-  signal.rowwise() += model.SignalMean;
-  return signal;
+  deviation.array().rowwise() *= model.SignalScale.array();
+  return deviation;
 }
 
 MeshRequirements FlowMatchingSampler::Requirements() { return PoissonNetEvaluator::Requirements(); }

@@ -80,6 +80,10 @@ public:
   /// values of another signal.
   Eigen::MatrixXd ToSignal(const FeatureMatrix& state) const;
 
+  /// The same without what ToSignal() adds to every row (the centroid, or the mean of the training): a state in the caller's
+  /// units about 0. Keeps its digits on surfaces far from the origin.
+  Eigen::MatrixXd ToDeviation(const FeatureMatrix& state) const;
+
   /// What the model asks of a mesh; see PoissonNetEvaluator::Requirements().
   static MeshRequirements Requirements();
 
