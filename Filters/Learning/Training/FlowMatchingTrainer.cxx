@@ -116,6 +116,7 @@ public:
 private:
   std::int64_t Iteration() const { return static_cast<std::int64_t>(this->History.size()); }
   Batch MakeBatch(std::size_t source, std::int64_t first, std::int64_t count) const;
+  void Accumulate(TrainingStep& step);
   void UpdateAverages();
 
   std::vector<MeshTensors> Meshes;
@@ -176,12 +177,9 @@ double FlowMatchingTrainer::Internals::LearningRate() const
   return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
 }
 
-TrainingStep FlowMatchingTrainer::Internals::Step()
+/// The loss of this iteration and its gradient, which is added to that of the parameters.
+void FlowMatchingTrainer::Internals::Accumulate(TrainingStep& step)
 {
-  TrainingStep step;
-  step.LearningRate = this->LearningRate();
-  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(step.LearningRate);
-  this->Adam->zero_grad();
   const std::int64_t groups = this->Options.SourcesPerBatch;
   const std::int64_t size = this->Options.BatchSize / groups;
   for (std::int64_t group = 0; group < groups; ++group)
@@ -202,11 +200,28 @@ TrainingStep FlowMatchingTrainer::Internals::Step()
     step.JacobianLoss += share * loss.Jacobian.item<double>();
   }
   step.Loss = this->Options.VertexWeight * step.VertexLoss + this->Options.JacobianWeight * step.JacobianLoss;
+}
+
+TrainingStep FlowMatchingTrainer::Internals::Step()
+{
+  TrainingStep step;
   step.Iteration = this->Iteration() + 1;
+  step.LearningRate = this->LearningRate();
+  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(step.LearningRate);
+  this->Adam->zero_grad();
   const double limit =
     this->Options.GradientClip > 0.0 ? this->Options.GradientClip : std::numeric_limits<double>::infinity();
-  step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Network->parameters(), limit);
-  if (!std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
+  bool finite = true;
+  try
+  {
+    this->Accumulate(step);
+    step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Network->parameters(), limit);
+  }
+  catch (const InvalidInput&) // the solver's, of a right-hand side that is not finite: all else was checked before
+  {
+    finite = false;
+  }
+  if (!finite || !std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
   {
     throw SolverFailure("FlowMatchingTrainer: the loss or its gradient is not finite in iteration " +
       std::to_string(step.Iteration) + "; expected a lower learning rate, or samples without outliers.");

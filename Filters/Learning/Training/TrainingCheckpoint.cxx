@@ -8,7 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
+#include <cstring>
 #include <fstream>
+#include <locale>
+#include <sstream>
 #include <utility>
 
 namespace surfsynth
@@ -21,12 +24,30 @@ constexpr const char* HistoryName = "history";
 constexpr const char* RecipeKey = "recipe";
 constexpr std::size_t Columns = 6;
 
-/// All digits, so that equal texts mean equal numbers.
+/// All digits, so that equal texts mean equal numbers, in every locale.
 std::string Exactly(double number)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", number);
-  return text;
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(17);
+  text << number;
+  return text.str();
+}
+
+/// Tells encoders apart whose results have the same number of channels.
+std::string Identity(const PoissonNetModel& model)
+{
+  std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, over 32-bit words
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    for (const float value : tensor.Values)
+    {
+      std::uint32_t word;
+      std::memcpy(&word, &value, sizeof word);
+      hash = (hash ^ word) * 0x100000001b3;
+    }
+  }
+  return std::to_string(model.Options.ResultChannels()) + " channels, " + std::to_string(hash);
 }
 
 std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
@@ -79,7 +100,7 @@ std::map<std::string, std::string> RecipeOf(const FlowMatchingTrainingOptions& o
     { "noise", std::to_string(static_cast<int>(options.Noise.Model)) },
     { "noise_screening", Exactly(options.Noise.Screening) },
     { "noise_eigenpairs", std::to_string(options.Noise.Eigenpairs) }, { "noise_scale", Exactly(options.Noise.Scale) },
-    { "encoder", options.Encoder ? std::to_string(options.Encoder->Options.ResultChannels()) : "none" },
+    { "encoder", options.Encoder ? Identity(*options.Encoder) : "none" },
     { "batch_size", std::to_string(options.BatchSize) },
     { "sources_per_batch", std::to_string(options.SourcesPerBatch) },
     { "learning_rate", Exactly(options.LearningRate) },
@@ -154,6 +175,7 @@ void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& hi
 {
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::trunc);
+  file.imbue(std::locale::classic());
   file << "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate\n";
   file.precision(9);
   for (const TrainingStep& step : history)
