@@ -46,11 +46,10 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 # Modules with filters; the bridge between them and the core is no module for users and is not wrapped in Python.
 include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/Meshing/Options.cmake")
 set(surfsynth_filter_modules
-  VTK::SurfaceSynthesisDeformation
   VTK::SurfaceSynthesisMeshing
   VTK::SurfaceSynthesisNoise)
 if (SURFACE_SYNTHESIS_LEARNING)
-  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisPrediction)
+  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisDeformation VTK::SurfaceSynthesisPrediction)
 endif ()
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge
