@@ -81,6 +81,8 @@ if importlib.util.find_spec(".vtkSurfaceSynthesisPrediction", __package__):
     __all__ += _PREDICTION
 _DEFORMATION = {
     "DISTANCES": "metrics",
+    "train_flow_matching": "training",
+    "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
     "EnsembleMetrics": "metrics",
     "ensemble_metrics": "metrics",
     "vtkEnsembleMetrics": "vtkSurfaceSynthesisDeformation",
