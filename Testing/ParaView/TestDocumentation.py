@@ -12,6 +12,8 @@ import xml.etree.ElementTree as ElementTree
 # header, XML, how many properties and results at least, properties of the XML that are methods of VTK's own
 FILTERS = (
     ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
+    ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 27, 2,
+     {"Samples", "Milestones"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
