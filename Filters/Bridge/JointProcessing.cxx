@@ -44,7 +44,7 @@ bool HoldsInput(vtkAlgorithm* self, vtkInformationVector** inputVector)
   return points > 0;
 }
 
-/// Calls @p worker on the rank that has the inputs. Collective on several ranks.
+/// Calls @p worker on the rank that has the inputs, or on the first where none does. Collective on several ranks.
 /// @return the text of what went wrong, the same on all ranks; empty when nothing did.
 /// @throws Cancelled
 std::string WorkWhereInputsLie(
@@ -62,7 +62,7 @@ std::string WorkWhereInputsLie(
   }
   std::string error;
   bool cancelled = false;
-  if (holdsInput || count == 0)
+  if (holdsInput || (count == 0 && ranks.Rank() == 0))
   {
     try
     {

@@ -23,8 +23,8 @@ using JointWorker = std::function<void(const Progress& progress)>;
 ///  - binds progress to UpdateProgress() and cancellation to AbortExecute;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and all outputs into empty ones;
-///  - on several MPI ranks, works where the inputs lie. Inputs on several ranks are an error on all: what can be
-///    made of a part is no part of what is made of the whole.
+///  - on several MPI ranks, works where the inputs lie, on the first when all are empty. Inputs on several ranks are an
+///    error on all of them: what can be made of a part is no part of what is made of the whole.
 /// @return 0 after an error, else 1. An abort is no failure: the outputs are empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessJointly(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const JointWorker& worker);

@@ -67,6 +67,10 @@ std::string Attempt(vtkDataObject* input, const std::function<void()>& work)
   }
   catch (const std::bad_alloc&)
   {
+    if (!input)
+    {
+      return "There is not enough memory.";
+    }
     return "There is not enough memory for a dataset of " +
       std::to_string(input->GetNumberOfElements(vtkDataObject::POINT)) + " points and " +
       std::to_string(std::max<vtkIdType>(input->GetNumberOfElements(vtkDataObject::CELL), 0)) + " cells.";

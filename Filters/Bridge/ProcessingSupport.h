@@ -44,7 +44,7 @@ std::string BlockName(unsigned int flatIndex);
 /// Reports one error of @p self: @p text, after @p where when that is not empty.
 void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
 
-/// The text of what went wrong in @p work on @p input; empty when nothing did.
+/// The text of what went wrong in @p work on @p input, which may be null; empty when nothing did.
 /// @throws Cancelled
 std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
 

@@ -17,6 +17,8 @@ FILTERS = (
     (("Filters/Deformation/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 11, 3,
      {"TimestepValues"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 9, 3, {"TimestepValues"}),
+    ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 27, 2,
+     {"Samples", "Milestones"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Meshing/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),

@@ -6,7 +6,9 @@
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there).
+#include "Core/Common/Errors.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/TrainingClock.h"
 
 #include <atomic>
 #include <chrono>
@@ -18,6 +20,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,9 +47,12 @@ Number Parse(const std::string& option, const std::string& text)
 {
   std::istringstream stream(text);
   Number number{};
-  if (!(stream >> number) || !stream.eof())
+  // Streams read "-1" as the largest unsigned number.
+  const bool belowRange = std::is_unsigned<Number>::value && text.find('-') != std::string::npos;
+  if (belowRange || !(stream >> number) || !stream.eof())
   {
-    throw UsageError(option + " is \"" + text + "\"; expected a number");
+    throw UsageError(option + " is \"" + text + "\"; expected " +
+      (std::is_integral<Number>::value ? "a whole number" : "a number") + (belowRange ? " of at least 0" : ""));
   }
   return number;
 }
@@ -172,13 +178,13 @@ class ProgressLine
 public:
   explicit ProgressLine(std::int64_t iterations)
     : Iterations(iterations)
+    , Clock(iterations)
   {
   }
 
   void Show(const TrainingStep& step)
   {
-    this->First = this->First == 0 ? step.Iteration : this->First;
-    this->Loss = this->Loss == 0.0 ? step.Loss : 0.98 * this->Loss + 0.02 * step.Loss;
+    this->Clock.Add(step);
     const auto now = std::chrono::steady_clock::now();
     const bool last = step.Iteration == this->Iterations;
     if (!last && now - this->Shown < std::chrono::seconds(1))
@@ -186,25 +192,15 @@ public:
       return;
     }
     this->Shown = now;
-    const double seconds = std::chrono::duration<double>(now - this->Begin).count();
-    const double perStep = seconds / static_cast<double>(step.Iteration - this->First + 1);
-    const auto left = static_cast<long>(perStep * static_cast<double>(this->Iterations - step.Iteration));
-    std::printf("\riteration %lld of %lld, loss %.5f, %.2f s each, %ld:%02ld:%02ld left ",
-      static_cast<long long>(step.Iteration), static_cast<long long>(this->Iterations), this->Loss, perStep, left / 3600,
-      left / 60 % 60, left % 60);
+    // A shorter line leaves nothing of a longer one.
+    std::printf("\r%-78s%s", this->Clock.Describe().c_str(), last ? "\n" : "");
     std::fflush(stdout);
-    if (last)
-    {
-      std::printf("\n");
-    }
   }
 
 private:
   std::int64_t Iterations;
-  std::int64_t First = 0;
-  double Loss = 0.0;
-  std::chrono::steady_clock::time_point Begin = std::chrono::steady_clock::now();
-  std::chrono::steady_clock::time_point Shown = Begin - std::chrono::seconds(2);
+  TrainingClock Clock;
+  std::chrono::steady_clock::time_point Shown = std::chrono::steady_clock::now() - std::chrono::seconds(2);
 };
 
 void PrintUsage(std::ostream& stream)
@@ -267,9 +263,14 @@ int main(int argc, char* argv[])
     std::cerr << "surfacesynthesis-train: " << error.what() << ". --help lists what there is.\n";
     return 2;
   }
+  catch (const Cancelled& error)
+  {
+    std::cerr << "\nsurfacesynthesis-train: " << error.what() << " The same command goes on from there.\n";
+    return 3;
+  }
   catch (const std::exception& error)
   {
     std::cerr << "\nsurfacesynthesis-train: " << error.what() << '\n';
-    return Interrupted ? 3 : 1;
+    return 1;
   }
 }

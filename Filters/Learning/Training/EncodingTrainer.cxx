@@ -5,15 +5,14 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Core/Solvers/LaplaceEigenpairs.h"
-#include "Learning/Models/MeshNormalisation.h"
 #include "Learning/Samplers/FlowMatchingSampler.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/TrainingSources.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <utility>
+#include <vector>
 
 namespace surfsynth
 {
@@ -76,7 +75,7 @@ void CheckOptions(const EncodingTrainingOptions& options)
   CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
   if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 || options.BatchSize > 100000)
   {
-    throw InvalidInput("The options Eigenfunctions and BatchSize of the training are " +
+    throw InvalidInput("TrainingOptions: Eigenfunctions and BatchSize are " +
       std::to_string(options.Eigenfunctions) + " and " + std::to_string(options.BatchSize) +
       "; expected 1 to 10000 and 1 to 100000.");
   }
@@ -100,7 +99,8 @@ public:
     Report(progress, 1.0);
   }
 
-  TrainingStep Step();
+  void Accumulate(const std::vector<TriangleMesh>& surfaces, TrainingStep& step);
+  std::vector<TriangleMesh> Surfaces() const;
   std::map<std::string, std::string> Recipe() const;
 
   EncodingTrainingOptions Options;
@@ -134,25 +134,33 @@ TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
   return UnitArea(mesh);
 }
 
-TrainingStep EncodingTrainer::Internals::Step()
+/// The surfaces of this iteration. @throws InvalidInput when one is degenerate.
+std::vector<TriangleMesh> EncodingTrainer::Internals::Surfaces() const
 {
-  TrainingStep step;
-  this->Training.Begin();
-  const double share = 1.0 / static_cast<double>(this->Options.BatchSize);
-  const torch::Device device = this->Training.Device();
+  std::vector<TriangleMesh> surfaces;
   for (std::int64_t slot = 0; slot < this->Options.BatchSize; ++slot)
   {
-    const TriangleMesh surface = this->Surface(slot);
+    surfaces.push_back(this->Surface(slot));
+    RequireSoundMesh(surfaces.back(), FlowMatchingSampler::Requirements());
+  }
+  return surfaces;
+}
+
+/// The loss of this iteration and its gradient, which is added to that of the parameters.
+void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& surfaces, TrainingStep& step)
+{
+  const torch::Device device = this->Training.Device();
+  for (const TriangleMesh& surface : surfaces)
+  {
     const MeshTensors mesh(BuildPoissonOperators(surface, MeshTopology(surface)),
       torch::TensorOptions(torch::kFloat32).device(device));
     const torch::Tensor positions = ToTensor(surface.Points.cast<float>(), device);
     const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
-    const torch::Tensor loss = share * MassMean(mesh, difference.square()).mean();
+    const torch::Tensor loss = MassMean(mesh, difference.square()).mean() / static_cast<double>(surfaces.size());
     loss.backward();
     step.VertexLoss += loss.item<double>();
   }
   step.Loss = step.VertexLoss;
-  return this->Training.End(step);
 }
 
 std::map<std::string, std::string> EncodingTrainer::Internals::Recipe() const
@@ -179,7 +187,11 @@ EncodingTrainer::~EncodingTrainer() = default;
 EncodingTrainer::EncodingTrainer(EncodingTrainer&&) noexcept = default;
 EncodingTrainer& EncodingTrainer::operator=(EncodingTrainer&&) noexcept = default;
 
-TrainingStep EncodingTrainer::Step() { return this->Impl->Step(); }
+TrainingStep EncodingTrainer::Step()
+{
+  const std::vector<TriangleMesh> surfaces = this->Impl->Surfaces();
+  return this->Impl->Training.Step([&](TrainingStep& step) { this->Impl->Accumulate(surfaces, step); });
+}
 
 std::int64_t EncodingTrainer::Iteration() const { return this->Impl->Training.Iteration(); }
 
@@ -209,8 +221,9 @@ PoissonNetModel EncodingTrainer::Model() const
 EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptions& options, const TrainingFiles& files,
   const TrainingObserver& observe, const Progress& progress)
 {
+  CheckFiles(files);
   EncodingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
-  if (files.Resume && !files.Checkpoint.empty() && std::filesystem::exists(files.Checkpoint))
+  if (FindsCheckpoint(files))
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }

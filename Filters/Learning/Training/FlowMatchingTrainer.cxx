@@ -13,6 +13,7 @@
 #include <torch/torch.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <utility>
 #include <vector>
@@ -36,6 +37,22 @@ PoissonNetOptions NetworkOptions(const FlowMatchingTrainingOptions& options, con
   network.ExtraFeatures = 1 + sources.Sources.front().Condition.cols();
   network.Head = sources.Frame.GeneratesPositions() ? PoissonNetHead::GradientDomain : PoissonNetHead::Linear;
   return network;
+}
+
+/// Tells encoders apart whose results have the same number of channels.
+std::string Identity(const PoissonNetModel& model)
+{
+  std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, over 32-bit words
+  for (const auto& entry : model.Tensors)
+  {
+    for (const float value : entry.second.Values)
+    {
+      std::uint32_t word;
+      std::memcpy(&word, &value, sizeof word);
+      hash = (hash ^ word) * 0x100000001b3;
+    }
+  }
+  return std::to_string(model.Options.ResultChannels()) + " channels, " + std::to_string(hash);
 }
 
 /// What the network sees in one iteration on one surface.
@@ -70,7 +87,7 @@ public:
     }
   }
 
-  TrainingStep Step();
+  void Accumulate(TrainingStep& step);
   std::map<std::string, std::string> Recipe() const;
 
   FlowMatchingTrainingOptions Options;
@@ -98,7 +115,8 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   recipe["noise_screening"] = Exactly(this->Options.Noise.Screening);
   recipe["noise_eigenpairs"] = std::to_string(this->Options.Noise.Eigenpairs);
   recipe["noise_scale"] = Exactly(this->Options.Noise.Scale);
-  recipe["encoder"] = this->Options.Encoder ? std::to_string(this->Options.Encoder->Options.ResultChannels()) : "none";
+  recipe["encoder"] = this->Options.Encoder ? Identity(*this->Options.Encoder) : "none";
+  recipe["signal"] = this->Data.Frame.SignalName;
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
   recipe["sources_per_batch"] = std::to_string(this->Options.SourcesPerBatch);
   recipe["vertex_weight"] = Exactly(this->Options.VertexWeight);
@@ -158,10 +176,9 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
     torch::cat({ time.expand({ count, vertices, 1 }), condition.expand({ count, -1, -1 }) }, -1), end - start };
 }
 
-TrainingStep FlowMatchingTrainer::Internals::Step()
+/// The loss of this iteration and its gradient, which is added to that of the parameters.
+void FlowMatchingTrainer::Internals::Accumulate(TrainingStep& step)
 {
-  TrainingStep step;
-  this->Training.Begin();
   const std::int64_t groups = this->Options.SourcesPerBatch;
   const std::int64_t size = this->Options.BatchSize / groups;
   const auto share = 1.0 / static_cast<double>(groups);
@@ -178,7 +195,6 @@ TrainingStep FlowMatchingTrainer::Internals::Step()
     step.JacobianLoss += share * loss.Jacobian.item<double>();
   }
   step.Loss = this->Options.VertexWeight * step.VertexLoss + this->Options.JacobianWeight * step.JacobianLoss;
-  return this->Training.End(step);
 }
 
 FlowMatchingTrainer::FlowMatchingTrainer(
@@ -192,7 +208,10 @@ FlowMatchingTrainer::~FlowMatchingTrainer() = default;
 FlowMatchingTrainer::FlowMatchingTrainer(FlowMatchingTrainer&&) noexcept = default;
 FlowMatchingTrainer& FlowMatchingTrainer::operator=(FlowMatchingTrainer&&) noexcept = default;
 
-TrainingStep FlowMatchingTrainer::Step() { return this->Impl->Step(); }
+TrainingStep FlowMatchingTrainer::Step()
+{
+  return this->Impl->Training.Step([this](TrainingStep& step) { this->Impl->Accumulate(step); });
+}
 
 std::int64_t FlowMatchingTrainer::Iteration() const { return this->Impl->Training.Iteration(); }
 

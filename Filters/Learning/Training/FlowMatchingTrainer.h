@@ -82,8 +82,11 @@ private:
 
 /// Trains to the last iteration, with checkpoints. An interrupted training loses what came after its last checkpoint; on
 /// cancellation (by @p observe or @p progress) a checkpoint is written first.
+/// A checkpoint of the last iteration is enough to write the other files again.
 /// @returns the trainer, with model and history.
-/// @throws what FlowMatchingTrainer throws; Cancelled.
+/// @throws what FlowMatchingTrainer throws; before any work, InvalidInput when a file has no folder to lie in, is a folder
+/// or has the name of another one, or CheckpointInterval is below 1; ModelMismatch when the checkpoint has more iterations
+/// than are asked for; Cancelled.
 FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe = {}, const Progress& progress = {});
 

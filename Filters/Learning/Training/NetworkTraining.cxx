@@ -77,16 +77,25 @@ double NetworkTraining::LearningRate() const
   return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
 }
 
-void NetworkTraining::Begin() { this->Adam->zero_grad(); }
-
-TrainingStep NetworkTraining::End(TrainingStep step)
+TrainingStep NetworkTraining::Step(const Objective& accumulate)
 {
+  TrainingStep step;
   step.Iteration = this->Iteration() + 1;
   step.LearningRate = this->LearningRate();
   const double limit =
     this->Options.GradientClip > 0.0 ? this->Options.GradientClip : std::numeric_limits<double>::infinity();
-  step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Net->parameters(), limit);
-  if (!std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
+  this->Adam->zero_grad();
+  bool finite = true;
+  try
+  {
+    accumulate(step);
+    step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Net->parameters(), limit);
+  }
+  catch (const InvalidInput&) // the solver's, of a right-hand side that is not finite: all else was checked before
+  {
+    finite = false;
+  }
+  if (!finite || !std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
   {
     throw SolverFailure("The loss or its gradient is not finite in iteration " + std::to_string(step.Iteration) +
       " of the training; expected a lower learning rate, or samples without outliers.");

@@ -11,6 +11,7 @@
 
 #include <torch/torch.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,11 +38,12 @@ public:
   std::int64_t Iteration() const { return static_cast<std::int64_t>(this->Steps.size()); }
   const std::vector<TrainingStep>& History() const { return this->Steps; }
 
-  /// Forgets the gradients; the iteration's own follow by backward() on its losses.
-  void Begin();
-  /// Clips the gradients, takes a step of Adam and updates the averages. Fills in what @p step lacks, and remembers it.
-  /// @throws SolverFailure when loss or gradient is not finite.
-  TrainingStep End(TrainingStep step);
+  /// Adds the gradients of an iteration's losses to those of the parameters, and fills in the losses.
+  using Objective = std::function<void(TrainingStep& step)>;
+
+  /// One iteration: gradients, which are clipped, a step of Adam, averages.
+  /// @throws SolverFailure when the loss or its gradient is not finite.
+  TrainingStep Step(const Objective& accumulate);
 
   /// The averaged weights. Fields other than Options and Tensors are left empty.
   PoissonNetModel Model();

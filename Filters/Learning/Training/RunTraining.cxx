@@ -2,19 +2,63 @@
 #include "Core/Common/Errors.h"
 #include "Learning/Training/TrainingOptions.h"
 
+#include <array>
+#include <filesystem>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace surfsynth
 {
+
+namespace
+{
+namespace fs = std::filesystem;
+}
+
+void CheckFiles(const TrainingFiles& files)
+{
+  if (files.CheckpointInterval < 1)
+  {
+    throw InvalidInput("TrainingFiles: the checkpoint interval is " + std::to_string(files.CheckpointInterval) +
+      "; expected at least 1.");
+  }
+  const std::array<std::pair<const char*, fs::path>, 3> places = { std::pair("model", fs::path(files.Model)),
+    std::pair("checkpoint", fs::path(files.Checkpoint)), std::pair("loss table", fs::path(files.LossTable)) };
+  for (std::size_t k = 0; k < places.size(); ++k)
+  {
+    const auto& [what, path] = places[k];
+    std::error_code unknown;
+    if (!path.empty() && (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || fs::is_directory(path, unknown)))
+    {
+      throw InvalidInput("TrainingFiles: the file of the " + std::string(what) + ", \"" + path.string() +
+        "\", cannot be written: its folder does not exist, or it is a folder; expected the name of a file in a folder.");
+    }
+    for (std::size_t other = 0; !path.empty() && other < k; ++other)
+    {
+      if (fs::absolute(path).lexically_normal() == fs::absolute(places[other].second).lexically_normal())
+      {
+        throw InvalidInput("TrainingFiles: \"" + path.string() + "\" is the file of both the " + places[other].first + " and the " +
+          what + "; expected a file for each.");
+      }
+    }
+  }
+}
+
+bool FindsCheckpoint(const TrainingFiles& files)
+{
+  return files.Resume && !files.Checkpoint.empty() && fs::exists(files.Checkpoint);
+}
 
 void RunTraining(std::int64_t iterationsDone, const TrainingOptions& options, const TrainingFiles& files,
   const std::function<TrainingStep()>& step, const std::function<void()>& save, const TrainingObserver& observe,
   const Progress& progress)
 {
-  if (files.CheckpointInterval < 1)
+  if (iterationsDone > options.Iterations)
   {
-    throw InvalidInput("The checkpoint interval of the training is " + std::to_string(files.CheckpointInterval) +
-      "; expected at least 1.");
+    throw ModelMismatch(files.Checkpoint + ": the checkpoint is of iteration " + std::to_string(iterationsDone) +
+      "; expected at most the " + std::to_string(options.Iterations) +
+      " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
   }
   bool saved = false;
   for (std::int64_t done = iterationsDone; done < options.Iterations;)
@@ -35,7 +79,7 @@ void RunTraining(std::int64_t iterationsDone, const TrainingOptions& options, co
   }
   if (!saved)
   {
-    save(); // a checkpoint that had it all already
+    save();
   }
 }
 

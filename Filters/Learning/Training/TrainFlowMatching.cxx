@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Training/FlowMatchingTrainer.h"
 
-#include <filesystem>
 #include <utility>
 
 namespace surfsynth
@@ -10,8 +9,9 @@ namespace surfsynth
 FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
 {
+  CheckFiles(files);
   FlowMatchingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
-  if (files.Resume && !files.Checkpoint.empty() && std::filesystem::exists(files.Checkpoint))
+  if (FindsCheckpoint(files))
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }

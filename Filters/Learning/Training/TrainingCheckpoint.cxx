@@ -9,6 +9,8 @@
 
 #include <cstdio>
 #include <fstream>
+#include <locale>
+#include <sstream>
 #include <utility>
 
 namespace surfsynth
@@ -73,9 +75,11 @@ std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, cons
 
 std::string Exactly(double number)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", number);
-  return text;
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(17);
+  text << number;
+  return text.str();
 }
 
 void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,
@@ -142,6 +146,7 @@ void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& hi
 {
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::trunc);
+  file.imbue(std::locale::classic());
   file << "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate\n";
   file.precision(9);
   for (const TrainingStep& step : history)

@@ -24,7 +24,7 @@ struct TrainingCheckpoint
 /// Device. @param training its name.
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training);
 
-/// All digits of a number, so that equal texts mean equal numbers.
+/// All digits of a number, so that equal texts mean equal numbers, in every locale.
 std::string Exactly(double number);
 
 /// @throws ModelMismatch naming the first entry in which a checkpoint differs.

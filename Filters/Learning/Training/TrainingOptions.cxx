@@ -16,7 +16,7 @@ void Require(bool fine, const char* option, double found, const char* expected)
   if (!fine)
   {
     throw InvalidInput(
-      std::string("The option ") + option + " of the training is " + Text(found) + "; expected " + expected + ".");
+      std::string("TrainingOptions: ") + option + " is " + Text(found) + "; expected " + expected + ".");
   }
 }
 
@@ -43,7 +43,7 @@ void CheckOptions(const TrainingOptions& options)
     "a number in [0, 1)");
   for (const std::int64_t milestone : options.Milestones)
   {
-    Require(milestone >= 0, "Milestones", static_cast<double>(milestone), "numbers of iterations");
+    Require(milestone >= 0, "a milestone", static_cast<double>(milestone), "a number of iterations");
   }
 }
 
@@ -67,10 +67,10 @@ void CheckOptions(const FlowMatchingTrainingOptions& options)
   RequireWeight("JacobianWeight", options.JacobianWeight);
   Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
     "a number above 0: else nothing is learnt");
-  Require(std::isfinite(options.Noise.Screening) && options.Noise.Screening > 0.0, "Screening",
+  Require(std::isfinite(options.Noise.Screening) && options.Noise.Screening > 0.0, "Noise.Screening",
     options.Noise.Screening, "a finite number above 0");
-  RequireWeight("NoiseScale", options.Noise.Scale);
-  RequireCount("Eigenpairs", options.Noise.Eigenpairs, 1000000, "1 to 1000000");
+  RequireWeight("Noise.Scale", options.Noise.Scale);
+  RequireCount("Noise.Eigenpairs", options.Noise.Eigenpairs, 1000000, "1 to 1000000");
 }
 
 } // namespace surfsynth

@@ -68,9 +68,17 @@ struct TrainingFiles
 /// Receives each iteration on the calling thread; false stops the training after it, as cancelling does.
 using TrainingObserver = std::function<bool(const TrainingStep& step)>;
 
+/// @throws InvalidInput when a file has no folder to lie in, is a folder or has the name of another one, or
+/// CheckpointInterval is below 1: what can be said before hours of training.
+void CheckFiles(const TrainingFiles& files);
+
+/// True when a training is to go on from a checkpoint, and there is one.
+bool FindsCheckpoint(const TrainingFiles& files);
+
 /// Takes steps to the last iteration, with checkpoints. @p step does one and returns it, @p save writes the files. On
-/// cancellation (by @p observe or @p progress) the files are written first.
-/// @throws Cancelled; what @p step and @p save throw.
+/// cancellation (by @p observe or @p progress) the files are written first; after a checkpoint of the last iteration they
+/// are written again, as they may have gone or have other names.
+/// @throws ModelMismatch when more iterations are done than are asked for; Cancelled; what @p step and @p save throw.
 void RunTraining(std::int64_t iterationsDone, const TrainingOptions& options, const TrainingFiles& files,
   const std::function<TrainingStep()>& step, const std::function<void()>& save, const TrainingObserver& observe,
   const Progress& progress);

@@ -2,6 +2,7 @@
 #include "Learning/Training/TrainingSources.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Learning/Models/MeshNormalisation.h"
 #include "Learning/Samplers/FlowMatchingSampler.h"
@@ -18,6 +19,8 @@ namespace
 {
 /// Fields that the scale of the noise is measured on.
 constexpr std::uint32_t FieldsMeasured = 64;
+/// Second moments that differ by less than this are those of one shape, as the sampler sees it.
+constexpr double MomentTolerance = 0.1;
 /// The stream of those fields, apart from those of the training.
 constexpr std::uint32_t MeasuringStream = 0xffffffff;
 
@@ -198,6 +201,12 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
     }
   }
   prepared.Frame.Shape = MomentsOf(moments);
+  if (!encoder && prepared.Frame.Shape.Spread > MomentTolerance)
+  {
+    throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
+      " surfaces have different shapes (their second moments differ by " + Text(prepared.Frame.Shape.Spread) +
+      " of their trace); expected one shape, or an encoder that tells the network where on a surface it is.");
+  }
   if (prepared.Frame.GeneratesPositions())
   {
     prepared.Frame.SignalMean = Eigen::RowVectorXd::Zero(3);
@@ -218,6 +227,10 @@ std::uint64_t ContentHash(const SignalDataset& dataset)
 {
   std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, over 32-bit words
   const auto mix = [&hash](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3; };
+  for (const char letter : dataset.SignalName) // what is made of the numbers depends on it
+  {
+    mix(static_cast<unsigned char>(letter));
+  }
   for (const SignalSource& source : dataset.Sources)
   {
     mix(ContentHash(source.Mesh));

@@ -35,12 +35,12 @@ struct TrainingSources
 };
 
 /// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the data.
-/// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(), or
-/// the samples do not vary; SolverFailure; Cancelled.
+/// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(),
+/// several have different shapes and there is no encoder, or the samples do not vary; SolverFailure; Cancelled.
 TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
   std::uint64_t seed, const Progress& progress);
 
-/// 64-bit hash of surfaces and samples: tells whether a checkpoint belongs to a dataset.
+/// 64-bit hash of the signal's name, surfaces and samples: tells whether a checkpoint belongs to a dataset.
 std::uint64_t ContentHash(const SignalDataset& dataset);
 
 } // namespace surfsynth

@@ -67,8 +67,8 @@ def main(arguments=None):
     except UsageError as error:
         _report(str(error))
         return 2
-    except KeyboardInterrupt:
-        _report("interrupted")
+    except KeyboardInterrupt as interruption:
+        _report(str(interruption) or "interrupted")
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of our output has gone

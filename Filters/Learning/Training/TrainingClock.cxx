@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/TrainingClock.h"
+
+#include "Core/Common/Text.h"
+
+#include <cstdio>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// What is left of the weight of an iteration after the next one.
+constexpr double KeptWeight = 0.98;
+
+/// "1:02:03"
+std::string HoursMinutesSeconds(double seconds)
+{
+  const auto whole = static_cast<long long>(seconds + 0.5);
+  char text[48];
+  std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+  return text;
+}
+}
+
+void TrainingClock::Add(const TrainingStep& step)
+{
+  this->Now = Clock::now();
+  if (this->First == 0)
+  {
+    this->First = step.Iteration;
+    this->Begin = this->Now;
+    this->Loss = step.Loss;
+  }
+  this->Last = step.Iteration;
+  this->Loss = KeptWeight * this->Loss + (1.0 - KeptWeight) * step.Loss;
+}
+
+double TrainingClock::SecondsPerIteration() const
+{
+  const std::int64_t timed = this->Last - this->First;
+  return timed == 0 ? 0.0
+                    : std::chrono::duration<double>(this->Now - this->Begin).count() / static_cast<double>(timed);
+}
+
+std::string TrainingClock::Describe() const
+{
+  std::string text = "iteration " + std::to_string(this->Last) + " of " + std::to_string(this->Iterations) + ", loss " +
+    Text(this->Loss);
+  if (this->Last > this->First)
+  {
+    text += ", " +
+      HoursMinutesSeconds(this->SecondsPerIteration() * static_cast<double>(this->Iterations - this->Last)) + " left";
+  }
+  return text;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,623 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TrainingData.h"
+
+#include "RandomModel.h"
+#include "TestMeshes.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Learning/Samplers/FlowMatchingSampler.h"
+#include "Learning/Training/FlowMatchingTrainer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+using namespace surfsynth;
+using namespace surfsynth::test;
+using ::testing::HasSubstr;
+
+namespace
+{
+namespace fs = std::filesystem;
+
+std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer)
+{
+  std::map<std::string, std::vector<float>> weights;
+  for (const auto& [name, tensor] : trainer.Model().Velocity.Tensors)
+  {
+    weights[name] = tensor.Values;
+  }
+  return weights;
+}
+
+FlowMatchingTrainer Trained(const SignalDataset& dataset, const FlowMatchingTrainingOptions& options, int iterations)
+{
+  FlowMatchingTrainer trainer(dataset, options);
+  for (int k = 0; k < iterations; ++k)
+  {
+    trainer.Step();
+  }
+  return trainer;
+}
+
+template <typename Thrown, typename Call>
+std::string TextOf(const Call& call)
+{
+  try
+  {
+    call();
+  }
+  catch (const Thrown& error)
+  {
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+PoissonNetOptions TwoChannelEncoder()
+{
+  PoissonNetOptions encoder;
+  encoder.Width = 8;
+  encoder.Blocks = 1;
+  encoder.OutputChannels = 2;
+  encoder.Head = PoissonNetHead::Linear;
+  return encoder;
+}
+
+/// Four hundred iterations of four copies of the same sample: seconds.
+FlowMatchingTrainingOptions QuickRecipe()
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(400);
+  options.Width = 16;
+  options.BatchSize = 4;
+  options.LearningRate = 1e-2;
+  options.Milestones = { 200, 300 };
+  return options;
+}
+
+/// A folder of its own for the files of a test.
+class FlowMatchingTraining : public ::testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    this->Folder = fs::path("FlowMatchingTraining") / ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(this->Folder);
+    fs::create_directories(this->Folder);
+  }
+  std::string File(const std::string& name) const { return (this->Folder / name).string(); }
+
+  TrainingFiles Files(const std::string& name) const
+  {
+    TrainingFiles files;
+    files.Model = this->File(name + ".safetensors");
+    files.Checkpoint = this->File(name + ".checkpoint");
+    files.LossTable = this->File(name + ".csv");
+    files.CheckpointInterval = 4;
+    return files;
+  }
+
+  fs::path Folder;
+};
+
+/// One sample is learnt: samples of the model are that sample, wherever their noise begins. @returns their relative error,
+/// weighted by mass, of deviations from the mean of each component.
+double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTrainingOptions& options)
+{
+  const FlowMatchingTrainer trainer = TrainFlowMatching(dataset, options, {});
+  const SignalSource& source = dataset.Sources[0];
+  const FlowMatchingSampler sampler(std::make_shared<FlowMatchingModel>(trainer.Model()), source.Mesh);
+  const Eigen::Index components = source.NumberOfComponents();
+  const Eigen::MatrixXd expected =
+    Eigen::Map<const SignalSamples>(source.Samples.data(), source.Mesh.NumberOfPoints(), components).cast<double>();
+  const Eigen::VectorXd mass = LumpedMass(source.Mesh, MeshTopology(source.Mesh));
+  const auto centred = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd
+  { return values.rowwise() - (mass.transpose() * values / mass.sum()).eval(); };
+  const auto squares = [&](const Eigen::MatrixXd& values) -> Eigen::RowVectorXd
+  { return mass.transpose() * values.cwiseAbs2(); };
+  double worst = 0.0;
+  for (std::uint32_t sample = 0; sample < 3; ++sample)
+  {
+    FlowSampleRequest request;
+    request.Seed = 99;
+    request.Sample = sample;
+    const Eigen::MatrixXd found =
+      sampler.ToSignal(sampler.Integrate(sampler.InitialNoise(request), request));
+    const Eigen::RowVectorXd errors =
+      squares(centred(found) - centred(expected)).cwiseQuotient(squares(centred(expected))).cwiseSqrt();
+    worst = std::max(worst, errors.maxCoeff());
+  }
+  return worst;
+}
+}
+
+TEST_F(FlowMatchingTraining, TheSameSeedGivesTheSameWeightsAndAnotherSeedOthers)
+{
+  const SignalDataset dataset = DeformedSpheres(3);
+  FlowMatchingTrainingOptions options = TinyRecipe(5);
+  const FlowMatchingTrainer first = Trained(dataset, options, 5);
+  const FlowMatchingTrainer again = Trained(dataset, options, 5);
+  EXPECT_EQ(Weights(first), Weights(again));
+  EXPECT_EQ(Numbers(first.History()[4]), Numbers(again.History()[4]));
+  options.Seed = 1;
+  EXPECT_NE(Weights(first), Weights(Trained(dataset, options, 5)));
+}
+
+TEST_F(FlowMatchingTraining, EachStepSaysWhatTheLossIsMadeOf)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(8);
+  options.VertexWeight = 2.0;
+  options.JacobianWeight = 0.5;
+  options.LearningRate = 1e-3;
+  options.Milestones = { 1, 6 };
+  options.LearningRateFactor = 0.5;
+  const FlowMatchingTrainer trainer = Trained(DeformedSpheres(3), options, 8);
+  ASSERT_EQ(trainer.History().size(), 8u);
+  EXPECT_EQ(trainer.DeviceName(), "CPU");
+  const std::vector<double> rates = { 1e-3, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 2.5e-4, 2.5e-4 };
+  for (std::size_t k = 0; k < 8; ++k)
+  {
+    const TrainingStep& step = trainer.History()[k];
+    EXPECT_EQ(step.Iteration, static_cast<std::int64_t>(k + 1));
+    EXPECT_NEAR(step.Loss, 2.0 * step.VertexLoss + 0.5 * step.JacobianLoss, 1e-12);
+    EXPECT_GT(step.VertexLoss, 0.0);
+    EXPECT_GT(step.JacobianLoss, 0.0);
+    EXPECT_GT(step.GradientNorm, 0.0);
+    EXPECT_DOUBLE_EQ(step.LearningRate, rates[k]);
+  }
+}
+
+TEST_F(FlowMatchingTraining, WithoutMilestonesTheLearningRateFallsAfterAQuarter)
+{
+  const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), TinyRecipe(8), 3);
+  EXPECT_DOUBLE_EQ(trainer.History()[1].LearningRate, 5e-4);
+  EXPECT_DOUBLE_EQ(trainer.History()[2].LearningRate, 1e-4);
+}
+
+TEST_F(FlowMatchingTraining, ResumingGivesTheBitsOfAnUninterruptedTraining)
+{
+  for (const double averaging : { 0.0, 0.9 })
+  {
+    const SignalDataset dataset = DeformedSpheres(3);
+    FlowMatchingTrainingOptions options = TinyRecipe(9);
+    options.WeightAveraging = averaging;
+    const FlowMatchingTrainer whole = Trained(dataset, options, 9);
+    Trained(dataset, options, 4).SaveCheckpoint(this->File("checkpoint"));
+    FlowMatchingTrainer resumed(dataset, options);
+    resumed.LoadCheckpoint(this->File("checkpoint"));
+    EXPECT_EQ(resumed.Iteration(), 4);
+    for (int k = 4; k < 9; ++k)
+    {
+      resumed.Step();
+    }
+    EXPECT_EQ(Weights(resumed), Weights(whole)) << averaging;
+    for (std::size_t k = 0; k < 9; ++k)
+    {
+      EXPECT_EQ(Numbers(resumed.History()[k]), Numbers(whole.History()[k]));
+    }
+  }
+}
+
+TEST_F(FlowMatchingTraining, ACancelledTrainingGoesOnFromTheIterationItStoppedIn)
+{
+  const SignalDataset dataset = DeformedSpheres(3);
+  const FlowMatchingTrainingOptions options = TinyRecipe(11);
+  TrainFlowMatching(dataset, options, this->Files("whole"));
+  const std::string text = TextOf<Cancelled>(
+    [&] { TrainFlowMatching(dataset, options, this->Files("parts"), [](const TrainingStep& s) { return s.Iteration < 6; }); });
+  EXPECT_THAT(text, HasSubstr("iteration 6"));
+  std::vector<std::int64_t> iterations;
+  TrainFlowMatching(dataset, options, this->Files("parts"),
+    [&](const TrainingStep& step)
+    {
+      iterations.push_back(step.Iteration);
+      return true;
+    });
+  EXPECT_THAT(iterations, ::testing::ElementsAre(7, 8, 9, 10, 11));
+  EXPECT_EQ(BytesOf(this->File("parts.safetensors")), BytesOf(this->File("whole.safetensors")));
+  EXPECT_EQ(BytesOf(this->File("parts.checkpoint")), BytesOf(this->File("whole.checkpoint")));
+  EXPECT_EQ(BytesOf(this->File("parts.csv")), BytesOf(this->File("whole.csv")));
+}
+
+TEST_F(FlowMatchingTraining, TheLossTableHasARowForEachIteration)
+{
+  const FlowMatchingTrainer trainer = TrainFlowMatching(DeformedSpheres(2), TinyRecipe(6), this->Files("a"));
+  std::ifstream file(this->File("a.csv"));
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate");
+  for (const TrainingStep& step : trainer.History())
+  {
+    ASSERT_TRUE(std::getline(file, line));
+    std::istringstream row(line);
+    double found = 0.0;
+    char comma = 0;
+    row >> found >> comma >> found;
+    EXPECT_NEAR(found, step.Loss, 1e-8 * step.Loss);
+  }
+  EXPECT_FALSE(std::getline(file, line));
+}
+
+TEST_F(FlowMatchingTraining, ACompleteCheckpointIsEnoughToWriteTheModelAgain)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"));
+  const std::string model = BytesOf(this->File("a.safetensors"));
+  fs::remove(this->File("a.safetensors"));
+  int steps = 0;
+  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"),
+    [&](const TrainingStep&)
+    {
+      ++steps;
+      return true;
+    });
+  EXPECT_EQ(steps, 0);
+  EXPECT_EQ(BytesOf(this->File("a.safetensors")), model);
+  const std::string text =
+    TextOf<ModelMismatch>([&] { TrainFlowMatching(dataset, TinyRecipe(5), this->Files("a")); });
+  EXPECT_THAT(text, HasSubstr("the checkpoint is of iteration 6; expected at most the 5"));
+}
+
+TEST_F(FlowMatchingTraining, MoreIterationsGoOnFromACompleteCheckpoint)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  FlowMatchingTrainingOptions options = TinyRecipe(6);
+  options.Milestones = { 3 };
+  TrainFlowMatching(dataset, options, this->Files("a"));
+  options.Iterations = 9;
+  TrainFlowMatching(dataset, options, this->Files("a"));
+  TrainFlowMatching(dataset, options, this->Files("b"));
+  EXPECT_EQ(BytesOf(this->File("a.safetensors")), BytesOf(this->File("b.safetensors")));
+}
+
+TEST_F(FlowMatchingTraining, WithoutResumingTheCheckpointIsReplaced)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  TrainingFiles files = this->Files("a");
+  TrainFlowMatching(dataset, TinyRecipe(6), files);
+  FlowMatchingTrainingOptions other = TinyRecipe(6);
+  other.Seed = 5;
+  files.Resume = false;
+  TrainFlowMatching(dataset, other, files);
+  FlowMatchingTrainer(dataset, other).LoadCheckpoint(files.Checkpoint);
+}
+
+TEST_F(FlowMatchingTraining, OneShapeIsLearnt)
+{
+  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), QuickRecipe()), 0.08);
+}
+
+TEST_F(FlowMatchingTraining, OneSignalOfTwoComponentsIsLearnt)
+{
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipe()), 0.08);
+}
+
+TEST_F(FlowMatchingTraining, EachNoiseModelTrains)
+{
+  std::vector<std::map<std::string, std::vector<float>>> weights;
+  for (const NoiseModel model :
+    { NoiseModel::Matern, NoiseModel::PerVertex, NoiseModel::White, NoiseModel::Unscreened, NoiseModel::Spectral })
+  {
+    FlowMatchingTrainingOptions options = TinyRecipe(4);
+    options.Noise.Model = model;
+    options.Noise.Eigenpairs = 10;
+    const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), options, 4);
+    EXPECT_EQ(trainer.Model().Noise.Model, model);
+    EXPECT_GT(trainer.Model().Noise.Scale, 0.0);
+    for (const TrainingStep& step : trainer.History())
+    {
+      EXPECT_TRUE(std::isfinite(step.Loss) && step.Loss > 0.0) << static_cast<int>(model);
+    }
+    EXPECT_THAT(weights, ::testing::Not(::testing::Contains(Weights(trainer)))) << static_cast<int>(model);
+    weights.push_back(Weights(trainer));
+  }
+}
+
+TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
+{
+  const SignalDataset dataset = HeatOnSphere(4);
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  const auto model = std::make_shared<FlowMatchingModel>(FlowMatchingTrainer(dataset, options).Model());
+  const FlowMatchingSampler sampler(model, dataset.Sources[0].Mesh);
+  double squares = 0.0;
+  for (std::uint32_t k = 0; k < 200; ++k)
+  {
+    FlowSampleRequest request;
+    request.Sample = k;
+    squares += sampler.InitialNoise(request).cast<double>().cwiseAbs2().mean() / 200.0;
+  }
+  EXPECT_NEAR(squares, 1.0, 0.15); // of the signal in the network's units: mean 0, deviation 1
+  options.Noise.Scale = 2.5;
+  EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Scale, 2.5);
+}
+
+TEST_F(FlowMatchingTraining, WeightAveragingKeepsTheModelBehindTheWeights)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  FlowMatchingTrainingOptions options = TinyRecipe(10);
+  options.LearningRate = 1e-2;
+  const auto plain = Weights(Trained(dataset, options, 10));
+  const auto first = Weights(FlowMatchingTrainer(dataset, options));
+  options.WeightAveraging = 0.999;
+  const auto averaged = Weights(Trained(dataset, options, 10));
+  double moved = 0.0;
+  double movedOnAverage = 0.0;
+  for (const auto& [name, values] : first)
+  {
+    for (std::size_t k = 0; k < values.size(); ++k)
+    {
+      moved += std::pow(plain.at(name)[k] - values[k], 2);
+      movedOnAverage += std::pow(averaged.at(name)[k] - values[k], 2);
+    }
+  }
+  EXPECT_GT(movedOnAverage, 0.0);
+  EXPECT_LT(movedOnAverage, moved);
+}
+
+TEST_F(FlowMatchingTraining, SeveralTriangulationsOfOneShapeNeedNoEncoderAndSeveralShapesDo)
+{
+  SignalDataset dataset = DeformedSpheres(2, 1);
+  dataset.Sources.push_back(DeformedSpheres(3, 2).Sources[0]);
+  FlowMatchingTrainingOptions options = TinyRecipe(4);
+  options.SourcesPerBatch = 2;
+  EXPECT_EQ(Trained(dataset, options, 4).Iteration(), 4);
+
+  dataset.Sources[1].Mesh.Points.col(2) *= 2.0;
+  const std::string text = TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, options); });
+  EXPECT_THAT(text, HasSubstr("the 2 surfaces have different shapes"));
+  options.Encoder = RandomModel(TwoChannelEncoder());
+  const FlowMatchingTrainer trainer = Trained(dataset, options, 2);
+  EXPECT_EQ(trainer.Model().Velocity.Options.ExtraFeatures, FlowMatchingModel::PlainConditions + 2);
+  EXPECT_TRUE(trainer.Model().Encoder);
+}
+
+TEST_F(FlowMatchingTraining, TheModelIsReadAsItWasWritten)
+{
+  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(3), this->Files("a"));
+  const FlowMatchingModel model = ReadFlowMatchingModel(this->File("a.safetensors"));
+  EXPECT_EQ(model.Iterations, 3);
+  EXPECT_TRUE(model.GeneratesPositions());
+  WriteFlowMatchingModel(this->File("again.safetensors"), model);
+  EXPECT_EQ(BytesOf(this->File("again.safetensors")), BytesOf(this->File("a.safetensors")));
+}
+
+TEST_F(FlowMatchingTraining, CheckpointsOfAnotherTrainingAreRefusedNamingWhatDiffers)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const FlowMatchingTrainingOptions options = TinyRecipe(4);
+  Trained(dataset, options, 2).SaveCheckpoint(this->File("checkpoint"));
+  const auto refusal = [&](const SignalDataset& data, const FlowMatchingTrainingOptions& recipe)
+  {
+    FlowMatchingTrainer trainer(data, recipe);
+    const auto before = Weights(trainer);
+    const std::string text =
+      TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
+    EXPECT_EQ(trainer.Iteration(), 0);
+    EXPECT_EQ(Weights(trainer), before);
+    return text;
+  };
+  FlowMatchingTrainingOptions other = options;
+  other.Width = 9;
+  EXPECT_THAT(refusal(dataset, other), HasSubstr("width = 8; expected 9"));
+  other = options;
+  other.LearningRate = 1e-3;
+  EXPECT_THAT(refusal(dataset, other), HasSubstr("learning_rate = 0.0005"));
+  other = options;
+  other.Noise.Model = NoiseModel::White;
+  EXPECT_THAT(refusal(dataset, other), HasSubstr("noise = 0; expected 2"));
+  other = options;
+  other.Seed = 1;
+  EXPECT_THAT(refusal(dataset, other), HasSubstr("seed = 0; expected 1"));
+  EXPECT_THAT(refusal(DeformedSpheres(3), options), HasSubstr("dataset = "));
+  SignalDataset renamed = DeformedSpheres(2);
+  renamed.SignalName = "Flow"; // the same numbers are no positions then
+  EXPECT_THAT(refusal(renamed, options), HasSubstr("dataset = "));
+}
+
+TEST_F(FlowMatchingTraining, CheckpointsOfAnotherEncoderAreRefused)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  FlowMatchingTrainingOptions options = TinyRecipe(4);
+  options.Encoder = RandomModel(TwoChannelEncoder(), 1);
+  Trained(dataset, options, 1).SaveCheckpoint(this->File("checkpoint"));
+  options.Encoder = RandomModel(TwoChannelEncoder(), 2);
+  FlowMatchingTrainer trainer(dataset, options);
+  const std::string text =
+    TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
+  EXPECT_THAT(text, HasSubstr("encoder = 2 channels"));
+}
+
+TEST_F(FlowMatchingTraining, DamagedCheckpointsAreRefusedAndLeaveTheTrainerAsItIs)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  FlowMatchingTrainer trainer = Trained(dataset, TinyRecipe(8), 3);
+  trainer.SaveCheckpoint(this->File("checkpoint"));
+  const std::string bytes = BytesOf(this->File("checkpoint"));
+  const auto before = Weights(trainer);
+  for (const std::size_t size : { std::size_t(0), std::size_t(7), bytes.size() / 2, bytes.size() - 1 })
+  {
+    std::ofstream(this->File("cut"), std::ios::binary) << bytes.substr(0, size);
+    EXPECT_THAT(TextOf<FormatError>([&] { trainer.LoadCheckpoint(this->File("cut")); }), HasSubstr("cut"));
+  }
+  EXPECT_THROW(trainer.LoadCheckpoint(this->File("absent")), InvalidInput);
+  WriteFlowMatchingModel(this->File("model"), trainer.Model());
+  EXPECT_THAT(TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("model")); }),
+    HasSubstr("expected \"training_checkpoint\""));
+  EXPECT_EQ(trainer.Iteration(), 3);
+  EXPECT_EQ(Weights(trainer), before);
+}
+
+/// Limits the size of the files that this process may write, as a full disk does.
+class FileSizeLimit
+{
+public:
+  explicit FileSizeLimit(rlim_t bytes)
+  {
+    this->PreviousHandler = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &this->Previous);
+    rlimit limit = this->Previous;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit()
+  {
+    setrlimit(RLIMIT_FSIZE, &this->Previous);
+    std::signal(SIGXFSZ, this->PreviousHandler);
+  }
+
+private:
+  rlimit Previous{};
+  void (*PreviousHandler)(int) = SIG_DFL;
+};
+
+TEST_F(FlowMatchingTraining, AFullDiskLosesNoEarlierCheckpoint)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const TrainingFiles files = this->Files("a");
+  FlowMatchingTrainingOptions options = TinyRecipe(8);
+  options.Milestones = { 8 };
+  const auto stop = [](const TrainingStep& step) { return step.Iteration < 4; };
+  EXPECT_THROW(TrainFlowMatching(dataset, options, files, stop), Cancelled);
+  const std::string checkpoint = BytesOf(files.Checkpoint);
+  const std::string model = BytesOf(files.Model);
+  const std::string table = BytesOf(files.LossTable);
+  {
+    const FileSizeLimit limit(1000);
+    EXPECT_THAT(TextOf<InvalidInput>([&] { TrainFlowMatching(dataset, options, files); }), HasSubstr("a.checkpoint"));
+    EXPECT_THROW(WriteLossTable(files.LossTable, std::vector<TrainingStep>(100)), InvalidInput);
+  }
+  EXPECT_EQ(BytesOf(files.Checkpoint), checkpoint);
+  EXPECT_EQ(BytesOf(files.Model), model);
+  EXPECT_EQ(BytesOf(files.LossTable), table);
+  EXPECT_EQ(std::distance(fs::directory_iterator(this->Folder), fs::directory_iterator()), 3); // nothing half written
+  EXPECT_EQ(TrainFlowMatching(dataset, options, files).Iteration(), 8);
+}
+
+TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  int steps = 0;
+  const auto refusal = [&](const TrainingFiles& files)
+  {
+    return TextOf<InvalidInput>(
+      [&]
+      {
+        TrainFlowMatching(dataset, TinyRecipe(4), files,
+          [&](const TrainingStep&)
+          {
+            ++steps;
+            return true;
+          });
+      });
+  };
+  TrainingFiles files = this->Files("a");
+  files.Model = this->File("absent/a.safetensors");
+  EXPECT_THAT(refusal(files), HasSubstr("the file of the model, "));
+  files = this->Files("a");
+  files.Checkpoint = this->Folder.string();
+  EXPECT_THAT(refusal(files), HasSubstr("it is a folder"));
+  files = this->Files("a");
+  files.LossTable = this->File("absent/a.csv");
+  EXPECT_THAT(refusal(files), HasSubstr("the file of the loss table, "));
+  files = this->Files("a");
+  files.Checkpoint = this->File("./a.safetensors");
+  EXPECT_THAT(refusal(files), HasSubstr("both the model and the checkpoint"));
+  files = this->Files("a");
+  files.CheckpointInterval = 0;
+  EXPECT_THAT(refusal(files), HasSubstr("the checkpoint interval is 0; expected at least 1"));
+  EXPECT_EQ(steps, 0);
+}
+
+TEST_F(FlowMatchingTraining, SamplesThatDoNotVaryOrAreNotFiniteAreRefused)
+{
+  SignalDataset dataset = HeatOnSphere(2);
+  dataset.Sources[0].Samples.setConstant(300.0F);
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }),
+    HasSubstr("component 0 of the signal is the same number everywhere"));
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Samples(1, 5) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("not finite"));
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Mesh.Triangles.row(0).setConstant(3);
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }),
+    HasSubstr("Source 0 of the dataset: "));
+}
+
+TEST_F(FlowMatchingTraining, ALearningRateThatIsTooHighIsAnErrorAndNotAModel)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(50);
+  options.LearningRate = 1e30;
+  const std::string text =
+    TextOf<SolverFailure>([&] { TrainFlowMatching(DeformedSpheres(2), options, this->Files("a")); });
+  EXPECT_THAT(text, HasSubstr("expected a lower learning rate"));
+  EXPECT_FALSE(fs::exists(this->File("a.safetensors")));
+}
+
+TEST_F(FlowMatchingTraining, PreparationIsCancelledByItsProgress)
+{
+  EXPECT_THROW(FlowMatchingTrainer(DeformedSpheres(2), TinyRecipe(4), [](double) { return false; }), Cancelled);
+  std::vector<double> reports;
+  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(20), {}, {},
+    [&](double fraction)
+    {
+      reports.push_back(fraction);
+      return true;
+    });
+  EXPECT_GE(reports.size(), 20u);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_DOUBLE_EQ(reports.back(), 1.0);
+}
+
+TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
+{
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  using Options = FlowMatchingTrainingOptions;
+  const std::vector<std::pair<std::string, std::function<void(Options&)>>> cases = {
+    { "Width is 0; expected 1 to 100000", [](Options& o) { o.Width = 0; } },
+    { "Width is 100001", [](Options& o) { o.Width = 100001; } },
+    { "Blocks is 0", [](Options& o) { o.Blocks = 0; } },
+    { "ComplexLayers is -1", [](Options& o) { o.ComplexLayers = -1; } },
+    { "Iterations is 0", [](Options& o) { o.Iterations = 0; } },
+    { "BatchSize is 0", [](Options& o) { o.BatchSize = 0; } },
+    { "SourcesPerBatch is 0", [](Options& o) { o.SourcesPerBatch = 0; } },
+    { "SourcesPerBatch is 3; expected a number that divides BatchSize", [](Options& o) { o.SourcesPerBatch = 3; } },
+    { "Iterations * BatchSize is 5e+09",
+      [](Options& o)
+      {
+        o.Iterations = 50000000;
+        o.BatchSize = 100;
+      } },
+    { "LearningRate is 0", [](Options& o) { o.LearningRate = 0.0; } },
+    { "LearningRate is nan", [=](Options& o) { o.LearningRate = nan; } },
+    { "LearningRateFactor is 0", [](Options& o) { o.LearningRateFactor = 0.0; } },
+    { "LearningRateFactor is 1.5", [](Options& o) { o.LearningRateFactor = 1.5; } },
+    { "WeightAveraging is 1; expected", [](Options& o) { o.WeightAveraging = 1.0; } },
+    { "WeightAveraging is -0.1", [](Options& o) { o.WeightAveraging = -0.1; } },
+    { "GradientClip is -1", [](Options& o) { o.GradientClip = -1.0; } },
+    { "VertexWeight is inf", [=](Options& o) { o.VertexWeight = infinity; } },
+    { "JacobianWeight is -2", [](Options& o) { o.JacobianWeight = -2.0; } },
+    { "VertexWeight + JacobianWeight is 0", [](Options& o) { o.VertexWeight = o.JacobianWeight = 0.0; } },
+    { "Noise.Screening is 0", [](Options& o) { o.Noise.Screening = 0.0; } },
+    { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
+    { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
+    { "a milestone is -1", [](Options& o) { o.Milestones = { 3, -1 }; } },
+  };
+  EXPECT_NO_THROW(CheckOptions(Options()));
+  for (const auto& [expected, spoil] : cases)
+  {
+    Options options;
+    spoil(options);
+    EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(options); }), HasSubstr(expected));
+    EXPECT_THROW(FlowMatchingTrainer(DeformedSpheres(1), options), InvalidInput) << expected;
+  }
+}

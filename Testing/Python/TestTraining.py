@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfacesynthesis.train_flow_matching() and the command ``train flow-matching``."""
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import add_array, icosphere, polydata_of
+from surfacesynthesis import Cancelled, SurfaceSynthesisError, train_flow_matching, write_mesh
+from surfacesynthesis.command_line import main
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+
+TINY = {"width": 8, "blocks": 2, "layers": 2, "batch": 2, "device": "cpu", "milestones": [3]}
+TINY_OPTIONS = ["--width", "8", "--blocks", "2", "--layers", "2", "--batch", "2", "--device", "cpu", "--milestone", "3"]
+STRETCHES = (1.2, 1.5, 0.7)
+
+
+@pytest.fixture
+def ball():
+    points, triangles = icosphere(1)
+    return points.astype(np.float32), triangles  # as a dataset file that is written here holds them
+
+
+def stretched(ball, stretch):
+    return ball[0] * [1.0, 1.0, stretch], ball[1]
+
+
+def samples_of(ball):
+    return [polydata_of(*stretched(ball, stretch)) for stretch in STRETCHES]
+
+
+def write_dataset(path, ball):
+    points, triangles = ball
+    tensors = {
+        "sources.0.points": points,
+        "sources.0.triangles": triangles.astype(np.int64),
+        "sources.0.signals": np.array([stretched(ball, s)[0] for s in STRETCHES], dtype=np.float32),
+    }
+    write_safetensors(path, tensors, {"content": "surface_signals", "format_version": "1", "signal_name": "Position"})
+    return path
+
+
+def train(tmp_path, name, *arguments, **options):
+    """The bytes of the model, and the losses."""
+    losses = train_flow_matching(*arguments, model=tmp_path / name, **{"iterations": 5, **TINY, **options})
+    return (tmp_path / name).read_bytes(), losses
+
+
+def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball):
+    expected, losses = train(tmp_path, "dataset", dataset=write_dataset(tmp_path / "data.safetensors", ball))
+    assert losses["iteration"].tolist() == [1, 2, 3, 4, 5]
+    assert np.allclose(losses["loss"], losses["vertex_loss"] + losses["jacobian_loss"])
+    assert losses["learning_rate"].tolist() == pytest.approx([5e-4] * 3 + [1e-4] * 2)
+    samples = samples_of(ball)
+    blocks = vtkMultiBlockDataSet()
+    for number, sample in enumerate(samples):
+        blocks.SetBlock(number, sample)
+    arrays = np.array([stretched(ball, stretch)[0] for stretch in STRETCHES])
+    for number, given in enumerate((samples, blocks, [stretched(ball, s) for s in STRETCHES], arrays)):
+        source = ball if number % 2 else polydata_of(*ball)
+        assert train(tmp_path, f"given{number}", source, given)[0] == expected
+
+
+def test_a_signal_is_learnt_by_its_name_or_from_an_array(tmp_path, ball):
+    values = np.random.default_rng(3).normal(size=(3, len(ball[0]), 2))
+    surface = polydata_of(*ball)
+    for number, sample in enumerate(values):
+        add_array(surface.GetPointData(), f"Heat_{number}", sample)
+    by_name = train(tmp_path, "name", surface, surface, signal="Heat")[0]
+    assert train(tmp_path, "array", ball, values, signal="Heat")[0] == by_name
+
+
+def test_a_stopped_training_goes_on(tmp_path, ball):
+    whole, whole_losses = train(tmp_path, "whole", ball, samples_of(ball), iterations=12)
+    with pytest.raises(Cancelled):
+        train(tmp_path, "parts", ball, samples_of(ball), iterations=12, progress=lambda fraction: fraction < 0.5)
+    assert (tmp_path / "parts.checkpoint").exists()
+    reports = []
+    parts, losses = train(tmp_path, "parts", ball, samples_of(ball), iterations=12, progress=reports.append)
+    assert parts == whole
+    assert np.array_equal(losses["loss"], whole_losses["loss"])
+    assert reports == sorted(reports) and reports[-1] == 1.0
+    with pytest.raises(SurfaceSynthesisError, match="seed = 0; expected 1"):
+        train(tmp_path, "parts", ball, samples_of(ball), iterations=12, seed=1)
+    train(tmp_path, "parts", ball, samples_of(ball), iterations=12, seed=1, resume=False)
+
+
+@pytest.mark.parametrize(
+    "options, error, text",
+    [
+        ({"width": 0}, ValueError, "width must be from 1"),
+        ({"blocks": 1001}, ValueError, "blocks must be at most 1000"),
+        ({"layers": 1.5}, TypeError, "layers must be an integer"),
+        ({"iterations": 0}, ValueError, "iterations must be"),
+        ({"noise": "pink"}, ValueError, "unknown noise 'pink'"),
+        ({"device": "tpu"}, ValueError, "unknown device 'tpu'"),
+        ({"learning_rate": 0.0}, ValueError, "learning_rate must be"),
+        ({"learning_rate_factor": 1.5}, ValueError, "learning_rate_factor must be at most 1"),
+        ({"averaging": 1.0}, ValueError, "averaging must be from 0"),
+        ({"clip": float("nan")}, ValueError, "clip must be a finite number"),
+        ({"milestones": [-1]}, ValueError, "milestones must be from 0"),
+        ({"resume": 1}, TypeError, "resume must be True or False"),
+        ({"signal": ""}, ValueError, "signal must be the name of an array"),
+        ({"checkpoint": 3}, TypeError, "checkpoint must be a path"),
+        ({"progress": 3}, TypeError, "progress must be callable"),
+        ({"sources_per_batch": 3}, SurfaceSynthesisError, "divides BatchSize"),
+        ({"dataset": "data.safetensors"}, TypeError, "in place of source and samples"),
+        ({"depth": 3}, TypeError, "depth"),
+    ],
+)
+def test_wrong_arguments(tmp_path, ball, options, error, text):
+    with pytest.raises(error, match=text):
+        train(tmp_path, "model", ball, samples_of(ball), **options)
+    assert not (tmp_path / "model").exists()
+
+
+def test_wrong_inputs(tmp_path, ball):
+    with pytest.raises(TypeError, match="source and samples are needed, or a dataset"):
+        train(tmp_path, "model", ball)
+    with pytest.raises(ValueError, match=r"\[N, V, 3\] with V = 42 points"):
+        train(tmp_path, "model", ball, np.zeros((2, 41, 3)))
+    with pytest.raises(SurfaceSynthesisError, match="training sample 0 .Block 1. has 162 points"):
+        train(tmp_path, "model", ball, [icosphere(2)])
+    with pytest.raises(SurfaceSynthesisError, match="absent"):
+        train(tmp_path, "model", dataset=tmp_path / "absent")
+
+
+def test_empty_inputs_give_no_model(tmp_path):
+    losses = train_flow_matching(vtkPolyData(), vtkMultiBlockDataSet(), model=tmp_path / "model")
+    assert all(len(values) == 0 for values in losses.values())
+    assert not os.listdir(tmp_path)
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def files(tmp_path, ball):
+    """The arguments that name files: of a dataset, and of surfaces."""
+    write_mesh(polydata_of(*ball), tmp_path / "ball.vtp")
+    for number, sample in enumerate(samples_of(ball)):
+        write_mesh(sample, tmp_path / f"sample{number}.vtp")
+    surfaces = ["ball.vtp", *(f"sample{k}.vtp" for k in range(3))]
+    return [str(write_dataset(tmp_path / "data.safetensors", ball))], [str(tmp_path / name) for name in surfaces]
+
+
+def test_the_command_trains_on_a_dataset_or_on_surfaces(tmp_path, files, capsys):
+    models = []
+    for name, given in zip(("a", "b"), files):
+        model = str(tmp_path / f"{name}.safetensors")
+        assert main(["train", "flow-matching", *given, model, "--iterations", "5", *TINY_OPTIONS]) == 0
+        printed = capsys.readouterr()
+        assert printed.out.startswith("5 iterations, loss ") and printed.out.endswith(f"-> {model}\n")
+        assert printed.err == ""
+        with open(model + ".csv", encoding="ascii") as table:
+            assert len(table.readlines()) == 6
+        with open(model, "rb") as file:
+            models.append(file.read())
+    assert models[0] == models[1]
+
+
+def test_wrong_usage_of_the_command(tmp_path, files, capsys):
+    for arguments, text in (
+        (["m"], "needs DATASET.safetensors MODEL"),
+        ([files[1][0], "m"], "needs DATASET.safetensors MODEL"),
+        ([*files[0], "m", "--width", "0"], "width must be from 1"),
+        ([*files[0], "m", "--noise", "pink"], "pink"),
+        ([*files[0], "m", "--depth", "3"], "--depth"),
+    ):
+        assert main(["train", "flow-matching", *arguments]) == 2
+        assert text in capsys.readouterr().err
+    assert main(["train", "flow-matching", *files[0], str(tmp_path / "absent" / "m")]) == 1
+    assert "the file of the model" in capsys.readouterr().err
+    assert main(["train"]) == 2
+
+
+def start(arguments, stderr):
+    command = [sys.executable, "-m", "surfacesynthesis", "train", "flow-matching", *arguments, *TINY_OPTIONS]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True)
+
+
+def test_ctrl_c_leaves_a_checkpoint_to_go_on_from(tmp_path, files):
+    model = str(tmp_path / "m.safetensors")
+    arguments = [*files[0], model, "--checkpoint-interval", "1"]
+    process = start([*arguments, "--iterations", "100000000"], subprocess.PIPE)
+    deadline = time.monotonic() + 100
+    while not os.path.exists(model + ".csv") and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors == f"surfacesynthesis: interrupted; the same command goes on from {model}.checkpoint\n"
+    with open(model + ".csv", encoding="ascii") as table:
+        done = len(table.readlines()) - 1
+    assert done >= 1
+    again = start([*arguments, "--iterations", str(done + 2)], subprocess.PIPE)
+    output, errors = again.communicate(timeout=100)
+    assert (again.returncode, errors) == (0, "")
+    assert output.startswith(f"{done + 2:,} iterations")
+
+
+def test_a_terminal_sees_the_time_left(tmp_path, files):
+    leader, follower = pty.openpty()
+    process = start([*files[0], str(tmp_path / "m.safetensors"), "--iterations", "200"], follower)
+    os.close(follower)
+    shown = b""
+    while True:
+        try:
+            piece = os.read(leader, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        shown += piece
+    assert process.wait(timeout=60) == 0
+    os.close(leader)
+    assert b" of 200, loss " in shown and b" left" in shown and b"[###" in shown

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``train``."""
+
+import argparse
+import os
+import sys
+import time
+import warnings
+
+from .common import PROGRAM, ProgressBar, UsageError, add_running_options, as_usage, read_surface, set_threads
+
+_DESCRIPTION = """\
+Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from the
+seed. A training that was interrupted goes on from its checkpoint when the same command is given again."""
+_EXAMPLES = """\
+files:
+  DATASET.safetensors     a dataset file, which holds surfaces and samples
+  SOURCE                  the surface that the samples are on: .stl .ply .obj .off .vtp .vtk .vtm
+  SAMPLES                 one file for each sample, or one with a composite dataset, whose surfaces are the samples
+  MODEL                   the model file that is written; MODEL.checkpoint and MODEL.csv are written beside it
+
+examples:
+  %(prog)s poses.safetensors poses-model.safetensors --iterations 20000
+  %(prog)s neutral.ply faces_*.ply faces.safetensors --width 128 --blocks 5
+  %(prog)s heart.vtp heart.vtp heat.safetensors --signal Heat
+"""
+#: Options with a number: name, type, default, metavariable, help.
+_NUMBERS = {
+    "training": (
+        ("iterations", int, 20000, "N", "iterations in all, those of a checkpoint included"),
+        ("batch", int, 8, "N", "samples in an iteration"),
+        ("sources-per-batch", int, 1, "N", "surfaces that they come from"),
+        ("learning-rate", float, 5e-4, "R", "of Adam"),
+        ("learning-rate-factor", float, 0.2, "F", "what it is multiplied by at each milestone"),
+        ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
+        ("vertex-weight", float, 1.0, "W", "of the loss in velocities"),
+        ("jacobian-weight", float, 1.0, "W", "of the loss in their gradients"),
+        ("averaging", float, 0.0, "A", "of the weights, below 1; 0: none"),
+        ("seed", int, 0, "N", "any integer of 32 bits"),
+        ("checkpoint-interval", int, 500, "N", "iterations from one checkpoint to the next"),
+    ),
+    "network": (
+        ("width", int, 64, "N", "hidden channels"),
+        ("blocks", int, 4, "N", "blocks of the network"),
+        ("layers", int, 3, "N", "layers of the maps between gradients"),
+    ),
+    "noise": (
+        ("screening", float, 100.0, "TAU", "tau of the noise on the surface scaled to area 1"),
+        ("noise-scale", float, 0.0, "S", "what the noise is multiplied by, 0: such that it varies as the samples do"),
+        ("eigenpairs", int, 256, "K", "of spectral noise"),
+    ),
+}
+
+
+class _TrainingBar(ProgressBar):
+    """A bar with what the filter says beside it: the iteration, the loss, the time left."""
+
+    def __init__(self, stream, wanted, algorithm):
+        super().__init__(stream, wanted)
+        self._algorithm = algorithm
+        self._written = 0.0
+        self._length = 0
+
+    def __call__(self, fraction):
+        now = time.monotonic()
+        if self._stream is None or (now - self._written < 0.2 and fraction < 1.0):
+            return
+        self._written = now
+        width = self.WIDTH // 2
+        done = int(width * min(max(fraction, 0.0), 1.0))
+        text = f"[{'#' * done}{' ' * (width - done)}] {self._algorithm.GetProgressText() or 'preparing'}"
+        self._shown = fraction
+        self._stream.write("\r" + text.ljust(self._length))
+        self._stream.flush()
+        self._length = len(text)
+
+    def clear(self):
+        if self._shown is not None:
+            self._stream.write("\r" + " " * self._length + "\r")
+            self._stream.flush()
+            self._shown = None
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = commands.add_parser(
+        "train",
+        help="train a generative model on examples",
+        usage=f"python3 -m {PROGRAM} train WHAT ...",
+        description="Trains a generative model on examples.",
+    )
+    kinds = parser.add_subparsers(title="models", metavar="WHAT", required=True)
+    training = kinds.add_parser(
+        "flow-matching",
+        help="deformations of a surface, or other signals on it, from noise",
+        usage=f"python3 -m {PROGRAM} train flow-matching (DATASET.safetensors | SOURCE SAMPLES...) MODEL [options]",
+        description=_DESCRIPTION,
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    training.set_defaults(run=run)
+    training.add_argument("files", metavar="FILE", nargs="+", help="what is trained on, and the model that is written")
+    training.add_argument("--signal", metavar="NAME", help="point array that is learnt (default: the positions)")
+    groups = {title: training.add_argument_group(title) for title in _NUMBERS}
+    for title, options in _NUMBERS.items():
+        for name, kind, default, metavar, text in options:
+            groups[title].add_argument(
+                f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
+            )
+    _add_choices(groups)
+    files = training.add_argument_group("files")
+    files.add_argument("--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)")
+    files.add_argument("--losses", metavar="FILE", help="table of the losses, CSV (default: MODEL.csv)")
+    files.add_argument("--no-resume", action="store_true", help="begin anew, and replace the checkpoint")
+    add_running_options(training.add_argument_group("running"))
+
+
+def _add_choices(groups):
+    groups["training"].add_argument(
+        "--milestone",
+        type=int,
+        action="append",
+        default=[],
+        metavar="N",
+        dest="milestones",
+        help="iteration after which the learning rate falls; may be given several times (default: a quarter of all)",
+    )
+    groups["training"].add_argument(
+        "--device",
+        default="auto",
+        choices=["auto", "cpu", "cuda"],
+        metavar="DEVICE",
+        help="auto (default: cuda where LibTorch finds a device), cpu, cuda",
+    )
+    groups["network"].add_argument(
+        "--no-inner-products", action="store_true", help="leave out the features of inner products of gradients"
+    )
+    groups["network"].add_argument(
+        "--encoder", metavar="FILE", help="PoissonNet that predicts a positional encoding, for sources of different shape"
+    )
+    groups["noise"].add_argument(
+        "--noise",
+        default="matern",
+        choices=["matern", "per_vertex", "white", "unscreened", "spectral"],
+        metavar="NOISE",
+        help="matern (default) or, for comparison, per_vertex, white, unscreened, spectral",
+    )
+
+
+def run(arguments):
+    """The command ``train flow-matching``; returns the line to print."""
+    from ..training import losses_of
+
+    started = time.monotonic()
+    algorithm = _filter_of(arguments)
+    _train(algorithm, arguments)
+    losses = losses_of(algorithm)["loss"]
+    if len(losses) == 0:
+        return "nothing to train on"
+    last = losses[-max(1, len(losses) // 20):].mean()
+    seconds = time.monotonic() - started
+    return (
+        f"{len(losses):,} iterations, loss {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
+        f" -> {algorithm.GetModelFileName()}"
+    )
+
+
+def _filter_of(arguments):
+    """The filter with its options and inputs."""
+    from ..training import configured_filter, connect
+
+    *given, model = arguments.files
+    from_dataset = len(given) == 1 and given[0].endswith(".safetensors")
+    if not from_dataset and len(given) < 2:
+        raise UsageError("train flow-matching needs DATASET.safetensors MODEL, or SOURCE SAMPLES... MODEL")
+    numbers = {name.replace("-", "_") for options in _NUMBERS.values() for name, *_ in options}
+    algorithm = as_usage(
+        configured_filter,
+        model,
+        dataset=given[0] if from_dataset else None,
+        signal=arguments.signal,
+        checkpoint=arguments.checkpoint,
+        losses=arguments.losses or f"{model}.csv",
+        resume=not arguments.no_resume,
+        encoder=arguments.encoder,
+        inner_products=not arguments.no_inner_products,
+        noise=arguments.noise,
+        milestones=arguments.milestones,
+        device=arguments.device,
+        **{name: getattr(arguments, name) for name in numbers},
+    )
+    if not from_dataset:
+        source, *samples = [read_surface(path) for path in given]
+        as_usage(connect, algorithm, source, samples[0] if len(samples) == 1 else samples)
+    return algorithm
+
+
+def _train(algorithm, arguments):
+    from ..errors import SurfaceSynthesisWarning
+    from ..pipeline import run_algorithm
+
+    set_threads(arguments.threads)
+    bar = _TrainingBar(sys.stderr, not (arguments.no_progress or arguments.quiet), algorithm)
+    try:
+        remarks = run_algorithm(algorithm, bar)
+    except KeyboardInterrupt:
+        checkpoint = algorithm.GetCheckpointFileName() or algorithm.GetModelFileName() + ".checkpoint"
+        kept = f"; the same command goes on from {checkpoint}" if os.path.exists(checkpoint) else ""
+        raise KeyboardInterrupt("interrupted" + kept) from None
+    finally:
+        bar.clear()
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
