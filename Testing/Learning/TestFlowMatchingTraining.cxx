@@ -120,25 +120,26 @@ double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTraining
   const Eigen::MatrixXd expected =
     Eigen::Map<const SignalSamples>(source.Samples.data(), source.Mesh.NumberOfPoints(), components).cast<double>();
   const Eigen::VectorXd mass = LumpedMass(source.Mesh, MeshTopology(source.Mesh));
-  const auto centred = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd
-  { return values.rowwise() - (mass.transpose() * values / mass.sum()).eval(); };
-  const auto squares = [&](const Eigen::MatrixXd& values) -> Eigen::RowVectorXd
-  { return mass.transpose() * values.cwiseAbs2(); };
+  const auto centred = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd {
+    return values.rowwise() - (mass.transpose() * values / mass.sum()).eval();
+  };
+  const auto squares = [&](const Eigen::MatrixXd& values) -> Eigen::RowVectorXd {
+    return mass.transpose() * values.cwiseAbs2();
+  };
   double worst = 0.0;
   for (std::uint32_t sample = 0; sample < 3; ++sample)
   {
     FlowSampleRequest request;
     request.Seed = 99;
     request.Sample = sample;
-    const Eigen::MatrixXd found =
-      sampler.ToSignal(sampler.Integrate(sampler.InitialNoise(request), request));
+    const Eigen::MatrixXd found = sampler.ToSignal(sampler.Integrate(sampler.InitialNoise(request), request));
     const Eigen::RowVectorXd errors =
       squares(centred(found) - centred(expected)).cwiseQuotient(squares(centred(expected))).cwiseSqrt();
     worst = std::max(worst, errors.maxCoeff());
   }
   return worst;
 }
-}
+} // namespace
 
 TEST_F(FlowMatchingTraining, TheSameSeedGivesTheSameWeightsAndAnotherSeedOthers)
 {
@@ -212,16 +213,15 @@ TEST_F(FlowMatchingTraining, ACancelledTrainingGoesOnFromTheIterationItStoppedIn
   const SignalDataset dataset = DeformedSpheres(3);
   const FlowMatchingTrainingOptions options = TinyRecipe(11);
   TrainFlowMatching(dataset, options, this->Files("whole"));
-  const std::string text = TextOf<Cancelled>(
-    [&] { TrainFlowMatching(dataset, options, this->Files("parts"), [](const TrainingStep& s) { return s.Iteration < 6; }); });
+  const std::string text = TextOf<Cancelled>([&] {
+    TrainFlowMatching(dataset, options, this->Files("parts"), [](const TrainingStep& s) { return s.Iteration < 6; });
+  });
   EXPECT_THAT(text, HasSubstr("iteration 6"));
   std::vector<std::int64_t> iterations;
-  TrainFlowMatching(dataset, options, this->Files("parts"),
-    [&](const TrainingStep& step)
-    {
-      iterations.push_back(step.Iteration);
-      return true;
-    });
+  TrainFlowMatching(dataset, options, this->Files("parts"), [&](const TrainingStep& step) {
+    iterations.push_back(step.Iteration);
+    return true;
+  });
   EXPECT_THAT(iterations, ::testing::ElementsAre(7, 8, 9, 10, 11));
   EXPECT_EQ(BytesOf(this->File("parts.safetensors")), BytesOf(this->File("whole.safetensors")));
   EXPECT_EQ(BytesOf(this->File("parts.checkpoint")), BytesOf(this->File("whole.checkpoint")));
@@ -254,16 +254,13 @@ TEST_F(FlowMatchingTraining, ACompleteCheckpointIsEnoughToWriteTheModelAgain)
   const std::string model = BytesOf(this->File("a.safetensors"));
   fs::remove(this->File("a.safetensors"));
   int steps = 0;
-  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"),
-    [&](const TrainingStep&)
-    {
-      ++steps;
-      return true;
-    });
+  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"), [&](const TrainingStep&) {
+    ++steps;
+    return true;
+  });
   EXPECT_EQ(steps, 0);
   EXPECT_EQ(BytesOf(this->File("a.safetensors")), model);
-  const std::string text =
-    TextOf<ModelMismatch>([&] { TrainFlowMatching(dataset, TinyRecipe(5), this->Files("a")); });
+  const std::string text = TextOf<ModelMismatch>([&] { TrainFlowMatching(dataset, TinyRecipe(5), this->Files("a")); });
   EXPECT_THAT(text, HasSubstr("the checkpoint is of iteration 6; expected at most the 5"));
 }
 
@@ -395,12 +392,10 @@ TEST_F(FlowMatchingTraining, CheckpointsOfAnotherTrainingAreRefusedNamingWhatDif
   const SignalDataset dataset = DeformedSpheres(2);
   const FlowMatchingTrainingOptions options = TinyRecipe(4);
   Trained(dataset, options, 2).SaveCheckpoint(this->File("checkpoint"));
-  const auto refusal = [&](const SignalDataset& data, const FlowMatchingTrainingOptions& recipe)
-  {
+  const auto refusal = [&](const SignalDataset& data, const FlowMatchingTrainingOptions& recipe) {
     FlowMatchingTrainer trainer(data, recipe);
     const auto before = Weights(trainer);
-    const std::string text =
-      TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
+    const std::string text = TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
     EXPECT_EQ(trainer.Iteration(), 0);
     EXPECT_EQ(Weights(trainer), before);
     return text;
@@ -431,8 +426,7 @@ TEST_F(FlowMatchingTraining, CheckpointsOfAnotherEncoderAreRefused)
   Trained(dataset, options, 1).SaveCheckpoint(this->File("checkpoint"));
   options.Encoder = RandomModel(TwoChannelEncoder(), 2);
   FlowMatchingTrainer trainer(dataset, options);
-  const std::string text =
-    TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
+  const std::string text = TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); });
   EXPECT_THAT(text, HasSubstr("encoder = 2 channels"));
 }
 
@@ -506,18 +500,13 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
 {
   const SignalDataset dataset = DeformedSpheres(2);
   int steps = 0;
-  const auto refusal = [&](const TrainingFiles& files)
-  {
-    return TextOf<InvalidInput>(
-      [&]
-      {
-        TrainFlowMatching(dataset, TinyRecipe(4), files,
-          [&](const TrainingStep&)
-          {
-            ++steps;
-            return true;
-          });
+  const auto refusal = [&](const TrainingFiles& files) {
+    return TextOf<InvalidInput>([&] {
+      TrainFlowMatching(dataset, TinyRecipe(4), files, [&](const TrainingStep&) {
+        ++steps;
+        return true;
       });
+    });
   };
   TrainingFiles files = this->Files("a");
   files.Model = this->File("absent/a.safetensors");
@@ -548,16 +537,16 @@ TEST_F(FlowMatchingTraining, SamplesThatDoNotVaryOrAreNotFiniteAreRefused)
   EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("not finite"));
   dataset = DeformedSpheres(2);
   dataset.Sources[0].Mesh.Triangles.row(0).setConstant(3);
-  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }),
-    HasSubstr("Source 0 of the dataset: "));
+  EXPECT_THAT(
+    TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("Source 0 of the dataset: "));
 }
 
 TEST_F(FlowMatchingTraining, ALearningRateThatIsTooHighIsAnErrorAndNotAModel)
 {
   FlowMatchingTrainingOptions options = TinyRecipe(50);
   options.LearningRate = 1e30;
-  const std::string text =
-    TextOf<SolverFailure>([&] { TrainFlowMatching(DeformedSpheres(2), options, this->Files("a")); });
+  const std::string text = TextOf<SolverFailure>(
+    [&] { TrainFlowMatching(DeformedSpheres(2), options, this->Files("a")); });
   EXPECT_THAT(text, HasSubstr("expected a lower learning rate"));
   EXPECT_FALSE(fs::exists(this->File("a.safetensors")));
 }
@@ -566,12 +555,10 @@ TEST_F(FlowMatchingTraining, PreparationIsCancelledByItsProgress)
 {
   EXPECT_THROW(FlowMatchingTrainer(DeformedSpheres(2), TinyRecipe(4), [](double) { return false; }), Cancelled);
   std::vector<double> reports;
-  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(20), {}, {},
-    [&](double fraction)
-    {
-      reports.push_back(fraction);
-      return true;
-    });
+  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(20), {}, {}, [&](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  });
   EXPECT_GE(reports.size(), 20u);
   EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
   EXPECT_DOUBLE_EQ(reports.back(), 1.0);
@@ -592,8 +579,7 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "SourcesPerBatch is 0", [](Options& o) { o.SourcesPerBatch = 0; } },
     { "SourcesPerBatch is 3; expected a number that divides BatchSize", [](Options& o) { o.SourcesPerBatch = 3; } },
     { "Iterations * BatchSize is 5e+09",
-      [](Options& o)
-      {
+      [](Options& o) {
         o.Iterations = 50000000;
         o.BatchSize = 100;
       } },
@@ -610,7 +596,10 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "Noise.Screening is 0", [](Options& o) { o.Noise.Screening = 0.0; } },
     { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
     { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
-    { "a milestone is -1", [](Options& o) { o.Milestones = { 3, -1 }; } },
+    { "a milestone is -1",
+      [](Options& o) {
+        o.Milestones = { 3, -1 };
+      } },
   };
   EXPECT_NO_THROW(CheckOptions(Options()));
   for (const auto& [expected, spoil] : cases)

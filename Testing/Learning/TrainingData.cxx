@@ -25,8 +25,8 @@ SignalDataset DeformedSpheres(int samples, int level)
     {
       const Eigen::RowVector3d point = source.Mesh.Points.row(v);
       const double bump = 1.0 + 0.4 * std::exp(-4.0 * (point - Eigen::RowVector3d(0.0, 1.0, 0.0)).squaredNorm());
-      source.Samples.row(n).segment(3 * v, 3) =
-        (bump * point.cwiseProduct(Eigen::RowVector3d(1.0, 1.0, 1.0 + stretch))).cast<float>();
+      source.Samples.row(n).segment(
+        3 * v, 3) = (bump * point.cwiseProduct(Eigen::RowVector3d(1.0, 1.0, 1.0 + stretch))).cast<float>();
     }
   }
   return dataset;

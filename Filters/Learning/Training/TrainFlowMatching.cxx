@@ -45,10 +45,12 @@ void CheckFiles(const TrainingFiles& files)
   {
     const auto& [what, path] = places[k];
     std::error_code unknown;
-    if (!path.empty() && (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || fs::is_directory(path, unknown)))
+    if (!path.empty() &&
+      (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || fs::is_directory(path, unknown)))
     {
       throw InvalidInput("TrainFlowMatching: the file of the " + std::string(what) + ", \"" + path.string() +
-        "\", cannot be written: its folder does not exist, or it is a folder; expected the name of a file in a folder.");
+        "\", cannot be written: its folder does not exist, or it is a folder; expected the name of a file in a "
+        "folder.");
     }
     for (std::size_t other = 0; !path.empty() && other < k; ++other)
     {
@@ -76,7 +78,7 @@ void Resume(FlowMatchingTrainer& trainer, const TrainingFiles& files)
       " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
   }
 }
-}
+} // namespace
 
 FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
