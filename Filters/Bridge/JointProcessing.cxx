@@ -34,8 +34,7 @@ bool HoldsInput(vtkAlgorithm* self, vtkInformationVector** inputVector)
     vtkDataObject* input = vtkDataObject::GetData(inputVector[port]);
     if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
     {
-      EachLeaf(
-        tree, [&](vtkDataObjectTreeIterator* place) { points += PointsOf(place->GetCurrentDataObject()); });
+      EachLeaf(tree, [&](vtkDataObjectTreeIterator* place) { points += PointsOf(place->GetCurrentDataObject()); });
     }
     else
     {
@@ -79,8 +78,8 @@ std::string WorkWhereInputsLie(
 }
 } // namespace
 
-int ProcessJointly(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const JointWorker& worker)
+int ProcessJointly(
+  vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector, const JointWorker& worker)
 {
   const auto emptyOutputs = [&] {
     for (int port = 0; port < self->GetNumberOfOutputPorts(); ++port)

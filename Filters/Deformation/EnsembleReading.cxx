@@ -72,8 +72,7 @@ std::vector<vtkDataArray*> SampleArrays(vtkPolyData* surface, const std::string&
       numbered.emplace_back(number, array);
     }
   }
-  std::stable_sort(
-    numbered.begin(), numbered.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(numbered.begin(), numbered.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<vtkDataArray*> arrays;
   for (const auto& entry : numbered)
   {
@@ -85,15 +84,16 @@ std::vector<vtkDataArray*> SampleArrays(vtkPolyData* surface, const std::string&
 /// Adds the samples of one surface, called @p place ("" for the only one).
 void AddSamples(Ensemble& ensemble, vtkPolyData* surface, const std::string& place, const std::string& arrayName)
 {
-  const std::string where =
-    place.empty() ? "The " + ensemble.Role + " surface" : place + " of the " + ensemble.Role + " ensemble";
+  const std::string where = place.empty() ? "The " + ensemble.Role + " surface"
+                                          : place + " of the " + ensemble.Role + " ensemble";
   if (surface->GetNumberOfPoints() == 0)
   {
     throw InvalidInput(where + " has cells but no points; write the dataset again with the program that made it.");
   }
   if (arrayName.empty())
   {
-    ensemble.Samples.push_back({ place.empty() ? "Points" : place, surface, Readable(surface->GetPoints()->GetData()) });
+    ensemble.Samples.push_back(
+      { place.empty() ? "Points" : place, surface, Readable(surface->GetPoints()->GetData()) });
     return;
   }
   const std::vector<vtkDataArray*> arrays = SampleArrays(surface, arrayName);
@@ -119,7 +119,8 @@ bool SameIds(vtkDataArray* a, vtkDataArray* b)
   }
   if (a->GetDataType() == b->GetDataType())
   {
-    const auto bytes = static_cast<std::size_t>(a->GetNumberOfValues()) * static_cast<std::size_t>(a->GetDataTypeSize());
+    const auto bytes = static_cast<std::size_t>(a->GetNumberOfValues()) *
+      static_cast<std::size_t>(a->GetDataTypeSize());
     return bytes == 0 || std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0), bytes) == 0;
   }
   for (vtkIdType k = 0; k < a->GetNumberOfValues(); ++k)
@@ -140,8 +141,9 @@ bool SameCells(vtkCellArray* a, vtkCellArray* b)
   {
     return none && (!b || b->GetNumberOfCells() <= 0);
   }
-  return a == b || (SameIds(a->GetOffsetsArray(), b->GetOffsetsArray()) &&
-    SameIds(a->GetConnectivityArray(), b->GetConnectivityArray()));
+  return a == b ||
+    (SameIds(a->GetOffsetsArray(), b->GetOffsetsArray()) &&
+      SameIds(a->GetConnectivityArray(), b->GetConnectivityArray()));
 }
 
 bool SameTriangulation(vtkPolyData* a, vtkPolyData* b)
@@ -234,8 +236,10 @@ void RequireOneTriangulation(const Ensemble& ensemble, const SharedSurface& shar
     }
     if (sample.Values->GetNumberOfComponents() != components)
     {
-      throw InvalidInput(name + " has " + std::to_string(sample.Values->GetNumberOfComponents()) + " components and the "
-        "first reference sample has " + std::to_string(components) + "; all samples must have the same number.");
+      throw InvalidInput(name + " has " + std::to_string(sample.Values->GetNumberOfComponents()) +
+        " components and the "
+        "first reference sample has " +
+        std::to_string(components) + "; all samples must have the same number.");
     }
   }
 }

@@ -65,8 +65,7 @@ void FillCounts(vtkTable* table, const Ensemble& generated, const Ensemble& refe
   add("NumberOfComponents", reference.Samples[0].Values->GetNumberOfComponents());
 }
 
-void FillNearest(
-  vtkTable* table, const EnsembleMetrics& metrics, const Ensemble& generated, const Ensemble& reference)
+void FillNearest(vtkTable* table, const EnsembleMetrics& metrics, const Ensemble& generated, const Ensemble& reference)
 {
   std::vector<vtkIdType> samples;
   std::vector<std::string> names, nearestNames;
@@ -105,8 +104,8 @@ public:
   {}
 
   /// Fills both tables.
-  void Compare(vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-    const surfsynth::Progress& progress)
+  void Compare(
+    vtkInformationVector** inputVector, vtkInformationVector* outputVector, const surfsynth::Progress& progress)
   {
     const std::string& array = this->Self->ArrayName;
     const Ensemble generated = surfsynth::ReadEnsemble(vtkDataObject::GetData(inputVector[0]), "generated", array);

@@ -33,8 +33,8 @@ std::vector<PointMatrix> ShapesOf(const TriangleMesh& mesh)
 /// How many points of a pair of samples were compared in a second.
 void CountPoints(benchmark::State& state, const TriangleMesh& mesh)
 {
-  state.counters["Points"] =
-    benchmark::Counter(Pairs * mesh.NumberOfPoints(), benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["Points"] = benchmark::Counter(
+    Pairs * mesh.NumberOfPoints(), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 void CompareEnsembles(benchmark::State& state, const TriangleMesh& mesh)

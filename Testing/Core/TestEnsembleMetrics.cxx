@@ -5,6 +5,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Statistics/EnsembleMetrics.h"
+#include "Core/Statistics/PairKernels.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -111,7 +112,8 @@ double PlainDistance(
     {
       squares += std::pow(a[p * components + c] - b[p * components + c], 2);
     }
-    sum += mass[static_cast<Eigen::Index>(p)] * (options.Distance == SampleDistance::RMS ? squares : std::sqrt(squares));
+    sum += mass[static_cast<Eigen::Index>(p)] *
+      (options.Distance == SampleDistance::RMS ? squares : std::sqrt(squares));
   }
   sum /= total;
   return options.Distance == SampleDistance::RMS ? std::sqrt(sum) : sum;
@@ -219,8 +221,7 @@ std::string ErrorOf(const Samples& generated, const Samples& reference, const Ei
 TEST(EnsembleMetrics, TwoGeneratedAndThreeReferencesByHand)
 {
   // Weights 1/4 and 3/4. Distances: g0 to r 0.25, 1, 10; g1 to r 3.75, 3, 6; g0 g1 4; r0 r1 0.75, r0 r2 9.75, r1 r2 9.
-  const auto metrics =
-    Compare({ { 0, 0 }, { 4, 4 } }, { { 1, 0 }, { 1, 1 }, { 10, 10 } }, 1, Masses({ 2.0, 6.0 }));
+  const auto metrics = Compare({ { 0, 0 }, { 4, 4 } }, { { 1, 0 }, { 1, 1 }, { 10, 10 } }, 1, Masses({ 2.0, 6.0 }));
   EXPECT_DOUBLE_EQ(metrics.MMD, (0.25 + 3.0) / 2.0);
   EXPECT_DOUBLE_EQ(metrics.ReverseMMD, (0.25 + 1.0 + 6.0) / 3.0);
   EXPECT_DOUBLE_EQ(metrics.COV, 2.0 / 3.0);
@@ -299,8 +300,7 @@ TEST(EnsembleMetrics, IdenticalEnsembles)
   const Samples samples = RandomSamples(20, 3 * 300, 5);
   for (const bool removeCentroid : { false, true })
   {
-    const auto metrics =
-      Compare(samples, samples, 3, RandomMass(300), Options(SampleDistance::MeanL2, removeCentroid));
+    const auto metrics = Compare(samples, samples, 3, RandomMass(300), Options(SampleDistance::MeanL2, removeCentroid));
     EXPECT_EQ(metrics.MMD, 0.0);
     EXPECT_EQ(metrics.ReverseMMD, 0.0);
     EXPECT_EQ(metrics.COV, 1.0);
@@ -418,7 +418,8 @@ TEST(EnsembleMetrics, ScaleWithTheValuesAndNotWithTheMass)
 
 TEST(EnsembleMetrics, ARefinedMeshWithTheSameFunctionsHasTheSameMetrics)
 {
-  // Differences are multiples of x + 2 in one direction: their norm is linear, and the lumped mass integrates it exactly.
+  // Differences are multiples of x + 2 in one direction: their norm is linear, and the lumped mass integrates it
+  // exactly.
   const auto fieldsOn = [](const TriangleMesh& mesh, int count, std::uint64_t seed) {
     Samples samples(static_cast<std::size_t>(count), Sample(static_cast<std::size_t>(3 * mesh.NumberOfPoints())));
     for (std::size_t k = 0; k < samples.size(); ++k)
@@ -447,8 +448,7 @@ TEST(EnsembleMetrics, ARefinedMeshWithTheSameFunctionsHasTheSameMetrics)
 
 TEST(EnsembleMetrics, PointsWithoutMassCountForNothing)
 {
-  const auto metrics =
-    Compare({ { 0, NaN, 1 }, { 5, 0, 5 } }, { { 1, Infinity, 2 } }, 1, Masses({ 1.0, 0.0, 1.0 }));
+  const auto metrics = Compare({ { 0, NaN, 1 }, { 5, 0, 5 } }, { { 1, Infinity, 2 } }, 1, Masses({ 1.0, 0.0, 1.0 }));
   EXPECT_EQ(metrics.MMD, (1.0 + 3.5) / 2.0);
   EXPECT_EQ(metrics.MeanError, 0.5 * (1.5 + 1.0));
 }
@@ -467,6 +467,33 @@ TEST(EnsembleMetrics, TheSameBitsForEveryNumberOfThreads)
   {
     ExpectSameBits(withThreads(threads), expected);
   }
+}
+
+TEST(EnsembleMetrics, TheSameBitsWithEveryInstructionSet)
+{
+#ifdef __x86_64__
+  if (!__builtin_cpu_supports("avx2"))
+  {
+    GTEST_SKIP() << "this processor has one variant only";
+  }
+  const bool hasAvx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+    __builtin_cpu_supports("avx512vl");
+  const Samples planes = RandomSamples(3, 5 * 100, 21);
+  for (const int components : { 1, 2, 3, 5 })
+  {
+    for (const int count : { 1, 7, 8, 9, 100 })
+    {
+      for (const bool squared : { false, true })
+      {
+        const PairOfPlanes pair{ planes[0].data(), planes[1].data(), planes[2].data(), components, count, squared };
+        EXPECT_EQ(AddUpPairAvx2(pair), AddUpPairGeneric(pair));
+        EXPECT_EQ(hasAvx512 ? AddUpPairAvx512(pair) : AddUpPairGeneric(pair), AddUpPairGeneric(pair));
+      }
+    }
+  }
+#else
+  GTEST_SKIP() << "this processor has one variant only";
+#endif
 }
 
 TEST(EnsembleMetrics, RefusesWhatHasNoMeaning)

@@ -42,7 +42,7 @@ def tables_are_those_of_the_class():
     algorithm.SetInputDataObject(1, reference)
     made_by(algorithm, generated, Distance=1)
     for port, rows in ((0, 1), (1, 2)):
-        found = servermanager.Fetch(OutputPort(made, port))
+        found = servermanager.Fetch(made, idx=port)
         expected = algorithm.GetOutputDataObject(port)
         assert found.IsA("vtkTable") and found.GetNumberOfRows() == expected.GetNumberOfRows() == rows
         assert found.GetNumberOfColumns() == expected.GetNumberOfColumns() >= 5
@@ -61,7 +61,7 @@ def samples_of_the_noise_filter_are_compared():
         for seed in (1, 2)
     ]
     made = EnsembleMetrics(Input=noises[0], Reference=noises[1], ArrayName="MaternNoise")
-    table = servermanager.Fetch(OutputPort(made, 0))
+    table = servermanager.Fetch(made)
     assert table.GetValueByName(0, "NumberOfGenerated").ToInt() == 4
     assert table.GetValueByName(0, "MMD").ToDouble() > 0.0
 

@@ -16,10 +16,7 @@ namespace surfsynth
 
 namespace
 {
-[[noreturn]] void Refuse(const std::string& text)
-{
-  throw InvalidInput("ComputeEnsembleMetrics: " + text);
-}
+[[noreturn]] void Refuse(const std::string& text) { throw InvalidInput("ComputeEnsembleMetrics: " + text); }
 
 /// Masses divided by their sum. Dividing by the largest first keeps the sum of huge ones finite.
 Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
@@ -28,7 +25,8 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
   {
     if (!std::isfinite(mass[v]) || mass[v] < 0.0)
     {
-      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) + "; expected a finite number of at "
+      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) +
+        "; expected a finite number of at "
         "least 0.");
     }
   }
@@ -61,6 +59,7 @@ SampleUnion Join(const EnsemblePair& ensembles, const Eigen::VectorXd& mass, con
   joined.NumberOfGenerated = static_cast<std::int64_t>(ensembles.Generated.size());
   joined.NumberOfComponents = ensembles.NumberOfComponents;
   joined.Weight = Weights(mass);
+  joined.AllWeigh = joined.Weight.minCoeff() > 0.0;
   joined.Centroid = RowMatrix::Zero(joined.Size(), joined.NumberOfComponents);
   joined.Distance = options.Distance;
   return joined;
@@ -87,7 +86,8 @@ Inspection Inspect(const SampleUnion& samples, std::int64_t sample, Eigen::Vecto
     const Eigen::Index count = std::min(step, points - begin);
     CopyPlanes(samples, sample, begin, count, planes.data());
     const Eigen::Map<const RowMatrix> values(planes.data(), components, count);
-    for (Eigen::Index p = 0; p < count; ++p)
+    const bool finite = values.allFinite(); // of the block at once, because columns are slow to look at
+    for (Eigen::Index p = 0; !finite && p < count; ++p)
     {
       if (!values.col(p).allFinite())
       {
@@ -152,8 +152,7 @@ double MeanError(const SampleUnion& samples, WorkMeter& meter)
     }
     means[0] /= generated;
     means[1] /= references;
-    sums[static_cast<std::size_t>(block)] =
-      PartialDistance(samples, means[0].data(), means[1].data(), begin, count);
+    sums[static_cast<std::size_t>(block)] = PartialDistance(samples, means[0].data(), means[1].data(), begin, count);
   };
   ParallelTasks(blocks, add, [&] { meter.Advance(0); });
   double sum = 0.0;
@@ -208,8 +207,8 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
   EnsembleMetrics metrics;
   metrics.MeanError = MeanError(samples, meter);
   Summarize(samples, FindNeighbours(samples, meter), metrics);
-  if (!std::isfinite(metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing +
-        metrics.ReferenceSpacing))
+  if (!std::isfinite(
+        metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing + metrics.ReferenceSpacing))
   {
     Refuse("the sum of the values or of the distances is not finite; expected values below about 1e150.");
   }

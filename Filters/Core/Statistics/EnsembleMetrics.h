@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How alike two ensembles of shapes or signals on one triangulation are: section 5 and appendix D of "Matérn Noise for
-/// Triangulation-Agnostic Flow Matching on Meshes", after Achlioptas et al. (2018), Lopez-Paz and Oquab (2017) and Yang
-/// et al. (2019).
+/// How alike two ensembles of shapes or signals on one triangulation are: section 5 and appendix D of "Matérn Noise
+/// for Triangulation-Agnostic Flow Matching on Meshes", after Achlioptas et al. (2018), Lopez-Paz and Oquab (2017) and
+/// Yang et al. (2019).
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -45,21 +45,21 @@ struct EnsembleMetricsOptions
 /// reference.
 struct EnsembleMetrics
 {
-  /// Minimum matching distance as the paper words it: the mean, over the generated samples, of the distance to the nearest
-  /// reference. At least 0; low where what is generated is faithful, even if it is always the same.
+  /// Minimum matching distance as the paper words it: the mean, over the generated samples, of the distance to the
+  /// nearest reference. At least 0; low where what is generated is faithful, even if it is always the same.
   double MMD = 0.0;
-  /// Minimum matching distance as Achlioptas et al. word it: the mean, over the references, of the distance to the nearest
-  /// generated sample. At least 0; low where all of the references are reached.
+  /// Minimum matching distance as Achlioptas et al. word it: the mean, over the references, of the distance to the
+  /// nearest generated sample. At least 0; low where all of the references are reached.
   double ReverseMMD = 0.0;
   /// Coverage: the fraction of the references that are nearest to at least one generated sample, in (0, 1].
   double COV = 0.0;
-  /// Leave-one-out accuracy, in [0, 1], of telling generated samples and references apart by the nearest other sample of
-  /// the union: about 0.5 for equal distributions, 1 for separate ones, 0 where each reference has been copied.
+  /// Leave-one-out accuracy, in [0, 1], of telling generated samples and references apart by the nearest other sample
+  /// of the union: about 0.5 for equal distributions, 1 for separate ones, 0 where each reference has been copied.
   double OneNearestNeighbourAccuracy = 0.0;
   /// The distance of the pointwise means of both ensembles ("Test Error" of table 2).
   double MeanError = 0.0;
-  /// The mean distance of a generated sample to the nearest other one; 0 when there is one only. MMD is to be seen beside
-  /// these two: much below the second one, samples are copies of references.
+  /// The mean distance of a generated sample to the nearest other one; 0 when there is one only. MMD is to be seen
+  /// beside these two: much below the second one, samples are copies of references.
   double GeneratedSpacing = 0.0;
   /// The same among the references.
   double ReferenceSpacing = 0.0;

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Statistics/PairKernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -84,8 +85,8 @@ RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, WorkMeter& meter
       const double* row = rows.data() + (a - tile.Rows.Begin) * stride;
       for (std::int64_t b = tile.FirstColumn(a); b < tile.Columns.End; ++b)
       {
-        sums(a - tile.Rows.Begin, b - tile.Columns.Begin) +=
-          PartialDistance(samples, row, columns.data() + (b - tile.Columns.Begin) * stride, begin, count);
+        sums(a - tile.Rows.Begin, b - tile.Columns.Begin) += PartialDistance(
+          samples, row, columns.data() + (b - tile.Columns.Begin) * stride, begin, count);
       }
     }
     meter.Advance(tile.Pairs() * count);
@@ -107,8 +108,7 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
   {
     for (std::int64_t b = tile.FirstColumn(a); b < tile.Columns.End; ++b)
     {
-      const double distance =
-        FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
+      const double distance = FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
       if (!std::isfinite(distance))
       {
         throw InvalidInput("ComputeEnsembleMetrics: the distance of " + NameOf(samples, a) + " and " +
@@ -124,14 +124,30 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
   return found;
 }
 
-template <typename Value>
-void CopyPlane(const Value* values, Eigen::Index components, const double* weights, Eigen::Index count,
-  double centroid, double* plane)
+template <bool AllWeigh, typename Value>
+void CopyPlane(const Value* values, Eigen::Index components, const double* weights, Eigen::Index count, double centroid,
+  double* plane)
 {
   for (Eigen::Index p = 0; p < count; ++p)
   {
-    plane[p] = weights[p] > 0.0 ? static_cast<double>(values[p * components]) - centroid : 0.0;
+    const double value = static_cast<double>(values[p * components]) - centroid;
+    plane[p] = AllWeigh || weights[p] > 0.0 ? value : 0.0;
   }
+}
+
+using AddFunction = double (*)(const PairOfPlanes&);
+
+/// The variant for the widest vectors that this processor has.
+AddFunction BestAdd()
+{
+#ifdef SURFACE_SYNTHESIS_X86_KERNELS
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
+    ? AddUpPairAvx512
+    : __builtin_cpu_supports("avx2") ? AddUpPairAvx2
+                                     : AddUpPairGeneric;
+#else
+  return AddUpPairGeneric;
+#endif
 }
 } // namespace
 
@@ -140,15 +156,17 @@ Eigen::Index PointsOfBlock(const SampleUnion& samples)
   return std::max<Eigen::Index>(NumbersOfBlock / samples.NumberOfComponents, 16);
 }
 
-void CopyPlanes(
-  const SampleUnion& samples, std::int64_t sample, Eigen::Index begin, Eigen::Index count, double* planes)
+void CopyPlanes(const SampleUnion& samples, std::int64_t sample, Eigen::Index begin, Eigen::Index count, double* planes)
 {
   const Eigen::Index components = samples.NumberOfComponents;
+  const double* weights = samples.Weight.data() + begin;
   const auto copy = [&](const auto* values) {
     for (Eigen::Index c = 0; c < components; ++c)
     {
-      CopyPlane(values + begin * components + c, components, samples.Weight.data() + begin, count,
-        samples.Centroid(sample, c), planes + c * count);
+      const auto* first = values + begin * components + c;
+      samples.AllWeigh
+        ? CopyPlane<true>(first, components, weights, count, samples.Centroid(sample, c), planes + c * count)
+        : CopyPlane<false>(first, components, weights, count, samples.Centroid(sample, c), planes + c * count);
     }
   };
   std::visit(copy, samples.Samples[static_cast<std::size_t>(sample)]);
@@ -157,30 +175,15 @@ void CopyPlanes(
 double PartialDistance(
   const SampleUnion& samples, const double* a, const double* b, Eigen::Index begin, Eigen::Index count)
 {
-  const auto plane = [count](const double* planes, Eigen::Index c) {
-    return Eigen::Map<const Eigen::ArrayXd>(planes + c * count, count);
-  };
-  const auto weight = samples.Weight.segment(begin, count).array();
-  const auto add = [&](const auto& squares) {
-    return samples.Distance == SampleDistance::RMS ? (weight * squares).sum() : (weight * squares.sqrt()).sum();
-  };
-  const auto square = [&](Eigen::Index c) { return (plane(a, c) - plane(b, c)).square(); };
-  switch (samples.NumberOfComponents)
-  {
-    case 1:
-      return samples.Distance == SampleDistance::RMS ? (weight * square(0)).sum()
-                                                     : (weight * (plane(a, 0) - plane(b, 0)).abs()).sum();
-    case 3: // in one pass
-      return add(square(0) + square(1) + square(2));
-    default:
-      break;
-  }
-  Eigen::ArrayXd squares = square(0);
-  for (Eigen::Index c = 1; c < samples.NumberOfComponents; ++c)
-  {
-    squares += square(c);
-  }
-  return add(squares);
+  static const AddFunction add = BestAdd();
+  PairOfPlanes pair;
+  pair.A = a;
+  pair.B = b;
+  pair.Weights = samples.Weight.data() + begin;
+  pair.Components = samples.NumberOfComponents;
+  pair.Count = count;
+  pair.Squared = samples.Distance == SampleDistance::RMS;
+  return add(pair);
 }
 
 double FinishedDistance(SampleDistance distance, double sum)

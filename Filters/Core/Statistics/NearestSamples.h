@@ -20,6 +20,7 @@ struct SampleUnion
   std::int64_t NumberOfGenerated = 0;
   Eigen::Index NumberOfComponents = 3;
   Eigen::VectorXd Weight; ///< [V], masses divided by their sum
+  bool AllWeigh = false;  ///< no weight is 0
   RowMatrix Centroid;     ///< [N + M, C], what is taken off the values
   SampleDistance Distance = SampleDistance::MeanL2;
 

@@ -39,8 +39,8 @@ _GIVEN_VALUES = "_GivenValues"
 def ensemble_metrics(
     generated, reference, array=None, source=None, distance="mean_l2", remove_centroid=False, progress=None
 ):
-    """How alike a generated and a reference ensemble of shapes or signals on one triangulation are: how well a generative
-    model has learned a distribution.
+    """How alike a generated and a reference ensemble of shapes or signals on one triangulation are: how well a
+    generative model has learned a distribution.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def ensemble_metrics(
     progress_callback(progress)
     algorithm = configured_filter(array, distance, remove_centroid)
     surface = None if source is None else given_dataset(source, (vtkPolyData,), "a vtkPolyData or a pair of arrays")
-    ensembles = [ensemble_of(name, value, surface) for name, value in (("generated", generated), ("reference", reference))]
+    ensembles = ensemble_of("generated", generated, surface), ensemble_of("reference", reference, surface)
     _choose_given_values(algorithm, array, generated, reference)
     remarks = compare(algorithm, *ensembles, surface, lambda dataset: apply_filter(algorithm, dataset, progress)[1])
     for text in remarks:
@@ -143,8 +143,8 @@ def _surface_with(name, values, source):
         raise TypeError(f"{name} must be an array of real numbers, not of {values.dtype}")
     if values.ndim not in (2, 3) or values.shape[1] != source.GetNumberOfPoints():
         raise ValueError(
-            f"{name} must have the shape [N, V] or [N, V, C] with V = {source.GetNumberOfPoints()} points of the source, "
-            f"not {list(values.shape)}"
+            f"{name} must have the shape [N, V] or [N, V, C] with V = {source.GetNumberOfPoints()} points of the "
+            f"source, not {list(values.shape)}"
         )
     surface = vtkPolyData()
     surface.CopyStructure(source)
