@@ -70,9 +70,9 @@ TrainingReader::TrainingReader(vtkDataObject* sources, const std::string& arrayN
 {
   if (auto* tree = vtkDataObjectTree::SafeDownCast(sources))
   {
-    EachBlock(tree, true,
-      [this](vtkDataObject* data, unsigned int flatIndex)
-      { this->AddSource(data, "Block " + std::to_string(flatIndex), this->Sources.size()); });
+    EachBlock(tree, true, [this](vtkDataObject* data, unsigned int flatIndex) {
+      this->AddSource(data, "Block " + std::to_string(flatIndex), this->Sources.size());
+    });
   }
   else if (sources && !IsEmpty(sources))
   {
@@ -116,7 +116,8 @@ void TrainingReader::AddSamples(vtkDataObject* samples)
     if (blocks.size() != this->Sources.size())
     {
       throw InvalidInput("There are " + std::to_string(this->Sources.size()) + " sources, and samples in " +
-        std::to_string(blocks.size()) + " blocks; with several sources the samples must be a composite dataset with a "
+        std::to_string(blocks.size()) +
+        " blocks; with several sources the samples must be a composite dataset with a "
         "block for each source, in their order, that holds its samples.");
     }
   }

@@ -152,7 +152,8 @@ private:
     vtkDataObject* samples = vtkDataObject::GetData(inputVector[1]);
     if (!sources || !samples)
     {
-      throw surfsynth::InvalidInput(std::string("There is no ") + (sources ? "dataset of samples on port 1" : "source") +
+      throw surfsynth::InvalidInput(std::string("There is no ") +
+        (sources ? "dataset of samples on port 1" : "source") +
         "; a source and samples of it are needed, or a DatasetFileName.");
     }
     const std::vector<double> times = TimeSteps(inputVector[1]->GetInformationObject(0));
@@ -246,9 +247,11 @@ private:
   vtkFlowMatchingTrainer* Self;
   std::optional<SignalDataset> Data;
   std::exception_ptr Failure;
-  surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{
-    [](const std::string& path) { return surfsynth::ReadPoissonNet(path); },
-    "EncoderFileName must name a PoissonNet in safetensors format; \"python3 -m surfacesynthesis convert\" makes one of "
+  surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{ [](const std::string& path) {
+                                                                 return surfsynth::ReadPoissonNet(path);
+                                                               },
+    "EncoderFileName must name a PoissonNet in safetensors format; \"python3 -m surfacesynthesis convert\" makes one "
+    "of "
     "a PyTorch checkpoint." };
 };
 

@@ -44,6 +44,7 @@ endif ()
 run_command("${WORK_DIR}/Build/core")
 if (LEARNING)
   run_command("${CMAKE_COMMAND}" -E chdir "${WORK_DIR}" "${WORK_DIR}/Build/learning")
+  run_command("${prefix}/bin/surfacesynthesis-train" --help) # finds its libraries in the moved prefix
 endif ()
 
 # The same program finds Core alone, and does not look for VTK.

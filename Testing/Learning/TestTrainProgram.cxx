@@ -95,8 +95,8 @@ protected:
   /// The arguments of a training of a tiny network.
   Arguments Training(const std::string& model, const Arguments& more) const
   {
-    Arguments arguments = { "flow-matching", this->File("data.safetensors"), this->File(model), "--width", "8", "--blocks",
-      "2", "--layers", "2", "--batch", "2", "--device", "cpu", "--milestone", "2" };
+    Arguments arguments = { "flow-matching", this->File("data.safetensors"), this->File(model), "--width", "8",
+      "--blocks", "2", "--layers", "2", "--batch", "2", "--device", "cpu", "--milestone", "2" };
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -110,7 +110,7 @@ protected:
 
   fs::path Folder;
 };
-}
+} // namespace
 
 TEST_F(TrainProgram, HelpNamesEachOptionWithItsDefault)
 {
@@ -154,7 +154,8 @@ TEST_F(TrainProgram, TrainsAndResumesToTheBytesOfAnUninterruptedTraining)
   this->Expect(this->Training("whole", { "--iterations", "7" }), 0, "wrote ");
   for (const char* kind : { "", ".checkpoint", ".csv" })
   {
-    EXPECT_EQ(BytesOf(this->File(std::string("parts") + kind)), BytesOf(this->File(std::string("whole") + kind))) << kind;
+    EXPECT_EQ(BytesOf(this->File(std::string("parts") + kind)), BytesOf(this->File(std::string("whole") + kind)))
+      << kind;
   }
   this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1" }), 1, "seed = 0; expected 1");
   this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1", "--resume", "no" }), 0, "wrote ");

@@ -3,6 +3,8 @@
 
 #include "TestMeshes.h"
 
+#include "Learning/Models/FlowMatchingModel.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +27,8 @@ SignalDataset DeformedSpheres(int samples, int level)
     {
       const Eigen::RowVector3d point = source.Mesh.Points.row(v);
       const double bump = 1.0 + 0.4 * std::exp(-4.0 * (point - Eigen::RowVector3d(0.0, 1.0, 0.0)).squaredNorm());
-      source.Samples.row(n).segment(3 * v, 3) =
-        (bump * point.cwiseProduct(Eigen::RowVector3d(1.0, 1.0, 1.0 + stretch))).cast<float>();
+      source.Samples.row(n).segment(
+        3 * v, 3) = (bump * point.cwiseProduct(Eigen::RowVector3d(1.0, 1.0, 1.0 + stretch))).cast<float>();
     }
   }
   return dataset;
@@ -76,6 +78,36 @@ std::vector<double> Numbers(const TrainingStep& step)
 {
   return { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss, step.GradientNorm,
     step.LearningRate };
+}
+
+std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer)
+{
+  std::map<std::string, std::vector<float>> weights;
+  for (const auto& [name, tensor] : trainer.Model().Velocity.Tensors)
+  {
+    weights[name] = tensor.Values;
+  }
+  return weights;
+}
+
+FlowMatchingTrainer Trained(const SignalDataset& dataset, const FlowMatchingTrainingOptions& options, int iterations)
+{
+  FlowMatchingTrainer trainer(dataset, options);
+  for (int k = 0; k < iterations; ++k)
+  {
+    trainer.Step();
+  }
+  return trainer;
+}
+
+PoissonNetOptions TwoChannelEncoder()
+{
+  PoissonNetOptions encoder;
+  encoder.Width = 8;
+  encoder.Blocks = 1;
+  encoder.OutputChannels = 2;
+  encoder.Head = PoissonNetHead::Linear;
+  return encoder;
 }
 
 } // namespace surfsynth::test

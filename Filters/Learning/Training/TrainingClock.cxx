@@ -21,7 +21,7 @@ std::string HoursMinutesSeconds(double seconds)
   std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
   return text;
 }
-}
+} // namespace
 
 void TrainingClock::Add(const TrainingStep& step)
 {
@@ -39,8 +39,7 @@ void TrainingClock::Add(const TrainingStep& step)
 double TrainingClock::SecondsPerIteration() const
 {
   const std::int64_t timed = this->Last - this->First;
-  return timed == 0 ? 0.0
-                    : std::chrono::duration<double>(this->Now - this->Begin).count() / static_cast<double>(timed);
+  return timed == 0 ? 0.0 : std::chrono::duration<double>(this->Now - this->Begin).count() / static_cast<double>(timed);
 }
 
 std::string TrainingClock::Describe() const

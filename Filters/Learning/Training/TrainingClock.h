@@ -19,8 +19,7 @@ public:
   /// @param iterations of the whole training, those of a checkpoint included.
   explicit TrainingClock(std::int64_t iterations)
     : Iterations(iterations)
-  {
-  }
+  {}
 
   /// Takes note of one iteration; the first one that it is told of begins the measuring of time.
   void Add(const TrainingStep& step);
