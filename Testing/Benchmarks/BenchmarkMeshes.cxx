@@ -164,6 +164,7 @@ int main(int argc, char** argv)
   bench::RegisterYardsticks();
 #ifdef SURFACE_SYNTHESIS_LEARNING
   bench::RegisterPoissonNet();
+  bench::RegisterFlowMatching();
 #endif
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();

@@ -61,5 +61,6 @@ void RegisterStatistics();
 void RegisterYardsticks();
 /// Only in builds with SURFACE_SYNTHESIS_LEARNING.
 void RegisterPoissonNet();
+void RegisterFlowMatching();
 
 } // namespace surfsynth::bench

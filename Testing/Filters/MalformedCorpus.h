@@ -57,6 +57,8 @@ struct FilterTraits
   bool NeedsClosedSurfaces = false;
   /// False for a filter that repairs defects or accepts other datasets: Error then reads Either.
   bool RefusesEveryDefect = true;
+  /// True for a filter that moves the points of a surface: a point that is not finite and that no polygon uses may stay so.
+  bool KeepsStrayPoints = false;
 };
 
 /// Seconds that one case may take.

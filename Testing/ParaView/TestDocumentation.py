@@ -9,8 +9,13 @@ import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
-# header, XML, how many properties and results at least, properties of the XML that are methods of VTK's own
+# header, or that of the class and those of its bases; XML; how many properties and results at least; properties of the XML
+# that are methods of VTK's own; properties of a base class that the XML leaves out
+SAMPLER = "Filters/Deformation/vtkFlowMatchingSampler.h"
 FILTERS = (
+    (("Filters/Deformation/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 11, 3,
+     {"TimestepValues"}, {"SignalArrayName"}),
+    (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 9, 3, {"TimestepValues"}),
     ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 27, 2,
      {"Samples", "Milestones"}),
@@ -45,7 +50,7 @@ def properties_of_header(path):
     """For each property that can be set: comment, bounds and default; and the names of those that can be read only."""
     with open(path, encoding="utf-8") as file:
         header = file.read()
-    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z][A-Z0-9_]+) = (\d+)", header, re.MULTILINE)}
+    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z][A-Z_0-9]*) = (\d+)", header, re.MULTILINE)}
     defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
@@ -61,8 +66,14 @@ def properties_of_header(path):
     return settable, readable
 
 
-def check(header, xml, at_least_settable, at_least_readable, inherited):
-    settable, readable = properties_of_header(header)
+def check(headers, xml, at_least_settable, at_least_readable, inherited, left_out=()):
+    header = headers[0]
+    settable, readable = {}, {}
+    for path in headers:
+        for found, properties in zip((settable, readable), properties_of_header(path)):
+            found.update(properties)
+    for name in left_out:
+        del settable[name]
     assert len(settable) >= at_least_settable and len(readable) >= at_least_readable, (settable, readable)
     proxy = ElementTree.parse(xml).getroot().find("ProxyGroup/SourceProxy")
     assert proxy.get("class") == os.path.splitext(os.path.basename(header))[0]
@@ -106,5 +117,7 @@ def check_range(name, element, low, high):
 
 
 if __name__ == "__main__":
-    for header, xml, *counts in FILTERS:
-        check(os.path.join(sys.argv[1], header), os.path.join(sys.argv[1], xml), *counts)
+    for headers, xml, *counts in FILTERS:
+        headers = [headers] if isinstance(headers, str) else headers
+        headers = [os.path.join(sys.argv[1], header) for header in headers]
+        check(headers, os.path.join(sys.argv[1], xml), *counts)

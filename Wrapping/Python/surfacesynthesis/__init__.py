@@ -16,6 +16,7 @@ Around them are functions that take and return datasets or NumPy arrays and rais
     skin = surfacesynthesis.vdb_surface(head, largest_component=True, fill_cavities=True)
 
     parts = surfacesynthesis.poisson_net(mesh, "segmentation.safetensors", normalisation="surface_area")
+    poses = surfacesynthesis.deform(mesh, "poses.safetensors", samples=8)
 
 and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or later, its meshes have
 ``mesh.synthesis.matern(...)``.
@@ -69,32 +70,31 @@ if hasattr(_meshing, "vtkTetrahedralizeFilter"):
 
     __all__.append("tetrahedralize")
 
-#: What needs LibTorch, which takes a second to load, or shares a module with what does: found on first use, and absent where
-#: it was not built.
-_PREDICTION = {
+#: What needs LibTorch, which takes a second to load: found on first use, and absent where it was not built.
+_LEARNING = {
+    "DISTANCES": "metrics",
+    "EnsembleMetrics": "metrics",
+    "INTEGRATORS": "deformation",
+    "deform": "deformation",
+    "ensemble_metrics": "metrics",
+    "sample_signal": "deformation",
+    "train_flow_matching": "training",
+    "vtkEnsembleMetrics": "vtkSurfaceSynthesisDeformation",
+    "vtkFlowMatchingDeformer": "vtkSurfaceSynthesisDeformation",
+    "vtkFlowMatchingSampler": "vtkSurfaceSynthesisDeformation",
+    "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
     "NORMALISATIONS": "prediction",
     "NetworkOutput": "prediction",
     "poisson_net": "prediction",
     "vtkPoissonNetFilter": "vtkSurfaceSynthesisPrediction",
 }
 if importlib.util.find_spec(".vtkSurfaceSynthesisPrediction", __package__):
-    __all__ += _PREDICTION
-_DEFORMATION = {
-    "DISTANCES": "metrics",
-    "train_flow_matching": "training",
-    "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
-    "EnsembleMetrics": "metrics",
-    "ensemble_metrics": "metrics",
-    "vtkEnsembleMetrics": "vtkSurfaceSynthesisDeformation",
-}
-if importlib.util.find_spec(".vtkSurfaceSynthesisDeformation", __package__):
-    __all__ += _DEFORMATION
-_FOUND_ON_USE = {**_PREDICTION, **_DEFORMATION}
+    __all__ += _LEARNING
 
 
 def __getattr__(name):
-    if name in _FOUND_ON_USE and name in __all__:
-        value = getattr(importlib.import_module("." + _FOUND_ON_USE[name], __name__), name)
+    if name in _LEARNING and name in __all__:
+        value = getattr(importlib.import_module("." + _LEARNING[name], __name__), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

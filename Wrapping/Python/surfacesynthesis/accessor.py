@@ -32,14 +32,29 @@ class SynthesisAccessor:
 
         return poisson_net(self._mesh, *arguments, **parameters)
 
+    def deform(self, *arguments, **parameters):
+        """surfacesynthesis.deform() on this mesh, where the package was built with LibTorch."""
+        from .deformation import deform
+
+        return _wrapped(deform(self._mesh, *arguments, **parameters))
+
+    def sample_signal(self, *arguments, **parameters):
+        """surfacesynthesis.sample_signal() on this mesh, where the package was built with LibTorch."""
+        from .deformation import sample_signal
+
+        return _wrapped(sample_signal(self._mesh, *arguments, **parameters))
+
     @functools.wraps(vdb_surface, assigned=("__doc__",))
     def vdb_surface(self, *arguments, **parameters):
         return _wrapped(vdb_surface(self._mesh, *arguments, **parameters))
 
 
 def _wrapped(dataset):
-    """A dataset of VTK's own class, made of one of another class, as PyVista's."""
+    """A dataset of VTK's own class, made of one of another class, as PyVista's; or a list of them."""
     import pyvista
+
+    if isinstance(dataset, list):
+        return [_wrapped(one) for one in dataset]
 
     return pyvista.wrap(dataset) if hasattr(pyvista, "wrap") else dataset
 

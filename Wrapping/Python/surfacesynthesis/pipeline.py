@@ -83,8 +83,8 @@ class HeldSignals:
             self._previous[self.pending](self.pending, None)
 
 
-def run_algorithm(algorithm, progress=None):
-    """Updates ``algorithm`` and returns the texts of its warnings.
+def run_algorithm(algorithm, progress=None, time=None):
+    """Updates ``algorithm``, at ``time`` where one is given, and returns the texts of its warnings.
 
     ``progress`` is called with a fraction in [0, 1], never decreasing; when it returns False, the algorithm is aborted.
     Raises SurfaceSynthesisError with the texts of the error events, Cancelled, KeyboardInterrupt after Ctrl-C, or
@@ -109,7 +109,7 @@ def run_algorithm(algorithm, progress=None):
     with HeldSignals() as signals, _Messages(algorithm, algorithm.GetExecutive()) as messages:
         observer = algorithm.AddObserver("ProgressEvent", on_progress)
         try:
-            algorithm.Update()
+            algorithm.Update() if time is None else algorithm.UpdateTimeStep(time)
         finally:
             algorithm.RemoveObserver(observer)
             algorithm.SetAbortExecute(0)
@@ -128,14 +128,36 @@ def apply_filter(algorithm, dataset, progress=None):
 
     Raises what run_algorithm() raises.
     """
+    _give(algorithm, dataset)
+    remarks = run_algorithm(algorithm, progress)
+    return _taken(algorithm), remarks
+
+
+def outputs_at_times(algorithm, dataset, times, progress=None):
+    """The outputs of a filter at several times, and the texts of its warnings. Progress is that of the first update: the
+    filter keeps what it needs for the others.
+
+    Raises what run_algorithm() raises.
+    """
+    _give(algorithm, dataset)
+    outputs, remarks = [], []
+    for time in times:
+        remarks += run_algorithm(algorithm, None if outputs else progress, time)
+        outputs.append(_taken(algorithm))
+    return outputs, remarks
+
+
+def _give(algorithm, dataset):
     given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
     given.ShallowCopy(dataset)
     algorithm.SetInputDataObject(0, given)
-    remarks = run_algorithm(algorithm, progress)
+
+
+def _taken(algorithm):
     output = algorithm.GetOutputDataObject(0)
     result = output.NewInstance()
     result.ShallowCopy(output)
-    return result, remarks
+    return result
 
 
 @contextlib.contextmanager

@@ -4,7 +4,7 @@
 import importlib.util
 
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import convert, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, train
+from . import convert, deform, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, train
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -21,5 +21,5 @@ COMMANDS = [
 if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # found without loading LibTorch
     COMMANDS.append(predict)
 if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):
-    COMMANDS += [train, metrics]
+    COMMANDS += [train, deform, metrics]
 COMMANDS.append(convert)

@@ -80,15 +80,19 @@ def read_surface(path):
     return mesh
 
 
-def run_filter(algorithm, dataset, arguments):
-    """The output of a VTK filter for ``dataset``, with a progress bar; the filter's warnings are issued."""
+def run_filter(algorithm, dataset, arguments, times=None):
+    """The output of a VTK filter for ``dataset``, or a list of its outputs at ``times``, with a progress bar; the filter's
+    warnings are issued."""
     from ..errors import SurfaceSynthesisWarning
-    from ..pipeline import apply_filter
+    from ..pipeline import apply_filter, outputs_at_times
 
     set_threads(arguments.threads)
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
     try:
-        output, remarks = apply_filter(algorithm, dataset, bar)
+        if times is None:
+            output, remarks = apply_filter(algorithm, dataset, bar)
+        else:
+            output, remarks = outputs_at_times(algorithm, dataset, times, bar)
     finally:
         bar.clear()
     for text in remarks:

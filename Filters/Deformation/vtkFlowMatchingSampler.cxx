@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkFlowMatchingSampler.h"
+
+#include "BlockCache.h"
+#include "FileCache.h"
+#include "FlowSamples.h"
+#include "NewArray.h"
+#include "SampleArrays.h"
+#include "SurfaceBridge.h"
+
+#include "Core/Common/Errors.h"
+
+#include <vtkDataObject.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkDoubleArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <set>
+
+using surfsynth::FlowSamples;
+using surfsynth::Surface;
+
+vtkStandardNewMacro(vtkFlowMatchingSampler);
+
+namespace
+{
+/// What preparing a mesh costs, in evaluations of the network: for progress.
+constexpr double EvaluationsOfPreparation = 3.0;
+
+/// The samples on one mesh, which are those of one model.
+struct PreparedBlock
+{
+  std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
+  std::unique_ptr<FlowSamples> Samples;
+};
+} // namespace
+
+/// The model, the meshes and the samples of the last update.
+class vtkFlowMatchingSampler::Internals
+{
+public:
+  explicit Internals(vtkFlowMatchingSampler* self)
+    : Self(self)
+  {}
+
+  /// Checks the properties and reads the model file where that is needed. @throws what the reader throws.
+  void Begin(double flowTime)
+  {
+    this->FlowTime = flowTime;
+    this->Model.reset();
+    if (this->Self->ModelFileName.empty())
+    {
+      throw surfsynth::InvalidInput("ModelFileName is empty; the path of a flow matching model is needed.");
+    }
+    this->Model = this->File.Get(this->Self->ModelFileName);
+    if (this->Self->GeneratesDisplacements() && !this->Model->GeneratesPositions())
+    {
+      throw surfsynth::InvalidInput("The model generates \"" + this->Model->SignalName + "\", " +
+        std::to_string(this->Model->Components()) + " component(s) at each point; a model that generates positions is "
+        "needed. vtkFlowMatchingSampler takes models of any signal.");
+    }
+    this->CheckNames();
+    this->Blocks.Begin();
+  }
+
+  /// Adds all samples that fall to this rank to @p output, drawing those that are not there from the last update.
+  void HoldSamples(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    FlowSamples* samples = this->Find(surface);
+    const surfsynth::FlowSampleRequest series = this->Request(surface);
+    const double evaluations = static_cast<double>(this->EvaluationsOfSample()) * this->Self->NumberOfSamples;
+    const double begin = samples ? 0.0 : EvaluationsOfPreparation / (EvaluationsOfPreparation + evaluations);
+    if (!samples)
+    {
+      samples = &this->Build(surface, surfsynth::SubProgress(progress, 0.0, begin));
+    }
+    samples->Keep(series, this->Self->FirstSample, this->Self->NumberOfSamples);
+    for (int k = surface.Part.Index; k < this->Self->NumberOfSamples; k += surface.Part.Count)
+    {
+      const double share = (1.0 - begin) / this->Self->NumberOfSamples;
+      surfsynth::FlowSampleRequest request = series;
+      request.Sample = static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(k);
+      this->Draw(*samples, request, surfsynth::SubProgress(progress, begin + k * share, begin + (k + 1) * share));
+      surfsynth::HoldSample(output, request.Sample, this->Arrays(surface, *samples, request.Sample));
+    }
+  }
+
+  /// What is held of this block from an earlier update, or null; mesh and model must be the same.
+  FlowSamples* Find(const Surface& surface)
+  {
+    PreparedBlock* found = this->Blocks.Find(surface);
+    return found && found->Model == this->Model ? found->Samples.get() : nullptr;
+  }
+
+  std::string SignalArrayName() const
+  {
+    return this->Self->SignalArrayName.empty() && this->Model ? this->Model->SignalName : this->Self->SignalArrayName;
+  }
+
+  std::shared_ptr<const surfsynth::FlowMatchingModel> Model; ///< of this update
+  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
+    "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
+  vtkTypeInt64 NumberOfFactorizations = 0;
+  vtkTypeInt64 NumberOfEvaluations = 0;
+
+private:
+  void CheckNames() const
+  {
+    std::set<std::string> names;
+    for (const auto& [property, name] : this->Self->OutputArrayNames())
+    {
+      if (name.empty())
+      {
+        throw surfsynth::InvalidInput(property + " is empty; a name for the array is needed.");
+      }
+      if (!names.insert(name).second)
+      {
+        throw surfsynth::InvalidInput(
+          property + " is \"" + name + "\", the name of another array of the output; different names are needed.");
+      }
+    }
+  }
+
+  surfsynth::FlowSampleRequest Request(const Surface& surface) const
+  {
+    surfsynth::FlowSampleRequest request;
+    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    request.Stream = surface.FlatIndex;
+    request.Steps = this->Self->NumberOfSteps;
+    request.Integrator = static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator);
+    return request;
+  }
+
+  vtkTypeInt64 EvaluationsOfSample() const
+  {
+    return static_cast<vtkTypeInt64>(this->Self->NumberOfSteps) *
+      surfsynth::EvaluationsPerStep(static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator));
+  }
+
+  FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
+  {
+    this->Blocks.Drop(surface);
+    PreparedBlock prepared;
+    prepared.Model = this->Model;
+    prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
+    ++this->NumberOfFactorizations;
+    for (const std::string& text : prepared.Samples->Sampler().Warnings())
+    {
+      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
+    }
+    return *this->Blocks.Insert(surface, std::move(prepared)).Samples;
+  }
+
+  void Draw(FlowSamples& samples, const surfsynth::FlowSampleRequest& request, const surfsynth::Progress& progress)
+  {
+    if (!samples.Holds(request.Sample, this->Self->OutputTrajectory))
+    {
+      samples.Draw(request, this->Self->OutputTrajectory, progress);
+      this->NumberOfEvaluations += this->EvaluationsOfSample();
+    }
+    surfsynth::Report(progress, 1.0);
+  }
+
+  /// The signal at the flow time of this update, or the way there from the input, and the noise.
+  surfsynth::SampleArrays Arrays(const Surface& surface, const FlowSamples& samples, std::uint32_t sample) const
+  {
+    const surfsynth::FlowMatchingSampler& flow = samples.Sampler();
+    Eigen::MatrixXd signal = flow.ToSignal(samples.At(sample, this->FlowTime));
+    if (this->Self->GeneratesDisplacements())
+    {
+      for (Eigen::Index k = 0; k < signal.rows(); ++k)
+      {
+        signal.row(k) -= surface.Mesh.Points.row(samples.Points().Id(static_cast<surfsynth::Index>(k)));
+      }
+    }
+    const Eigen::MatrixXd noise = flow.ToDeviation(samples.At(sample, 0.0));
+    return { PointArray(surface, samples.Points(), signal), PointArray(surface, samples.Points(), noise) };
+  }
+
+  /// Rows of used points as an array on all points.
+  static vtkSmartPointer<vtkDoubleArray> PointArray(
+    const Surface& surface, const surfsynth::UsedPoints& points, const Eigen::MatrixXd& rows)
+  {
+    const auto components = static_cast<int>(rows.cols());
+    auto array = surfsynth::NewArray<vtkDoubleArray>("", surface.Mesh.NumberOfPoints(), components);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k)
+    {
+      for (int c = 0; c < components; ++c)
+      {
+        array->SetTypedComponent(points.Id(static_cast<surfsynth::Index>(k)), c, rows(k, c));
+      }
+    }
+    return array;
+  }
+
+  vtkFlowMatchingSampler* Self;
+  double FlowTime = 1.0;
+};
+
+vtkFlowMatchingSampler::vtkFlowMatchingSampler()
+  : Impl(std::make_unique<Internals>(this))
+{}
+
+vtkFlowMatchingSampler::~vtkFlowMatchingSampler() = default;
+
+void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
+{
+  const std::string wanted = text ? text : "";
+  if (property != wanted)
+  {
+    property = wanted;
+    this->Modified();
+  }
+}
+
+void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+
+void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+
+void vtkFlowMatchingSampler::SetInitialNoiseArrayName(const char* name)
+{
+  this->SetText(this->InitialNoiseArrayName, name);
+}
+
+std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputArrayNames()
+{
+  return { { "SignalArrayName", this->Impl->SignalArrayName() },
+    { "InitialNoiseArrayName", this->InitialNoiseArrayName } };
+}
+
+void vtkFlowMatchingSampler::AddSample(vtkPolyData* output, vtkDoubleArray* signal, vtkDoubleArray* noise)
+{
+  signal->SetName(this->Impl->SignalArrayName().c_str());
+  noise->SetName(this->InitialNoiseArrayName.c_str());
+  output->GetPointData()->AddArray(noise);
+  output->GetPointData()->AddArray(signal);
+  if (!output->GetPointData()->GetScalars())
+  {
+    output->GetPointData()->SetActiveScalars(signal->GetName());
+  }
+}
+
+int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
+{
+  return surfsynth::AcceptSurfaces(info);
+}
+
+int vtkFlowMatchingSampler::RequestDataObject(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!vtkDataObject::GetData(inputVector[0]))
+  {
+    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    return 0;
+  }
+  if (this->NumberOfSamples == 1)
+  {
+    return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  }
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  vtkDataObject* present = vtkDataObject::GetData(info);
+  if (!present || std::string(present->GetClassName()) != "vtkMultiBlockDataSet")
+  {
+    vtkNew<vtkMultiBlockDataSet> blocks;
+    info->Set(vtkDataObject::DATA_OBJECT(), blocks);
+  }
+  return 1;
+}
+
+int vtkFlowMatchingSampler::RequestInformation(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkInformation* output = outputVector->GetInformationObject(0);
+  if (this->OutputTrajectory)
+  {
+    std::vector<double> times;
+    for (int k = 0; k <= this->NumberOfSteps; ++k)
+    {
+      times.push_back(static_cast<double>(k) / this->NumberOfSteps);
+    }
+    const double range[2] = { 0.0, 1.0 };
+    output->Set(vtkStreamingDemandDrivenPipeline::TIME_STEPS(), times.data(), static_cast<int>(times.size()));
+    output->Set(vtkStreamingDemandDrivenPipeline::TIME_RANGE(), range, 2);
+    return 1;
+  }
+  // The times of the input, or none: those of an earlier trajectory go.
+  output->CopyEntry(inputVector[0]->GetInformationObject(0), vtkStreamingDemandDrivenPipeline::TIME_STEPS());
+  output->CopyEntry(inputVector[0]->GetInformationObject(0), vtkStreamingDemandDrivenPipeline::TIME_RANGE());
+  return 1;
+}
+
+int vtkFlowMatchingSampler::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  if (this->OutputTrajectory)
+  {
+    // Flow time is no time of the input.
+    inputVector[0]->GetInformationObject(0)->Remove(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP());
+  }
+  return 1;
+}
+
+int vtkFlowMatchingSampler::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  vtkDataObject* output = vtkDataObject::GetData(info);
+  const bool hasTime = this->OutputTrajectory && info->Has(Pipeline::UPDATE_TIME_STEP());
+  const double time = hasTime ? std::clamp(info->Get(Pipeline::UPDATE_TIME_STEP()), 0.0, 1.0) : 1.0;
+  std::string problem;
+  try
+  {
+    this->Impl->Begin(time);
+    if (this->Generate(inputVector, outputVector, time))
+    {
+      return 1;
+    }
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "There is not enough memory for " + std::to_string(this->NumberOfSamples) + " sample(s).";
+  }
+  catch (const std::exception& error)
+  {
+    problem = error.what();
+  }
+  if (!problem.empty())
+  {
+    vtkErrorMacro(<< problem);
+  }
+  output->Initialize();
+  return 0;
+}
+
+bool vtkFlowMatchingSampler::Generate(
+  vtkInformationVector** inputVector, vtkInformationVector* outputVector, double time)
+{
+  // All samples first go to a copy of the input, as arrays: what ranks can share among them.
+  vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+  const auto held = vtkSmartPointer<vtkDataObject>::Take(input->NewInstance());
+  vtkNew<vtkInformationVector> heldVector;
+  vtkNew<vtkInformation> heldInfo;
+  heldInfo->Set(vtkDataObject::DATA_OBJECT(), held);
+  heldVector->Append(heldInfo);
+  const auto hold = [this](const Surface& surface, vtkPolyData* copy, const surfsynth::Progress& progress) {
+    this->Impl->HoldSamples(surface, copy, progress);
+  };
+  const auto isPrepared = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
+  if (!surfsynth::ProcessSurfaces(this, inputVector, heldVector, surfsynth::FlowMatchingSampler::Requirements(), hold,
+        isPrepared, this->NumberOfSamples))
+  {
+    return false;
+  }
+  vtkInformation* outputInfo = outputVector->GetInformationObject(0);
+  vtkDataObject* output = vtkDataObject::GetData(outputInfo);
+  if (heldInfo->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
+  {
+    output->Initialize(); // stopped: the next update runs again
+    outputInfo->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    return true;
+  }
+  this->Impl->Blocks.DropUnused();
+  const auto finish = [this](vtkPolyData* surface, const surfsynth::SampleArrays& sample) {
+    this->AddSample(surface, sample.Signal, sample.Noise);
+  };
+  surfsynth::ArrangeSamples(held, { this->FirstSample, this->NumberOfSamples }, output, finish);
+  if (this->OutputTrajectory)
+  {
+    output->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(), time);
+  }
+  return true;
+}
+
+std::string vtkFlowMatchingSampler::GetModelDescription() const
+{
+  return this->Impl->Model ? this->Impl->Model->Description() : "";
+}
+
+vtkTypeInt64 vtkFlowMatchingSampler::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+
+vtkTypeInt64 vtkFlowMatchingSampler::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+
+vtkTypeInt64 vtkFlowMatchingSampler::GetNumberOfEvaluations() const { return this->Impl->NumberOfEvaluations; }
+
+void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
+  os << indent << "Integrator: " << this->Integrator << "\n";
+  os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";
+  os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
+  os << indent << "InitialNoiseArrayName: " << this->InitialNoiseArrayName << "\n";
+  os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
+  os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
+  os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+  os << indent << "NumberOfEvaluations: " << this->GetNumberOfEvaluations() << "\n";
+}

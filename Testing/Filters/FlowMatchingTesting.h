@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Small flow matching models with random weights in model files, for the tests of vtkFlowMatchingSampler and
+/// vtkFlowMatchingDeformer.
+#pragma once
+
+#include "TestSurfaces.h"
+
+#include "vtkFlowMatchingDeformer.h"
+#include "vtkFlowMatchingSampler.h"
+
+#include "Learning/Models/FlowMatchingModel.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace surfsynthtest
+{
+
+/// Writes a model into the folder of the test and returns its path, which is @p name. @p change, where there is one, edits
+/// it first. The shape of its training is a sphere.
+using ModelChange = std::function<void(surfsynth::FlowMatchingModel& model)>;
+std::string WriteDeformer(const std::string& name, std::uint64_t seed = 1, const ModelChange& change = {});
+std::string WriteSignalModel(
+  const std::string& name, int components = 2, std::uint64_t seed = 1, const ModelChange& change = {});
+
+/// A filter on @p input with that model file and few steps.
+vtkSmartPointer<vtkFlowMatchingDeformer> DeformerOn(vtkDataObject* input, const std::string& model);
+vtkSmartPointer<vtkFlowMatchingSampler> SamplerOn(vtkDataObject* input, const std::string& model);
+
+/// Updates @p filter, at flow time @p time where that is not negative, and expects no errors and no warnings.
+vtkSmartPointer<vtkDataObject> OutputOf(vtkAlgorithm* filter, double time = -1.0);
+vtkSmartPointer<vtkPolyData> SurfaceOf(vtkAlgorithm* filter, double time = -1.0);
+
+/// A point array of a surface, which must be there.
+vtkDataArray* PointArray(vtkDataObject* surface, const char* name);
+
+/// Largest difference of two arrays of the same shape.
+double LargestDifference(vtkDataArray* a, vtkDataArray* b);
+
+} // namespace surfsynthtest

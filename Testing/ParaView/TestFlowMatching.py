@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Flow matching through its proxies, in pvpython: what the classes give, bit for bit, and flow time as ParaView's time."""
+
+import json
+
+import numpy as np
+import surfaces
+from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from proxies import check_properties, made_by, output_of, source_of
+from surfacesynthesis import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
+from surfacesynthesis.conversion import describe, expected_tensors
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+
+# property: (default, another value, what GetX() of the VTK class then returns)
+SAMPLER = {
+    "ModelFileName": ("", "net.safetensors", "net.safetensors"),
+    "Seed": (0, 7, 7),
+    "FirstSample": (0, 2, 2),
+    "NumberOfSamples": (1, 3, 3),
+    "NumberOfSteps": (20, 5, 5),
+    "Integrator": ("Midpoint", "Runge-Kutta 4", vtkFlowMatchingSampler.RUNGE_KUTTA_4),
+    "OutputTrajectory": (0, 1, True),
+    "InitialNoiseArrayName": ("InitialNoise", "Start", "Start"),
+}
+DEFORMER = {
+    "MovePoints": (1, 0, False),
+    "DisplacementArrayName": ("Displacement", "Way", "Way"),
+    "AreaRatioArrayName": ("AreaRatio", "Stretch", "Stretch"),
+}
+SPHERE = 1 / (12 * np.pi)  # second moment of a sphere of area 1 about each axis
+
+
+def model(path, components=None):
+    """A flow matching model of a sphere with random weights: of positions, or of a signal."""
+    head = {"head": "njf"} if components is None else {"head": "linear", "C_in": components, "C_out": components}
+    metadata, network = describe({"n_blocks": 1, "C_width": 8, "cmlp_nlayers": 2, "extra_features": 4, **head})
+    random = np.random.default_rng(2)
+    tensors = {
+        "velocity." + name: random.uniform(-0.3, 0.3, shape) for name, shape in expected_tensors(network).items()
+    }
+    channels = components or 3
+    description = dict(
+        signal_name="Position" if components is None else "Mixture", signal_mean=[0.0] * channels,
+        signal_scale=[1.0] * channels, noise="matern", noise_screening=100.0, noise_eigenpairs=256, noise_scale=1.0,
+        iterations=0, shape_moments=[SPHERE, 0.0, 0.0, SPHERE, 0.0, SPHERE], shape_spread=0.5,
+    )  # fmt: skip
+    described = dict(architecture="flow_matching", format_version="1", flow_matching=json.dumps(description),
+                     velocity=json.dumps(metadata))  # fmt: skip
+    write_safetensors(path, tensors, described)
+    return path
+
+
+def points_of(mesh):
+    return vtk_to_numpy(mesh.GetPoints().GetData()).copy()
+
+
+def properties_have_the_defaults_of_the_classes_and_reach_them():
+    ball = source_of(surfaces.ball())
+    for made, properties in (
+        (FlowMatchingSampler(Input=ball), {**SAMPLER, "SignalArrayName": ("", "Heat", "Heat")}),
+        (FlowMatchingDeformer(Input=ball), {**SAMPLER, **DEFORMER}),
+    ):
+        check_properties(made, properties)
+        Delete(made)  # or its flow times would be among those of the scene
+
+
+def shapes_are_those_of_the_class():
+    path = model("deformer.safetensors")
+    found = output_of(FlowMatchingDeformer(Input=source_of(surfaces.ball()), ModelFileName=path, Seed=3,
+                                           NumberOfSteps=2))  # fmt: skip
+    expected = made_by(vtkFlowMatchingDeformer(), surfaces.ball(), ModelFileName=path, Seed=3, NumberOfSteps=2)
+    assert np.array_equal(points_of(found), points_of(expected))
+    assert not np.allclose(points_of(found), points_of(surfaces.ball()), atol=1e-2)
+    assert found.GetCellData().HasArray("AreaRatio")
+
+
+def signals_and_samples_are_those_of_the_class():
+    path = model("mixture.safetensors", components=2)
+    found = output_of(FlowMatchingSampler(Input=source_of(surfaces.ball()), ModelFileName=path, NumberOfSamples=2,
+                                          NumberOfSteps=2))  # fmt: skip
+    assert found.GetNumberOfBlocks() == 2
+    for k in range(2):
+        expected = made_by(vtkFlowMatchingSampler(), surfaces.ball(), ModelFileName=path, FirstSample=k,
+                           NumberOfSteps=2)  # fmt: skip
+        for name in ("Mixture", "InitialNoise"):
+            values = [vtk_to_numpy(mesh.GetPointData().GetArray(name)) for mesh in (found.GetBlock(k), expected)]
+            assert np.array_equal(*values), name
+
+
+def the_animation_goes_through_flow_time_without_evaluations():
+    made = FlowMatchingDeformer(Input=source_of(surfaces.ball()), ModelFileName=model("animated.safetensors"),
+                                NumberOfSteps=4, OutputTrajectory=1)  # fmt: skip
+    made.UpdatePipeline()
+    assert list(made.TimestepValues) == [0.0, 0.25, 0.5, 0.75, 1.0]
+    scene = GetAnimationScene()
+    scene.UpdateAnimationUsingDataTimeSteps()
+    assert list(GetTimeKeeper().TimestepValues) == [0.0, 0.25, 0.5, 0.75, 1.0], "the play button knows them"
+    seen = []
+    for time in made.TimestepValues:
+        made.UpdatePipeline(time)
+        seen.append(points_of(servermanager.Fetch(made)))
+    assert all(np.abs(a - b).max() > 1e-4 for a, b in zip(seen, seen[1:])), "the shape moves"
+    made.UpdatePropertyInformation()
+    assert made.GetProperty("NumberOfEvaluations").GetData() == 8
+    assert made.GetProperty("NumberOfFactorizations").GetData() == 1
+
+
+surfaces.run(
+    properties_have_the_defaults_of_the_classes_and_reach_them,
+    shapes_are_those_of_the_class,
+    signals_and_samples_are_those_of_the_class,
+    the_animation_goes_through_flow_time_without_evaluations,
+)

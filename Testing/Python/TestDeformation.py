@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""surfacesynthesis.deform(), sample_signal() and the command ``deform``."""
+
+import json
+
+import numpy as np
+import pytest
+import surfacesynthesis
+from conftest import icosphere, polydata_of
+from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, deform, read_mesh, sample_signal, write_mesh
+from surfacesynthesis.command_line import main
+from surfacesynthesis.conversion import describe, expected_tensors
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+
+STEPS = 3
+SPHERE = 1 / (12 * np.pi)  # second moment of a sphere of area 1 about each axis
+
+
+def write_model(path, components=None):
+    """A flow matching model of a sphere with random weights: of positions, or of a signal."""
+    head = {"head": "njf"} if components is None else {"head": "linear", "C_in": components, "C_out": components}
+    metadata, network = describe({"n_blocks": 1, "C_width": 8, "cmlp_nlayers": 2, "extra_features": 4, **head})
+    random = np.random.default_rng(5)
+    tensors = {
+        "velocity." + name: random.uniform(-0.3, 0.3, shape) for name, shape in expected_tensors(network).items()
+    }
+    channels = components or 3
+    description = {
+        "signal_name": "Position" if components is None else "Mixture",
+        "signal_mean": [0.0] * channels,
+        "signal_scale": [1.0] * channels,
+        "noise": "matern",
+        "noise_screening": 100.0,
+        "noise_eigenpairs": 256,
+        "noise_scale": 1.0,
+        "iterations": 0,
+        "shape_moments": [SPHERE, 0.0, 0.0, SPHERE, 0.0, SPHERE],
+        "shape_spread": 0.0,
+    }
+    described = {
+        "architecture": "flow_matching",
+        "format_version": "1",
+        "flow_matching": json.dumps(description),
+        "velocity": json.dumps(metadata),
+    }
+    write_safetensors(path, tensors, described)
+    return path
+
+
+@pytest.fixture
+def model(tmp_path):
+    return write_model(tmp_path / "deformer.safetensors")
+
+
+@pytest.fixture
+def mixture(tmp_path):
+    return write_model(tmp_path / "mixture.safetensors", components=2)
+
+
+@pytest.fixture
+def ball():
+    return icosphere(2)
+
+
+def points_of(mesh):
+    return vtk_to_numpy(mesh.GetPoints().GetData())
+
+
+def point_array(mesh, name):
+    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
+
+
+# -- datasets and pairs ----------------------------------------------------------------------------------------------
+
+
+def test_a_dataset_and_a_pair_are_deformed_alike(ball, model):
+    mesh = polydata_of(*ball)
+    output = deform(mesh, model, seed=4, steps=STEPS)
+    assert mesh.GetPointData().GetNumberOfArrays() == 0 and np.array_equal(points_of(mesh), ball[0])
+    assert np.array_equal(points_of(output), deform(ball, model, seed=4, steps=STEPS))
+    assert np.array_equal(points_of(output), ball[0] + point_array(output, "Displacement"))
+    assert point_array(output, "InitialNoise").shape == (162, 3)
+    assert output.GetCellData().GetArray("AreaRatio").GetNumberOfTuples() == 320
+    assert not np.allclose(points_of(output), ball[0], atol=1e-2)
+    assert not np.allclose(points_of(output), deform(ball, model, seed=5, steps=STEPS), atol=1e-2)
+    still = deform(mesh, model, seed=4, steps=STEPS, move_points=False, displacement_name="Way", noise_name="Start",
+                   area_ratio_name="Stretch")  # fmt: skip
+    assert np.array_equal(points_of(still), ball[0])
+    assert np.array_equal(point_array(still, "Way"), point_array(output, "Displacement"))
+    assert still.GetPointData().HasArray("Start") and still.GetCellData().HasArray("Stretch")
+
+
+def test_samples_are_blocks_or_an_axis(ball, model):
+    blocks = deform(polydata_of(*ball), model, samples=3, first_sample=2, steps=STEPS)
+    assert isinstance(blocks, vtkMultiBlockDataSet) and blocks.GetNumberOfBlocks() == 3
+    assert blocks.GetMetaData(1).Get(vtkMultiBlockDataSet.NAME()) == "Sample 3"
+    arrays = deform(ball, model, samples=3, first_sample=2, steps=STEPS)
+    assert arrays.shape == (3, 162, 3)
+    for k in range(3):
+        assert np.array_equal(points_of(blocks.GetBlock(k)), arrays[k])
+        assert np.array_equal(deform(ball, model, first_sample=2 + k, steps=STEPS), arrays[k])
+    assert np.array_equal(deform(ball, model, samples=1, first_sample=2, steps=STEPS), arrays[:1])
+
+
+def test_a_trajectory_leads_from_noise_to_the_sample(ball, model):
+    states = deform(polydata_of(*ball), model, steps=STEPS, trajectory=True)
+    assert len(states) == STEPS + 1
+    assert np.allclose(points_of(states[0]), point_array(states[0], "InitialNoise"), atol=1e-9)
+    assert np.array_equal(points_of(states[-1]), deform(ball, model, steps=STEPS))
+    arrays = deform(ball, model, steps=STEPS, trajectory=True, samples=2)
+    assert arrays.shape == (STEPS + 1, 2, 162, 3)
+    assert all(np.array_equal(points_of(state), array[0]) for state, array in zip(states, arrays))
+
+
+def test_integrators_differ(ball, model):
+    results = [deform(ball, model, steps=STEPS, integrator=name) for name in surfacesynthesis.INTEGRATORS]
+    assert len(results) == 3
+    assert not np.array_equal(results[0], results[1]) and not np.array_equal(results[1], results[2])
+
+
+def test_signals(ball, mixture, model):
+    output = sample_signal(polydata_of(*ball), mixture, seed=1, steps=STEPS)
+    values = sample_signal(ball, mixture, seed=1, steps=STEPS)
+    assert values.shape == (162, 2) and np.array_equal(point_array(output, "Mixture"), values)
+    assert np.array_equal(points_of(output), ball[0])
+    assert sample_signal(ball, mixture, samples=2, steps=STEPS, trajectory=True).shape == (STEPS + 1, 2, 162, 2)
+    named = sample_signal(polydata_of(*ball), mixture, seed=1, steps=STEPS, name="Heat")
+    assert np.array_equal(point_array(named, "Heat"), values)
+    assert np.allclose(sample_signal(ball, model, steps=STEPS), deform(ball, model, steps=STEPS), atol=1e-12)
+
+
+def test_composite_and_empty(ball, model):
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, polydata_of(*ball))
+    assert isinstance(deform(blocks, model, steps=STEPS).GetBlock(0), vtkPolyData)
+    assert deform(vtkPolyData(), model).GetNumberOfPoints() == 0
+    assert deform((np.zeros((0, 3)), np.zeros((0, 3), dtype=int)), model).shape == (0, 3)
+
+
+def test_progress_and_stop(ball, model):
+    seen = []
+    deform(ball, model, steps=STEPS, progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == 1.0
+    with pytest.raises(surfacesynthesis.Cancelled):
+        deform(ball, model, progress=lambda fraction: False)
+    with pytest.raises(surfacesynthesis.Cancelled):
+        deform(ball, model, trajectory=True, progress=lambda fraction: fraction < 0.5)
+
+
+# -- what is wrong ---------------------------------------------------------------------------------------------------
+
+
+def test_errors_are_exceptions(ball, model, mixture, tmp_path):
+    with pytest.raises(SurfaceSynthesisError, match='generates "Mixture"'):
+        deform(ball, mixture)
+    with pytest.raises(SurfaceSynthesisError, match="No such file"):
+        deform(ball, tmp_path / "none.safetensors")
+    with pytest.warns(SurfaceSynthesisWarning, match="shaped or turned unlike"):
+        deform((ball[0] * [1, 1, 3], ball[1]), model, steps=1)
+    for wrong in (
+        {"seed": 0.5},
+        {"samples": 0},
+        {"first_sample": -1},
+        {"steps": 0},
+        {"steps": 10001},
+        {"integrator": "leapfrog"},
+        {"trajectory": 1},
+        {"move_points": "yes"},
+        {"displacement_name": ""},
+        {"progress": 3},
+    ):
+        with pytest.raises((TypeError, ValueError), match=next(iter(wrong))):
+            deform(ball, model, **wrong)
+    with pytest.raises(ValueError, match="name"):
+        sample_signal(ball, mixture, name="")
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def files(ball, tmp_path):
+    write_mesh(polydata_of(*ball), tmp_path / "in.ply")
+    return str(tmp_path / "in.ply"), tmp_path
+
+
+def test_command_writes_what_the_function_gives(files, model, capsys):
+    source, folder = files
+    target = folder / "out.vtp"
+    assert main(["deform", source, str(target), "--model", str(model), "--seed", "2", "--steps", "3"]) == 0
+    assert "deformations from matern noise" in capsys.readouterr().out
+    expected = deform(read_mesh(source), model, seed=2, steps=3)
+    assert np.array_equal(points_of(read_mesh(target)), points_of(expected))
+    assert read_mesh(target).GetPointData().HasArray("Displacement")
+
+
+def test_command_writes_samples_and_trajectories_by_number(files, model):
+    source, folder = files
+    options = ["--model", str(model), "--steps", "2", "--quiet"]
+    assert main(["deform", source, str(folder / "s.ply"), "--samples", "2", "--first-sample", "5", *options]) == 0
+    assert sorted(path.name for path in folder.glob("s_*")) == ["s_5.ply", "s_6.ply"]
+    assert main(["deform", source, str(folder / "s.vtm"), "--samples", "2", *options]) == 0
+    assert read_mesh(folder / "s.vtm").GetNumberOfBlocks() == 2
+    assert main(["deform", source, str(folder / "t.vtp"), "--trajectory", *options]) == 0
+    assert sorted(path.name for path in folder.glob("t_*")) == ["t_0.vtp", "t_1.vtp", "t_2.vtp"]
+    assert main(["deform", source, str(folder / "u.vtm"), "--trajectory", "--samples", "2", *options]) == 0
+    assert read_mesh(folder / "u_1.vtm").GetNumberOfBlocks() == 2
+
+
+def test_command_says_what_is_wrong(files, model, mixture, capsys):
+    source, folder = files
+    out = str(folder / "o.vtp")
+    assert main(["deform", source, out, "--model", str(mixture)]) == 1
+    assert 'generates "Mixture"' in capsys.readouterr().err
+    for options in (["--steps", "0"], ["--integrator", "leapfrog"], ["--samples", "2", "--trajectory"]):
+        assert main(["deform", source, out, "--model", str(model), *options]) == 2
+    assert main(["deform", source, out]) == 2
+    assert not (folder / "o.vtp").exists()

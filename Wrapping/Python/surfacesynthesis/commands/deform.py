@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``deform``."""
+
+import os
+import time
+
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+
+_DESCRIPTION = """\
+Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations. Works on any
+triangulation of the shape that the model was trained on."""
+_EXAMPLES = """\
+files: the format follows from the extension.
+  .vtp .vtk               keep displacement, noise and area ratios as arrays
+  .ply                    keeps the arrays of the points
+  .stl .obj .off          keep the shape only
+  .vtm (.vtk)             composite datasets, processed block by block; and several samples in one file
+
+Several samples go to one .vtm file, a block for each, or to OUTPUT_0, OUTPUT_1, ... by number. With --trajectory the
+states at flow times 0, 1 / STEPS, ..., 1 go to OUTPUT_0, OUTPUT_1, ..., which ParaView opens as a series in time.
+
+examples:
+  %(prog)s body.ply pose.ply --model poses.safetensors --seed 3
+  %(prog)s body.ply poses.vtm --model poses.safetensors --samples 8
+  %(prog)s body.ply denoising.vtp --model poses.safetensors --steps 50 --trajectory
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "deform", "INPUT OUTPUT --model FILE", "deform a surface by a trained model", _DESCRIPTION, _EXAMPLES
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
+    flow = parser.add_argument_group("flow")
+    flow.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")
+    flow.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    flow.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
+    flow.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    flow.add_argument("--steps", type=int, default=20, metavar="N", help="steps from noise to shape (default: 20)")
+    flow.add_argument(
+        "--integrator",
+        default="midpoint",
+        choices=["euler", "midpoint", "runge_kutta_4"],
+        metavar="HOW",
+        help="how a step is made: euler, midpoint (default) or runge_kutta_4",
+    )
+    output = parser.add_argument_group("output")
+    output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``deform``; returns the line to print."""
+    from .. import files
+    from ..deformation import configured_deformer, flow_times
+
+    started = time.monotonic()
+    algorithm = as_usage(
+        configured_deformer,
+        arguments.model,
+        seed=arguments.seed,
+        samples=arguments.samples,
+        first_sample=arguments.first_sample,
+        steps=arguments.steps,
+        integrator=arguments.integrator,
+        trajectory=arguments.trajectory,
+    )
+    as_usage(files.extension, arguments.input)
+    kind = as_usage(files.extension, arguments.output)
+    several = algorithm.GetNumberOfSamples() > 1
+    if several and arguments.trajectory and kind != ".vtm":
+        raise UsageError("several samples with --trajectory need a .vtm file for each flow time: name OUTPUT.vtm")
+    mesh = read_surface(arguments.input)
+    if not (several and kind == ".vtm"):
+        as_usage(files.check_writable, mesh, arguments.output)
+    outputs = run_filter(algorithm, mesh, arguments, flow_times(algorithm) if arguments.trajectory else None)
+    written = _named(outputs, arguments) if arguments.trajectory else _split(outputs, arguments, several, kind)
+    files.write_meshes(written)
+    described = algorithm.GetModelDescription()
+    paths = [path for _, path in written]
+    shown = paths[0] if len(paths) == 1 else f"{paths[0]} ... {paths[-1]}"
+    return f"{described}: {mesh.GetNumberOfPoints():,} points, {time.monotonic() - started:.1f} s -> {shown}"
+
+
+def _named(datasets, arguments, first=0):
+    """Each dataset with the name of its file, by number."""
+    stem, kind = os.path.splitext(arguments.output)
+    return [(dataset, f"{stem}_{first + k}{kind}") for k, dataset in enumerate(datasets)]
+
+
+def _split(output, arguments, several, kind):
+    """One file, or one for each sample."""
+    if not several or kind == ".vtm":
+        return [(output, arguments.output)]
+    blocks = [output.GetBlock(k) for k in range(output.GetNumberOfBlocks())]
+    return _named(blocks, arguments, arguments.first_sample)
