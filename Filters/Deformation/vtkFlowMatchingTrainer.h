@@ -345,6 +345,14 @@ public:
   void SetDeviceToCUDA() { this->SetDevice(CUDA); }
   ///@}
 
+  ///@{
+  /**
+   * Take the source, or the samples, away again: for ParaView, which cannot name a port in doing so.
+   */
+  void RemoveSource() { this->SetInputConnection(0, nullptr); }
+  void RemoveSamples() { this->SetInputConnection(1, nullptr); }
+  ///@}
+
   /**
    * Number of iterations that the model of the last update has been trained for, those of a checkpoint included; 0 when
    * there is none.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Training of flow matching models: what is kept in files, and what comes of files that are damaged, of something else, or
-// cannot be written.
+// Training of flow matching models: what is kept in files, and what comes of files that are damaged, of something else,
+// or cannot be written.
 #include "TrainingData.h"
 
 #include "RandomModel.h"

@@ -126,6 +126,19 @@ self.GetOutput().ShallowCopy(balls().GetBlock(int(time)))
     assert content("series.safetensors") == content("blocks.safetensors")
 
 
+def inputs_can_be_taken_away():
+    made = FlowMatchingTrainer(Input=source_of(surfaces.ball(size=4)), Samples=source_of(balls()))
+    made.UpdateVTKObjects()
+    algorithm = made.GetClientSideObject()
+    assert [algorithm.GetNumberOfInputConnections(port) for port in (0, 1)] == [1, 1]
+    made.Samples = None
+    made.UpdateVTKObjects()
+    assert [algorithm.GetNumberOfInputConnections(port) for port in (0, 1)] == [1, 0]
+    made.Input = None
+    made.UpdateVTKObjects()
+    assert [algorithm.GetNumberOfInputConnections(port) for port in (0, 1)] == [0, 0]
+
+
 def an_update_that_changes_nothing_reads_the_checkpoint_only():
     source, samples = source_of(surfaces.ball(size=4)), source_of(balls())
     trained("again.safetensors", Input=source, Samples=samples)
@@ -139,5 +152,6 @@ surfaces.run(
     properties_have_the_defaults_of_the_class_and_reach_it,
     the_model_is_that_of_the_class,
     a_time_series_gives_the_model_of_its_blocks,
+    inputs_can_be_taken_away,
     an_update_that_changes_nothing_reads_the_checkpoint_only,
 )

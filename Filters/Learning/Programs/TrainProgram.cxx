@@ -3,10 +3,12 @@
 // surfacesynthesis-train: training without VTK, for machines that have only LibTorch.
 //
 //   surfacesynthesis-train flow-matching dataset.safetensors model.safetensors [option value]...
+//   surfacesynthesis-train encoding dataset.safetensors encoder.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there).
 #include "Core/Common/Errors.h"
+#include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
@@ -18,6 +20,7 @@
 #include <functional>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -96,53 +99,24 @@ CommandOption NumberOption(const std::string& name, Number& target, const std::s
     [name, &target](const std::string& value) { target = Parse<Number>(name, value); } };
 }
 
-struct FlowMatchingCommand
-{
-  FlowMatchingTrainingOptions Options;
-  TrainingFiles Files;
-  std::string Dataset;
+using CommandOptions = std::map<std::string, CommandOption>;
 
-  std::map<std::string, CommandOption> KnownOptions()
-  {
-    FlowMatchingTrainingOptions& o = this->Options;
-    std::map<std::string, CommandOption> known;
-    const auto number = [&known](const std::string& name, auto& target, const std::string& help)
-    { known[name] = NumberOption(name, target, help); };
-    number("--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
-    number("--batch", o.BatchSize, "samples in an iteration");
-    number("--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
-    number("--width", o.Width, "hidden channels");
-    number("--blocks", o.Blocks, "blocks of the network");
-    number("--layers", o.ComplexLayers, "layers between gradients");
-    number("--learning-rate", o.LearningRate, "of Adam");
-    number("--learning-rate-factor", o.LearningRateFactor, "at each milestone");
-    number("--clip", o.GradientClip, "largest norm of the gradient, 0: none");
-    number("--vertex-weight", o.VertexWeight, "of the loss in velocities");
-    number("--jacobian-weight", o.JacobianWeight, "of the loss in their gradients");
-    number("--averaging", o.WeightAveraging, "of the weights, 0: none");
-    number("--screening", o.Noise.Screening, "tau of the noise");
-    number("--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
-    number("--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
-    number("--seed", o.Seed, "of everything random");
-    number("--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
-    known["--milestone"] = { "iteration after which the learning rate falls; may be given several times (a quarter of all)",
-      [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); } };
-    known["--inner-products"] = { "yes or no: features of dot products (yes)",
-      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
-    known["--noise"] = { "matern, per-vertex, white, unscreened or spectral (matern)",
-      [&o](const std::string& value) { o.Noise.Model = Choose("--noise", value, Noises); } };
-    known["--device"] = { "auto, cpu or cuda (auto)",
-      [&o](const std::string& value) { o.Device = Choose("--device", value, Devices); } };
-    known["--encoder"] = { "PoissonNet model file that predicts a positional encoding, for many surfaces (none)",
-      [&o](const std::string& value) { o.Encoder = ReadPoissonNet(value); } };
-    known["--checkpoint"] = { "file to go on from, and to write (the model's name with .checkpoint)",
-      [this](const std::string& value) { this->Files.Checkpoint = value; } };
-    known["--losses"] = { "table of the losses, CSV (the model's name with .csv)",
-      [this](const std::string& value) { this->Files.LossTable = value; } };
-    known["--resume"] = { "yes or no: go on from the checkpoint where there is one (yes)",
-      [this](const std::string& value) { this->Files.Resume = Choose("--resume", value, YesOrNo); } };
-    return known;
-  }
+template <typename Number>
+void AddNumber(CommandOptions& known, const std::string& name, Number& target, const std::string& help)
+{
+  known[name] = NumberOption(name, target, help);
+}
+
+/// What is trained: reads its arguments, and trains.
+class TrainCommand
+{
+public:
+  virtual ~TrainCommand() = default;
+
+  /// What can be given on the command line, and what takes it.
+  virtual CommandOptions KnownOptions() = 0;
+  virtual std::int64_t Iterations() const = 0;
+  virtual void Train(const TrainingObserver& observe, const Progress& progress) = 0;
 
   void Read(const std::vector<std::string>& arguments)
   {
@@ -154,7 +128,7 @@ struct FlowMatchingCommand
     this->Files.Model = arguments[1];
     this->Files.Checkpoint = arguments[1] + ".checkpoint";
     this->Files.LossTable = arguments[1] + ".csv";
-    const std::map<std::string, CommandOption> known = this->KnownOptions();
+    const CommandOptions known = this->KnownOptions();
     for (std::size_t k = 2; k < arguments.size(); k += 2)
     {
       const auto option = known.find(arguments[k]);
@@ -166,7 +140,110 @@ struct FlowMatchingCommand
       option->second.Set(arguments[k + 1]);
     }
   }
+
+  const std::string& Model() const { return this->Files.Model; }
+
+protected:
+  /// The options that all trainings share.
+  CommandOptions SharedOptions(TrainingOptions& o)
+  {
+    CommandOptions known;
+    AddNumber(known, "--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
+    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
+    AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
+    AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
+    AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
+    AddNumber(known, "--seed", o.Seed, "of everything random");
+    AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
+    known["--milestone"] = { "iteration after which the learning rate falls; may be given several times (a quarter of all)",
+      [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); } };
+    known["--device"] = { "auto, cpu or cuda (auto)",
+      [&o](const std::string& value) { o.Device = Choose("--device", value, Devices); } };
+    known["--checkpoint"] = { "file to go on from, and to write (the model's name with .checkpoint)",
+      [this](const std::string& value) { this->Files.Checkpoint = value; } };
+    known["--losses"] = { "table of the losses, CSV (the model's name with .csv)",
+      [this](const std::string& value) { this->Files.LossTable = value; } };
+    known["--resume"] = { "yes or no: go on from the checkpoint where there is one (yes)",
+      [this](const std::string& value) { this->Files.Resume = Choose("--resume", value, YesOrNo); } };
+    return known;
+  }
+
+  /// The options of a network that is made.
+  template <typename Options>
+  static void AddNetwork(CommandOptions& known, Options& o)
+  {
+    AddNumber(known, "--width", o.Width, "hidden channels");
+    AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
+    AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
+    known["--inner-products"] = { "yes or no: features of dot products (yes)",
+      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
+  }
+
+  TrainingFiles Files;
+  std::string Dataset;
 };
+
+class FlowMatchingCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    FlowMatchingTrainingOptions& o = this->Options;
+    CommandOptions known = this->SharedOptions(o);
+    AddNetwork(known, o);
+    AddNumber(known, "--batch", o.BatchSize, "samples in an iteration");
+    AddNumber(known, "--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
+    AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
+    AddNumber(known, "--jacobian-weight", o.JacobianWeight, "of the loss in their gradients");
+    AddNumber(known, "--screening", o.Noise.Screening, "tau of the noise");
+    AddNumber(known, "--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
+    AddNumber(known, "--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
+    known["--noise"] = { "matern, per-vertex, white, unscreened or spectral (matern)",
+      [&o](const std::string& value) { o.Noise.Model = Choose("--noise", value, Noises); } };
+    known["--encoder"] = { "model file that \"encoding\" has trained, for many surfaces (none)",
+      [&o](const std::string& value) { o.Encoder = ReadPoissonNet(value); } };
+    return known;
+  }
+  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    TrainFlowMatching(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
+  }
+
+private:
+  FlowMatchingTrainingOptions Options;
+};
+
+class EncodingCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    CommandOptions known = this->SharedOptions(this->Options);
+    AddNetwork(known, this->Options);
+    AddNumber(known, "--batch", this->Options.BatchSize, "surfaces in an iteration");
+    AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
+    return known;
+  }
+  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    TrainEncoding(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
+  }
+
+private:
+  EncodingTrainingOptions Options;
+};
+
+/// Null when there is nothing of that name.
+std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
+{
+  if (name == "flow-matching")
+  {
+    return std::make_unique<FlowMatchingCommand>();
+  }
+  return name == "encoding" ? std::make_unique<EncodingCommand>() : nullptr;
+}
 
 std::atomic<bool> Interrupted{ false };
 
@@ -205,27 +282,30 @@ private:
 
 void PrintUsage(std::ostream& stream)
 {
-  stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n\nOptions, and what holds "
-            "without them:\n";
-  for (const auto& [name, option] : FlowMatchingCommand().KnownOptions())
+  stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n"
+            "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n";
+  for (const char* name : { "flow-matching", "encoding" })
   {
-    stream << "  " << name << std::string(24 - name.size(), ' ') << option.Help << '\n';
+    stream << "\nOptions of " << name << ", and what holds without them:\n";
+    for (const auto& [option, known] : MakeCommand(name)->KnownOptions())
+    {
+      stream << "  " << option << std::string(24 - option.size(), ' ') << known.Help << '\n';
+    }
   }
 }
 
-int Train(FlowMatchingCommand& command)
+int Train(TrainCommand& command)
 {
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
-  ProgressLine line(command.Options.Iterations);
+  ProgressLine line(command.Iterations());
   const auto observe = [&line](const TrainingStep& step)
   {
     line.Show(step);
     return !Interrupted;
   };
-  TrainFlowMatching(ReadSignalDataset(command.Dataset), command.Options, command.Files, observe,
-    [](double) { return !Interrupted; });
-  std::cout << "wrote " << command.Files.Model << '\n';
+  command.Train(observe, [](double) { return !Interrupted; });
+  std::cout << "wrote " << command.Model() << '\n';
   return 0;
 }
 
@@ -248,15 +328,15 @@ int main(int argc, char* argv[])
     return 0;
   }
   KeepMemory();
-  FlowMatchingCommand command;
+  const std::unique_ptr<TrainCommand> command = MakeCommand(arguments.empty() ? "" : arguments[0]);
   try
   {
-    if (arguments.empty() || arguments[0] != "flow-matching")
+    if (!command)
     {
-      throw UsageError("what to train is missing; expected flow-matching");
+      throw UsageError("what to train is missing; expected flow-matching or encoding");
     }
-    command.Read({ arguments.begin() + 1, arguments.end() });
-    return Train(command);
+    command->Read({ arguments.begin() + 1, arguments.end() });
+    return Train(*command);
   }
   catch (const UsageError& error)
   {

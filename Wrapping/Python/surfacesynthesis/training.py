@@ -8,7 +8,18 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
-from .arguments import INT_MIN, array_name, at_least_0, at_most, choice, flag, in_range, integer, positive, progress_callback
+from .arguments import (
+    INT_MIN,
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    positive,
+    progress_callback,
+)
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
@@ -172,9 +183,11 @@ def configured_filter(
     algorithm.SetNumberOfEigenpairs(at_most("eigenpairs", integer("eigenpairs", eigenpairs, 1), 1000000))
     algorithm.SetIterations(at_most("iterations", integer("iterations", iterations, 1), 100000000))
     algorithm.SetBatchSize(at_most("batch", integer("batch", batch, 1), 100000))
-    algorithm.SetSourcesPerBatch(at_most("sources_per_batch", integer("sources_per_batch", sources_per_batch, 1), 100000))
+    sources_per_batch = integer("sources_per_batch", sources_per_batch, 1)
+    algorithm.SetSourcesPerBatch(at_most("sources_per_batch", sources_per_batch, 100000))
     algorithm.SetLearningRate(positive("learning_rate", learning_rate))
-    algorithm.SetLearningRateFactor(at_most("learning_rate_factor", positive("learning_rate_factor", learning_rate_factor), 1))
+    learning_rate_factor = positive("learning_rate_factor", learning_rate_factor)
+    algorithm.SetLearningRateFactor(at_most("learning_rate_factor", learning_rate_factor, 1))
     algorithm.SetGradientClip(at_least_0("clip", clip))
     algorithm.SetVertexWeight(at_least_0("vertex_weight", vertex_weight))
     algorithm.SetJacobianWeight(at_least_0("jacobian_weight", jacobian_weight))
@@ -205,7 +218,8 @@ def connect(algorithm, source, samples, signal=None):
             blocks.SetBlock(number, _shallow_copy(given_dataset(sample)))
         samples = blocks
     else:
-        samples = given_dataset(samples, text="a composite dataset, a list of surfaces, a vtkPolyData or an array as samples")
+        text = "a composite dataset, a list of surfaces, a vtkPolyData or an array as samples"
+        samples = given_dataset(samples, text=text)
     algorithm.SetInputDataObject(0, _shallow_copy(source))
     algorithm.SetInputDataObject(1, _shallow_copy(samples))
 
@@ -248,8 +262,8 @@ def _surface_with(algorithm, source, values, signal):
     wrong = values.ndim not in ranks or values.shape[1] != vertices or (signal is None and values.shape[2] != 3)
     if values.dtype.kind not in "fiu" or wrong:
         raise ValueError(
-            f"samples must be an array of numbers {shapes} with V = {vertices} points of the source, not of {values.dtype} "
-            f"{list(values.shape)}"
+            f"samples must be an array of numbers {shapes} with V = {vertices} points of the source, not of "
+            f"{values.dtype} {list(values.shape)}"
         )
     surface = vtkPolyData()
     surface.CopyStructure(source)

@@ -10,8 +10,8 @@ import warnings
 from .common import PROGRAM, ProgressBar, UsageError, add_running_options, as_usage, read_surface, set_threads
 
 _DESCRIPTION = """\
-Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from the
-seed. A training that was interrupted goes on from its checkpoint when the same command is given again."""
+Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from
+the seed. A training that was interrupted goes on from its checkpoint when the same command is given again."""
 _EXAMPLES = """\
 files:
   DATASET.safetensors     a dataset file, which holds surfaces and samples
@@ -109,7 +109,9 @@ def add(commands):
             )
     _add_choices(groups)
     files = training.add_argument_group("files")
-    files.add_argument("--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)")
+    files.add_argument(
+        "--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)"
+    )
     files.add_argument("--losses", metavar="FILE", help="table of the losses, CSV (default: MODEL.csv)")
     files.add_argument("--no-resume", action="store_true", help="begin anew, and replace the checkpoint")
     add_running_options(training.add_argument_group("running"))
@@ -136,7 +138,9 @@ def _add_choices(groups):
         "--no-inner-products", action="store_true", help="leave out the features of inner products of gradients"
     )
     groups["network"].add_argument(
-        "--encoder", metavar="FILE", help="PoissonNet that predicts a positional encoding, for sources of different shape"
+        "--encoder",
+        metavar="FILE",
+        help="PoissonNet that predicts a positional encoding, for sources of different shape",
     )
     groups["noise"].add_argument(
         "--noise",
