@@ -42,7 +42,7 @@ torch::Device ChooseDevice(TrainingDevice wanted)
   const bool available = torch::cuda::is_available();
   if (wanted == TrainingDevice::CUDA && !available)
   {
-    throw InvalidInput("The device is CUDA and LibTorch finds none; expected Auto or CPU here.");
+    throw InvalidInput("NetworkTraining: the device is CUDA and LibTorch finds none; expected Auto or CPU here.");
   }
   return wanted != TrainingDevice::CPU && available ? torch::kCUDA : torch::kCPU;
 }
