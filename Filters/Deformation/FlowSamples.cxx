@@ -34,14 +34,16 @@ FlowSamples::FlowSamples(
   , Flow(MakeSampler(std::move(model), surface, this->Used, progress))
 {}
 
-void FlowSamples::Keep(const FlowSampleRequest& request, std::int64_t first, std::int64_t count)
+void FlowSamples::Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count)
 {
-  if (request.Seed != this->Series.Seed || request.Stream != this->Series.Stream ||
+  const bool sameNoise = noise.size() == this->GivenNoise.size() && noise == this->GivenNoise;
+  if (!sameNoise || request.Seed != this->Series.Seed || request.Stream != this->Series.Stream ||
     request.Steps != this->Series.Steps || request.Integrator != this->Series.Integrator)
   {
     this->Samples.clear();
   }
   this->Series = request;
+  this->GivenNoise = std::move(noise);
   for (auto sample = this->Samples.begin(); sample != this->Samples.end();)
   {
     const std::int64_t number = sample->first;
@@ -60,7 +62,9 @@ void FlowSamples::Draw(const FlowSampleRequest& request, bool everyStep, const P
 {
   this->Samples.erase(request.Sample);
   States states;
-  FeatureMatrix noise = this->Flow.InitialNoise(request, SubProgress(progress, 0.0, NoiseShare));
+  FeatureMatrix noise = this->GivenNoise.size() > 0
+    ? this->GivenNoise
+    : this->Flow.InitialNoise(request, SubProgress(progress, 0.0, NoiseShare));
   const auto keep = [&](double time, const FeatureMatrix& state)
   {
     if (everyStep || time == 0.0 || time == 1.0)

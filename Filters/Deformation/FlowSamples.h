@@ -30,8 +30,9 @@ public:
   const FlowMatchingSampler& Sampler() const { return this->Flow; }
 
   /// Forgets the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another seed,
-  /// number of steps or integrator than those of @p request.
-  void Keep(const FlowSampleRequest& request, std::int64_t first, std::int64_t count);
+  /// number of steps or integrator than those of @p request, or other noise than @p noise: states at flow time 0 that
+  /// Draw() begins with, or an empty matrix for the noise of the request.
+  void Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count);
 
   /// True when At() knows the sample: at flow times 0 and 1, or with @p everyStep at all times.
   bool Holds(std::uint32_t sample, bool everyStep) const;
@@ -50,6 +51,7 @@ private:
   UsedPoints Used;
   FlowMatchingSampler Flow;
   FlowSampleRequest Series; ///< what all samples that are held have in common
+  FeatureMatrix GivenNoise; ///< and this: what they begin with, or empty
   std::map<std::uint32_t, States> Samples;
 };
 

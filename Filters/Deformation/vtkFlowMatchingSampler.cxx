@@ -5,6 +5,7 @@
 #include "FileCache.h"
 #include "FlowSamples.h"
 #include "NewArray.h"
+#include "PointRows.h"
 #include "SampleArrays.h"
 #include "SurfaceBridge.h"
 
@@ -72,6 +73,12 @@ public:
         "needed. vtkFlowMatchingSampler takes models of any signal.");
     }
     this->CheckNames();
+    if (!this->Self->InputNoiseArrayName.empty() && this->Self->NumberOfSamples != 1)
+    {
+      throw surfsynth::InvalidInput("InputNoiseArrayName is \"" + this->Self->InputNoiseArrayName +
+        "\" and NumberOfSamples is " + std::to_string(this->Self->NumberOfSamples) +
+        "; given noise is that of one sample, so NumberOfSamples must be 1.");
+    }
     this->Blocks.Begin();
   }
 
@@ -86,7 +93,7 @@ public:
     {
       samples = &this->Build(surface, surfsynth::SubProgress(progress, 0.0, begin));
     }
-    samples->Keep(series, this->Self->FirstSample, this->Self->NumberOfSamples);
+    samples->Keep(series, this->GivenNoise(*samples, output), this->Self->FirstSample, this->Self->NumberOfSamples);
     for (int k = surface.Part.Index; k < this->Self->NumberOfSamples; k += surface.Part.Count)
     {
       const double share = (1.0 - begin) / this->Self->NumberOfSamples;
@@ -142,6 +149,18 @@ private:
     request.Steps = this->Self->NumberOfSteps;
     request.Integrator = static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator);
     return request;
+  }
+
+  /// The state that InputNoiseArrayName asks for, or an empty matrix.
+  surfsynth::FeatureMatrix GivenNoise(const FlowSamples& samples, vtkPolyData* surface) const
+  {
+    if (this->Self->InputNoiseArrayName.empty())
+    {
+      return {};
+    }
+    const surfsynth::NamedPointArray array{ this->Self->InputNoiseArrayName, "InputNoiseArrayName" };
+    return samples.Sampler().FromDeviation(
+      surfsynth::ReadPointRows(surface, samples.Points(), array, this->Model->Components()));
   }
 
   vtkTypeInt64 EvaluationsOfSample() const
@@ -227,6 +246,11 @@ void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
 }
 
 void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+
+void vtkFlowMatchingSampler::SetInputNoiseArrayName(const char* name)
+{
+  this->SetText(this->InputNoiseArrayName, name);
+}
 
 void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
 
@@ -401,6 +425,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "ModelFileName: " << this->ModelFileName << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "InputNoiseArrayName: " << this->InputNoiseArrayName << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";

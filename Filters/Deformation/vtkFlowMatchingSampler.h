@@ -51,8 +51,8 @@
  * Samples are kept too: an update evaluates the network only for those that the last one has not made. Memory for
  * them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps + 1) bytes.
  *
- * A sample depends on the model, the mesh, Seed, its number, NumberOfSteps and Integrator alone: it has the same bits
- * for every number of threads, and alone or in a batch.
+ * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and
+ * Integrator alone: it has the same bits for every number of threads, and alone or in a batch.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
  */
@@ -96,10 +96,24 @@ public:
 
   ///@{
   /**
-   * The seed. Any integer; each gives other noise, and so other samples. Default 0.
+   * The seed. Any integer; each gives other noise, and so other samples. The same seed gives other samples on another
+   * triangulation, of the same distribution: InputNoiseArrayName carries one over. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array of the input with the noise to begin with, in place of that which Seed gives: the
+   * InitialNoise of a sample, which has come here from another triangulation as point arrays do (subdivision, remeshing,
+   * resampling), so that the same sample is generated on this one; or noise of any other origin like that which the
+   * model knows. It must have the components of the signal, in its units and about 0; of positions its mean over the
+   * surface is removed. NumberOfSamples must then be 1. On several MPI ranks the surface must lie whole on one. Default
+   * "": the noise of Seed.
+   */
+  void SetInputNoiseArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(InputNoiseArrayName);
   ///@}
 
   ///@{
@@ -225,6 +239,7 @@ private:
 
   std::string ModelFileName;
   int Seed = 0;
+  std::string InputNoiseArrayName;
   int FirstSample = 0;
   int NumberOfSamples = 1;
   int NumberOfSteps = 20;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "NetworkInput.h"
 
+#include "PointRows.h"
+
 #include "Core/Common/Errors.h"
 
-#include <vtkDataArray.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
 
 namespace surfsynth
@@ -12,43 +12,9 @@ namespace surfsynth
 
 namespace
 {
-using DoubleRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 std::string Counted(std::int64_t count, const std::string& thing)
 {
   return (count == 0 ? "no" : std::to_string(count)) + " " + thing + (count == 1 ? "" : "s");
-}
-
-/// The tuples of a point array at the used points.
-DoubleRows ReadPointArray(vtkPolyData* surface, const UsedPoints& points, const std::string& name,
-  const std::string& property, std::int64_t components)
-{
-  vtkDataArray* array = surface->GetPointData()->GetArray(name.c_str());
-  const std::string expected = "; the model needs one with " + Counted(components, "component") +
-    " and a tuple for each point.";
-  if (!array)
-  {
-    throw InvalidInput("There is no point array \"" + name + "\", which " + property + " names" + expected +
-      " (Arrays of a surface whose pieces lie on several MPI ranks are not gathered.)");
-  }
-  if (array->GetNumberOfComponents() != components || array->GetNumberOfTuples() != surface->GetNumberOfPoints())
-  {
-    throw InvalidInput("The point array \"" + name + "\", which " + property + " names, has " +
-      Counted(array->GetNumberOfComponents(), "component") + " and " + Counted(array->GetNumberOfTuples(), "tuple") +
-      " for " + Counted(surface->GetNumberOfPoints(), "point") + expected);
-  }
-  DoubleRows rows(points.Count(), components);
-  for (Index k = 0; k < points.Count(); ++k)
-  {
-    array->GetTuple(points.Id(k), rows.row(k).data());
-    if (!rows.row(k).cast<float>().allFinite())
-    {
-      throw InvalidInput("The point array \"" + name + "\", which " + property +
-        " names, is not finite in single precision at point " + std::to_string(points.Id(k)) +
-        "; finite numbers are needed at all points that polygons use.");
-    }
-  }
-  return rows;
 }
 
 FeatureMatrix BroadcastConditions(const PoissonNetModel& model, const std::vector<double>& conditions)
@@ -92,14 +58,13 @@ PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInpu
   }
   else
   {
-    input.Extra = ReadPointArray(
-      surface, points, request.ConditionArrayName, "ConditionArrayName", options.ExtraFeatures)
-                    .cast<float>();
+    const NamedPointArray array{ request.ConditionArrayName, "ConditionArrayName" };
+    input.Extra = ReadPointRows(surface, points, array, options.ExtraFeatures).cast<float>();
   }
   if (!request.SignalArrayName.empty())
   {
-    DoubleRows signal = ReadPointArray(
-      surface, points, request.SignalArrayName, "SignalArrayName", options.InputChannels);
+    const NamedPointArray array{ request.SignalArrayName, "SignalArrayName" };
+    PointRows signal = ReadPointRows(surface, points, array, options.InputChannels);
     if (options.Head == PoissonNetHead::GradientDomain)
     {
       signal = (signal.rowwise() - normalisation.Centre) / normalisation.Scale;

@@ -182,6 +182,57 @@ TEST(FlowMatchingSamplerFilter, SignalAndNoiseAreThoseOfThePlainSampler)
   EXPECT_EQ(output->GetCellData()->GetNumberOfArrays(), 0);
 }
 
+TEST(FlowMatchingSamplerFilter, GivenNoiseIsWhatTheFlowBeginsWith)
+{
+  const std::string model = WriteSignalModel("given.model", 2);
+  const Soup sphere = Icosphere(2);
+  const FlowMatchingSampler plain = PlainSampler(model, sphere);
+  const auto input = sphere.ToPolyData();
+  vtkNew<vtkFloatArray> given;
+  given->SetName("Given");
+  given->SetNumberOfComponents(2);
+  given->SetNumberOfTuples(input->GetNumberOfPoints());
+  for (vtkIdType k = 0; k < input->GetNumberOfPoints(); ++k)
+  {
+    given->SetTuple2(k, std::sin(0.3 * static_cast<double>(k)), 0.5);
+  }
+  input->GetPointData()->AddArray(given);
+  const auto filter = SamplerOn(input, model);
+  filter->SetInputNoiseArrayName("Given");
+  FlowSampleRequest request;
+  request.Steps = Steps;
+  const FeatureMatrix noise = plain.FromDeviation(MatrixOf(given));
+  EXPECT_LT(LargestDifference(plain.ToDeviation(noise), MatrixOf(given)), 1e-6);
+  const Eigen::MatrixXd expected = plain.ToSignal(plain.Integrate(noise, request));
+  EXPECT_EQ(LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), expected), 0.0);
+  filter->SetSeed(77); // has no say
+  EXPECT_EQ(LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), expected), 0.0);
+  given->SetTuple2(5, 2.0, 2.0);
+  given->Modified();
+  input->Modified();
+  EXPECT_GT(LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), expected), 1e-3);
+  filter->SetInputNoiseArrayName("");
+  filter->SetSeed(0);
+  const FeatureMatrix seeded = plain.Integrate(plain.InitialNoise(request), request);
+  EXPECT_EQ(LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), plain.ToSignal(seeded)), 0.0);
+}
+
+TEST(FlowMatchingDeformer, TheNoiseOfASampleGivesItAgain)
+{
+  const auto first = DeformerOn(Icosphere(2).ToPolyData(), WriteDeformer("again.model"));
+  first->SetSeed(9);
+  first->MovePointsOff();
+  const auto sample = SurfaceOf(first);
+  ASSERT_GT(sample->GetPointData()->GetArray("InitialNoise")->GetMaxNorm(), 0.01);
+  const auto second = DeformerOn(sample, WriteDeformer("again.model"));
+  second->SetInputNoiseArrayName("InitialNoise");
+  second->SetDisplacementArrayName("Again");
+  const auto again = SurfaceOf(second);
+  const double size = sample->GetPointData()->GetArray("Displacement")->GetMaxNorm();
+  ASSERT_GT(size, 0.01);
+  EXPECT_LT(LargestDifference(PointArray(again, "Again"), PointArray(sample, "Displacement")), 1e-5 * size);
+}
+
 TEST(FlowMatchingSamplerFilter, IntegratorsAreThoseOfThePlainSampler)
 {
   const std::string model = WriteSignalModel("integrators.model", 1);

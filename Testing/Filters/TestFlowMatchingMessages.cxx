@@ -8,6 +8,7 @@
 #include "IO/Weights/SafetensorsWriter.h"
 #include "Learning/Models/PoissonNetModel.h"
 
+#include <vtkDoubleArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -17,6 +18,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -222,6 +224,33 @@ TEST(FlowMatchingMessages, FacesThatPointInwardsAreAWarning)
 }
 
 // --- Names -----------------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingMessages, GivenNoiseThatDoesNotFit)
+{
+  const auto surface = Icosphere(1).ToPolyData();
+  const auto filter = DeformerOn(surface, WriteDeformer("noise.model"));
+  filter->SetInputNoiseArrayName("Missing");
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("no point array \"Missing\""), HasSubstr("InputNoiseArrayName")));
+  vtkNew<vtkDoubleArray> scalars;
+  scalars->SetName("Scalars");
+  scalars->SetNumberOfTuples(surface->GetNumberOfPoints());
+  scalars->Fill(0.0);
+  surface->GetPointData()->AddArray(scalars);
+  filter->SetInputNoiseArrayName("Scalars");
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("has 1 component"), HasSubstr("needs one with 3 components")));
+  vtkNew<vtkDoubleArray> broken;
+  broken->SetName("Broken");
+  broken->SetNumberOfComponents(3);
+  broken->SetNumberOfTuples(surface->GetNumberOfPoints());
+  broken->Fill(0.0);
+  broken->SetComponent(7, 1, std::nan(""));
+  surface->GetPointData()->AddArray(broken);
+  filter->SetInputNoiseArrayName("Broken");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("not finite in single precision at point 7"));
+  broken->Fill(0.0);
+  filter->SetNumberOfSamples(2);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("NumberOfSamples must be 1"));
+}
 
 TEST(FlowMatchingMessages, NamesThatAreEmptyOrTheSame)
 {

@@ -13,9 +13,9 @@ import xml.etree.ElementTree as ElementTree
 # that are methods of VTK's own; properties of a base class that the XML leaves out
 SAMPLER = "Filters/Deformation/vtkFlowMatchingSampler.h"
 FILTERS = (
-    (("Filters/Deformation/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 11, 3,
+    (("Filters/Deformation/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues"}, {"SignalArrayName"}),
-    (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 9, 3, {"TimestepValues"}),
+    (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues"}),
     ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 27, 2,
      {"Samples", "Milestones"}),

@@ -211,6 +211,18 @@ Eigen::MatrixXd FlowMatchingSampler::ToDeviation(const FeatureMatrix& state) con
   return deviation;
 }
 
+FeatureMatrix FlowMatchingSampler::FromDeviation(const Eigen::MatrixXd& deviation) const
+{
+  const FlowMatchingModel& model = *this->Impl->Model;
+  if (!model.GeneratesPositions())
+  {
+    return (deviation.array().rowwise() / model.SignalScale.array()).cast<float>();
+  }
+  Eigen::MatrixXd state = deviation / this->Impl->Normalisation.Scale;
+  this->Impl->RemoveMean(state);
+  return state.cast<float>();
+}
+
 MeshRequirements FlowMatchingSampler::Requirements() { return PoissonNetEvaluator::Requirements(); }
 
 const std::vector<std::string>& FlowMatchingSampler::Warnings() const { return this->Impl->Warnings; }

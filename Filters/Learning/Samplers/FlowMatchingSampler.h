@@ -84,6 +84,10 @@ public:
   /// units about 0. Keeps its digits on surfaces far from the origin.
   Eigen::MatrixXd ToDeviation(const FeatureMatrix& state) const;
 
+  /// The state that ToDeviation() gives as @p deviation, [V, C]: noise of the caller's choice, such as that of a sample on
+  /// another triangulation. Of positions its mean over the surface is removed.
+  FeatureMatrix FromDeviation(const Eigen::MatrixXd& deviation) const;
+
   /// What the model asks of a mesh; see PoissonNetEvaluator::Requirements().
   static MeshRequirements Requirements();
 

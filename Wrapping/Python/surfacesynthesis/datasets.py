@@ -2,6 +2,7 @@
 """What the package's functions take and return: VTK's datasets, subclasses of them, and pairs of NumPy arrays."""
 
 import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPolyData
 
 from .files.polygons import mesh_of_triangles, to_polydata
@@ -55,3 +56,20 @@ def dataset_of_pair(pair):
     if triangles.dtype.kind == "u":  # so that ids too large for VTK do not become small ones
         triangles = np.minimum(triangles, np.iinfo(np.int64).max)
     return to_polydata(mesh_of_triangles(points.reshape(-1, 3), triangles.reshape(-1, 3)))
+
+
+def array_by_name(dataset, argument, value, name, is_pair, smallest_rank):
+    """``value``; or, for an array of point values, the name that it gets in ``dataset``, which is ours for a pair."""
+    if not isinstance(value, np.ndarray) or value.ndim < smallest_rank:
+        return value
+    if not is_pair:
+        raise TypeError(f"{argument} may be an array with a pair of arrays only; name a point array of the mesh")
+    if value.dtype.kind not in "fiub" or value.ndim > 2 or len(value) != dataset.GetNumberOfPoints():
+        raise ValueError(
+            f"{argument} must be an array of numbers with a row for each of the {dataset.GetNumberOfPoints()} points, "
+            f"not of {value.dtype} {list(value.shape)}"
+        )
+    array = numpy_to_vtk(np.ascontiguousarray(value, dtype=np.float64), deep=True)
+    array.SetName(name)
+    dataset.GetPointData().AddArray(array)
+    return name

@@ -8,7 +8,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import INT_MIN, array_name, at_most, choice, flag, integer, progress_callback
-from .datasets import as_type_of, given_dataset
+from .datasets import array_by_name, as_type_of, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter, outputs_at_times
 from .vtkSurfaceSynthesisDeformation import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
@@ -19,6 +19,8 @@ INTEGRATORS = {
     "midpoint": vtkFlowMatchingSampler.MIDPOINT,
     "runge_kutta_4": vtkFlowMatchingSampler.RUNGE_KUTTA_4,
 }
+
+_GIVEN_NOISE = "_GivenNoise"
 
 _PARAMETERS = """
     mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
@@ -32,7 +34,12 @@ _PARAMETERS = """
     model : path
         The model file, safetensors, as vtkFlowMatchingTrainer writes it.
     seed : int
-        Any integer of 32 bits with sign; each gives other noise, and so other samples. Default 0.
+        Any integer of 32 bits with sign; each gives other noise, and so other samples. The same seed gives other samples
+        on another triangulation; ``noise`` carries one over. Default 0.
+    noise : str or array, optional
+        The noise to begin with, in place of that of ``seed``: the name of a point array of the mesh, such as the
+        "InitialNoise" of a sample that has come here from another triangulation; for a pair, an array [V, C]. In the
+        units of the signal and about 0. ``samples`` must then be 1 or None. Default: the noise of ``seed``.
     samples : int, optional
         Number of samples, at least 1. Default: one sample.
     first_sample : int
@@ -67,6 +74,7 @@ def deform(
     mesh,
     model,
     seed=0,
+    noise=None,
     samples=None,
     first_sample=0,
     steps=20,
@@ -78,9 +86,13 @@ def deform(
     area_ratio_name="AreaRatio",
     progress=None,
 ):
+    is_pair = isinstance(mesh, (tuple, list))
+    dataset = given_dataset(mesh)
+    noise = array_by_name(dataset, "noise", noise, _GIVEN_NOISE, is_pair, 1)
     algorithm = configured_deformer(
         model,
         seed=seed,
+        noise=noise,
         samples=samples,
         first_sample=first_sample,
         steps=steps,
@@ -91,10 +103,10 @@ def deform(
         noise_name=noise_name,
         area_ratio_name=area_ratio_name,
     )
-    if not isinstance(mesh, (tuple, list)):
+    if not is_pair:
         return _outputs(algorithm, mesh, progress)
     algorithm.MovePointsOn()
-    return _stacked(algorithm, mesh, samples, progress, lambda block: block.GetPoints().GetData(), 3)
+    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPoints().GetData(), 3)
 
 
 deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations.
@@ -125,6 +137,7 @@ def sample_signal(
     mesh,
     model,
     seed=0,
+    noise=None,
     samples=None,
     first_sample=0,
     steps=20,
@@ -134,9 +147,13 @@ def sample_signal(
     noise_name="InitialNoise",
     progress=None,
 ):
+    is_pair = isinstance(mesh, (tuple, list))
+    dataset = given_dataset(mesh)
+    noise = array_by_name(dataset, "noise", noise, _GIVEN_NOISE, is_pair, 1)
     algorithm = configured_sampler(
         model,
         seed=seed,
+        noise=noise,
         samples=samples,
         first_sample=first_sample,
         steps=steps,
@@ -145,11 +162,11 @@ def sample_signal(
         name=name,
         noise_name=noise_name,
     )
-    if not isinstance(mesh, (tuple, list)):
+    if not is_pair:
         return _outputs(algorithm, mesh, progress)
     algorithm.SetSignalArrayName("Signal" if noise_name != "Signal" else "_Signal")
     wanted = algorithm.GetSignalArrayName()
-    return _stacked(algorithm, mesh, samples, progress, lambda block: block.GetPointData().GetArray(wanted), None)
+    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPointData().GetArray(wanted), None)
 
 
 sample_signal.__doc__ = f"""Generates a signal on a surface, as a flow matching model has learned it.
@@ -196,6 +213,7 @@ def _configured(
     algorithm,
     model,
     seed=0,
+    noise=None,
     samples=None,
     first_sample=0,
     steps=20,
@@ -206,6 +224,8 @@ def _configured(
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    if noise is not None:
+        algorithm.SetInputNoiseArrayName(array_name("noise", noise))
     algorithm.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     algorithm.SetFirstSample(integer("first_sample", first_sample, 0))
     algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 10000))
@@ -235,16 +255,16 @@ def _run(algorithm, dataset, progress):
 
 
 def _outputs(algorithm, mesh, progress):
-    outputs = _run(algorithm, given_dataset(mesh), progress)
+    outputs = _run(algorithm, mesh, progress)
     if algorithm.GetNumberOfSamples() == 1:
         outputs = [as_type_of(mesh, output) for output in outputs]
     return outputs if algorithm.GetOutputTrajectory() else outputs[0]
 
 
-def _stacked(algorithm, pair, samples, progress, array_of, components):
+def _stacked(algorithm, dataset, samples, progress, array_of, components):
     """The arrays of all flow times and samples as one."""
     values = []
-    for output in _run(algorithm, given_dataset(pair), progress):
+    for output in _run(algorithm, dataset, progress):
         several = algorithm.GetNumberOfSamples() > 1
         blocks = [output.GetBlock(k) for k in range(output.GetNumberOfBlocks())] if several else [output]
         values.append([_values(block, array_of, components) for block in blocks])

@@ -6,10 +6,10 @@ import os
 import warnings
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import array_name, choice, progress_callback, real
-from .datasets import as_type_of, given_dataset
+from .datasets import array_by_name, as_type_of, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisPrediction import vtkPoissonNetFilter
@@ -92,8 +92,8 @@ def poisson_net(
     """
     is_pair = isinstance(mesh, (tuple, list))
     dataset = given_dataset(mesh)
-    conditions = _array_by_name(dataset, "conditions", conditions, _GIVEN_CONDITIONS, is_pair, 2)
-    signal = _array_by_name(dataset, "signal", signal, _GIVEN_SIGNAL, is_pair, 1)
+    conditions = array_by_name(dataset, "conditions", conditions, _GIVEN_CONDITIONS, is_pair, 2)
+    signal = array_by_name(dataset, "signal", signal, _GIVEN_SIGNAL, is_pair, 1)
     algorithm = configured_filter(
         model, conditions, signal, normalisation, name, label_name, class_names_name, displacement_name
     )
@@ -145,23 +145,6 @@ def _numbers(conditions):
     if not np.all(np.isfinite(values)):
         raise ValueError("conditions must be finite numbers")
     return values
-
-
-def _array_by_name(dataset, argument, value, name, is_pair, smallest_rank):
-    """``value``; or, for an array of point values, the name that it gets in ``dataset``, which is ours for a pair."""
-    if not isinstance(value, np.ndarray) or value.ndim < smallest_rank:
-        return value
-    if not is_pair:
-        raise TypeError(f"{argument} may be an array with a pair of arrays only; name a point array of the mesh")
-    if value.dtype.kind not in "fiub" or value.ndim > 2 or len(value) != dataset.GetNumberOfPoints():
-        raise ValueError(
-            f"{argument} must be an array of numbers with a row for each of the {dataset.GetNumberOfPoints()} points, "
-            f"not of {value.dtype} {list(value.shape)}"
-        )
-    array = numpy_to_vtk(np.ascontiguousarray(value, dtype=np.float64), deep=True)
-    array.SetName(name)
-    dataset.GetPointData().AddArray(array)
-    return name
 
 
 def _arrays(output, algorithm):

@@ -53,6 +53,9 @@ def _add(commands, name, text, description, epilog):
     flow = parser.add_argument_group("flow")
     flow.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")
     flow.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    flow.add_argument(
+        "--noise", metavar="NAME", help="point array of INPUT with the noise to begin with (default: that of the seed)"
+    )
     flow.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     flow.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
     flow.add_argument("--steps", type=int, default=20, metavar="N", help="steps from noise to sample (default: 20)")
@@ -80,6 +83,7 @@ def run(arguments):
         getattr(deformation, arguments.configure),
         arguments.model,
         seed=arguments.seed,
+        noise=arguments.noise,
         samples=arguments.samples,
         first_sample=arguments.first_sample,
         steps=arguments.steps,
