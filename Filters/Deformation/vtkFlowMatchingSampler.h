@@ -97,7 +97,7 @@ public:
   ///@{
   /**
    * The seed. Any integer; each gives other noise, and so other samples. The same seed gives other samples on another
-   * triangulation, of the same distribution: InputNoiseArrayName carries one over. Default 0.
+   * triangulation. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -105,12 +105,11 @@ public:
 
   ///@{
   /**
-   * Name of a point array of the input with the noise to begin with, in place of that which Seed gives: the
-   * InitialNoise of a sample, which has come here from another triangulation as point arrays do (subdivision, remeshing,
-   * resampling), so that the same sample is generated on this one; or noise of any other origin like that which the
-   * model knows. It must have the components of the signal, in its units and about 0; of positions its mean over the
-   * surface is removed. NumberOfSamples must then be 1. On several MPI ranks the surface must lie whole on one. Default
-   * "": the noise of Seed.
+   * Name of a point array of the input with the noise to begin with, in place of that which Seed gives. The initial noise
+   * of a sample on another triangulation, brought here as point arrays are (by subdivision, remeshing, resampling), gives
+   * the same sample on this one. It must have the components of the signal, in its units and about 0, and the number of
+   * samples must be 1. Of positions its mean over the surface is removed. On several MPI ranks the surface must lie
+   * whole on one. Default "": the noise of Seed.
    */
   void SetInputNoiseArrayName(const char* name);
   vtkGetCharFromStdStringMacro(InputNoiseArrayName);
