@@ -9,9 +9,9 @@ signals of three Gaussians on the bunny with 2,000. Writes
 
     poses.png           data: the same random poses on the triangulation of the training and on the original one
     mixtures.png        data: random signals of three Gaussians
-    deformations.png    rows: one seed on the triangulation of the training, on the original one with 52,000 faces and on
-                        that one subdivided, with 208,000; four seeds on the original; with --training, samples beside the
-                        closest pose of the training
+    deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
+                        one subdivided, with 208,000, and on the one of the training; four seeds on the original; with
+                        --training, samples beside the closest pose of the training
     signals.png         the same seeds on the triangulation of the training and on one that is coarse on one side
     deformation_*.vtp   the deformed surfaces, with arrays
 
@@ -25,7 +25,7 @@ import sys
 import time
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersModeling import vtkLinearSubdivisionFilter
@@ -56,11 +56,19 @@ def subdivided(mesh):
     return finer.GetOutput()
 
 
-def made(mesh, model, seed, **parameters):
+def made(mesh, model, **parameters):
     """A deformed surface, and the seconds it took."""
     started = time.monotonic()
-    output = surfacesynthesis.deform(mesh, model, seed=seed, **parameters)
+    output = surfacesynthesis.deform(mesh, model, **parameters)
     return output, time.monotonic() - started
+
+
+def with_noise_of(sample, mesh):
+    """A copy of a surface with the noise that a sample on it was made of."""
+    copy = vtkPolyData()
+    copy.CopyStructure(mesh)
+    copy.GetPointData().AddArray(sample.GetPointData().GetArray("InitialNoise"))
+    return copy
 
 
 class Sheet:
@@ -137,29 +145,44 @@ def with_array(mesh, values):
 def deformations(options):
     model = os.path.join(options.models, "armadillo_poses.safetensors")
     original = surface(None, "armadillo.off")
-    training = evenly(original, 1500)
-    fine = subdivided(original)
-    sheet = Sheet(3 if options.training else 2, 4)
     view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
-    sheet.add(0, 0, "source, " + faces(original), original, view)
-    for column, (name, mesh) in enumerate((("training", training), ("original", original), ("subdivided", fine)), 1):
-        output, seconds = made(mesh, model, SEEDS[0], steps=options.steps)
-        print(f"{faces(mesh)}: {seconds:.1f} s", flush=True)
-        sheet.add(0, column, f"seed {SEEDS[0]}, {name}, {faces(mesh)}\n{seconds:.1f} s", output, view)
-        surfacesynthesis.write_mesh(output, os.path.join(options.output, f"deformation_{name}.vtp"))
+    sheet = Sheet(3 if options.training else 2, 4)
+    sheet.add(0, 0, f"the source\n{faces(original)}", original, view)
+    triangulations(options, model, original, sheet, view)
     for column, seed in enumerate(SEEDS):
-        output, _ = made(original, model, seed, steps=options.steps)
+        output, _ = made(original, model, seed=seed, steps=options.steps)
         sheet.add(1, column, f"seed {seed}", output, view)
     if options.training:
-        (source, poses), = surfacesynthesis.read_signal_dataset(options.training).sources
+        (data,) = surfacesynthesis.read_signal_dataset(options.training).sources
+        source, poses = (data.points, data.triangles), data.signals
         area = surface_area(source)
         for pair, seed in enumerate(SEEDS[:2]):
-            sample, _ = made(source, model, seed, steps=options.steps)
+            sample, _ = made(source, model, seed=seed, steps=options.steps)
             closest, distance = closest_pose(sample, source, poses)
             text = f"closest of {len(poses):,} training poses\nmean distance {distance / np.sqrt(area):.2g} sqrt(area)"
-            sheet.add(2, 2 * pair, f"seed {seed}", dataset_of_pair((sample, source[1])), view)
+            sheet.add(2, 2 * pair, f"seed {seed}, {len(source[1]):,} faces", dataset_of_pair((sample, source[1])), view)
             sheet.add(2, 2 * pair + 1, text, dataset_of_pair((closest, source[1])), view)
     sheet.write(os.path.join(options.output, "deformations.png"), options.colours)
+
+
+def triangulations(options, model, original, sheet, view):
+    """One sample on three triangulations: its noise is made on one, and carried to the others as a point array."""
+    sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
+    start = with_noise_of(sample, original)
+    displacements = {}
+    meshes = {"original": start, "subdivided": subdivided(start), "training": evenly(start, 1500)}
+    for column, (name, mesh) in enumerate(meshes.items(), 1):
+        if name != "original":
+            sample, seconds = made(mesh, model, noise="InitialNoise", steps=options.steps)
+        print(f"{name}, {faces(mesh)}: {seconds:.1f} s", flush=True)
+        what = f"seed {SEEDS[0]}" if name == "original" else "the same noise"
+        sheet.add(0, column, f"{what}, {name} triangulation\n{faces(mesh)}, {seconds:.1f} s", sample, view)
+        surfacesynthesis.write_mesh(sample, os.path.join(options.output, f"deformation_{name}.vtp"))
+        displacements[name] = vtk_to_numpy(sample.GetPointData().GetArray("Displacement"))
+    # the points of the original are the first of the subdivided one
+    coarse, fine = displacements["original"], displacements["subdivided"][: len(displacements["original"])]
+    difference = np.linalg.norm(fine - coarse, axis=1).mean() / np.linalg.norm(coarse, axis=1).mean()
+    print(f"original and subdivided: mean difference {100 * difference:.1f} % of the mean displacement", flush=True)
 
 
 def signals(options):

@@ -22,8 +22,14 @@ import numpy as np
 
 import surfacesynthesis
 
-#: The name in the table, and the noise of the training.
-NOISES = {"Matérn": "matern", "white": "white", "per vertex": "per_vertex", "unscreened": "unscreened"}
+#: By the name of an option: the name in the table, the noise of the training and its smoothing.
+NOISES = {
+    "smoothed": ("Matérn, smoothed", "matern", 1e-4),
+    "matern": ("Matérn", "matern", 0.0),
+    "white": ("white", "white", 0.0),
+    "unscreened": ("unscreened", "unscreened", 0.0),
+    "per_vertex": ("per vertex", "per_vertex", 0.0),
+}
 #: What is trained on, and what it is tested on, by the name of the task.
 TASKS = {
     "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
@@ -35,8 +41,8 @@ COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "e
 def dataset(folder, name, references=None):
     """Surface (points, triangles), its samples [N, V, C] and the name of the signal."""
     found = surfacesynthesis.read_signal_dataset(os.path.join(folder, name + ".safetensors"))
-    (mesh, samples), = found.sources
-    return mesh, samples[:references], found.name
+    (source,) = found.sources
+    return (source.points, source.triangles), source.signals[:references], found.name
 
 
 def trained(options, task, noise):
@@ -55,7 +61,8 @@ def trained(options, task, noise):
         learning_rate=options.learning_rate,
         milestones=[2 * options.iterations // 3],
         averaging=0.999,
-        noise=noise,
+        noise=NOISES[noise][1],
+        noise_smoothing=NOISES[noise][2],
         seed=options.seed,
     )
     print(f"{model}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
@@ -72,7 +79,7 @@ def measured(options, task, noise, model, test):
     metrics = surfacesynthesis.ensemble_metrics(generated, references, source=mesh, remove_centroid=position)
     return {
         "task": task,
-        "noise": noise,
+        "noise": NOISES[noise][0],
         "test": test,
         "points": len(mesh[0]),
         "mmd": metrics["mmd"] / scale,
@@ -109,7 +116,7 @@ def parsed(arguments):
     parser.add_argument("data", help="folder with the datasets")
     parser.add_argument("output", help="folder for models and tables; made when it is not there")
     parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=sorted(TASKS))
-    parser.add_argument("--noises", nargs="+", choices=list(NOISES.values()), default=list(NOISES.values()))
+    parser.add_argument("--noises", nargs="+", choices=list(NOISES), default=list(NOISES))
     parser.add_argument("--iterations", type=int, default=6000, help="of each training (default: 6000)")
     parser.add_argument("--width", type=int, default=48, help="of the networks (default: 48)")
     parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")

@@ -207,6 +207,7 @@ private:
     options.InnerProducts = self.InnerProducts;
     options.Noise.Model = static_cast<surfsynth::NoiseModel>(self.NoiseModel);
     options.Noise.Screening = self.Screening;
+    options.Noise.Smoothing = self.NoiseSmoothing;
     options.Noise.Eigenpairs = self.NumberOfEigenpairs;
     options.Noise.Scale = self.NoiseScale;
     if (!self.EncoderFileName.empty())
@@ -372,6 +373,7 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "InnerProducts: " << this->InnerProducts << "\n";
   os << indent << "NoiseModel: " << this->NoiseModel << "\n";
   os << indent << "Screening: " << this->Screening << "\n";
+  os << indent << "NoiseSmoothing: " << this->NoiseSmoothing << "\n";
   os << indent << "NoiseScale: " << this->NoiseScale << "\n";
   os << indent << "NumberOfEigenpairs: " << this->NumberOfEigenpairs << "\n";
   os << indent << "Iterations: " << this->Iterations << "\n";

@@ -188,6 +188,7 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   EXPECT_EQ(filter->GetInnerProducts(), options.InnerProducts);
   EXPECT_EQ(filter->GetNoiseModel(), static_cast<int>(options.Noise.Model));
   EXPECT_EQ(filter->GetScreening(), options.Noise.Screening);
+  EXPECT_EQ(filter->GetNoiseSmoothing(), options.Noise.Smoothing);
   EXPECT_EQ(filter->GetNoiseScale(), options.Noise.Scale);
   EXPECT_EQ(filter->GetNumberOfEigenpairs(), options.Noise.Eigenpairs);
   EXPECT_EQ(filter->GetIterations(), options.Iterations);
@@ -237,7 +238,7 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
          "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "Width: 64", "Blocks: 4",
-         "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseScale: 0",
+         "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 0.0001", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
          "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
          "WeightAveraging: 0", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })

@@ -106,6 +106,7 @@ TEST(FlowMatchingModel, WhatIsWrittenIsRead)
     model.Noise.Screening = 12.5;
     model.Noise.Eigenpairs = 17;
     model.Noise.Scale = 0.1;
+    model.Noise.Smoothing = 0.003;
     model.Shape.Spread = 0.3;
     model.Iterations = 4321;
     model.Metadata["note"] = "kept";
@@ -118,6 +119,7 @@ TEST(FlowMatchingModel, WhatIsWrittenIsRead)
     EXPECT_EQ(read.Noise.Screening, 12.5);
     EXPECT_EQ(read.Noise.Eigenpairs, 17);
     EXPECT_EQ(read.Noise.Scale, 0.1);
+    EXPECT_EQ(read.Noise.Smoothing, 0.003);
     EXPECT_EQ(read.Shape.Mean, model.Shape.Mean);
     EXPECT_EQ(read.Shape.Spread, 0.3);
     EXPECT_EQ(read.Iterations, 4321);
@@ -201,6 +203,7 @@ TEST(FlowMatchingModel, ValuesOutOfTheirRangeAreNamed)
   EXPECT_THAT(MessageWith("\"signal_scale\":[0.5,", "\"signal_scale\":[0.0,"), HasSubstr("the scales above 0"));
   EXPECT_THAT(MessageWith("\"noise_screening\":100.0", "\"noise_screening\":0"), HasSubstr("screening 0"));
   EXPECT_THAT(MessageWith("\"noise_scale\":1.0", "\"noise_scale\":-1"), HasSubstr("scale -1"));
+  EXPECT_THAT(MessageWith("\"noise_smoothing\":0.0", "\"noise_smoothing\":-1"), HasSubstr("smoothing of the noise is -1"));
   EXPECT_THAT(MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":0"), HasSubstr("0 eigenpairs"));
   EXPECT_THAT(MessageWith("\"shape_spread\":0.0", "\"shape_spread\":-1"), HasSubstr("spread of at least 0"));
 }

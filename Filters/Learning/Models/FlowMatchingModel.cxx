@@ -60,6 +60,8 @@ public:
     }
     return found->get<double>();
   }
+  /// For keys that files of earlier versions do not have.
+  double NumberOr(const char* key, double otherwise) const { return this->Json.contains(key) ? this->Number(key) : otherwise; }
   std::int64_t WholeNumber(const char* key) const
   {
     const double number = this->Number(key);
@@ -256,6 +258,7 @@ FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
   model.Noise.Screening = reader.Number("noise_screening");
   model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
   model.Noise.Scale = reader.Number("noise_scale");
+  model.Noise.Smoothing = reader.NumberOr("noise_smoothing", 0.0);
   model.Iterations = reader.WholeNumber("iterations");
   model.Shape.Spread = reader.Number("shape_spread");
   const Eigen::RowVectorXd moments = reader.Numbers("shape_moments");
@@ -298,6 +301,10 @@ void CheckModel(const FlowMatchingModel& model)
       std::to_string(model.Components()) + " finite ones each, the scales above 0");
   }
   const FlowNoise& noise = model.Noise;
+  if (!(noise.Smoothing >= 0.0) || !std::isfinite(noise.Smoothing))
+  {
+    Refuse("the smoothing of the noise is " + Text(noise.Smoothing), "a finite number, at least 0");
+  }
   if (!(noise.Screening > 0.0) || !(noise.Scale > 0.0) || !std::isfinite(noise.Screening * noise.Scale) ||
     noise.Eigenpairs < 1 || noise.Eigenpairs > 1000000)
   {
@@ -330,6 +337,7 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
                                    { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
                                    { "noise_screening", model.Noise.Screening },
                                    { "noise_eigenpairs", model.Noise.Eigenpairs }, { "noise_scale", model.Noise.Scale },
+                                   { "noise_smoothing", model.Noise.Smoothing },
                                    { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
                                    { "shape_spread", model.Shape.Spread } })
                     .dump();

@@ -22,12 +22,13 @@ namespace surfsynth
 struct FlowNoise
 {
   NoiseModel Model = NoiseModel::Matern;
-  double Screening = 100.0;         ///< tau > 0 of Matern and Spectral; the paper's 100
-  std::int64_t Eigenpairs = 256;    ///< of Spectral
-  double Scale = 1.0;               ///< every value is multiplied by it
+  double Screening = 100.0;      ///< tau > 0 of Matern and Spectral; the paper's 100
+  std::int64_t Eigenpairs = 256; ///< of Spectral
+  double Scale = 1.0;            ///< every value is multiplied by it
+  double Smoothing = 0.0;        ///< s >= 0 of Matern, see FlowNoiseField; the paper's 0
 };
 
-/// The options of the MaternField that samples @p noise before it is scaled.
+/// The options of the MaternField that samples @p noise before it is scaled and smoothed.
 MaternFieldOptions FieldOptions(const FlowNoise& noise);
 
 /// What is remembered of the surfaces of the training, so that another kind of surface is noticed: the second moments

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Text.h"
+#include "Learning/Samplers/FlowNoiseField.h"
 
 #include <cmath>
 #include <optional>
@@ -46,8 +47,8 @@ public:
     this->Describe(normalised, topology);
     this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalised.Points);
     this->PrepareCondition(operators, normalised.Points, SubProgress(progress, 0.5, 0.6));
-    this->Field = std::make_unique<MaternField>(
-      std::move(normalised), topology, FieldOptions(this->Model->Noise), SubProgress(progress, 0.6, 1.0));
+    this->Field = std::make_unique<FlowNoiseField>(
+      std::move(normalised), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
   }
 
   /// Subtracts the mean over the surface from each component.
@@ -60,7 +61,7 @@ public:
   MeshNormalisation Normalisation;
   Eigen::VectorXd VertexMass;
   std::optional<PoissonNetEvaluator> VelocityField;
-  std::unique_ptr<MaternField> Field;
+  std::unique_ptr<FlowNoiseField> Field;
   FeatureMatrix Condition; ///< [V, 4 + E]: time, to be filled in, position, encoding
   std::vector<std::string> Warnings;
 
@@ -115,9 +116,9 @@ FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request
   sample.Stream = request.Stream;
   sample.NumberOfComponents = static_cast<std::uint32_t>(this->Impl->Model->Components());
   sample.Scale = this->Impl->Model->Noise.Scale;
-  Eigen::MatrixXd noise;
-  this->Impl->Field->Sample(
-    sample, [&noise](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) { noise = values; }, progress);
+  RowMatrix values(this->Impl->VertexMass.size(), this->Impl->Model->Components());
+  this->Impl->Field->SampleInto(sample, [&values](std::uint32_t) { return values.data(); }, progress);
+  Eigen::MatrixXd noise = values;
   if (this->Impl->Model->GeneratesPositions())
   {
     this->Impl->RemoveMean(noise);

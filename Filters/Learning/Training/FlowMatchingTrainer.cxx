@@ -114,6 +114,7 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   recipe["noise"] = std::to_string(static_cast<int>(this->Options.Noise.Model));
   recipe["noise_screening"] = Exactly(this->Options.Noise.Screening);
   recipe["noise_eigenpairs"] = std::to_string(this->Options.Noise.Eigenpairs);
+  recipe["noise_smoothing"] = Exactly(this->Options.Noise.Smoothing);
   recipe["noise_scale"] = Exactly(this->Options.Noise.Scale);
   recipe["encoder"] = this->Options.Encoder ? Identity(*this->Options.Encoder) : "none";
   recipe["signal"] = this->Data.Frame.SignalName;

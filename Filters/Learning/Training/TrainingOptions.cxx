@@ -70,6 +70,7 @@ void CheckOptions(const FlowMatchingTrainingOptions& options)
   Require(std::isfinite(options.Noise.Screening) && options.Noise.Screening > 0.0, "Noise.Screening",
     options.Noise.Screening, "a finite number above 0");
   RequireWeight("Noise.Scale", options.Noise.Scale);
+  RequireWeight("Noise.Smoothing", options.Noise.Smoothing);
   RequireCount("Noise.Eigenpairs", options.Noise.Eigenpairs, 1000000, "1 to 1000000");
 }
 

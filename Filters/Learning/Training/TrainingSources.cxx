@@ -111,10 +111,9 @@ double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
   request.Seed = seed;
   request.NumberOfSamples = FieldsMeasured;
   request.Stream = MeasuringStream;
-  double fields = 0.0;
-  source.Noise->Sample(request,
-    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values)
-    { fields += MeanSquare(values, mass) / FieldsMeasured; });
+  Eigen::MatrixXd fieldValues(mass.size(), FieldsMeasured);
+  source.Noise->SampleInto(request, [&](std::uint32_t field) { return fieldValues.col(field).data(); });
+  const double fields = MeanSquare(fieldValues, mass);
   if (!(samples > 0.0) || !(fields > 0.0))
   {
     throw InvalidInput("FlowMatchingTrainer: the samples are 0 everywhere; expected samples that vary.");
@@ -162,8 +161,8 @@ TrainingSource PrepareSource(SignalSource& source, const FlowMatchingModel& fram
   prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5));
   prepared.Condition = ConditionOf(frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh.Points,
     SubProgress(progress, 0.5, 0.6));
-  prepared.Noise = std::make_unique<MaternField>(
-    std::move(mesh), topology, FieldOptions(frame.Noise), SubProgress(progress, 0.6, 1.0));
+  prepared.Noise =
+    std::make_unique<FlowNoiseField>(std::move(mesh), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
   prepared.Samples = std::move(source.Samples);
   if (frame.GeneratesPositions())
   {

@@ -4,11 +4,11 @@
 #pragma once
 
 #include "Core/Common/Progress.h"
-#include "Core/Noise/MaternField.h"
 #include "IO/Mesh/SignalDataset.h"
 #include "Learning/Layers/PoissonOperators.h"
 #include "Learning/Models/FlowMatchingModel.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
+#include "Learning/Samplers/FlowNoiseField.h"
 
 #include <memory>
 #include <vector>
@@ -22,7 +22,7 @@ struct TrainingSource
   PoissonOperators Operators;
   FeatureMatrix Condition; ///< [V, 3 + E]: positions and encoding
   SignalSamples Samples;   ///< [N, V C] in the network's units
-  std::unique_ptr<MaternField> Noise;
+  std::unique_ptr<FlowNoiseField> Noise;
 };
 
 /// What a dataset is trained on, and what its model must know of it.

@@ -87,6 +87,9 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
         "matern" or, for comparison, "per_vertex", "white", "unscreened", "spectral". Default "matern".
     screening : float
         The screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
+    noise_smoothing : float
+        How much "matern" noise is smoothed, on the surface scaled to area 1, so that its gradients do not grow with the
+        number of vertices; 0 is the noise of the paper. Default 1e-4.
     noise_scale : float
         What the noise is multiplied by; 0 lets it vary as much as the samples do. Default 0.
     eigenpairs : int
@@ -148,6 +151,7 @@ def configured_filter(
     inner_products=True,
     noise="matern",
     screening=100.0,
+    noise_smoothing=1e-4,
     noise_scale=0.0,
     eigenpairs=256,
     iterations=20000,
@@ -179,6 +183,7 @@ def configured_filter(
     algorithm.SetInnerProducts(flag("inner_products", inner_products))
     algorithm.SetNoiseModel(choice("noise", noise, NOISES))
     algorithm.SetScreening(positive("screening", screening))
+    algorithm.SetNoiseSmoothing(at_least_0("noise_smoothing", noise_smoothing))
     algorithm.SetNoiseScale(at_least_0("noise_scale", noise_scale))
     algorithm.SetNumberOfEigenpairs(at_most("eigenpairs", integer("eigenpairs", eigenpairs, 1), 1000000))
     algorithm.SetIterations(at_most("iterations", integer("iterations", iterations, 1), 100000000))
