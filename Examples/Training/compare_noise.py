@@ -24,7 +24,7 @@ import surfacesynthesis
 
 #: By the name of an option: the name in the table, the noise of the training and its smoothing.
 NOISES = {
-    "smoothed": ("Matérn, smoothed", "matern", 1e-4),
+    "smoothed": ("Matérn, smoothed", "matern", 1.0),
     "matern": ("Matérn", "matern", 0.0),
     "white": ("white", "white", 0.0),
     "unscreened": ("unscreened", "unscreened", 0.0),

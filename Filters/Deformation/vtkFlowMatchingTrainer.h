@@ -221,10 +221,10 @@ public:
 
   ///@{
   /**
-   * How much MATERN noise f is smoothed, s at least 0: (M + s L) g = M f on the surface scaled to area 1, which multiplies
-   * spectral coefficients by 1 / (1 + s lambda). The network sees gradients; those of noise that is not smoothed grow with
-   * the number of vertices, and a model that was trained on a coarse triangulation then tears finer ones apart. 0 is the
-   * noise of the paper. Default 1e-4.
+   * How much MATERN noise f is smoothed, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
+   * 1 / (1 + s lambda), with s this number of squared mean edge lengths of the first surface. The network sees gradients;
+   * those of noise that is not smoothed grow with the number of vertices, and a model that was trained on a coarse
+   * triangulation then tears finer ones apart. 0 is the noise of the paper. Default 1.
    */
   vtkSetClampMacro(NoiseSmoothing, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(NoiseSmoothing, double);
@@ -407,7 +407,7 @@ private:
   bool InnerProducts = true;
   int NoiseModel = MATERN;
   double Screening = 100.0;
-  double NoiseSmoothing = 1e-4;
+  double NoiseSmoothing = 1.0;
   double NoiseScale = 0.0;
   int NumberOfEigenpairs = 256;
   int Iterations = 20000;

@@ -238,7 +238,7 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
          "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "Width: 64", "Blocks: 4",
-         "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 0.0001", "NoiseScale: 0",
+         "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
          "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
          "WeightAveraging: 0", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })

@@ -158,6 +158,27 @@ TEST_F(FlowMatchingTraining, EachNoiseModelTrains)
   }
 }
 
+TEST_F(FlowMatchingTraining, NoiseIsSmoothedInEdgeLengthsOfTheSurface)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const TriangleMesh& mesh = dataset.Sources.front().Mesh;
+  double lengths = 0.0; // the surface has area A: in units of sqrt(A)
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      lengths += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+    }
+  }
+  const double edge = lengths / static_cast<double>(mesh.Triangles.size());
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.Noise.Smoothing = 2.0;
+  const double found = FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing;
+  EXPECT_NEAR(found, 2.0 * edge * edge / FaceAreas(mesh).sum(), 1e-12);
+  options.Noise.Smoothing = 0.0;
+  EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing, 0.0);
+}
+
 TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
 {
   const SignalDataset dataset = HeatOnSphere(4);
@@ -295,6 +316,7 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "VertexWeight + JacobianWeight is 0", [](Options& o) { o.VertexWeight = o.JacobianWeight = 0.0; } },
     { "Noise.Screening is 0", [](Options& o) { o.Noise.Screening = 0.0; } },
     { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
+    { "Noise.Smoothing is -1", [](Options& o) { o.Noise.Smoothing = -1.0; } },
     { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
     { "a milestone is -1",
       [](Options& o) {

@@ -196,7 +196,7 @@ public:
     AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
     AddNumber(known, "--jacobian-weight", o.JacobianWeight, "of the loss in their gradients");
     AddNumber(known, "--screening", o.Noise.Screening, "tau of the noise");
-    AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "of matern noise, 0: none");
+    AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "of matern noise, in squared edge lengths, 0: none");
     AddNumber(known, "--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
     AddNumber(known, "--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
     known["--noise"] = { "matern, per-vertex, white, unscreened or spectral (matern)",

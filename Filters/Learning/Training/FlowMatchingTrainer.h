@@ -24,9 +24,9 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   std::int64_t Blocks = 4;        ///< the paper's 5
   std::int64_t ComplexLayers = 3; ///< of the maps between gradients
   bool InnerProducts = true;      ///< see PoissonNetOptions::InnerProducts
-  /// Scale 0: such that noise varies as much as the data. Smoothed, unlike the paper's, at about the edge length of a surface
-  /// with 10,000 vertices.
-  FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1e-4 };
+  /// With a Scale of 0 for such that noise varies as much as the data, and Smoothing in squared mean edge lengths of the first
+  /// surface: at 1 the noise has nothing on finer triangulations that this one does not resolve. The paper's is 0.
+  FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1.0 };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
   std::int64_t BatchSize = 8;       ///< samples in an iteration, >= 1; the paper's 32

@@ -149,13 +149,31 @@ FeatureMatrix ConditionOf(
   return condition;
 }
 
-/// Operators, condition and noise of one surface. @p samples are still in the caller's units.
-TrainingSource PrepareSource(SignalSource& source, const FlowMatchingModel& frame,
+double MeanEdgeLength(const TriangleMesh& mesh)
+{
+  double sum = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+    }
+  }
+  return sum / (3.0 * static_cast<double>(mesh.NumberOfTriangles()));
+}
+
+/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first one
+/// decides how much noise is smoothed.
+TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
   const MeshTopology topology = RequireSoundMesh(source.Mesh, FlowMatchingSampler::Requirements());
   const MeshNormalisation normalisation = FlowNormalisation(source.Mesh);
   TriangleMesh mesh = Normalised(std::move(source.Mesh), normalisation);
+  if (moments.empty())
+  {
+    frame.Noise.Smoothing *= std::pow(MeanEdgeLength(mesh), 2);
+  }
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;
   prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5));

@@ -88,8 +88,8 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     screening : float
         The screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
     noise_smoothing : float
-        How much "matern" noise is smoothed, on the surface scaled to area 1, so that its gradients do not grow with the
-        number of vertices; 0 is the noise of the paper. Default 1e-4.
+        How much "matern" noise is smoothed, in squared mean edge lengths of the first source, so that its gradients do not
+        grow with the number of vertices; 0 is the noise of the paper. Default 1.
     noise_scale : float
         What the noise is multiplied by; 0 lets it vary as much as the samples do. Default 0.
     eigenpairs : int
@@ -151,7 +151,7 @@ def configured_filter(
     inner_products=True,
     noise="matern",
     screening=100.0,
-    noise_smoothing=1e-4,
+    noise_smoothing=1.0,
     noise_scale=0.0,
     eigenpairs=256,
     iterations=20000,
