@@ -4,6 +4,7 @@
 #include "FlowMatchingTrainerTesting.h"
 #include "MalformedCorpus.h"
 
+#include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 
 #include <vtkFloatArray.h>
@@ -182,6 +183,8 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   vtkNew<vtkFlowMatchingTrainer> filter;
   const surfsynth::FlowMatchingTrainingOptions options;
   const surfsynth::TrainingFiles files;
+  EXPECT_EQ(filter->GetEncoderIterations(), 0);
+  EXPECT_EQ(filter->GetNumberOfEigenfunctions(), surfsynth::EncodingTrainingOptions().Eigenfunctions);
   EXPECT_EQ(filter->GetWidth(), options.Width);
   EXPECT_EQ(filter->GetBlocks(), options.Blocks);
   EXPECT_EQ(filter->GetComplexLayers(), options.ComplexLayers);
@@ -210,6 +213,8 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
 {
   vtkNew<vtkFlowMatchingTrainer> filter;
   filter->SetWidth(0);
+  filter->SetEncoderIterations(-1);
+  filter->SetNumberOfEigenfunctions(0);
   filter->SetNoiseModel(9);
   filter->SetDevice(-1);
   filter->SetLearningRateFactor(2.0);
@@ -219,6 +224,8 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
   filter->SetMilestone(1, 30);
   filter->SetMilestone(2, 40);
   EXPECT_EQ(filter->GetWidth(), 1);
+  EXPECT_EQ(filter->GetEncoderIterations(), 0);
+  EXPECT_EQ(filter->GetNumberOfEigenfunctions(), 1);
   EXPECT_EQ(filter->GetNoiseModel(), vtkFlowMatchingTrainer::SPECTRAL);
   EXPECT_EQ(filter->GetDevice(), vtkFlowMatchingTrainer::AUTO);
   EXPECT_EQ(filter->GetLearningRateFactor(), 1.0);
@@ -236,7 +243,8 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "Width: 64", "Blocks: 4",
+         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ",
+         "EncoderIterations: 0", "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4",
          "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
          "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",

@@ -248,6 +248,13 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
   files.Checkpoint = this->File("./a.safetensors");
   EXPECT_THAT(refusal(files), HasSubstr("both the model and the checkpoint"));
   files = this->Files("a");
+  files.Inputs = { "", this->File("../") + this->Folder.filename().string() + "/a.safetensors" };
+  EXPECT_THAT(refusal(files), HasSubstr("the file of the model, "));
+  files = this->Files("a");
+  std::ofstream(files.Checkpoint) << "the other name of a file";
+  std::filesystem::create_symlink(std::filesystem::absolute(files.Checkpoint), files.LossTable);
+  EXPECT_THAT(refusal(files), HasSubstr("both the checkpoint and the loss table"));
+  files = this->Files("a");
   files.CheckpointInterval = 0;
   EXPECT_THAT(refusal(files), HasSubstr("the checkpoint interval is 0; expected at least 1"));
   EXPECT_EQ(steps, 0);
