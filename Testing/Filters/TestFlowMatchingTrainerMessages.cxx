@@ -111,7 +111,8 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInTheInputsIsOneErrorThatNamesIt)
     { samples({ huge }), { "not finite in single precision at point 3" } },
     { samples({ turned }), { "has other polygons or strips than the source" } },
     { [&](auto* f) { f->SetInputDataObject(0, torn); }, { "the source: ", "1 point(s) with a NaN", "first point 2" } },
-    { [](auto* f) { f->SetSignalArrayName("Cold"); }, { "Block 1 of the training ensemble", "\"Cold\"" } },
+    { [](auto* f) { f->SetSignalArrayName("Cold"); },
+      { "Block 1 of the training ensemble", "\"Cold\"", "name an array that all surfaces have" } },
     { [&](auto* f) {
        f->SetSignalArrayName("Heat");
        f->SetInputDataObject(1, Blocks(Surfaces{ Stretched(1.1), other }));

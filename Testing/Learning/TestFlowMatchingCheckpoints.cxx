@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -241,6 +242,9 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
   files = this->Files("a");
   files.Checkpoint = this->Folder.string();
   EXPECT_THAT(refusal(files), HasSubstr("it is a folder"));
+  ASSERT_EQ(mkfifo(this->File("pipe").c_str(), 0600), 0);
+  files.Checkpoint = this->File("pipe");
+  EXPECT_THAT(refusal(files), HasSubstr("or a device"));
   files = this->Files("a");
   files.LossTable = this->File("absent/a.csv");
   EXPECT_THAT(refusal(files), HasSubstr("the file of the loss table, "));

@@ -25,10 +25,12 @@ bool AreOneFile(const fs::path& a, const fs::path& b)
 void RequirePlace(const std::string& what, const fs::path& path)
 {
   std::error_code unknown;
-  if (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || fs::is_directory(path, unknown))
+  const bool occupied = fs::exists(path, unknown) && !fs::is_regular_file(path, unknown);
+  if (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || occupied)
   {
     throw InvalidInput("TrainingFiles: the file of the " + what + ", \"" + path.string() +
-      "\", cannot be written: its folder does not exist, or it is a folder; expected the name of a file in a folder.");
+      "\", cannot be written: its folder does not exist, or it is a folder or a device; expected the name of a file in a "
+      "folder.");
   }
 }
 }
