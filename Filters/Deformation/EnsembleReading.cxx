@@ -100,7 +100,7 @@ void AddSamples(Ensemble& ensemble, vtkPolyData* surface, const std::string& pla
   if (arrays.empty())
   {
     throw InvalidInput(where + " has no numeric point array called \"" + arrayName + "\", and none called \"" +
-      arrayName + "_0\" and so on; set ArrayName to an array that all surfaces have, or to nothing for their points.");
+      arrayName + "_0\" and so on; name an array that all surfaces have, or none for their points.");
   }
   for (vtkDataArray* array : arrays)
   {

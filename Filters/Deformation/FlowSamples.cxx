@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FlowSamples.h"
 
+#include "NewArray.h"
 #include "SurfaceBridge.h"
 
 #include <algorithm>
@@ -26,7 +27,23 @@ FlowMatchingSampler MakeSampler(std::shared_ptr<const FlowMatchingModel> model, 
   const MeshTopology* topology = surface.Topology && points.All() ? &*surface.Topology : nullptr;
   return FlowMatchingSampler(std::move(model), points.Compact(surface.Mesh), topology, progress);
 }
+
+/// Rows of used points as an array on all points.
+vtkSmartPointer<vtkDoubleArray> PointArray(
+  const Surface& surface, const UsedPoints& points, const Eigen::MatrixXd& rows)
+{
+  const auto components = static_cast<int>(rows.cols());
+  auto array = NewArray<vtkDoubleArray>("", surface.Mesh.NumberOfPoints(), components);
+  for (Eigen::Index k = 0; k < rows.rows(); ++k)
+  {
+    for (int c = 0; c < components; ++c)
+    {
+      array->SetTypedComponent(points.Id(static_cast<Index>(k)), c, rows(k, c));
+    }
+  }
+  return array;
 }
+} // namespace
 
 FlowSamples::FlowSamples(
   std::shared_ptr<const FlowMatchingModel> model, const Surface& surface, const Progress& progress)
@@ -89,6 +106,19 @@ FeatureMatrix FlowSamples::At(std::uint32_t sample, double time) const
   const auto before = static_cast<std::size_t>(place);
   const auto part = static_cast<float>(place - static_cast<double>(before));
   return (1.0F - part) * states[before] + part * states[before + 1];
+}
+
+SampleArrays ArraysOf(
+  const FlowSamples& samples, const Surface& surface, std::uint32_t sample, double time, bool displacements)
+{
+  const FlowMatchingSampler& flow = samples.Sampler();
+  Eigen::MatrixXd signal = flow.ToSignal(samples.At(sample, time));
+  for (Eigen::Index k = 0; displacements && k < signal.rows(); ++k)
+  {
+    signal.row(k) -= surface.Mesh.Points.row(samples.Points().Id(static_cast<Index>(k)));
+  }
+  const Eigen::MatrixXd noise = flow.ToDeviation(samples.At(sample, 0.0));
+  return { PointArray(surface, samples.Points(), signal), PointArray(surface, samples.Points(), noise) };
 }
 
 } // namespace surfsynth

@@ -3,6 +3,8 @@
 /// The samples of a flow matching model on one surface, drawn once and kept.
 #pragma once
 
+#include "SampleArrays.h"
+
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Learning/Samplers/FlowMatchingSampler.h"
@@ -54,5 +56,11 @@ private:
   FeatureMatrix GivenNoise; ///< and this: what they begin with, or empty
   std::map<std::uint32_t, States> Samples;
 };
+
+/// A sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at those that
+/// no polygon uses, without names.
+/// @param displacements whether the signal is the way from the points of @p surface to where the sample has them.
+SampleArrays ArraysOf(
+  const FlowSamples& samples, const Surface& surface, std::uint32_t sample, double time, bool displacements);
 
 } // namespace surfsynth

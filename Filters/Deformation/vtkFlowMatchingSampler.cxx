@@ -4,7 +4,6 @@
 #include "BlockCache.h"
 #include "FileCache.h"
 #include "FlowSamples.h"
-#include "NewArray.h"
 #include "PointRows.h"
 #include "SampleArrays.h"
 #include "SurfaceBridge.h"
@@ -100,7 +99,8 @@ public:
       surfsynth::FlowSampleRequest request = series;
       request.Sample = static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(k);
       this->Draw(*samples, request, surfsynth::SubProgress(progress, begin + k * share, begin + (k + 1) * share));
-      surfsynth::HoldSample(output, request.Sample, this->Arrays(surface, *samples, request.Sample));
+      surfsynth::HoldSample(output, request.Sample,
+        ArraysOf(*samples, surface, request.Sample, this->FlowTime, this->Self->GeneratesDisplacements()));
     }
   }
 
@@ -191,38 +191,6 @@ private:
       this->NumberOfEvaluations += this->EvaluationsOfSample();
     }
     surfsynth::Report(progress, 1.0);
-  }
-
-  /// The signal at the flow time of this update, or the way there from the input, and the noise.
-  surfsynth::SampleArrays Arrays(const Surface& surface, const FlowSamples& samples, std::uint32_t sample) const
-  {
-    const surfsynth::FlowMatchingSampler& flow = samples.Sampler();
-    Eigen::MatrixXd signal = flow.ToSignal(samples.At(sample, this->FlowTime));
-    if (this->Self->GeneratesDisplacements())
-    {
-      for (Eigen::Index k = 0; k < signal.rows(); ++k)
-      {
-        signal.row(k) -= surface.Mesh.Points.row(samples.Points().Id(static_cast<surfsynth::Index>(k)));
-      }
-    }
-    const Eigen::MatrixXd noise = flow.ToDeviation(samples.At(sample, 0.0));
-    return { PointArray(surface, samples.Points(), signal), PointArray(surface, samples.Points(), noise) };
-  }
-
-  /// Rows of used points as an array on all points.
-  static vtkSmartPointer<vtkDoubleArray> PointArray(
-    const Surface& surface, const surfsynth::UsedPoints& points, const Eigen::MatrixXd& rows)
-  {
-    const auto components = static_cast<int>(rows.cols());
-    auto array = surfsynth::NewArray<vtkDoubleArray>("", surface.Mesh.NumberOfPoints(), components);
-    for (Eigen::Index k = 0; k < rows.rows(); ++k)
-    {
-      for (int c = 0; c < components; ++c)
-      {
-        array->SetTypedComponent(points.Id(static_cast<surfsynth::Index>(k)), c, rows(k, c));
-      }
-    }
-    return array;
   }
 
   vtkFlowMatchingSampler* Self;

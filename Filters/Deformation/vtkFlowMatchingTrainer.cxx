@@ -4,19 +4,17 @@
 #include "FileCache.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
-#include "TrainingReading.h"
+#include "TrainingInputs.h"
+#include "TrainingTable.h"
 
 #include "Core/Common/Errors.h"
+#include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
-#include <vtkDataObject.h>
-#include <vtkDoubleArray.h>
-#include <vtkIdTypeArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkTable.h>
@@ -28,6 +26,7 @@
 
 using surfsynth::FlowMatchingTrainingOptions;
 using surfsynth::SignalDataset;
+using surfsynth::TrainingFiles;
 using surfsynth::TrainingStep;
 
 vtkStandardNewMacro(vtkFlowMatchingTrainer);
@@ -36,54 +35,6 @@ namespace
 {
 /// The part of the progress in which the time steps of the samples are read.
 constexpr double ReadingShare = 0.05;
-
-bool IsEmpty(vtkDataObject* data) { return !data || data->GetNumberOfElements(vtkDataObject::POINT) <= 0; }
-
-std::vector<double> TimeSteps(vtkInformation* info)
-{
-  const auto key = vtkStreamingDemandDrivenPipeline::TIME_STEPS();
-  const double* begin = info && info->Has(key) ? info->Get(key) : nullptr;
-  return begin ? std::vector<double>(begin, begin + info->Length(key)) : std::vector<double>();
-}
-
-/// Brings what is connected to port 1 of @p self to @p time.
-void RequestTime(vtkAlgorithm* self, double time)
-{
-  int port = 0;
-  vtkAlgorithm* producer = self->GetInputAlgorithm(1, 0, port);
-  vtkNew<vtkInformation> wanted;
-  wanted->Set(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP(), time);
-  vtkNew<vtkInformationVector> requests;
-  requests->SetInformationObject(port, wanted);
-  if (!producer->Update(port, requests))
-  {
-    throw surfsynth::InvalidInput("The samples of one of the time steps could not be made; see the errors of what is "
-                                  "connected to port 1.");
-  }
-}
-
-void FillTable(vtkTable* table, const std::vector<TrainingStep>& history)
-{
-  vtkNew<vtkIdTypeArray> iterations;
-  iterations->SetName("iteration");
-  iterations->SetNumberOfTuples(static_cast<vtkIdType>(history.size()));
-  table->AddColumn(iterations);
-  const std::pair<const char*, double TrainingStep::*> columns[] = { { "loss", &TrainingStep::Loss },
-    { "vertex_loss", &TrainingStep::VertexLoss }, { "jacobian_loss", &TrainingStep::JacobianLoss },
-    { "gradient_norm", &TrainingStep::GradientNorm }, { "learning_rate", &TrainingStep::LearningRate } };
-  for (const auto& [name, member] : columns)
-  {
-    vtkNew<vtkDoubleArray> column;
-    column->SetName(name);
-    column->SetNumberOfTuples(static_cast<vtkIdType>(history.size()));
-    for (std::size_t k = 0; k < history.size(); ++k)
-    {
-      column->SetValue(static_cast<vtkIdType>(k), history[k].*member);
-      iterations->SetValue(static_cast<vtkIdType>(k), static_cast<vtkIdType>(history[k].Iteration));
-    }
-    table->AddColumn(column);
-  }
-}
 } // namespace
 
 /// What is read, and what came of the last update.
@@ -100,13 +51,14 @@ public:
   {
     this->IterationsDone = 0;
     this->DeviceInUse.clear();
+    this->EncoderLoss = -1.0;
     this->Data.reset();
     this->Failure = nullptr;
     try
     {
       if (this->Self->DatasetFileName.empty())
       {
-        this->ReadInputs(inputVector);
+        this->Data = surfsynth::ReadTrainingInputs(this->Self, inputVector, this->Self->SignalArrayName, ReadingShare);
       }
     }
     catch (...)
@@ -129,72 +81,66 @@ public:
     {
       return;
     }
-    surfsynth::TrainingClock clock(this->Self->Iterations);
-    const auto observe = [&](const TrainingStep& step) {
-      clock.Add(step);
-      this->Self->SetProgressText(clock.Describe().c_str());
-      return true;
-    };
+    FlowMatchingTrainingOptions options = this->Options();
+    const TrainingFiles files = this->Files();
+    double encoded = 0.0;
+    if (this->Self->EncoderIterations > 0)
+    {
+      // What is wrong with the training that follows is said now, and not after hours.
+      CheckOptions(options);
+      CheckFiles(files);
+      const double iterations = this->Self->EncoderIterations;
+      encoded = iterations / (iterations + static_cast<double>(options.Iterations));
+      this->TrainEncoder(options, surfsynth::SubProgress(progress, 0.0, encoded));
+      options.Encoder = *this->EncoderFile.Get(this->EncoderFiles().Model); // as a later training reads it
+    }
+    surfsynth::TrainingClock clock(options.Iterations);
     const surfsynth::FlowMatchingTrainer trainer = surfsynth::TrainFlowMatching(
-      *std::exchange(this->Data, std::nullopt), this->Options(), this->Files(), observe, progress);
+      *std::exchange(this->Data, std::nullopt), options, files, this->Observer(clock, ""),
+      surfsynth::SubProgress(progress, encoded, 1.0));
     this->IterationsDone = trainer.Iteration();
     this->DeviceInUse = trainer.DeviceName();
-    FillTable(table, trainer.History());
+    surfsynth::FillTable(table, trainer.History());
   }
 
   vtkTypeInt64 IterationsDone = 0;
   std::string DeviceInUse;
+  double EncoderLoss = -1.0;
 
 private:
-  void ReadInputs(vtkInformationVector** inputVector)
+  /// Shows what @p clock says of each iteration, after @p what.
+  surfsynth::TrainingObserver Observer(surfsynth::TrainingClock& clock, const std::string& what)
   {
-    vtkDataObject* sources = vtkDataObject::GetData(inputVector[0]);
-    vtkDataObject* samples = vtkDataObject::GetData(inputVector[1]);
-    if (!sources || !samples)
-    {
-      throw surfsynth::InvalidInput(std::string("There is no ") +
-        (sources ? "dataset of samples on port 1" : "source") +
-        "; a source and samples of it are needed, or a DatasetFileName.");
-    }
-    const std::vector<double> times = TimeSteps(inputVector[1]->GetInformationObject(0));
-    if (IsEmpty(sources) && IsEmpty(samples) && times.size() < 2)
-    {
-      return;
-    }
-    // Its surfaces are copied: upstream of both ports may be the same time series.
-    surfsynth::TrainingReader reader(sources, this->Self->SignalArrayName);
-    if (reader.NumberOfSources() == 0)
-    {
-      throw surfsynth::InvalidInput("The source is empty; a surface that the samples are on is needed.");
-    }
-    reader.AddSamples(samples);
-    this->ReadLaterTimes(reader, inputVector, times);
-    this->Data = reader.Take();
+    return [this, &clock, what](const TrainingStep& step) {
+      clock.Add(step);
+      this->Self->SetProgressText((what + clock.Describe()).c_str());
+      return true;
+    };
   }
 
-  /// The pipeline has made the samples of the first time. The others are asked for here, one by one, and not by
-  /// CONTINUE_EXECUTING: that would be an execution for each time, whose progress begins and ends each time and in which
-  /// an abort is forgotten, and would never end once upstream has failed.
-  void ReadLaterTimes(
-    surfsynth::TrainingReader& reader, vtkInformationVector** inputVector, const std::vector<double>& times)
+  /// Writes an encoder of the surfaces that this training is of, with the recipe of the training that is to use it.
+  void TrainEncoder(const FlowMatchingTrainingOptions& recipe, const surfsynth::Progress& progress)
   {
-    for (std::size_t k = 1; k < times.size(); ++k)
+    if (this->Data->Sources.size() < 2)
     {
-      this->Self->UpdateProgress(ReadingShare * static_cast<double>(k) / static_cast<double>(times.size()));
-      if (this->Self->GetAbortExecute())
-      {
-        throw surfsynth::Cancelled("Stopped on request.");
-      }
-      RequestTime(this->Self, times[k]);
-      try
-      {
-        reader.AddSamples(vtkDataObject::GetData(inputVector[1]));
-      }
-      catch (const surfsynth::InvalidInput& error)
-      {
-        throw surfsynth::InvalidInput("At time step " + std::to_string(k) + ": " + error.what());
-      }
+      throw surfsynth::InvalidInput("EncoderIterations is " + std::to_string(this->Self->EncoderIterations) +
+        " and there is one source; an encoder tells where on surfaces of different shape a point is, and needs "
+        "several. A model of one source is trained with 0.");
     }
+    surfsynth::EncodingTrainingOptions options;
+    static_cast<surfsynth::TrainingOptions&>(options) = recipe;
+    options.Iterations = this->Self->EncoderIterations;
+    options.Milestones.clear(); // they count the iterations of the other training
+    options.Eigenfunctions = this->Self->NumberOfEigenfunctions;
+    options.Width = recipe.Width;
+    options.Blocks = recipe.Blocks;
+    options.ComplexLayers = recipe.ComplexLayers;
+    options.InnerProducts = recipe.InnerProducts;
+    options.BatchSize = recipe.BatchSize;
+    surfsynth::TrainingClock clock(options.Iterations);
+    const surfsynth::EncodingTrainer trainer = TrainEncoding(
+      *this->Data, options, this->EncoderFiles(), this->Observer(clock, "encoder: "), progress);
+    this->EncoderLoss = surfsynth::LastLoss(trainer.History());
   }
 
   FlowMatchingTrainingOptions Options()
@@ -210,7 +156,7 @@ private:
     options.Noise.Smoothing = self.NoiseSmoothing;
     options.Noise.Eigenpairs = self.NumberOfEigenpairs;
     options.Noise.Scale = self.NoiseScale;
-    if (!self.EncoderFileName.empty())
+    if (!self.EncoderFileName.empty() && self.EncoderIterations == 0)
     {
       options.Encoder = *this->EncoderFile.Get(self.EncoderFileName);
     }
@@ -229,19 +175,42 @@ private:
     return options;
   }
 
-  surfsynth::TrainingFiles Files() const
+  TrainingFiles Files() const
   {
     const vtkFlowMatchingTrainer& self = *this->Self;
     if (self.ModelFileName.empty())
     {
       throw surfsynth::InvalidInput("ModelFileName is empty; a path for the model file is needed.");
     }
-    surfsynth::TrainingFiles files;
+    TrainingFiles files;
     files.Model = self.ModelFileName;
     files.Checkpoint = self.CheckpointFileName.empty() ? self.ModelFileName + ".checkpoint" : self.CheckpointFileName;
     files.LossTable = self.LossTableFileName;
     files.CheckpointInterval = self.CheckpointInterval;
     files.Resume = self.Resume;
+    files.Inputs = { self.DatasetFileName };
+    if (self.EncoderIterations > 0)
+    {
+      const TrainingFiles encoder = this->EncoderFiles();
+      files.Inputs.insert(files.Inputs.end(), { encoder.Model, encoder.Checkpoint, encoder.LossTable });
+    }
+    else
+    {
+      files.Inputs.push_back(self.EncoderFileName);
+    }
+    return files;
+  }
+
+  TrainingFiles EncoderFiles() const
+  {
+    const vtkFlowMatchingTrainer& self = *this->Self;
+    TrainingFiles files;
+    files.Model = self.EncoderFileName.empty() ? self.ModelFileName + ".encoder" : self.EncoderFileName;
+    files.Checkpoint = files.Model + ".checkpoint";
+    files.LossTable = self.LossTableFileName.empty() ? "" : files.Model + ".csv";
+    files.CheckpointInterval = self.CheckpointInterval;
+    files.Resume = self.Resume;
+    files.Inputs = { self.DatasetFileName };
     return files;
   }
 
@@ -250,7 +219,7 @@ private:
   std::exception_ptr Failure;
   static surfsynth::PoissonNetModel ReadEncoder(const std::string& path) { return surfsynth::ReadPoissonNet(path); }
   surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{ ReadEncoder,
-    "EncoderFileName must name a PoissonNet in safetensors format, as \"surfacesynthesis-train encoding\" writes it." };
+    "EncoderFileName must name a PoissonNet in safetensors format, as a training with EncoderIterations writes it." };
 };
 
 vtkFlowMatchingTrainer::vtkFlowMatchingTrainer()
@@ -316,6 +285,8 @@ vtkTypeInt64 vtkFlowMatchingTrainer::GetNumberOfIterationsDone() const { return 
 
 const char* vtkFlowMatchingTrainer::GetDeviceInUse() const { return this->Impl->DeviceInUse.c_str(); }
 
+double vtkFlowMatchingTrainer::GetEncoderLoss() const { return this->Impl->EncoderLoss; }
+
 int vtkFlowMatchingTrainer::FillInputPortInformation(int, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // there may be a dataset file in their place
@@ -336,7 +307,7 @@ int vtkFlowMatchingTrainer::RequestUpdateExtent(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
 {
   vtkInformation* samples = inputVector[1]->GetInformationObject(0);
-  const std::vector<double> times = TimeSteps(samples);
+  const std::vector<double> times = surfsynth::TimeSteps(samples);
   if (!times.empty())
   {
     samples->Set(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP(), times.front());
@@ -367,6 +338,8 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
   os << indent << "EncoderFileName: " << this->EncoderFileName << "\n";
+  os << indent << "EncoderIterations: " << this->EncoderIterations << "\n";
+  os << indent << "NumberOfEigenfunctions: " << this->NumberOfEigenfunctions << "\n";
   os << indent << "Width: " << this->Width << "\n";
   os << indent << "Blocks: " << this->Blocks << "\n";
   os << indent << "ComplexLayers: " << this->ComplexLayers << "\n";
@@ -394,5 +367,6 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "Device: " << this->Device << "\n";
   os << indent << "NumberOfIterationsDone: " << this->GetNumberOfIterationsDone() << "\n";
+  os << indent << "EncoderLoss: " << this->GetEncoderLoss() << "\n";
   os << indent << "DeviceInUse: " << this->GetDeviceInUse() << "\n";
 }

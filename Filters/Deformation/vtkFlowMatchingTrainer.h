@@ -23,6 +23,9 @@
  * is the positions of its points, in the coordinates of the source; where it lies is not learnt, only its shape, size
  * and orientation. Values must be finite at the points that polygons use.
  * @par
+ * Several sources of different shape need a positional encoding, which EncoderIterations trains first and
+ * EncoderFileName names.
+ * @par
  * Optional arrays on port 1: the point array SignalArrayName, any numeric type, any number of components.
  * @par
  * Both ports may be left unconnected when DatasetFileName is set, and are not used then. Two empty inputs give an
@@ -50,8 +53,9 @@
  * @par Errors
  * One error and an empty table for: no input, or no model file name; a source or sample as above; an option out of
  * its range; SourcesPerBatch that does not divide BatchSize; samples that do not vary; several sources of different
- * shape without an encoder; CUDA asked for and absent; a file that is damaged, or cannot be written; a loss that is
- * not finite. Inputs on several MPI ranks are an error on all of them.
+ * shape without an encoder; EncoderIterations with one source, or with sources that have other polygons than the first;
+ * CUDA asked for and absent; a file that is damaged, cannot be written, or would be written over another of the
+ * training's; a loss that is not finite. Inputs on several MPI ranks are an error on all of them.
  *
  * @sa vtkMaternNoiseFilter, vtkEnsembleMetrics, vtkGroupDataSetsFilter
  */
@@ -157,10 +161,34 @@ public:
   ///@{
   /**
    * Path of a PoissonNet model file that predicts a positional encoding from positions (section 5.1.2 of the paper); it
-   * becomes part of the model. Needed for several sources of different shape only. Default "": none.
+   * becomes part of the model. Needed for several sources of different shape only. Read when EncoderIterations is 0,
+   * else written. Default "": none, or with EncoderIterations ModelFileName with .encoder after it.
    */
   void SetEncoderFileName(const char* name);
   vtkGetCharFromStdStringMacro(EncoderFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations in which an encoder is trained before the model, at least 0. The sources must correspond
+   * then: all have the polygons of the first, the reference. The encoder learns to predict the lowest eigenfunctions of
+   * the Laplacian of the reference from positions, on BatchSize surfaces in an iteration: sources, and samples that are
+   * positions. The sizes of its network, LearningRate and LearningRateFactor, GradientClip, WeightAveraging, Seed,
+   * Device, Resume and CheckpointInterval are those of the model. Its checkpoint is EncoderFileName with .checkpoint
+   * after it, and where LossTableFileName is set, its losses go to EncoderFileName with .csv after it. A model depends
+   * on its encoder: train on with the same number. Default 0: none is trained.
+   */
+  vtkSetClampMacro(EncoderIterations, int, 0, 100000000);
+  vtkGetMacro(EncoderIterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of eigenfunctions that the encoder which is trained predicts, at least 1; the reference must have two points
+   * more. Default 64, as in the paper.
+   */
+  vtkSetClampMacro(NumberOfEigenfunctions, int, 1, 10000);
+  vtkGetMacro(NumberOfEigenfunctions, int);
   ///@}
 
   ///@{
@@ -371,6 +399,12 @@ public:
   vtkTypeInt64 GetNumberOfIterationsDone() const;
 
   /**
+   * Mean loss of the last twentieth of the iterations of the encoder that the last update has trained, those of a
+   * checkpoint included: the mean squared error of eigenfunctions whose mean square is 1. -1 when it has trained none.
+   */
+  double GetEncoderLoss() const;
+
+  /**
    * The device of the last update, "CPU" or "CUDA"; empty when there was none.
    */
   const char* GetDeviceInUse() const;
@@ -401,6 +435,8 @@ private:
   std::string DatasetFileName;
   std::string SignalArrayName;
   std::string EncoderFileName;
+  int EncoderIterations = 0;
+  int NumberOfEigenfunctions = 64;
   int Width = 64;
   int Blocks = 4;
   int ComplexLayers = 3;

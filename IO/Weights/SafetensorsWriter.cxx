@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace surfsynth
@@ -242,6 +243,12 @@ std::vector<unsigned char> SerializeSafetensors(
 void WriteSafetensors(const std::string& path, const std::map<std::string, TensorData>& tensors,
   const std::map<std::string, std::string>& metadata)
 {
+  std::error_code unknown;
+  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
+  {
+    throw InvalidInput("WriteSafetensors: cannot write " + path +
+      ": it is a folder or a device, which a file would replace; expected the name of a file.");
+  }
   const std::vector<unsigned char> bytes = SerializeSafetensors(tensors, metadata);
   TemporaryFile file(path);
   file.Write(bytes);

@@ -4,6 +4,7 @@
 #include "FlowMatchingTrainerTesting.h"
 #include "MalformedCorpus.h"
 
+#include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 
 #include <vtkFloatArray.h>
@@ -110,7 +111,8 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInTheInputsIsOneErrorThatNamesIt)
     { samples({ huge }), { "not finite in single precision at point 3" } },
     { samples({ turned }), { "has other polygons or strips than the source" } },
     { [&](auto* f) { f->SetInputDataObject(0, torn); }, { "the source: ", "1 point(s) with a NaN", "first point 2" } },
-    { [](auto* f) { f->SetSignalArrayName("Cold"); }, { "Block 1 of the training ensemble", "\"Cold\"" } },
+    { [](auto* f) { f->SetSignalArrayName("Cold"); },
+      { "Block 1 of the training ensemble", "\"Cold\"", "name an array that all surfaces have" } },
     { [&](auto* f) {
        f->SetSignalArrayName("Heat");
        f->SetInputDataObject(1, Blocks(Surfaces{ Stretched(1.1), other }));
@@ -182,6 +184,8 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   vtkNew<vtkFlowMatchingTrainer> filter;
   const surfsynth::FlowMatchingTrainingOptions options;
   const surfsynth::TrainingFiles files;
+  EXPECT_EQ(filter->GetEncoderIterations(), 0);
+  EXPECT_EQ(filter->GetNumberOfEigenfunctions(), surfsynth::EncodingTrainingOptions().Eigenfunctions);
   EXPECT_EQ(filter->GetWidth(), options.Width);
   EXPECT_EQ(filter->GetBlocks(), options.Blocks);
   EXPECT_EQ(filter->GetComplexLayers(), options.ComplexLayers);
@@ -211,6 +215,8 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
 {
   vtkNew<vtkFlowMatchingTrainer> filter;
   filter->SetWidth(0);
+  filter->SetEncoderIterations(-1);
+  filter->SetNumberOfEigenfunctions(0);
   filter->SetNoiseModel(9);
   filter->SetDevice(-1);
   filter->SetLearningRateFactor(2.0);
@@ -220,6 +226,8 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
   filter->SetMilestone(1, 30);
   filter->SetMilestone(2, 40);
   EXPECT_EQ(filter->GetWidth(), 1);
+  EXPECT_EQ(filter->GetEncoderIterations(), 0);
+  EXPECT_EQ(filter->GetNumberOfEigenfunctions(), 1);
   EXPECT_EQ(filter->GetNoiseModel(), vtkFlowMatchingTrainer::SPECTRAL);
   EXPECT_EQ(filter->GetDevice(), vtkFlowMatchingTrainer::AUTO);
   EXPECT_EQ(filter->GetLearningRateFactor(), 1.0);
@@ -237,7 +245,8 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "Width: 64", "Blocks: 4",
+         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ",
+         "EncoderIterations: 0", "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4",
          "ComplexLayers: 3", "InnerProducts: 1", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
          "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",

@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -131,6 +133,10 @@ TEST(SafetensorsWriter, AFailureKeepsTheOldFileAndNamesThePath)
   EXPECT_EQ(ReadAll("Folder.safetensors/inside"), "kept");
   EXPECT_EQ(CountFiles("Folder.safetensors"), 1);
   std::filesystem::remove_all("Folder.safetensors");
+  ASSERT_EQ(mkfifo("Pipe.safetensors", 0600), 0);
+  EXPECT_THAT(MessageOf([] { WriteSafetensors("Pipe.safetensors", SomeTensors()); }), HasSubstr("a folder or a device"));
+  EXPECT_TRUE(std::filesystem::is_fifo("Pipe.safetensors"));
+  std::filesystem::remove("Pipe.safetensors");
   if (std::filesystem::exists("/dev/full"))
   {
     std::filesystem::create_symlink("/dev", "Device");

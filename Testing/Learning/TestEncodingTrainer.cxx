@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The encoding of many surfaces, and flow matching models that use it.
 #include "TestMeshes.h"
+#include "TrainingData.h"
 
 #include "Core/Common/Errors.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
@@ -114,27 +115,70 @@ TEST(EncodingTrainer, GoesOnFromACheckpointAsIfItHadNotStopped)
 
 TEST(EncodingTrainer, RefusesSurfacesThatDoNotCorrespond)
 {
+  const auto refusal = [](const SignalDataset& dataset) {
+    return test::TextOf<InvalidInput>([&] { EncodingTrainer(dataset, SmallEncoding()); });
+  };
   SignalDataset dataset = Ellipsoids();
   dataset.Sources[1].Mesh.Triangles.row(0).swap(dataset.Sources[1].Mesh.Triangles.row(1));
-  try
+  EXPECT_THAT(refusal(dataset), HasSubstr("source 1 has other triangles than source 0"));
+
+  dataset = Ellipsoids(); // the same triangles, and one vertex more that none of them uses
+  SignalSource& source = dataset.Sources[1];
+  const Eigen::Index vertices = source.Mesh.Points.rows();
+  source.Mesh.Points.conservativeResize(vertices + 1, Eigen::NoChange);
+  source.Mesh.Points.row(vertices).setZero();
+  source.Samples = SignalSamples::Zero(1, 3 * (vertices + 1));
+  EXPECT_THAT(refusal(dataset), HasSubstr("source 1 has " + std::to_string(vertices + 1) + " vertices"));
+}
+
+TEST(EncodingTrainer, RefusesSourcesAndSamplesThatAreNoSurfaces)
+{
+  SignalDataset dataset = Ellipsoids();
+  dataset.Sources[1].Mesh.Points.setZero();
+  EXPECT_THAT(test::TextOf<InvalidInput>([&] { EncodingTrainer(dataset, SmallEncoding()); }),
+    HasSubstr("Source 1 of the dataset: "));
+
+  dataset = Ellipsoids();
+  for (SignalSource& source : dataset.Sources)
   {
-    EncodingTrainer trainer(dataset, SmallEncoding());
-    FAIL() << "accepted";
+    source.Samples.setZero();
   }
-  catch (const InvalidInput& error)
+  EncodingTrainer trainer(dataset, SmallEncoding());
+  const std::string text = test::TextOf<InvalidInput>([&] {
+    for (int k = 0; k < 150; ++k)
+    {
+      trainer.Step();
+    }
+  });
+  EXPECT_THAT(text, HasSubstr(" is no surface to learn from: "));
+}
+
+TEST(EncodingTrainer, SamplesThatAreNoPositionsAreNoSurfaces)
+{
+  SignalDataset heat = Ellipsoids();
+  heat.SignalName = "Heat";
+  EncodingTrainer onHeat(heat, SmallEncoding());
+  SignalDataset sources = Ellipsoids();
+  for (SignalSource& source : sources.Sources)
   {
-    EXPECT_THAT(error.what(), HasSubstr("source 1 has other triangles"));
+    for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+    {
+      source.Samples.row(n) =
+        Eigen::Map<const Eigen::RowVectorXd>(source.Mesh.Points.data(), source.Mesh.Points.size()).cast<float>();
+    }
+  }
+  EncodingTrainer onSources(sources, SmallEncoding());
+  for (int k = 0; k < 3; ++k)
+  {
+    EXPECT_NEAR(onHeat.Step().Loss, onSources.Step().Loss, 1e-5); // samples were in single precision
   }
 }
 
-TEST(EncodingTrainer, RefusesSignalsThatAreNoPositionsAndTooManyEigenfunctions)
+TEST(EncodingTrainer, RefusesTooManyEigenfunctions)
 {
-  SignalDataset dataset = Ellipsoids();
-  dataset.SignalName = "Heat";
-  EXPECT_THROW(EncodingTrainer(dataset, SmallEncoding()), InvalidInput);
   EncodingTrainingOptions options = SmallEncoding();
   options.Eigenfunctions = Ellipsoids().Sources[0].Mesh.NumberOfPoints();
-  EXPECT_THROW(EncodingTrainer(Ellipsoids(), options), InvalidInput);
+  EXPECT_THAT(test::TextOf<InvalidInput>([&] { EncodingTrainer(Ellipsoids(), options); }), HasSubstr("more vertices"));
 }
 
 TEST(EncodingTrainer, ItsEncoderIsTheConditionOfAModelForManySurfaces)

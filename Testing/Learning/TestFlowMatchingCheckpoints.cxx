@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -241,12 +242,22 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
   files = this->Files("a");
   files.Checkpoint = this->Folder.string();
   EXPECT_THAT(refusal(files), HasSubstr("it is a folder"));
+  ASSERT_EQ(mkfifo(this->File("pipe").c_str(), 0600), 0);
+  files.Checkpoint = this->File("pipe");
+  EXPECT_THAT(refusal(files), HasSubstr("or a device"));
   files = this->Files("a");
   files.LossTable = this->File("absent/a.csv");
   EXPECT_THAT(refusal(files), HasSubstr("the file of the loss table, "));
   files = this->Files("a");
   files.Checkpoint = this->File("./a.safetensors");
   EXPECT_THAT(refusal(files), HasSubstr("both the model and the checkpoint"));
+  files = this->Files("a");
+  files.Inputs = { "", this->File("../") + this->Folder.filename().string() + "/a.safetensors" };
+  EXPECT_THAT(refusal(files), HasSubstr("the file of the model, "));
+  files = this->Files("a");
+  std::ofstream(files.Checkpoint) << "the other name of a file";
+  std::filesystem::create_symlink(std::filesystem::absolute(files.Checkpoint), files.LossTable);
+  EXPECT_THAT(refusal(files), HasSubstr("both the checkpoint and the loss table"));
   files = this->Files("a");
   files.CheckpointInterval = 0;
   EXPECT_THAT(refusal(files), HasSubstr("the checkpoint interval is 0; expected at least 1"));

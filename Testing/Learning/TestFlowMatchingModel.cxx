@@ -150,6 +150,22 @@ TEST(FlowMatchingModel, DeformersAreReadToo)
     AllOf(HasSubstr("deformations from matern noise"), HasSubstr("2 blocks of width 16"), HasSubstr("for one surface")));
 }
 
+TEST(FlowMatchingModel, TheDescriptionCountsInSingularAndPlural)
+{
+  FlowMatchingModel model;
+  model.SignalName = "Heat";
+  model.Velocity.Options.InputChannels = 1;
+  model.Velocity.Options.Blocks = 1;
+  model.Iterations = 1;
+  EXPECT_THAT(model.Description(), HasSubstr("\"Heat\", 1 component from matern noise; 1 block of width "));
+  EXPECT_THAT(model.Description(), HasSubstr("; 1 iteration of training"));
+  model.Velocity.Options.InputChannels = 2;
+  model.Velocity.Options.Blocks = 3;
+  model.Iterations = 20;
+  EXPECT_THAT(model.Description(), HasSubstr("\"Heat\", 2 components from matern noise; 3 blocks of width "));
+  EXPECT_THAT(model.Description(), HasSubstr("; 20 iterations of training"));
+}
+
 TEST(FlowMatchingModel, AFileThatWasNotChangedIsAccepted)
 {
   EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");

@@ -142,6 +142,10 @@ TEST_F(TrainProgram, ErrorsAreStatus1)
   this->Expect({ "flow-matching", this->File("absent"), this->File("m") }, 1, "absent");
   this->Expect(this->Training("m", { "--width", "0" }), 1, "Width is 0; expected 1 to 100000");
   this->Expect(this->Training("absent/m", {}), 1, "the file of the model");
+  const std::string data = BytesOf(this->File("data.safetensors"));
+  this->Expect(this->Training("data.safetensors", {}), 1, "is one that the training is made from");
+  this->Expect(this->Training("m", { "--losses", this->File("data.safetensors") }), 1, "the file of the loss table");
+  EXPECT_EQ(BytesOf(this->File("data.safetensors")), data);
   this->Expect(this->Training("m", { "--encoder", this->File("data.safetensors") }), 1, "data.safetensors");
   EXPECT_FALSE(fs::exists(this->File("m")));
 }

@@ -23,6 +23,8 @@ PROPERTIES = {
     "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
     "SignalArrayName": ("", "Heat", "Heat"),
     "EncoderFileName": ("", "encoder.safetensors", "encoder.safetensors"),
+    "EncoderIterations": (0, 300, 300),
+    "NumberOfEigenfunctions": (64, 8, 8),
     "Width": (64, 8, 8),
     "Blocks": (4, 2, 2),
     "ComplexLayers": (3, 2, 2),

@@ -4,6 +4,7 @@
 import builtins
 import importlib.util
 import json
+import os
 import struct
 import sys
 import types
@@ -126,10 +127,18 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.fsync", fail)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(OSError, match="No space.*net.safetensors"):
         write_safetensors(path, {"a": np.zeros(3)}, {})
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["net.safetensors"]
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path):
+        with pytest.raises(OSError, match="a folder or a device"):
+            write_safetensors(path, {"a": np.zeros(3)}, {})
+    assert [entry.name for entry in tmp_path.iterdir()] == ["pipe"]
 
 
 @pytest.mark.skipif(

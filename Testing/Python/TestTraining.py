@@ -35,13 +35,20 @@ def samples_of(ball):
     return [polydata_of(*stretched(ball, stretch)) for stretch in STRETCHES]
 
 
-def write_dataset(path, ball):
-    points, triangles = ball
-    tensors = {
-        "sources.0.points": points,
-        "sources.0.triangles": triangles.astype(np.int64),
-        "sources.0.signals": np.array([stretched(ball, s)[0] for s in STRETCHES], dtype=np.float32),
-    }
+def blocks_of(datasets):
+    blocks = vtkMultiBlockDataSet()
+    for number, dataset in enumerate(datasets):
+        blocks.SetBlock(number, dataset)
+    return blocks
+
+
+def write_dataset(path, *sources):
+    tensors = {}
+    for number, (points, triangles) in enumerate(sources):
+        tensors[f"sources.{number}.points"] = points
+        tensors[f"sources.{number}.triangles"] = triangles.astype(np.int64)
+        samples = [stretched((points, triangles), s)[0] for s in STRETCHES]
+        tensors[f"sources.{number}.signals"] = np.array(samples, dtype=np.float32)
     write_safetensors(path, tensors, {"content": "surface_signals", "format_version": "1", "signal_name": "Position"})
     return path
 
@@ -58,9 +65,7 @@ def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball
     assert np.allclose(losses["loss"], losses["vertex_loss"] + losses["jacobian_loss"])
     assert losses["learning_rate"].tolist() == pytest.approx([5e-4] * 3 + [1e-4] * 2)
     samples = samples_of(ball)
-    blocks = vtkMultiBlockDataSet()
-    for number, sample in enumerate(samples):
-        blocks.SetBlock(number, sample)
+    blocks = blocks_of(samples)
     arrays = np.array([stretched(ball, stretch)[0] for stretch in STRETCHES])
     for number, given in enumerate((samples, blocks, [stretched(ball, s) for s in STRETCHES], arrays)):
         source = ball if number % 2 else polydata_of(*ball)
@@ -91,11 +96,37 @@ def test_a_stopped_training_goes_on(tmp_path, ball):
     train(tmp_path, "parts", ball, samples_of(ball), iterations=12, seed=1, resume=False)
 
 
+def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
+    bodies = blocks_of([polydata_of(*ball), polydata_of(*stretched(ball, 2.0))])
+    poses = blocks_of([blocks_of(samples_of(ball)), polydata_of(*stretched(ball, 1.8))])
+    with pytest.raises(SurfaceSynthesisError, match="surfaces have different shapes.*encoder"):
+        train(tmp_path, "model", bodies, poses)
+    options = {"encoder_iterations": 4, "eigenfunctions": 3}
+    model, losses = train(tmp_path, "model", bodies, poses, losses=tmp_path / "model.csv", **options)
+    assert losses["iteration"].tolist() == [1, 2, 3, 4, 5]
+    assert len((tmp_path / "model.encoder.csv").read_text().splitlines()) == 5
+    assert train(tmp_path, "again", bodies, poses, encoder=tmp_path / "model.encoder")[0] == model
+
+    with pytest.raises(Cancelled):
+        train(tmp_path, "parts", bodies, poses, progress=lambda fraction: fraction < 0.3, **options)
+    assert (tmp_path / "parts.encoder.checkpoint").exists() and not (tmp_path / "parts").exists()
+    assert train(tmp_path, "parts", bodies, poses, **options)[0] == model
+
+    with pytest.raises(SurfaceSynthesisError, match="there is one source"):
+        train(tmp_path, "one", ball, samples_of(ball), **options)
+    coarse = blocks_of([polydata_of(*ball), polydata_of(*icosphere(2))])
+    with pytest.raises(SurfaceSynthesisError, match="source 1 has 162 vertices"):
+        train(tmp_path, "coarse", coarse, coarse, **options)
+    assert not (tmp_path / "one").exists() and not (tmp_path / "coarse").exists()
+
+
 @pytest.mark.parametrize(
     "options, error, text",
     [
         ({"width": 0}, ValueError, "width must be from 1"),
         ({"blocks": 1001}, ValueError, "blocks must be at most 1000"),
+        ({"encoder_iterations": -1}, ValueError, "encoder_iterations must be from 0"),
+        ({"eigenfunctions": 0}, ValueError, "eigenfunctions must be from 1"),
         ({"layers": 1.5}, TypeError, "layers must be an integer"),
         ({"iterations": 0}, ValueError, "iterations must be"),
         ({"noise": "pink"}, ValueError, "unknown noise 'pink'"),
@@ -177,7 +208,31 @@ def test_wrong_usage_of_the_command(tmp_path, files, capsys):
         assert text in capsys.readouterr().err
     assert main(["train", "flow-matching", *files[0], str(tmp_path / "absent" / "m")]) == 1
     assert "the file of the model" in capsys.readouterr().err
+    with open(files[0][0], "rb") as data:
+        before = data.read()
+    assert main(["train", "flow-matching", *files[0], files[0][0]]) == 1
+    assert "is one that the training is made from" in capsys.readouterr().err
+    with open(files[0][0], "rb") as data:
+        assert data.read() == before
     assert main(["train"]) == 2
+
+
+def test_the_command_trains_an_encoder_for_many_sources(tmp_path, ball, capsys):
+    data = str(write_dataset(tmp_path / "bodies.safetensors", ball, stretched(ball, 2.0)))
+    bodies, poses, model = (str(tmp_path / name) for name in ("bodies.vtm", "poses.vtm", "m.safetensors"))
+    write_mesh(blocks_of([polydata_of(*ball), polydata_of(*stretched(ball, 2.0))]), bodies)
+    write_mesh(blocks_of([blocks_of(samples_of(source)) for source in (ball, stretched(ball, 2.0))]), poses)
+    options = ["--iterations", "5", "--encoder-iterations", "4", "--eigenfunctions", "3", *TINY_OPTIONS]
+    assert main(["train", "flow-matching", data, model, *options]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "encoder loss " in printed.out
+    surfaces = str(tmp_path / "surfaces.safetensors")
+    assert main(["train", "flow-matching", bodies, poses, surfaces, *options, "--encoder", str(tmp_path / "e")]) == 0
+    for other, kind in ((surfaces, ""), (str(tmp_path / "e"), ".encoder")):
+        with open(model + kind, "rb") as expected, open(other, "rb") as found:
+            assert found.read() == expected.read(), kind
+    assert os.path.exists(model + ".encoder.csv")
 
 
 def start(arguments, stderr):

@@ -32,6 +32,12 @@ const char* NameOf(NoiseModel model)
     ->first;
 }
 
+/// "1 block", "2 blocks"
+std::string Counted(std::int64_t number, const std::string& thing)
+{
+  return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
+}
+
 /// Reads typed values of the JSON object under the key `flow_matching`.
 class DescriptionReader
 {
@@ -237,11 +243,12 @@ MeshNormalisation FlowNormalisation(const TriangleMesh& mesh)
 std::string FlowMatchingModel::Description() const
 {
   const PoissonNetOptions& options = this->Velocity.Options;
-  return (this->GeneratesPositions() ? std::string("deformations") : "\"" + this->SignalName + "\", " +
-               std::to_string(this->Components()) + " components") +
-    " from " + NameOf(this->Noise.Model) + " noise; " + std::to_string(options.Blocks) + " blocks of width " +
+  const std::string signal = this->GeneratesPositions()
+    ? "deformations"
+    : "\"" + this->SignalName + "\", " + Counted(this->Components(), "component");
+  return signal + " from " + NameOf(this->Noise.Model) + " noise; " + Counted(options.Blocks, "block") + " of width " +
     std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") + "; " +
-    std::to_string(this->Iterations) + " iterations of training";
+    Counted(this->Iterations, "iteration") + " of training";
 }
 
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)

@@ -125,6 +125,7 @@ public:
       throw UsageError("the dataset or the model is missing");
     }
     this->Dataset = arguments[0];
+    this->Files.Inputs = { arguments[0] };
     this->Files.Model = arguments[1];
     this->Files.Checkpoint = arguments[1] + ".checkpoint";
     this->Files.LossTable = arguments[1] + ".csv";
@@ -202,7 +203,10 @@ public:
     known["--noise"] = { "matern, per-vertex, white, unscreened or spectral (matern)",
       [&o](const std::string& value) { o.Noise.Model = Choose("--noise", value, Noises); } };
     known["--encoder"] = { "model file that \"encoding\" has trained, for many surfaces (none)",
-      [&o](const std::string& value) { o.Encoder = ReadPoissonNet(value); } };
+      [this, &o](const std::string& value) {
+        o.Encoder = ReadPoissonNet(value);
+        this->Files.Inputs.push_back(value);
+      } };
     return known;
   }
   std::int64_t Iterations() const override { return this->Options.Iterations; }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,19 +35,45 @@ PoissonNetOptions NetworkOptions(const EncodingTrainingOptions& options)
 void RequireCorrespondence(const SignalDataset& dataset)
 {
   CheckDataset(dataset);
-  if (!dataset.HoldsPositions())
-  {
-    throw InvalidInput("EncodingTrainer: the dataset holds \"" + dataset.SignalName + "\"; expected positions.");
-  }
+  const TriangleMesh& reference = dataset.Sources.front().Mesh;
   for (std::size_t k = 1; k < dataset.Sources.size(); ++k)
   {
-    const TriangleMatrix& triangles = dataset.Sources[k].Mesh.Triangles;
-    if (triangles.rows() != dataset.Sources[0].Mesh.Triangles.rows() || triangles != dataset.Sources[0].Mesh.Triangles)
+    const TriangleMesh& mesh = dataset.Sources[k].Mesh;
+    const bool sameSize = mesh.NumberOfPoints() == reference.NumberOfPoints() &&
+      mesh.NumberOfTriangles() == reference.NumberOfTriangles();
+    if (!sameSize || mesh.Triangles != reference.Triangles)
     {
-      throw InvalidInput("EncodingTrainer: source " + std::to_string(k) +
-        " has other triangles than source 0; expected surfaces whose vertices correspond.");
+      throw InvalidInput("EncodingTrainer: source " + std::to_string(k) + " has " +
+        (sameSize ? "other triangles than source 0"
+                  : std::to_string(mesh.NumberOfPoints()) + " vertices and " +
+              std::to_string(mesh.NumberOfTriangles()) + " triangles, and source 0 has " +
+              std::to_string(reference.NumberOfPoints()) + " and " + std::to_string(reference.NumberOfTriangles())) +
+        "; expected surfaces whose vertices correspond, with the same triangles in the same order.");
     }
   }
+}
+
+/// The soundness of all sources; the topology of the first, the reference.
+MeshTopology RequireSoundSources(const SignalDataset& dataset, const Progress& progress)
+{
+  std::optional<MeshTopology> reference;
+  for (std::size_t k = 0; k < dataset.Sources.size(); ++k)
+  {
+    try
+    {
+      MeshTopology topology = RequireSoundMesh(dataset.Sources[k].Mesh, FlowMatchingSampler::Requirements());
+      if (k == 0)
+      {
+        reference = std::move(topology);
+      }
+    }
+    catch (const InvalidInput& error)
+    {
+      throw InvalidInput("Source " + std::to_string(k) + " of the dataset: " + error.what());
+    }
+    Report(progress, static_cast<double>(k + 1) / static_cast<double>(dataset.Sources.size()));
+  }
+  return std::move(*reference);
 }
 
 TriangleMesh UnitArea(const TriangleMesh& mesh)
@@ -73,7 +100,8 @@ void CheckOptions(const EncodingTrainingOptions& options)
 {
   CheckOptions(static_cast<const TrainingOptions&>(options));
   CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
-  if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 || options.BatchSize > 100000)
+  if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 ||
+    options.BatchSize > 100000)
   {
     throw InvalidInput("TrainingOptions: Eigenfunctions and BatchSize are " +
       std::to_string(options.Eigenfunctions) + " and " + std::to_string(options.BatchSize) +
@@ -91,9 +119,8 @@ public:
     , Training(NetworkOptions(options), options)
   {
     RequireCorrespondence(this->Dataset);
+    const MeshTopology topology = RequireSoundSources(this->Dataset, SubProgress(progress, 0.0, 0.1));
     const TriangleMesh& reference = this->Dataset.Sources.front().Mesh;
-    const MeshTopology topology = RequireSoundMesh(reference, FlowMatchingSampler::Requirements());
-    Report(progress, 0.1);
     this->Target = ToTensor(
       Eigenfunctions(UnitArea(reference), topology, options.Eigenfunctions), this->Training.Device());
     Report(progress, 1.0);
@@ -114,7 +141,7 @@ private:
   torch::Tensor Target; ///< [V, Eigenfunctions]
 };
 
-/// A source or one of its samples, each equally likely within its source.
+/// A source or one of its samples, each equally likely within its source. @throws InvalidInput when it is degenerate.
 TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
 {
   NormalKey key;
@@ -124,24 +151,34 @@ TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
   const auto number =
     static_cast<std::size_t>(UniformIndex(key, 0, static_cast<std::int64_t>(this->Dataset.Sources.size())));
   const SignalSource& source = this->Dataset.Sources[number];
-  const std::int64_t sample = UniformIndex(key, 1, source.NumberOfSamples() + 1);
+  const std::int64_t samples = this->Dataset.HoldsPositions() ? source.NumberOfSamples() : 0;
+  const std::int64_t sample = UniformIndex(key, 1, samples + 1);
   TriangleMesh mesh = source.Mesh;
   if (sample > 0)
   {
     const float* positions = source.Samples.row(sample - 1).data();
     std::copy(positions, positions + mesh.Points.size(), mesh.Points.data());
   }
-  return UnitArea(mesh);
+  try
+  {
+    mesh = UnitArea(mesh);
+    RequireSoundMesh(mesh, FlowMatchingSampler::Requirements());
+  }
+  catch (const InvalidInput& error)
+  {
+    throw InvalidInput("EncodingTrainer: sample " + std::to_string(sample - 1) + " of source " +
+      std::to_string(number) + " is no surface to learn from: " + error.what());
+  }
+  return mesh;
 }
 
-/// The surfaces of this iteration. @throws InvalidInput when one is degenerate.
+/// The surfaces of this iteration.
 std::vector<TriangleMesh> EncodingTrainer::Internals::Surfaces() const
 {
   std::vector<TriangleMesh> surfaces;
   for (std::int64_t slot = 0; slot < this->Options.BatchSize; ++slot)
   {
     surfaces.push_back(this->Surface(slot));
-    RequireSoundMesh(surfaces.back(), FlowMatchingSampler::Requirements());
   }
   return surfaces;
 }

@@ -33,21 +33,22 @@ void CheckOptions(const EncodingTrainingOptions& options);
 /// reference surface at the same places (section 5.1.2 and appendix B.1 of "Matérn Noise for Triangulation-Agnostic Flow
 /// Matching on Meshes"): coordinates that mean the same on all surfaces of a kind, in any pose.
 ///
-/// The dataset holds positions. Its surfaces must correspond: all sources have the triangles of the first, which is the
-/// reference; each source and each of its samples is a surface of the training. The eigenfunctions (without the constant)
-/// are scaled to mean square 1; the loss is the mean squared error over the surface. Surfaces are moved to their centroid
-/// and scaled to area 1, which stands for the paper's random scales and shifts.
+/// The surfaces must correspond: all sources have the triangles of the first, which is the reference. Each source is a
+/// surface of the training, and where the dataset holds positions so is each of its samples. The eigenfunctions (without
+/// the constant) are scaled to mean square 1; the loss is the mean squared error over the surface, 1 for a prediction of
+/// nothing. Surfaces are moved to their centroid and scaled to area 1, which stands for the paper's random scales and
+/// shifts.
 class EncodingTrainer
 {
 public:
-  /// @throws InvalidInput when an option is out of range, the dataset holds other signals than positions, triangles differ,
-  /// or the reference does not meet FlowMatchingSampler::Requirements() or has too few vertices; SolverFailure; Cancelled.
+  /// @throws InvalidInput when an option is out of range, triangles or numbers of vertices differ, a source does not meet
+  /// FlowMatchingSampler::Requirements(), or the reference has too few vertices; SolverFailure; Cancelled.
   EncodingTrainer(SignalDataset dataset, const EncodingTrainingOptions& options, const Progress& progress = {});
   ~EncodingTrainer();
   EncodingTrainer(EncodingTrainer&&) noexcept;
   EncodingTrainer& operator=(EncodingTrainer&&) noexcept;
 
-  /// One iteration. @throws SolverFailure when the loss is not finite; InvalidInput when a surface is degenerate.
+  /// One iteration. @throws SolverFailure when the loss is not finite; InvalidInput naming a sample that is degenerate.
   TrainingStep Step();
   std::int64_t Iteration() const;
   const std::vector<TrainingStep>& History() const;

@@ -14,6 +14,25 @@ namespace surfsynth
 namespace
 {
 namespace fs = std::filesystem;
+
+/// Whether both names are of one file, which need not exist.
+bool AreOneFile(const fs::path& a, const fs::path& b)
+{
+  std::error_code absent;
+  return fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal() || fs::equivalent(a, b, absent);
+}
+
+void RequirePlace(const std::string& what, const fs::path& path)
+{
+  std::error_code unknown;
+  const bool occupied = fs::exists(path, unknown) && !fs::is_regular_file(path, unknown);
+  if (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || occupied)
+  {
+    throw InvalidInput("TrainingFiles: the file of the " + what + ", \"" + path.string() +
+      "\", cannot be written: its folder does not exist, or it is a folder or a device; expected the name of a file in a "
+      "folder.");
+  }
+}
 }
 
 void CheckFiles(const TrainingFiles& files)
@@ -28,18 +47,25 @@ void CheckFiles(const TrainingFiles& files)
   for (std::size_t k = 0; k < places.size(); ++k)
   {
     const auto& [what, path] = places[k];
-    std::error_code unknown;
-    if (!path.empty() && (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || fs::is_directory(path, unknown)))
+    if (path.empty())
     {
-      throw InvalidInput("TrainingFiles: the file of the " + std::string(what) + ", \"" + path.string() +
-        "\", cannot be written: its folder does not exist, or it is a folder; expected the name of a file in a folder.");
+      continue;
     }
-    for (std::size_t other = 0; !path.empty() && other < k; ++other)
+    RequirePlace(what, path);
+    for (std::size_t other = 0; other < k; ++other)
     {
-      if (fs::absolute(path).lexically_normal() == fs::absolute(places[other].second).lexically_normal())
+      if (!places[other].second.empty() && AreOneFile(path, places[other].second))
       {
-        throw InvalidInput("TrainingFiles: \"" + path.string() + "\" is the file of both the " + places[other].first + " and the " +
-          what + "; expected a file for each.");
+        throw InvalidInput("TrainingFiles: \"" + path.string() + "\" is the file of both the " + places[other].first +
+          " and the " + what + "; expected a file for each.");
+      }
+    }
+    for (const std::string& input : files.Inputs)
+    {
+      if (!input.empty() && AreOneFile(path, input))
+      {
+        throw InvalidInput("TrainingFiles: the file of the " + std::string(what) + ", \"" + path.string() +
+          "\", is one that the training is made from; expected another name.");
       }
     }
   }

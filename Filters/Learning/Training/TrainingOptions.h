@@ -63,12 +63,13 @@ struct TrainingFiles
   std::string LossTable;  ///< a CSV file with a row for each iteration, written with each checkpoint
   std::int64_t CheckpointInterval = 500; ///< iterations, >= 1
   bool Resume = true;
+  std::vector<std::string> Inputs; ///< what the training is made from, which it must not write over
 };
 
 /// Receives each iteration on the calling thread; false stops the training after it, as cancelling does.
 using TrainingObserver = std::function<bool(const TrainingStep& step)>;
 
-/// @throws InvalidInput when a file has no folder to lie in, is a folder or has the name of another one, or
+/// @throws InvalidInput when a file has no folder to lie in, is a folder, another one or one of the inputs, or
 /// CheckpointInterval is below 1: what can be said before hours of training.
 void CheckFiles(const TrainingFiles& files);
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Files of named arrays: models and datasets (safetensors)."""
 
+import errno
 import json
 import math
 import os
@@ -37,6 +38,8 @@ def write_safetensors(path, tensors, metadata, double=()):
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=False).encode("utf-8")
     text += b" " * (-len(text) % 8)
     path = os.path.realpath(os.fspath(path))
+    if os.path.exists(path) and not os.path.isfile(path):  # which the file would replace
+        raise IsADirectoryError(errno.EISDIR, "it is a folder or a device", path)
     handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path), prefix=".", suffix=".safetensors")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -49,8 +52,10 @@ def write_safetensors(path, tensors, metadata, double=()):
         os.umask(mask)
         os.chmod(temporary, 0o666 & ~mask)  # mkstemp() makes a private file
         os.replace(temporary, path)
-    except BaseException:
+    except BaseException as error:
         os.unlink(temporary)
+        if isinstance(error, OSError) and error.filename is None:  # of a full disk
+            raise OSError(error.errno, error.strerror, path) from None
         raise
 
 

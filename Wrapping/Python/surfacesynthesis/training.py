@@ -53,7 +53,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     source : vtkPolyData, pair (points, triangles) or composite dataset, optional
         The surface that the samples are on; the leaves of a composite dataset are several sources. The mesh must have
         finite points, no degenerate triangle, no edge with more than two triangles, consistent winding and one
-        component.
+        component. Several sources of different shape need an encoder.
     samples : ensemble, optional
         One of: a composite dataset of surfaces (vtkDataObjectTree), whose leaves in order are the samples, or with
         several sources whose blocks hold the samples of one source each; a list of surfaces, each a vtkPolyData or a
@@ -78,7 +78,14 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     resume : bool
         Whether the training goes on from the checkpoint where there is one. Default True.
     encoder : path, optional
-        A PoissonNet model file that predicts a positional encoding; needed for sources of different shape only.
+        A PoissonNet model file that predicts a positional encoding; needed for sources of different shape only. Read
+        when ``encoder_iterations`` is 0, else written. Default: none, or ``model`` with .encoder after it.
+    encoder_iterations : int
+        Number of iterations in which an encoder is trained before the model, on sources with the same polygons and, of
+        positions, their samples. Its checkpoint is ``encoder`` with .checkpoint after it, and with ``losses`` its own
+        go to ``encoder`` with .csv after it. Default 0: none is trained.
+    eigenfunctions : int
+        Number of eigenfunctions of the first source that this encoder predicts. Default 64.
     width, blocks, layers : int
         Hidden channels, blocks of the network, layers of the maps between gradients. Default 64, 4 and 3.
     inner_products : bool
@@ -145,6 +152,8 @@ def configured_filter(
     checkpoint_interval=500,
     resume=True,
     encoder=None,
+    encoder_iterations=0,
+    eigenfunctions=64,
     width=64,
     blocks=4,
     layers=3,
@@ -174,6 +183,10 @@ def configured_filter(
     algorithm.SetCheckpointFileName(_path("checkpoint", checkpoint))
     algorithm.SetLossTableFileName(_path("losses", losses))
     algorithm.SetEncoderFileName(_path("encoder", encoder))
+    encoder_iterations = integer("encoder_iterations", encoder_iterations, 0)
+    algorithm.SetEncoderIterations(at_most("encoder_iterations", encoder_iterations, 100000000))
+    eigenfunctions = integer("eigenfunctions", eigenfunctions, 1)
+    algorithm.SetNumberOfEigenfunctions(at_most("eigenfunctions", eigenfunctions, 10000))
     algorithm.SetSignalArrayName("" if signal is None else array_name("signal", signal))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))

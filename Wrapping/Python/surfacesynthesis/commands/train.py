@@ -15,14 +15,17 @@ the seed. A training that was interrupted goes on from its checkpoint when the s
 _EXAMPLES = """\
 files:
   DATASET.safetensors     a dataset file, which holds surfaces and samples
-  SOURCE                  the surface that the samples are on: .stl .ply .obj .off .vtp .vtk .vtm
-  SAMPLES                 one file for each sample, or one with a composite dataset, whose surfaces are the samples
+  SOURCE                  the surface that the samples are on: .stl .ply .obj .off .vtp .vtk .vtm; or several, the
+                          surfaces of a .vtm
+  SAMPLES                 one file for each sample, or one with a composite dataset, whose surfaces are the samples;
+                          with several sources a .vtm with a block of samples for each
   MODEL                   the model file that is written; MODEL.checkpoint and MODEL.csv are written beside it
 
 examples:
   %(prog)s poses.safetensors poses-model.safetensors --iterations 20000
   %(prog)s neutral.ply faces_*.ply faces.safetensors --width 128 --blocks 5
   %(prog)s heart.vtp heart.vtp heat.safetensors --signal Heat
+  %(prog)s bodies.safetensors model.safetensors --encoder-iterations 20000
 """
 #: Options with a number: name, type, default, metavariable, help.
 _NUMBERS = {
@@ -43,6 +46,10 @@ _NUMBERS = {
         ("width", int, 64, "N", "hidden channels"),
         ("blocks", int, 4, "N", "blocks of the network"),
         ("layers", int, 3, "N", "layers of the maps between gradients"),
+    ),
+    "encoder": (
+        ("encoder-iterations", int, 0, "N", "iterations in which it is trained before the model, 0: none"),
+        ("eigenfunctions", int, 64, "N", "of the first source, which the encoder that is trained predicts"),
     ),
     "noise": (
         ("screening", float, 100.0, "TAU", "tau of the noise on the surface scaled to area 1"),
@@ -138,10 +145,11 @@ def _add_choices(groups):
     groups["network"].add_argument(
         "--no-inner-products", action="store_true", help="leave out the features of inner products of gradients"
     )
-    groups["network"].add_argument(
+    groups["encoder"].add_argument(
         "--encoder",
         metavar="FILE",
-        help="PoissonNet that predicts a positional encoding, for sources of different shape",
+        help="PoissonNet that predicts a positional encoding, for sources of different shape; written with "
+        "--encoder-iterations (default then: MODEL.encoder), else read",
     )
     groups["noise"].add_argument(
         "--noise",
@@ -164,8 +172,9 @@ def run(arguments):
         return "nothing to train on"
     last = losses[-max(1, len(losses) // 20):].mean()
     seconds = time.monotonic() - started
+    encoder = f"encoder loss {algorithm.GetEncoderLoss():.4g}, " if algorithm.GetEncoderIterations() > 0 else ""
     return (
-        f"{len(losses):,} iterations, loss {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
+        f"{len(losses):,} iterations, {encoder}loss {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
         f" -> {algorithm.GetModelFileName()}"
     )
 
@@ -209,10 +218,18 @@ def _train(algorithm, arguments):
     try:
         remarks = run_algorithm(algorithm, bar)
     except KeyboardInterrupt:
-        checkpoint = algorithm.GetCheckpointFileName() or algorithm.GetModelFileName() + ".checkpoint"
-        kept = f"; the same command goes on from {checkpoint}" if os.path.exists(checkpoint) else ""
-        raise KeyboardInterrupt("interrupted" + kept) from None
+        kept = [f"; the same command goes on from {path}" for path in _checkpoints(algorithm) if os.path.exists(path)]
+        raise KeyboardInterrupt("".join(["interrupted", *kept[:1]])) from None
     finally:
         bar.clear()
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+
+
+def _checkpoints(algorithm):
+    """That of the model, then that of the encoder which is trained before it."""
+    model = algorithm.GetModelFileName()
+    checkpoints = [algorithm.GetCheckpointFileName() or model + ".checkpoint"]
+    if algorithm.GetEncoderIterations() > 0:
+        checkpoints.append((algorithm.GetEncoderFileName() or model + ".encoder") + ".checkpoint")
+    return checkpoints
