@@ -12,7 +12,8 @@ signals of three Gaussians on the bunny with 2,000. Writes
     deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
                         one subdivided, with 208,000, and on the one of the training; four seeds on the original; with
                         --training, samples beside the closest pose of the training
-    signals.png         the same seeds on the triangulation of the training and on one that is coarse on one side
+    signals.png         samples on the triangulation of the training, on one that is coarse on one side and on the original
+                        one, with 75,000 faces
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took. --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
@@ -188,14 +189,17 @@ def triangulations(options, model, original, sheet, view):
 def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
-    training, uneven = evenly(bunny, 2000), unevenly(bunny, 5000, 2.0)
-    sheet = Sheet(2, 4)
-    for row, (name, mesh) in enumerate((("training", training), ("coarse on one side", uneven))):
-        view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
+    meshes = {"training": evenly(bunny, 2000), "coarse on one side": unevenly(bunny, 5000, 2.0), "original": bunny}
+    sheet = Sheet(len(meshes), len(SEEDS))
+    view = rendering.view_of(bunny, SIZE[0] / SIZE[1], BUNNY)
+    for row, (name, mesh) in enumerate(meshes.items()):
         for column, seed in enumerate(SEEDS):
+            started = time.monotonic()
             output = surfacesynthesis.sample_signal(mesh, model, seed=seed, steps=options.steps)
+            print(f"{name}, {faces(mesh)}: {time.monotonic() - started:.1f} s", flush=True)
             title = f"seed {seed}\n{name}, {faces(mesh)}"
-            sheet.add(row, column, title, output, view, array="Mixture", colours=MIXTURE, edges=True)
+            edges = mesh.GetNumberOfCells() < 20000  # more would hide the colours
+            sheet.add(row, column, title, output, view, array="Mixture", colours=MIXTURE, edges=edges)
     sheet.write(os.path.join(options.output, "signals.png"), options.colours)
 
 
