@@ -26,7 +26,8 @@ def properties_have_the_defaults_of_the_class_and_reach_it():
 
 
 def samples_are_those_of_the_class():
-    proxy = GaussianMixture(Input=source_of(surfaces.ball()), NumberOfCentres=2, Seed=3, NumberOfSamples=2, FirstSample=4)
+    proxy = GaussianMixture(Input=source_of(surfaces.ball()), NumberOfCentres=2, Seed=3, NumberOfSamples=2,
+                            FirstSample=4)  # fmt: skip
     found = output_of(proxy)
     expected = made_by(vtkGaussianMixtureFilter(), surfaces.ball(), NumberOfCentres=2, Seed=3, NumberOfSamples=2,
                        FirstSample=4)  # fmt: skip
