@@ -65,6 +65,11 @@ public:
   void SetTemplateData(vtkDataObject* shape);
   ///@}
 
+  /**
+   * Takes the template away again: for ParaView, which cannot name a port in doing so.
+   */
+  void RemoveTemplate() { this->SetInputConnection(1, nullptr); }
+
   ///@{
   /**
    * The seed. Any integer; each gives other poses, and the same seed always gives the same rotations for the same sample

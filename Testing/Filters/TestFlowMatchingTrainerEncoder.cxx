@@ -205,7 +205,7 @@ TEST_F(FlowMatchingTrainerEncoder, EachMistakeIsOneErrorBeforeAnythingIsTrained)
   const std::string data = BytesOf(this->File("data"));
   using Spoil = std::function<void(vtkFlowMatchingTrainer*)>;
   const std::vector<std::pair<Spoil, std::vector<std::string>>> mistakes = {
-    { [](auto* f) { f->SetEncoderIterations(0); }, { "the 2 surfaces have different shapes", "encoder" } },
+    { [](auto* f) { f->SetEncoderIterations(0); }, { "the 2 surfaces have different shapes", "EncoderIterations" } },
     { [](auto* f) {
        f->SetInputDataObject(0, Stretched(1.0));
        f->SetInputDataObject(1, Blocks(Samples()));

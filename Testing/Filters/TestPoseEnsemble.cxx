@@ -403,7 +403,7 @@ TEST(PoseEnsemble, SaysWhatIsWrong)
   }
   filter->SetTemplateData(two.ToPolyData());
   ExpectRefusal(filter, sphere, { "The template: ", "component" });
-  filter->SetTemplateData(nullptr);
+  filter->RemoveTemplate();
   ExpectRefusal(filter, two.ToPolyData(), { "component" });
   filter->SetRegionArrayName("");
   ExpectRefusal(filter, sphere, { "RegionArrayName is empty" });

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Run by paraview when it starts, for TestPanel.py: loads the plugin, makes a surface, records trace, errors and state.
 
-The record is written anew whenever the noise filter has been updated, or tried to be."""
+The record is written anew whenever the filter that is tested has been updated, or tried to be."""
 
 import json
 import os
 
 import surfaces
-import surfacesynthesis  # noqa: F401: makes the getters of the class known
+import surfacesynthesis
 from paraview import servermanager, smtrace
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from vtkmodules.util.vtkConstants import VTK_STRING
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+for name in ("vtkGaussianMixtureFilter", "vtkPoseEnsembleFilter", "vtkFlowMatchingDeformer"):
+    getattr(surfacesynthesis, name, None)  # makes the getters of the class known, where the plugin has it
 errors = []
 watched = set()
 
@@ -26,7 +28,7 @@ note_error.CallDataType = VTK_STRING
 
 def record(made):
     """Writes what the object of the class holds."""
-    names = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
+    names = os.environ["SURFACE_SYNTHESIS_PROPERTIES"].split(",")
     with open(os.environ["SURFACE_SYNTHESIS_RECORD"], "w", encoding="utf-8") as file:
         json.dump({
             "properties": {name: getattr(made, "Get" + name)() for name in names},
@@ -37,10 +39,10 @@ def record(made):
 
 
 def watch(*_):
-    """Follows the noise filter as soon as there is one."""
+    """Follows the filter as soon as there is one."""
     for proxy in GetSources().values():
         made = proxy.GetClientSideObject()
-        if proxy.GetXMLName() == "MaternNoise" and made is not None and proxy.GetGlobalID() not in watched:
+        if proxy.GetXMLName() == os.environ["SURFACE_SYNTHESIS_FILTER"] and made is not None and proxy.GetGlobalID() not in watched:
             watched.add(proxy.GetGlobalID())
             made.AddObserver("ErrorEvent", note_error)
             made.AddObserver("EndEvent", lambda caller, _: record(caller))

@@ -12,12 +12,15 @@ import sys
 from xml.sax.saxutils import quoteattr
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+WITH_NETWORKS = os.environ["SURFACE_SYNTHESIS_LEARNING"] == "1"
 PANEL = "pqClientMainWindow/propertiesDock/propertiesPanel"
 PROPERTIES = PANEL + "/scrollArea/qt_scrollarea_viewport/scrollAreaWidgetContents/PropertiesFrame/ProxyPanel/"
 EVERY_ROW = {"NoiseModel", "ScaleMode", "CorrelationRange", "StandardDeviation", "Screening", "NormalizedScreening",
              "NumberOfEigenpairs", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName",
              "Execute"}
 ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName", "Execute"}
+
+NOISE_PROPERTIES = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
 
 
 def event(widget, command, arguments=""):
@@ -42,24 +45,26 @@ def rows(*shown):
             for name in sorted(EVERY_ROW)]
 
 
-def add_filter():
+def add_filter(name="MaternNoise"):
     menu = "pqClientMainWindow/menubar"
     return [
         event(menu, "activate", "menuFilters"),
         event(menu + "/menuFilters", "activate", "Surface Synthesis"),
-        event(menu + "/menuFilters/Surface Synthesis", "activate", "MaternNoise"),
+        event(menu + "/menuFilters/Surface Synthesis", "activate", name),
     ]
 
 
-def play(name, events, surface):
-    """Plays events in paraview on a surface; returns what it wrote, and what PanelSetup.py recorded."""
+def play(name, events, surface, tested="MaternNoise", properties=NOISE_PROPERTIES):
+    """Plays events in paraview on a surface; returns what it wrote, and what PanelSetup.py recorded of the filter that
+    is tested and of its properties."""
     script, record = os.path.abspath(name + ".xml"), os.path.abspath(name + ".json")
     with open(script, "w", encoding="utf-8") as file:
         file.write("\n".join(('<?xml version="1.0" ?>', "<pqevents>", *events, "</pqevents>", "")))
     if os.path.exists(record):
         os.remove(record)
     os.makedirs("panel", exist_ok=True)
-    environment = dict(os.environ, SURFACE_SYNTHESIS_RECORD=record, SURFACE_SYNTHESIS_SURFACE=surface)
+    environment = dict(os.environ, SURFACE_SYNTHESIS_RECORD=record, SURFACE_SYNTHESIS_SURFACE=surface,
+                       SURFACE_SYNTHESIS_FILTER=tested, SURFACE_SYNTHESIS_PROPERTIES=",".join(properties))
     result = subprocess.run(
         [os.environ["SURFACE_SYNTHESIS_PARAVIEW"], "--dr", "--script=" + os.path.join(HERE, "PanelSetup.py"),
          "--test-directory=" + os.path.abspath("panel"), "--test-script=" + script, "--exit"],
@@ -143,9 +148,49 @@ def error_reaches_the_message_window():
     assert any("non-manifold edge" in text and "vtkCleanPolyData" in text for text in recorded["errors"]), recorded
 
 
+def ensembles_are_made_from_the_panel():
+    """Samples of mixtures, and of poses where the plugin has them, with the seed of the widget."""
+    drawn = [event(PROPERTIES + "Seed/Seed", "set_int", "17"),
+             event(PROPERTIES + "NumberOfSamples/LineEdit0", "set_string", "2"), apply()]
+    for name, surface, points in (("GaussianMixture", "ball", 3458), ("PoseEnsemble", "long_ball", 2 * 602)):
+        if name == "PoseEnsemble" and os.environ["SURFACE_SYNTHESIS_CGAL"] != "1":
+            continue
+        result, recorded = play(name, [*add_filter(name), *drawn], surface, name, ("Seed", "NumberOfSamples"))
+        succeed(result)
+        assert recorded["properties"] == {"Seed": 17, "NumberOfSamples": 2}, recorded
+        assert recorded["points"] == points and recorded["errors"] == [], recorded
+        assert f"{name}(" in recorded["trace"] and "NumberOfSamples = 2" in recorded["trace"], recorded["trace"]
+
+
+def a_model_is_chosen_in_the_panel():
+    """Without one, the message window says what is needed."""
+    result, recorded = play("unchosen", [*add_filter("FlowMatchingDeformer"), apply()], "ball", "FlowMatchingDeformer",
+                            ("ModelFileName",))
+    assert recorded["points"] == 0, recorded
+    assert any("ModelFileName is empty" in text for text in recorded["errors"]), recorded
+
+    subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], "-c",
+                    "from flow_models import model; model('panel.safetensors')"], check=True, timeout=100)
+    path = os.path.abspath("panel.safetensors")
+    events = [
+        *add_filter("FlowMatchingDeformer"),
+        event(PROPERTIES + "ModelFileName/FileChooser/FileLineEdit", "set_string", path),
+        event(PROPERTIES + "NumberOfSteps/IntRangeWidget/LineEdit", "set_string", "2"),
+        apply(),
+    ]
+    result, recorded = play("chosen", events, "ball", "FlowMatchingDeformer", ("ModelFileName", "NumberOfSteps"))
+    succeed(result)
+    assert recorded["properties"] == {"ModelFileName": path, "NumberOfSteps": 2}, recorded
+    assert recorded["points"] == 3458 and recorded["errors"] == [], recorded
+
+
 if __name__ == "__main__":
+    tests = [panel_shows_what_the_mode_uses, panel_applies_and_trace_replays, error_reaches_the_message_window,
+             ensembles_are_made_from_the_panel]
+    if WITH_NETWORKS:
+        tests.append(a_model_is_chosen_in_the_panel)
     failed = 0
-    for test in (panel_shows_what_the_mode_uses, panel_applies_and_trace_replays, error_reaches_the_message_window):
+    for test in tests:
         try:
             test()
             print(f"passed: {test.__name__}", flush=True)

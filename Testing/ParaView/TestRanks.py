@@ -15,9 +15,16 @@ TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
 SAMPLES = 7
 RANGE = 24.0  # world units of the armadillo
 WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
-SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank",
-               *(("predicted_points", "predicted_cells") if WITH_NETWORKS else ()))
-CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces")
+NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
+                 "trained")
+SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
+               *(NETWORK_CASES if WITH_NETWORKS else ()))
+CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
+         "posed_in_pieces", "compared_in_pieces", "trained_in_pieces")
+MIXTURES = {"NumberOfCentres": 2, "Seed": 5, "NumberOfSamples": 2}
+GENERATED = {"ModelFileName": "mixture.safetensors", "Seed": 5, "NumberOfSteps": 2}
+POSES = {"NumberOfSamples": 3, "NumberOfHandles": 2, "NumberOfIterations": 5, "MaximumAngle": 30.0}
+TRAINING = {"SignalArrayName": "Mixture", "Width": 8, "Blocks": 1, "ComplexLayers": 1, "BatchSize": 2, "Iterations": 2}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -33,8 +40,10 @@ def write_surfaces():
     expected = surfaces.noise(whole, CorrelationRange=RANGE, NumberOfSamples=SAMPLES, Seed=11)
     np.save("whole.npy", np.stack([surfaces.array(expected, f"MaternNoise_{k}") for k in range(SAMPLES)]))
 
+    write_ensembles(surfaces, whole)
     if WITH_NETWORKS:
         write_predictions(surfaces, whole)
+        write_generated(surfaces, whole)
     blocks = vtkMultiBlockDataSet()
     for k in range(5):
         if k != 3:  # a hole
@@ -60,6 +69,35 @@ def write_surfaces():
                            [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
     bad[1] = with_ids(surfaces, fin, len(points) + np.arange(5), len(triangles) + np.arange(3))
     write_pieces(surfaces, bad, "bad")
+
+
+def write_ensembles(surfaces, whole):
+    """Mixtures on the whole surface, and poses of a shape with two extremities."""
+    import numpy as np
+    import surfacesynthesis
+    from proxies import made_by
+
+    mixtures = made_by(surfacesynthesis.vtkGaussianMixtureFilter(), whole, **MIXTURES)
+    np.save("mixtures.npy", np.stack([surfaces.array(mixtures, f"Mixture_{k}") for k in range(2)]))
+    long = surfaces.long_ball()
+    surfaces.write(long, "long.vtp")
+    if hasattr(surfacesynthesis, "vtkPoseEnsembleFilter"):
+        poses = made_by(surfacesynthesis.vtkPoseEnsembleFilter(), long, **POSES)
+        points = [surfaces.vtk_to_numpy(poses.GetBlock(k).GetPoints().GetData()) for k in range(3)]
+        np.save("poses.npy", np.stack(points))
+
+
+def write_generated(surfaces, whole):
+    """Samples of a flow matching model with random weights, and an ensemble to train on."""
+    import numpy as np
+    from flow_models import model
+    from proxies import made_by
+    from surfacesynthesis import vtkFlowMatchingSampler, vtkGaussianMixtureFilter
+
+    model(GENERATED["ModelFileName"], components=2)
+    made = made_by(vtkFlowMatchingSampler(), whole, NumberOfSamples=3, **GENERATED)
+    np.save("generated.npy", np.stack([surfaces.array(made.GetBlock(k), "Mixture") for k in range(3)]))
+    surfaces.write(made_by(vtkGaussianMixtureFilter(), surfaces.ball(6), **MIXTURES), "ensemble.vtp")
 
 
 def write_predictions(surfaces, whole):
@@ -214,6 +252,55 @@ def run_case(case):
         found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
         labels = surfaces.vtk_to_numpy(found.GetCellData().GetArray("Label"))
         surfaces.assert_same(labels, np.load("faces.npz")["labels"], case)
+    elif case == "mixtures":  # of a surface on one rank, and of one in pieces
+        expected = np.load("mixtures.npy")
+        for reader in (pv.XMLPolyDataReader(FileName=["whole.vtp"]),
+                       pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])):
+            found = update(pv.GaussianMixture(Input=reader, **MIXTURES))
+            points = surfaces.array(found, "SerialPoint") if "SerialPoint" in surfaces.names(found) else slice(None)
+            for k in range(2):
+                surfaces.assert_same(surfaces.array(found, f"Mixture_{k}"), expected[k][points], f"{case}, sample {k}")
+    elif case == "posed":
+        if hasattr(pv, "PoseEnsemble"):
+            found = update(pv.PoseEnsemble(Input=pv.XMLPolyDataReader(FileName=["long.vtp"]), **POSES))
+            for k, points in enumerate(np.load("poses.npy")):
+                posed = surfaces.vtk_to_numpy(sample_in(found, k).GetPoints().GetData())
+                surfaces.assert_same(posed, points, f"{case}, sample {k}")
+    elif case == "posed_in_pieces":
+        if hasattr(pv, "PoseEnsemble"):
+            reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
+            found = update(pv.PoseEnsemble(Input=reader, **POSES))
+            assert ranks == 1 or found.GetNumberOfPoints() == 0, "an error leaves the output empty"
+        else:
+            print("no filter that makes poses is in this plugin")
+    elif case == "generated_samples":  # sample k on rank k mod ranks
+        made = pv.FlowMatchingSampler(
+            Input=pv.XMLPolyDataReader(FileName=["whole.vtp"]), NumberOfSamples=3, **GENERATED)
+        found = update(made)
+        for k, values in enumerate(np.load("generated.npy")):
+            surfaces.assert_same(surfaces.array(sample_in(found, k), "Mixture"), values, f"{case}, sample {k}")
+    elif case == "generated_in_pieces":
+        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
+        found = update(pv.FlowMatchingSampler(Input=reader, **GENERATED))
+        values = np.load("generated.npy")[0][surfaces.array(found, "SerialPoint")]
+        surfaces.assert_same(surfaces.array(found, "Mixture"), values, case)
+    elif case in ("compared", "compared_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ensemble.vtp"]) if case == "compared" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        table = update(pv.EnsembleMetrics(
+            Input=reader, Reference=reader, ArrayName="Mixture" if case == "compared" else "SerialPoint"))
+        expected_rows = 1 if case == "compared" or ranks == 1 else 0
+        assert table.GetNumberOfRows() == expected_rows, table.GetNumberOfRows()
+        assert expected_rows == 0 or table.GetValueByName(0, "MMD").ToDouble() == 0.0
+    elif case in ("trained", "trained_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ensemble.vtp"]) if case == "trained" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        name = f"{case}_{ranks}.safetensors"
+        table = update(pv.FlowMatchingTrainer(
+            Input=reader, Samples=reader, ModelFileName=name, Resume=0, Device="CPU", **TRAINING))
+        trained = case == "trained"
+        assert table.GetNumberOfRows() == (2 if trained else 0), table.GetNumberOfRows()
+        assert os.path.exists(name) == trained
     elif case == "cells_of_pieces":
         reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
         found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
@@ -265,6 +352,17 @@ def read_blocks(path):
             block = pieces[0] if pieces else vtkPolyData()
         found.append(block)
     return found
+
+
+def sample_in(found, k):
+    """Sample k of an ensemble that was fetched: from several ranks it comes in a block for each of them."""
+    of_ranks = [found.GetBlock(r) for r in range(found.GetNumberOfBlocks())]
+    if not all(block is None or block.IsA("vtkMultiBlockDataSet") for block in of_ranks):
+        of_ranks = [found]
+    samples = [blocks.GetBlock(k) for blocks in of_ranks if blocks is not None and blocks.GetNumberOfBlocks() > k]
+    samples = [sample for sample in samples if sample is not None and sample.GetNumberOfPoints() > 0]
+    assert len(samples) == 1, f"sample {k} lies on {len(samples)} ranks"
+    return samples[0]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -330,13 +428,31 @@ def check_cells_of_pieces(ranks):
     assert "Prediction" in errors[0] and "on one rank" in errors[0], errors
 
 
+def check_poses_of_pieces(ranks):
+    """Poses are right on one rank, else one error on every rank."""
+    output = mpi_run(ranks, ["posed_in_pieces"])
+    errors = errors_of_the_filter(output, "vtkPoseEnsembleFilter")
+    absent = "no filter that makes poses" in output
+    assert absent or ranks == 1 or len(errors) == ranks, errors
+    assert len(set(errors)) <= 1 and all("lies in pieces on" in error for error in errors) or ranks == 1, errors
+
+
+def check_inputs_on_several_ranks(ranks):
+    """Comparing and training need all of their inputs together: one error on every rank where they are not."""
+    for case, name in (("compared_in_pieces", "vtkEnsembleMetrics"), ("trained_in_pieces", "vtkFlowMatchingTrainer")):
+        errors = errors_of_the_filter(mpi_run(ranks, [case]), name)
+        if ranks > 1:
+            assert len(errors) == ranks and len(set(errors)) == 1, errors
+            assert f"lie on {ranks} ranks" in errors[0] and "vtkAggregateDataSetFilter" in errors[0], errors
+
+
 def main(ranks):
     environment = dict(os.environ)
     subprocess.run([os.environ["SURFACE_SYNTHESIS_PVPYTHON"], os.path.abspath(__file__), "--write"],
                    env=environment, check=True, timeout=TIME_LIMIT)
-    checks = (check_sound, check_bad_piece, check_bad_block, check_meshes)
+    checks = (check_sound, check_bad_piece, check_bad_block, check_meshes, check_poses_of_pieces)
     if WITH_NETWORKS:
-        checks += (check_cells_of_pieces,)
+        checks += (check_cells_of_pieces, check_inputs_on_several_ranks)
     failed = 0
     for count in ranks:
         for check in checks:

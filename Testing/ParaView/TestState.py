@@ -5,11 +5,13 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import surfaces
 from paraview import servermanager, smstate
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 
-PROPERTIES = {
+WITH_NETWORKS = os.environ["SURFACE_SYNTHESIS_LEARNING"] == "1"
+NOISE = {
     "NoiseModel": "Spectral",
     "ScaleMode": "Screening",
     "CorrelationRange": 1.25,
@@ -25,11 +27,58 @@ PROPERTIES = {
 }
 
 
+MIXTURE = {
+    "NumberOfCentres": 2,
+    "Width": 0.1,
+    "Separation": 2.5,
+    "Seed": 9,
+    "NumberOfSamples": 2,
+    "FirstSample": 3,
+    "OutputArrayName": "Gaussians",
+}
+FLOW = {
+    "ModelFileName": os.path.abspath("state_model.safetensors"),
+    "Seed": -2,
+    "FirstSample": 1,
+    "NumberOfSamples": 2,
+    "NumberOfSteps": 3,
+    "Integrator": "Euler",
+    "OutputTrajectory": 1,
+    "InitialNoiseArrayName": "Start",
+}
+DEFORMER = {**FLOW, "MovePoints": 0, "DisplacementArrayName": "Way", "AreaRatioArrayName": "Stretch"}
+METRICS = {"ArrayName": "Gaussians", "Distance": "RMS", "RemoveCentroid": 1}
+TRAINER = {
+    "ModelFileName": os.path.abspath("state_trained.safetensors"),
+    "LossTableFileName": os.path.abspath("state_losses.csv"),
+    "CheckpointInterval": 2,
+    "SignalArrayName": "Gaussians",
+    "EncoderIterations": 0,
+    "NumberOfEigenfunctions": 5,
+    "Width": 8,
+    "Blocks": 1,
+    "ComplexLayers": 2,
+    "Iterations": 3,
+    "BatchSize": 2,
+    "Milestones": [1, 2],
+    "Seed": 4,
+    "Device": "CPU",
+}
+#: Properties by the name that the pipeline gives a filter.
+PROPERTIES = {"noise": NOISE, "mixture": MIXTURE}
+if WITH_NETWORKS:
+    PROPERTIES.update({"deformer": DEFORMER, "metrics": METRICS, "trainer": TRAINER})
+
+
 def write_states():
     LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
     surfaces.write(surfaces.ball(), "state_ball.vtp")
     reader = XMLPolyDataReader(registrationName="surface", FileName=[os.path.abspath("state_ball.vtp")])
-    made = MaternNoise(registrationName="noise", Input=reader, **PROPERTIES)
+    made = MaternNoise(registrationName="noise", Input=reader, **NOISE)
+    mixture = GaussianMixture(registrationName="mixture", Input=reader, **MIXTURE)
+    surfaces.write(servermanager.Fetch(updated(mixture)), "state_mixture.vtp")
+    if WITH_NETWORKS:
+        make_networks(reader, mixture)
     warped = WarpByVector(registrationName="warped", Input=made, Vectors=["POINTS", "Bumps_6"], ScaleFactor=0.01)
     warped.UpdatePipeline()
     surfaces.write(servermanager.Fetch(warped), "state_expected.vtp")
@@ -38,18 +87,56 @@ def write_states():
         file.write(smstate.get_state())
 
 
+def make_networks(reader, mixture):
+    """Filters with several inputs, and one whose times are of its own making."""
+    from flow_models import model
+
+    model(FLOW["ModelFileName"])
+    deformer = FlowMatchingDeformer(registrationName="deformer", Input=reader, **DEFORMER)
+    deformer.UpdatePipeline(0.5)
+    np.save("state_way.npy", surfaces.array(servermanager.Fetch(deformer).GetBlock(0), "Way"))
+    EnsembleMetrics(registrationName="metrics", Input=mixture, Reference=mixture, **METRICS)
+    updated(FlowMatchingTrainer(registrationName="trainer", Input=reader, Samples=mixture, **TRAINER))
+    os.rename(TRAINER["ModelFileName"], "state_trained_first.safetensors")
+
+
+def updated(proxy):
+    proxy.UpdatePipeline()
+    return proxy
+
+
 def compare_with_written():
-    made, warped = FindSource("noise"), FindSource("warped")
-    assert made is not None and warped is not None, [name for name, _ in GetSources()]
-    for name, expected in PROPERTIES.items():
-        assert getattr(made, name) == expected, f"{name} is {getattr(made, name)}"
-    warped.UpdatePipeline()
+    for source, properties in PROPERTIES.items():
+        made = FindSource(source)
+        assert made is not None, [name for name, _ in GetSources()]
+        for name, expected in properties.items():
+            found = getattr(made, name)
+            assert (list(found) if isinstance(expected, list) else found) == expected, f"{source}: {name} is {found}"
+    mixture, expected = servermanager.Fetch(updated(FindSource("mixture"))), surfaces.read("state_mixture.vtp")
+    for name in ("Gaussians_3", "Gaussians_4"):
+        surfaces.assert_same(surfaces.array(mixture, name), surfaces.array(expected, name), name)
+    if WITH_NETWORKS:
+        compare_networks()
+    warped = updated(FindSource("warped"))
     found, expected = servermanager.Fetch(warped), surfaces.read("state_expected.vtp")
     for name in ("Bumps_5", "Bumps_6"):
         surfaces.assert_same(surfaces.array(found, name), surfaces.array(expected, name), name)
     surfaces.assert_same(
         surfaces.vtk_to_numpy(found.GetPoints().GetData()),
         surfaces.vtk_to_numpy(expected.GetPoints().GetData()), "points")
+
+
+def compare_networks():
+    deformer = FindSource("deformer")
+    deformer.UpdatePipeline(0.5)
+    way = surfaces.array(servermanager.Fetch(deformer).GetBlock(0), "Way")
+    surfaces.assert_same(way, np.load("state_way.npy"), "Way")
+    table = servermanager.Fetch(updated(FindSource("metrics")))
+    assert table.GetNumberOfRows() == 1 and table.GetValueByName(0, "MMD").ToDouble() == 0.0, "of an ensemble and itself"
+    updated(FindSource("trainer"))  # from its checkpoint
+    with open(TRAINER["ModelFileName"], "rb") as found, open("state_trained_first.safetensors", "rb") as expected:
+        assert found.read() == expected.read()
+    os.remove(TRAINER["ModelFileName"])
 
 
 def xml_state():
@@ -62,7 +149,7 @@ def python_state():
     LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
     with open("state.py", encoding="utf-8") as file:
         text = file.read()
-    assert "MaternNoise(" in text
+    assert "MaternNoise(" in text and "GaussianMixture(" in text
     exec(compile(text, "state.py", "exec"), dict(globals()))
     compare_with_written()
 

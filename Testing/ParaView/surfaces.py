@@ -61,6 +61,13 @@ def ball(size=24, centre=0.0):
     return mesh_of(points, triangles)
 
 
+def long_ball(size=10):
+    """A closed surface with two extremities: a ball stretched along z."""
+    mesh = ball(size)
+    vtk_to_numpy(mesh.GetPoints().GetData())[:, 2] *= 3.0
+    return mesh
+
+
 def fin():
     """Three triangles on one edge, which no surface has."""
     return mesh_of([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], [[0, 1, 2], [1, 0, 3], [0, 1, 4]])

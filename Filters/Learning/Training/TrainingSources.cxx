@@ -222,7 +222,8 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
   {
     throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
       " surfaces have different shapes (their second moments differ by " + Text(prepared.Frame.Shape.Spread) +
-      " of their trace); expected one shape, or an encoder that tells the network where on a surface it is.");
+      " of their trace); expected one shape, or an encoder that tells the network where on a surface it is: "
+      "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK.");
   }
   if (prepared.Frame.GeneratesPositions())
   {
