@@ -4,12 +4,12 @@
 namespace surfsynth
 {
 
-torch::Tensor CriticValue(TextureLevelImpl& critic, const FaceTables& tables, const torch::Tensor& features)
+torch::Tensor CriticValue(TextureLevelNetworkImpl& critic, const FaceTables& tables, const torch::Tensor& features)
 {
   return critic.forward(tables, features).mean();
 }
 
-torch::Tensor GradientPenalty(TextureLevelImpl& critic, const FaceTables& tables, const torch::Tensor& real,
+torch::Tensor GradientPenalty(TextureLevelNetworkImpl& critic, const FaceTables& tables, const torch::Tensor& real,
   const torch::Tensor& fake, double alpha)
 {
   const torch::Tensor between = (alpha * real + (1.0 - alpha) * fake).detach().requires_grad_();

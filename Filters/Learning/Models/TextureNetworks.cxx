@@ -9,7 +9,7 @@
 namespace surfsynth
 {
 
-TextureLevelImpl::TextureLevelImpl(const TextureChannels& channels)
+TextureLevelNetworkImpl::TextureLevelNetworkImpl(const TextureChannels& channels)
 {
   this->Layers = this->register_module("layers", torch::nn::ModuleList());
   for (std::size_t k = 0; k + 1 < channels.size(); ++k)
@@ -27,7 +27,7 @@ TextureLevelImpl::TextureLevelImpl(const TextureChannels& channels)
   }
 }
 
-torch::Tensor TextureLevelImpl::forward(const FaceTables& tables, const torch::Tensor& features)
+torch::Tensor TextureLevelNetworkImpl::forward(const FaceTables& tables, const torch::Tensor& features)
 {
   const std::size_t blocks = this->Layers->size() - 1;
   torch::Tensor x = features;
@@ -45,11 +45,11 @@ TextureNetworkImpl::TextureNetworkImpl(const GeometricTextureOptions& options, b
   for (std::int64_t level = 0; level < options.Levels; ++level)
   {
     this->Levels->push_back(
-      TextureLevel(discriminator ? options.DiscriminatorChannels(level) : options.GeneratorChannels(level)));
+      TextureLevelNetwork(discriminator ? options.DiscriminatorChannels(level) : options.GeneratorChannels(level)));
   }
 }
 
-torch::Tensor Displaced(TextureLevelImpl& level, const FaceTables& tables, const torch::Tensor& positions,
+torch::Tensor Displaced(TextureLevelNetworkImpl& level, const FaceTables& tables, const torch::Tensor& positions,
   const torch::Tensor& noise)
 {
   const torch::Tensor seen = noise.defined() ? positions + noise : positions;

@@ -18,18 +18,18 @@ namespace surfsynth
 
 /// The face convolutions of one level: those of blocks with norm and activation, named layers.J.0, and a last one without,
 /// named layers.J.
-class TextureLevelImpl : public torch::nn::Module
+class TextureLevelNetworkImpl : public torch::nn::Module
 {
 public:
   /// @param channels of edges, of triangles after each convolution, of the result: at least 3.
-  explicit TextureLevelImpl(const TextureChannels& channels);
+  explicit TextureLevelNetworkImpl(const TextureChannels& channels);
   /// @param features [F, 12] of EdgeFeatureTensor(). @returns [F, channels.back()]
   torch::Tensor forward(const FaceTables& tables, const torch::Tensor& features);
 
 private:
   torch::nn::ModuleList Layers;
 };
-TORCH_MODULE(TextureLevel);
+TORCH_MODULE(TextureLevelNetwork);
 
 /// A network for each level, named levels.L: names and shapes of the parameters are those of ExpectedTextureTensors().
 class TextureNetworkImpl : public torch::nn::Module
@@ -38,7 +38,7 @@ public:
   /// @throws InvalidInput as CheckOptions().
   TextureNetworkImpl(const GeometricTextureOptions& options, bool discriminator);
 
-  TextureLevelImpl& Level(std::size_t level) { return *this->Levels[level]->as<TextureLevelImpl>(); }
+  TextureLevelNetworkImpl& Level(std::size_t level) { return *this->Levels[level]->as<TextureLevelNetworkImpl>(); }
 
 private:
   torch::nn::ModuleList Levels;
@@ -47,7 +47,7 @@ TORCH_MODULE(TextureNetwork);
 
 /// Positions after a generator level: @p positions [V, 3] moved by what the level makes of their features, @p noise
 /// [V, 3] having been added to the positions that features are computed from. Undefined noise is none.
-torch::Tensor Displaced(TextureLevelImpl& level, const FaceTables& tables, const torch::Tensor& positions,
+torch::Tensor Displaced(TextureLevelNetworkImpl& level, const FaceTables& tables, const torch::Tensor& positions,
   const torch::Tensor& noise = {});
 
 /// The networks of a model, in float32 on the processor. @throws InvalidInput as CheckModel(), and when there is no
