@@ -22,8 +22,10 @@ struct SubdividedMesh
   std::vector<std::array<Index, 2>> Parents; ///< [E], the ends of the edge that vertex V + e lies on
 };
 
-/// Any triangle mesh, with or without boundary; an edge has one midpoint however many triangles share it. O(V + F).
-/// @throws InvalidInput when an id is out of range, or the result would have 2^31 vertices or more.
+/// Any triangle mesh, with or without boundary; an edge has one midpoint however many triangles share it. O(V + F) but for
+/// the sorting of the edges around each vertex.
+/// @throws InvalidInput when an id is out of range, a triangle uses a vertex twice, or the result would have 2^31 vertices
+/// or triangles, or more.
 SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh);
 
 } // namespace surfsynth

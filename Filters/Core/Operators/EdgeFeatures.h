@@ -4,6 +4,7 @@
 /// Synthesis" (Hertz et al. 2020, section 3).
 #pragma once
 
+#include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -20,8 +21,10 @@ struct FaceNeighbours
 };
 
 /// @param mesh with manifold edges; any vertex degree, open or closed. O(F), parallel.
-/// @throws InvalidInput when an edge has three triangles or more.
+/// @throws InvalidInput when an edge has three triangles or more, an id is out of range or a triangle uses a vertex twice.
 FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh);
+/// @param topology the tables of @p mesh
+FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopology& topology);
 
 /// Points in single precision, [V, 3], as networks see them.
 using SinglePoints = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
