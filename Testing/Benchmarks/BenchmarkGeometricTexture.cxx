@@ -22,8 +22,8 @@ std::shared_ptr<const GeometricTextureModel> PublishedTexture()
   return std::make_shared<const GeometricTextureModel>(test::RandomTexture(options));
 }
 
-/// Floating-point operations of the networks of all levels as their equations stand: for each triangle and each of its three
-/// neighbours one affine map of [neighbour, self], two operations for each weight.
+/// Floating-point operations of the networks of all levels as their equations stand: for each triangle and each of its
+/// three neighbours one affine map of [neighbour, self], two operations for each weight.
 double StraightforwardOperations(const GeometricTextureOptions& options, const TriangleMesh& mesh)
 {
   double operations = 0.0;
@@ -33,15 +33,15 @@ double StraightforwardOperations(const GeometricTextureOptions& options, const T
     const TextureChannels channels = options.GeneratorChannels(level);
     for (std::size_t j = 0; j + 1 < channels.size(); ++j)
     {
-      operations +=
-        triangles * 3.0 * 2.0 * static_cast<double>((j == 0 ? channels[j] : 2 * channels[j]) * channels[j + 1]);
+      operations += triangles * 3.0 * 2.0 *
+        static_cast<double>((j == 0 ? channels[j] : 2 * channels[j]) * channels[j + 1]);
     }
   }
   return operations;
 }
 
-/// Three levels, everything included. OfProductRate is the rate of the straightforward operations over what sgemm reaches on
-/// one thread in the same run.
+/// Three levels, everything included. OfProductRate is the rate of the straightforward operations over what sgemm
+/// reaches on one thread in the same run.
 void GeometricTexture(benchmark::State& state, const TriangleMesh& mesh)
 {
   const std::shared_ptr<const GeometricTextureModel> model = PublishedTexture();

@@ -49,7 +49,7 @@ const Eigen::Matrix3d& Rotation()
     Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
   return rotation;
 }
-}
+} // namespace
 
 TEST(EdgeFeatures, OfAPairAreAsByHand)
 {
@@ -167,8 +167,8 @@ TEST(MeanCornerDisplacement, TurnsWithTheMeshAndIsLinear)
   const SinglePoints still = MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, local);
   const SinglePoints moved = MeanCornerDisplacement(turned.Points.cast<float>(), mesh.Triangles, local);
   EXPECT_LE((moved - still * Rotation().transpose().cast<float>()).cwiseAbs().maxCoeff(), 2e-5F);
-  const SinglePoints twice =
-    MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, SinglePoints(2.0F * local));
+  const SinglePoints twice = MeanCornerDisplacement(
+    mesh.Points.cast<float>(), mesh.Triangles, SinglePoints(2.0F * local));
   EXPECT_LE((twice - 2.0F * still).cwiseAbs().maxCoeff(), 1e-6F);
 }
 
@@ -196,8 +196,8 @@ TEST(MeanCornerDisplacement, AtAPoleOfThirtyTrianglesIsTheirMean)
 TEST(MeanCornerDisplacement, LeavesUnusedVerticesAlone)
 {
   const TriangleMesh mesh = test::WithUnreferencedPoints(test::Icosphere(1));
-  const SinglePoints moved =
-    MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, Numbers(mesh.Triangles.rows(), 3));
+  const SinglePoints moved = MeanCornerDisplacement(
+    mesh.Points.cast<float>(), mesh.Triangles, Numbers(mesh.Triangles.rows(), 3));
   EXPECT_EQ(moved.row(0).norm(), 0.0F);
   EXPECT_GT(moved.row(1).norm(), 0.0F);
 }
@@ -209,8 +209,7 @@ TEST(EdgeFeatures, AreTheSameForEveryNumberOfThreads)
   const auto with = [&](int threads)
   {
     const ThreadScope scope(threads);
-    return std::make_pair(
-      Features(mesh), MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, local));
+    return std::make_pair(Features(mesh), MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, local));
   };
   const auto one = with(1);
   const auto two = with(2);

@@ -49,8 +49,8 @@ SubdividedMesh Defined(const TriangleMesh& mesh)
   result.Mesh.Points.topRows(mesh.NumberOfPoints()) = mesh.Points;
   for (std::size_t e = 0; e < result.Parents.size(); ++e)
   {
-    result.Mesh.Points.row(mesh.NumberOfPoints() + static_cast<Index>(e)) =
-      (mesh.Points.row(result.Parents[e][0]) + mesh.Points.row(result.Parents[e][1])) / 2.0;
+    result.Mesh.Points.row(mesh.NumberOfPoints() +
+      static_cast<Index>(e)) = (mesh.Points.row(result.Parents[e][0]) + mesh.Points.row(result.Parents[e][1])) / 2.0;
   }
   return result;
 }
@@ -76,11 +76,10 @@ TriangleMesh Fan()
 }
 
 class SubdivisionOfSuite : public testing::TestWithParam<std::string>
-{
-};
+{};
 INSTANTIATE_TEST_SUITE_P(
   Suite, SubdivisionOfSuite, testing::ValuesIn(test::SuiteNames()), [](const auto& info) { return info.param; });
-}
+} // namespace
 
 TEST(MidpointSubdivision, OfOneTriangleIsAsPublished)
 {

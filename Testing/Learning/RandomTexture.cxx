@@ -24,13 +24,13 @@ std::map<std::string, ModelTensor> RandomTensors(
     ++seed;
     for (std::size_t k = 0; k < tensor.Values.size(); ++k)
     {
-      tensor.Values[k] =
-        static_cast<float>((last ? 0.1 : 1.0) * Uniform(seed, k) / std::sqrt(static_cast<double>(inputs)));
+      tensor.Values[k] = static_cast<float>(
+        (last ? 0.1 : 1.0) * Uniform(seed, k) / std::sqrt(static_cast<double>(inputs)));
     }
   }
   return tensors;
 }
-}
+} // namespace
 
 GeometricTextureOptions SmallTexture()
 {

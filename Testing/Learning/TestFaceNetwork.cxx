@@ -91,8 +91,7 @@ struct Case
     : Mesh(mesh)
     , Neighbours(ComputeFaceNeighbours(mesh))
     , Features(ComputeEdgeFeatures(mesh.Points.cast<float>(), mesh.Triangles, this->Neighbours))
-  {
-  }
+  {}
 };
 
 FaceNetwork::Output Run(const GeometricTextureModel& model, std::int64_t level, const Case& input, int threads = 1)
@@ -101,7 +100,7 @@ FaceNetwork::Output Run(const GeometricTextureModel& model, std::int64_t level, 
   const SingleThreadedBlas blas;
   return FaceNetwork(model.Generator, level, model.Options.Layers).Run(input.Features, input.Neighbours.Faces);
 }
-}
+} // namespace
 
 TEST(FaceNetwork, IsWhatItsDefinitionSays)
 {
@@ -113,8 +112,8 @@ TEST(FaceNetwork, IsWhatItsDefinitionSays)
     const Case input(mesh);
     for (const std::int64_t level : { 0, 1 })
     {
-      const Rows expected =
-        Defined(model.Generator, level, model.Options.Layers, input.Features, input.Neighbours.Faces);
+      const Rows expected = Defined(
+        model.Generator, level, model.Options.Layers, input.Features, input.Neighbours.Faces);
       const Rows found = Run(model, level, input).cast<double>();
       ASSERT_EQ(found.rows(), expected.rows());
       EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm()) << mesh.NumberOfTriangles();
@@ -128,8 +127,7 @@ TEST(FaceNetwork, DiscriminatorsHaveOneOutput)
   const Case input(test::BumpySurface(1));
   const FaceNetwork network(model.Discriminator, 1, model.Options.Layers);
   const Rows found = network.Run(input.Features, input.Neighbours.Faces).cast<double>();
-  const Rows expected =
-    Defined(model.Discriminator, 1, model.Options.Layers, input.Features, input.Neighbours.Faces);
+  const Rows expected = Defined(model.Discriminator, 1, model.Options.Layers, input.Features, input.Neighbours.Faces);
   ASSERT_EQ(found.cols(), 1);
   EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm());
 }

@@ -95,7 +95,8 @@ std::string MessageOfCheck(const std::function<void(GeometricTextureModel&)>& ch
   return "accepted";
 }
 
-void ExpectSameTensors(const std::map<std::string, ModelTensor>& found, const std::map<std::string, ModelTensor>& written)
+void ExpectSameTensors(
+  const std::map<std::string, ModelTensor>& found, const std::map<std::string, ModelTensor>& written)
 {
   ASSERT_EQ(found.size(), written.size());
   for (const auto& [name, tensor] : written)
@@ -104,7 +105,7 @@ void ExpectSameTensors(const std::map<std::string, ModelTensor>& found, const st
     EXPECT_EQ(found.at(name).Values, tensor.Values) << name;
   }
 }
-}
+} // namespace
 
 TEST(GeometricTextureOptions, ChannelsFollowThePublishedRule)
 {
@@ -147,8 +148,8 @@ TEST(GeometricTextureModel, WhatIsWrittenIsRead)
   EXPECT_EQ(read.Template.Points, model.Template.Points) << "in double";
   EXPECT_EQ(read.Template.Triangles, model.Template.Triangles);
   EXPECT_EQ(read.ReconstructionNoise, model.ReconstructionNoise);
-  EXPECT_EQ(read.Description(),
-    "\"pebbles\": 2 levels of 4 convolutions with up to 8 channels; template of 20 triangles");
+  EXPECT_EQ(
+    read.Description(), "\"pebbles\": 2 levels of 4 convolutions with up to 8 channels; template of 20 triangles");
 }
 
 TEST(GeometricTextureModel, AGeneratorAloneIsAModel)
@@ -216,8 +217,7 @@ TEST(GeometricTextureModel, TensorsThatDoNotFitAreNamed)
 {
   EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors.erase("levels.0.layers.0.0.conv.bias"); }),
     HasSubstr("\"levels.0.layers.0.0.conv.bias\" [6] is missing"));
-  EXPECT_THAT(
-    MessageWithTensor("levels.0.layers.0.0.conv.bias", TensorData::FromFloat32({ 2 }, { 1.0F, 2.0F })),
+  EXPECT_THAT(MessageWithTensor("levels.0.layers.0.0.conv.bias", TensorData::FromFloat32({ 2 }, { 1.0F, 2.0F })),
     HasSubstr("is [2] instead of [6]"));
   EXPECT_THAT(MessageWithTensor("levels.2.layers.0.0.conv.bias", TensorData::FromFloat32({ 1 }, { 1.0F })),
     HasSubstr("\"levels.2.layers.0.0.conv.bias\" does not belong to it"));
@@ -250,7 +250,9 @@ TEST(GeometricTextureModel, ABrokenTemplateIsNamed)
   const auto withTriangle = [](std::vector<std::int64_t> ids)
   {
     return MessageAfter(
-      [&](Tensors& tensors, Metadata&) { tensors["template.triangles"] = TensorData::FromInt64({ 1, 3 }, ids); });
+      [&](Tensors& tensors, Metadata&) {
+        tensors["template.triangles"] = TensorData::FromInt64({ 1, 3 }, ids);
+      });
   };
   EXPECT_EQ(withTriangle({ 0, 1, 2 }), "accepted");
   EXPECT_THAT(withTriangle({ 0, 1, 12 }), HasSubstr("the template is broken"));
@@ -267,7 +269,8 @@ TEST(GeometricTextureModel, ABrokenTemplateIsNamed)
     HasSubstr("\"template.points\" is [3] instead of [3, 3]"));
   std::vector<double> points(36, 1.0);
   points[7] = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(MessageWithTensor("template.points", TensorData::FromFloat64({ 12, 3 }, points)), HasSubstr("FormatError"));
+  EXPECT_THAT(
+    MessageWithTensor("template.points", TensorData::FromFloat64({ 12, 3 }, points)), HasSubstr("FormatError"));
 }
 
 TEST(GeometricTextureModel, ModelsMadeByHandAreChecked)
@@ -275,7 +278,8 @@ TEST(GeometricTextureModel, ModelsMadeByHandAreChecked)
   EXPECT_EQ(MessageOfCheck([](GeometricTextureModel&) {}), "accepted");
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Options.Levels = 3; }),
     AllOf(HasSubstr("of the generator are not those of the options"), HasSubstr("levels.2")));
-  EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Discriminator.erase(model.Discriminator.begin()); }),
+  EXPECT_THAT(
+    MessageOfCheck([](GeometricTextureModel& model) { model.Discriminator.erase(model.Discriminator.begin()); }),
     HasSubstr("of the discriminator"));
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Generator.begin()->second.Values.pop_back(); }),
     HasSubstr("finite ones"));
@@ -285,8 +289,7 @@ TEST(GeometricTextureModel, ModelsMadeByHandAreChecked)
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Name.clear(); }), HasSubstr("expected a name"));
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.ReconstructionNoise.conservativeResize(3, 3); }),
     HasSubstr("noise at 3"));
-  EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model)
-                { model.Template.Triangles.row(0).reverseInPlace(); }),
+  EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Template.Triangles.row(0).reverseInPlace(); }),
     HasSubstr("the template is broken"));
 }
 

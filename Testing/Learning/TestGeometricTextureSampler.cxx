@@ -91,15 +91,14 @@ std::string MessageOf(const Call& call)
   }
   return "accepted";
 }
-}
+} // namespace
 
 // --- Levels ---------------------------------------------------------------------------------------------------------
 
 TEST(GeometricTextureSampler, EachLevelButTheFirstRefines)
 {
   std::vector<TextureLevel> levels;
-  const TextureLevel last =
-    Sampler().Grow(Surface(), {}, [&](const TextureLevel& level) { levels.push_back(level); });
+  const TextureLevel last = Sampler().Grow(Surface(), {}, [&](const TextureLevel& level) { levels.push_back(level); });
   ASSERT_EQ(levels.size(), 2U);
   for (int k = 0; k < 2; ++k)
   {
@@ -151,8 +150,7 @@ TEST(GeometricTextureSampler, TurnsAndMovesWithTheMesh)
   {
     TriangleMesh moved = mesh;
     moved.Points = (mesh.Points * rotation.transpose()).rowwise() + offset;
-    const PointMatrix expected =
-      (Grown(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() + offset;
+    const PointMatrix expected = (Grown(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() + offset;
     EXPECT_LE((Grown(moved, WithoutNoise()).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(mesh));
   }
 }
@@ -368,8 +366,10 @@ TEST(GeometricTextureSampler, RequestsOutOfTheirRangeAreNamed)
   };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(message([](GeometricTextureRequest& r) { r.StartLevel = -1; }), HasSubstr("the first level is -1"));
-  EXPECT_THAT(message([](GeometricTextureRequest& r) { r.Interpolation = 1.5; }), HasSubstr("the interpolation is 1.5"));
-  EXPECT_THAT(message([](GeometricTextureRequest& r) { r.Interpolation = nan; }), HasSubstr("the interpolation is nan"));
+  EXPECT_THAT(
+    message([](GeometricTextureRequest& r) { r.Interpolation = 1.5; }), HasSubstr("the interpolation is 1.5"));
+  EXPECT_THAT(
+    message([](GeometricTextureRequest& r) { r.Interpolation = nan; }), HasSubstr("the interpolation is nan"));
   EXPECT_THAT(message([](GeometricTextureRequest& r) { r.NoiseAmplitude = nan; }), HasSubstr("amplitude of the noise"));
   EXPECT_THAT(message([](GeometricTextureRequest& r) { r.Mask = Eigen::VectorXf::Ones(3); }),
     HasSubstr("the mask has 3 values; expected 42"));
@@ -409,13 +409,17 @@ TEST(GeometricTextureSampler, AModelThatDoesNotFitIsRefused)
 TEST(GeometricTextureSampler, ProgressRisesAndCanStop)
 {
   std::vector<double> reports;
-  Sampler().Grow(Surface(), {}, {}, [&](double fraction) { reports.push_back(fraction); return true; });
+  Sampler().Grow(Surface(), {}, {},
+    [&](double fraction)
+    {
+      reports.push_back(fraction);
+      return true;
+    });
   EXPECT_GE(reports.size(), 20U);
   EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
   EXPECT_NEAR(reports.back(), 1.0, 1e-12);
   for (const double stop : { 0.0, 0.4, 0.9 })
   {
-    EXPECT_THROW(
-      Sampler().Grow(Surface(), {}, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+    EXPECT_THROW(Sampler().Grow(Surface(), {}, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Geometric textures against the numbers of the published implementation: tables, features, convolutions and vertices of
-// three levels. `ref.*` of the fixture was computed there in float64 from the same float32 inputs. README.md tables the
-// limits.
+// Geometric textures against the numbers of the published implementation: tables, features, convolutions and vertices
+// of three levels. `ref.*` of the fixture was computed there in float64 from the same float32 inputs. README.md tables
+// the limits.
 #include "Fixtures.h"
 
 #include "Core/Mesh/MidpointSubdivision.h"
@@ -61,16 +61,14 @@ protected:
     const Eigen::Index rows = this->File->Entry(name).Shape[0];
     return Eigen::Map<const FixtureMatrix>(numbers.data(), rows, static_cast<Eigen::Index>(numbers.size()) / rows);
   }
-  TriangleMatrix Triangles(const std::string& name) const
-  {
-    return this->IntegerMatrix(name).cast<Index>();
-  }
+  TriangleMatrix Triangles(const std::string& name) const { return this->IntegerMatrix(name).cast<Index>(); }
   TriangleMesh Input() const { return { this->Matrix("in.vs_unit_edge"), this->Triangles("in.faces") }; }
   /// The mesh that a step was given by the published code.
   TriangleMesh MeshOf(int step) const
   {
-    return step == 0 ? this->Input()
-                     : TriangleMesh{ this->Matrix(this->Name(step, "vs_in")), this->Triangles(this->Name(step, "faces")) };
+    return step == 0
+      ? this->Input()
+      : TriangleMesh{ this->Matrix(this->Name(step, "vs_in")), this->Triangles(this->Name(step, "faces")) };
   }
   /// [V, 3], or without rows where the step had none.
   SinglePoints Noise(int step) const
@@ -91,7 +89,7 @@ protected:
   std::optional<SafetensorsFile> File;
   GeometricTextureModel Model;
 };
-}
+} // namespace
 
 TEST_F(GeometricTextureParity, TheFrameOfTheInput)
 {
@@ -157,11 +155,11 @@ TEST_F(GeometricTextureParity, DisplacementsInTheFramesOfFaces)
     const EdgeFeatureMatrix features = ComputeEdgeFeatures(this->NoisedPoints(step), mesh.Triangles, neighbours);
     const SinglePoints local = network.Run(features, neighbours.Faces);
     const double limit = step == 0 ? 1e-5 : 1e-4;
-    EXPECT_LE(
-      RelativeError(local.cast<double>(), this->Transposed("ref." + this->Name(step, "deltas"))), limit) << step;
+    EXPECT_LE(RelativeError(local.cast<double>(), this->Transposed("ref." + this->Name(step, "deltas"))), limit)
+      << step;
     const SinglePoints displacement = MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, local);
-    EXPECT_LE(
-      RelativeError(displacement.cast<double>(), this->Matrix(this->Name(step, "vertex_displacement"))), limit) << step;
+    EXPECT_LE(RelativeError(displacement.cast<double>(), this->Matrix(this->Name(step, "vertex_displacement"))), limit)
+      << step;
   }
 }
 

@@ -57,7 +57,7 @@ std::vector<Index> NumberMidpoints(
   }
   return midpoints;
 }
-}
+} // namespace
 
 SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh)
 {

@@ -54,7 +54,7 @@ Index OppositeCorner(const TriangleMatrix& triangles, Index triangle, Index a, I
   const Index* corners = triangles.data() + 3 * static_cast<std::size_t>(triangle);
   return *std::find_if(corners, corners + 3, [&](Index v) { return v != a && v != b; });
 }
-}
+} // namespace
 
 FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh)
 {

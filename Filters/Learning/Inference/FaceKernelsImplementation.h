@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The body of the face kernels, included once for each instruction set by a file that defines SURFSYNTH_KERNELS (the table
-/// to define). Includes no standard header, as in ActivationKernelsImplementation.h.
+/// The body of the face kernels, included once for each instruction set by a file that defines SURFSYNTH_KERNELS (the
+/// table to define). Includes no standard header, as in ActivationKernelsImplementation.h.
 #pragma once
 
 #include "Learning/Inference/FaceKernels.h"
@@ -15,10 +15,7 @@ using Size = std::int64_t;
 
 constexpr float Slope = 0.2F; // of LeakyReLU below 0
 
-inline float Larger(float a, float b)
-{
-  return a > b ? a : b;
-}
+inline float Larger(float a, float b) { return a > b ? a : b; }
 
 inline float EdgeMap(const float* edge, const float* matrix, Size width, Size c)
 {
@@ -86,7 +83,7 @@ void Normalise(const float* values, Size stride, const float* __restrict__ mean,
     }
   }
 }
-}
+} // namespace
 
 extern const FaceKernels SURFSYNTH_KERNELS = { EdgeMaps, GatherMax, AddMoments, Normalise };
 

@@ -34,10 +34,9 @@ float* Scratch(std::int64_t size)
   }
   return scratch.data();
 }
-}
+} // namespace
 
-FaceNetwork::FaceNetwork(
-  const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers)
+FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers)
   : Kernels(BestFaceKernels())
 {
   for (std::int64_t j = 0; j < layers - 1; ++j)
@@ -83,7 +82,7 @@ FaceNetwork::Moments FaceNetwork::FirstMoments(const EdgeFeatureMatrix& features
   return moments;
 }
 
-FaceNetwork::Norm FaceNetwork::Summarise(const Moments& moments, std::int64_t faces, std::int64_t width) const
+FaceNetwork::Norm FaceNetwork::Summarise(const Moments& moments, std::int64_t faces, std::int64_t width)
 {
   std::vector<double> total(static_cast<std::size_t>(2 * width), 0.0);
   for (std::size_t k = 0; k < moments.size(); ++k)
@@ -131,8 +130,7 @@ void FaceNetwork::MultiplyCompleted(
     });
 }
 
-FaceNetwork::Moments FaceNetwork::Complete(
-  const Layer& layer, const TriangleMatrix& neighbours, float* products) const
+FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMatrix& neighbours, float* products) const
 {
   const std::int64_t faces = neighbours.rows();
   Moments moments(static_cast<std::size_t>((faces + TileRows - 1) / TileRows * 2 * layer.Width));
@@ -148,19 +146,12 @@ FaceNetwork::Moments FaceNetwork::Complete(
   return moments;
 }
 
-FaceNetwork::Output FaceNetwork::LastRows(const float* products, std::int64_t faces) const
-{
-  const std::int64_t width = this->Layers.back().Width;
-  using Products = Eigen::Map<const Output, 0, Eigen::OuterStride<>>;
-  return Products(products, faces, width, Eigen::OuterStride<>(2 * width));
-}
-
 FaceNetwork::Output FaceNetwork::Run(
   const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours, const Progress& progress) const
 {
   const std::int64_t faces = features.rows();
   const auto layers = static_cast<double>(this->Layers.size());
-  Norm norm = this->Summarise(this->FirstMoments(features), faces, this->Layers.front().Width);
+  Norm norm = Summarise(this->FirstMoments(features), faces, this->Layers.front().Width);
   Report(progress, 1.0 / layers);
   LargeArray<float> products;
   for (std::size_t j = 1; j < this->Layers.size(); ++j)
@@ -177,10 +168,12 @@ FaceNetwork::Output FaceNetwork::Run(
     }
     products = std::move(next);
     Report(progress, (static_cast<double>(j) + 0.5) / layers);
-    norm = this->Summarise(this->Complete(layer, neighbours, products.data()), faces, layer.Width);
+    norm = Summarise(this->Complete(layer, neighbours, products.data()), faces, layer.Width);
     Report(progress, (static_cast<double>(j) + 1.0) / layers);
   }
-  return this->LastRows(products.data(), faces);
+  const std::int64_t outputs = this->Layers.back().Width;
+  using Completed = Eigen::Map<const Output, 0, Eigen::OuterStride<>>;
+  return Completed(products.data(), faces, outputs, Eigen::OuterStride<>(2 * outputs));
 }
 
 } // namespace surfsynth

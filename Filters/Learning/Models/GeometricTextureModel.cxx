@@ -146,8 +146,8 @@ void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
       // What is no vertex id in any mesh stays none.
       return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
     });
-  model.ReconstructionNoise =
-    Eigen::Map<const SinglePoints>(noise.data(), static_cast<Eigen::Index>(noise.size() / 3), 3);
+  model.ReconstructionNoise = Eigen::Map<const SinglePoints>(
+    noise.data(), static_cast<Eigen::Index>(noise.size() / 3), 3);
 }
 
 void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const TensorShapes& expected, const char* network)
@@ -170,8 +170,8 @@ void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const Tenso
     {
       count *= extent;
     }
-    const bool finite =
-      std::all_of(tensor.Values.begin(), tensor.Values.end(), [](float value) { return std::isfinite(value); });
+    const bool finite = std::all_of(
+      tensor.Values.begin(), tensor.Values.end(), [](float value) { return std::isfinite(value); });
     if (static_cast<std::int64_t>(tensor.Values.size()) != count || !finite)
     {
       Refuse("\"" + name + "\" of the " + network + " has " + std::to_string(tensor.Values.size()) + " numbers" +
@@ -203,8 +203,8 @@ void CheckTemplate(const GeometricTextureModel& model)
   }
 }
 
-void AddTensors(const std::map<std::string, ModelTensor>& tensors, const std::string& prefix,
-  std::map<std::string, TensorData>& data)
+void AddTensors(
+  const std::map<std::string, ModelTensor>& tensors, const std::string& prefix, std::map<std::string, TensorData>& data)
 {
   for (const auto& [name, tensor] : tensors)
   {
@@ -217,14 +217,14 @@ void AddTemplate(const GeometricTextureModel& model, std::map<std::string, Tenso
   const PointMatrix& points = model.Template.Points;
   const TriangleMatrix& triangles = model.Template.Triangles;
   const SinglePoints& noise = model.ReconstructionNoise;
-  data[PointsName] =
-    TensorData::FromFloat64({ points.rows(), 3 }, std::vector<double>(points.data(), points.data() + points.size()));
+  data[PointsName] = TensorData::FromFloat64(
+    { points.rows(), 3 }, std::vector<double>(points.data(), points.data() + points.size()));
   data[TrianglesName] = TensorData::FromInt64(
     { triangles.rows(), 3 }, std::vector<std::int64_t>(triangles.data(), triangles.data() + triangles.size()));
-  data[NoiseName] =
-    TensorData::FromFloat32({ noise.rows(), 3 }, std::vector<float>(noise.data(), noise.data() + noise.size()));
+  data[NoiseName] = TensorData::FromFloat32(
+    { noise.rows(), 3 }, std::vector<float>(noise.data(), noise.data() + noise.size()));
 }
-}
+} // namespace
 
 TextureChannels GeometricTextureOptions::GeneratorChannels(std::int64_t level) const
 {
@@ -275,8 +275,8 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedTextureTensors(
   TensorShapes shapes;
   for (std::int64_t level = 0; level < options.Levels; ++level)
   {
-    const TextureChannels channels =
-      discriminator ? options.DiscriminatorChannels(level) : options.GeneratorChannels(level);
+    const TextureChannels channels = discriminator ? options.DiscriminatorChannels(level)
+                                                   : options.GeneratorChannels(level);
     for (std::int64_t j = 0; j < options.Layers - 1; ++j)
     {
       const TextureTensorNames names = NamesOfConvolution(level, j, options.Layers);
@@ -356,11 +356,10 @@ void WriteGeometricTexture(const std::string& path, const GeometricTextureModel&
   metadata["architecture"] = Architecture;
   metadata["format_version"] = FormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[Key] = nlohmann::json({ { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
-                                   { "start_channels", options.StartChannels },
-                                   { "least_channels", options.LeastChannels },
-                                   { "most_channels", options.MostChannels },
-                                   { "noise_amplitude", options.NoiseAmplitude } })
+  metadata[Key] = nlohmann::json(
+    { { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
+      { "start_channels", options.StartChannels }, { "least_channels", options.LeastChannels },
+      { "most_channels", options.MostChannels }, { "noise_amplitude", options.NoiseAmplitude } })
                     .dump();
   WriteSafetensors(path, tensors, metadata);
 }

@@ -18,8 +18,8 @@ namespace surfsynth
 /// Channels of the face convolutions of one level, input and output included: {4, 32, 32, 32, 32, 32, 3}.
 using TextureChannels = std::vector<std::int64_t>;
 
-/// The published rule: 4, then max(min(start 2^level, most) / 2^(i - 1), least) for i = 1 .. layers - 2, then 3 channels of a
-/// generator or 1 of a discriminator. Divisions are of whole numbers.
+/// The published rule: 4, then max(min(start 2^level, most) / 2^(i - 1), least) for i = 1 .. layers - 2, then 3
+/// channels of a generator or 1 of a discriminator. Divisions are of whole numbers.
 struct GeometricTextureOptions
 {
   std::int64_t Levels = 5;         ///< 1 to 16
@@ -46,8 +46,8 @@ struct TextureTensorNames
 TextureTensorNames NamesOfConvolution(std::int64_t level, std::int64_t convolution, std::int64_t layers);
 
 /// Shapes of all tensors of a generator or discriminator, by their published names: levels.L.layers.J.0.conv.weight
-/// [C', C, 1] and .bias [C'], and levels.L.layers.J.conv.* of the last convolution. Input channels of the first are 4, of
-/// the others twice the channels before.
+/// [C', C, 1] and .bias [C'], and levels.L.layers.J.conv.* of the last convolution. Input channels of the first are 4,
+/// of the others twice the channels before.
 std::map<std::string, std::vector<std::int64_t>> ExpectedTextureTensors(
   const GeometricTextureOptions& options, bool discriminator);
 
@@ -70,16 +70,17 @@ struct GeometricTextureModel
 /// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1"),
 /// `geometric_texture` (a JSON object with the numbers levels, layers, start_channels, least_channels, most_channels,
 /// noise_amplitude and the string name) and the tensors levels.* of the generator under their published names,
-/// discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and reconstruction_noise [V, 3], of
-/// which the last four may be absent, the three of the template together.
-/// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is not
-/// finite; ModelMismatch when it is another kind of model, naming what was found and what was expected.
+/// discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and reconstruction_noise [V,
+/// 3], of which the last four may be absent, the three of the template together.
+/// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is
+/// not finite; ModelMismatch when it is another kind of model, naming what was found and what was expected.
 GeometricTextureModel ReadGeometricTexture(const std::string& path);
 
 /// @throws InvalidInput naming what does not fit together.
 void CheckModel(const GeometricTextureModel& model);
 
-/// Writes a model file, weights and noise in float32, points in float64. @throws InvalidInput as CheckModel(), and when the file cannot be written.
+/// Writes a model file, weights and noise in float32, points in float64. @throws InvalidInput as CheckModel(), and when
+/// the file cannot be written.
 void WriteGeometricTexture(const std::string& path, const GeometricTextureModel& model);
 
 } // namespace surfsynth

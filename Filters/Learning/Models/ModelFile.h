@@ -24,12 +24,12 @@ std::string ShapeText(const std::vector<std::int64_t>& shape);
 /// when there is none.
 std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& found);
 
-/// @throws ModelMismatch unless the metadata say that it is this kind of model, in version 1. @p kind ends the message: "a
-/// flow matching model, as vtkFlowMatchingTrainer writes it".
+/// @throws ModelMismatch unless the metadata say that it is this kind of model, in version 1. @p kind ends the message:
+/// "a flow matching model, as vtkFlowMatchingTrainer writes it".
 void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind);
 
-/// Reads typed values of a JSON object that the metadata hold under a key. All throw ModelMismatch naming the value, what it
-/// is and what was expected.
+/// Reads typed values of a JSON object that the metadata hold under a key. All throw ModelMismatch naming the value,
+/// what it is and what was expected.
 class DescriptionReader
 {
 public:

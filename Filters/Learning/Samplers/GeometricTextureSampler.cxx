@@ -34,7 +34,8 @@ struct Levels
 }
 
 /// Adds @p weight times the normals of a seed.
-void AddNormals(const GeometricTextureRequest& request, std::uint64_t seed, int level, double weight, SinglePoints& noise)
+void AddNormals(
+  const GeometricTextureRequest& request, std::uint64_t seed, int level, double weight, SinglePoints& noise)
 {
   constexpr std::int64_t chunk = 4096; // a multiple of 4, as FillNormals() wants
   const std::int64_t points = noise.rows();
@@ -135,8 +136,8 @@ TextureLevel GrowLevels(TextureGrowth growth, const Levels& levels, const NoiseS
   for (int level = levels.First; level <= levels.Last; ++level)
   {
     const int step = level - levels.First;
-    const Progress part =
-      SubProgress(progress, (std::pow(4.0, step) - 1.0) / total, (std::pow(4.0, step + 1) - 1.0) / total);
+    const Progress part = SubProgress(
+      progress, (std::pow(4.0, step) - 1.0) / total, (std::pow(4.0, step + 1) - 1.0) / total);
     Report(part, 0.0);
     if (step > 0)
     {
@@ -155,7 +156,7 @@ TextureLevel GrowLevels(TextureGrowth growth, const Levels& levels, const NoiseS
   }
   return result;
 }
-}
+} // namespace
 
 GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const GeometricTextureModel> model)
   : Model(std::move(model))
@@ -173,8 +174,8 @@ TextureLevel GeometricTextureSampler::Grow(const TriangleMesh& mesh, const Geome
     NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
 }
 
-TextureLevel GeometricTextureSampler::Generate(int randomFrom, const GeometricTextureRequest& request,
-  const Observer& observe, const Progress& progress) const
+TextureLevel GeometricTextureSampler::Generate(
+  int randomFrom, const GeometricTextureRequest& request, const Observer& observe, const Progress& progress) const
 {
   const GeometricTextureModel& model = *this->Model;
   const TriangleMesh& mesh = model.Template;
@@ -193,12 +194,10 @@ TextureLevel GeometricTextureSampler::Generate(int randomFrom, const GeometricTe
   TextureFrame frame = FrameOf(mesh, topology);
   frame.Unit = 1.0; // the template comes in the units of the training
   const NoiseSource random = NoiseOf(request, model.Options.NoiseAmplitude);
-  const NoiseSource noise = [&](int level, int step, Index points)
-  {
+  const NoiseSource noise = [&](int level, int step, Index points) {
     return level >= randomFrom ? random(level, step, points) : level == 0 ? model.ReconstructionNoise : SinglePoints();
   };
-  return GrowLevels(
-    TextureGrowth(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
+  return GrowLevels(TextureGrowth(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
 }
 
 MeshRequirements GeometricTextureSampler::Requirements()

@@ -36,7 +36,7 @@ Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>
     });
   return fine;
 }
-}
+} // namespace
 
 TextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology)
 {
@@ -79,8 +79,7 @@ TextureGrowth::TextureGrowth(const GeometricTextureModel& model, const TriangleM
   , LastOffset(this->Offset)
   , Mask(std::move(mask))
   , Neighbours(ComputeFaceNeighbours(mesh, topology))
-{
-}
+{}
 
 SinglePoints TextureGrowth::LevelPoints() const
 {

@@ -41,16 +41,17 @@ public:
 
   /// The vertices as the network sees them: in units of the level, [V, 3].
   SinglePoints LevelPoints() const;
-  const SinglePoints& LocalDisplacement() const { return this->Local; } ///< [F, 3], in frames of edges, of the last Displace()
+  /// [F, 3], in the frames of edges, of the last Displace().
+  const SinglePoints& LocalDisplacement() const { return this->Local; }
   TextureLevel Result(int level) const;
 
 private:
   const GeometricTextureModel& Model;
   TextureFrame Frame;
-  double Doubling = 1.0;   ///< 2 to the number of refinements
-  TriangleMesh Base;       ///< without any displacement, in the caller's units: exact where nothing moves
-  PointMatrix Offset;      ///< [V, 3], all displacements so far, in units of the level
-  PointMatrix LastOffset;  ///< that of the last Displace()
+  double Doubling = 1.0;  ///< 2 to the number of refinements
+  TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves
+  PointMatrix Offset;     ///< [V, 3], all displacements so far, in units of the level
+  PointMatrix LastOffset; ///< that of the last Displace()
   SinglePoints Local;
   Eigen::VectorXf Mask;
   FaceNeighbours Neighbours;
