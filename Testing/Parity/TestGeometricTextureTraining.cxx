@@ -33,7 +33,9 @@ TriangleMesh ReadMesh(const SafetensorsFile& file, const std::string& points, co
 TextureNetwork ReadNetwork(const std::string& path, bool discriminator)
 {
   const SafetensorsFile file(path);
-  TextureNetwork network(GeometricTextureOptions(), discriminator);
+  GeometricTextureOptions options;
+  options.Levels = 2;
+  TextureNetwork network(options, discriminator);
   network->to(torch::kFloat64);
   const torch::NoGradGuard noGradients;
   for (auto& parameter : network->named_parameters())
