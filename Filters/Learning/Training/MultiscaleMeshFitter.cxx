@@ -169,6 +169,10 @@ TriangleMesh MakeTemplate(const MultiscaleFitOptions& options)
     case FitTemplate::Torus:
       return MakeTorus(options.TorusSegments);
     case FitTemplate::Given:
+      if (options.GivenTemplate.NumberOfTriangles() == 0)
+      {
+        throw InvalidInput("FitMultiscaleMesh: the given template has no triangle; expected a mesh.");
+      }
       RequireSoundMesh(options.GivenTemplate, GeometricTextureSampler::Requirements());
       return options.GivenTemplate;
     default:

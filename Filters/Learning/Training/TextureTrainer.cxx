@@ -46,7 +46,7 @@ SinglePoints NormalPoints(NormalKey key, std::int64_t vertices, double amplitude
   return points;
 }
 
-torch::Tensor ToTensor(const SinglePoints& points, const torch::Device& device)
+torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& device)
 {
   return torch::from_blob(const_cast<float*>(points.data()), { points.rows(), 3 }, torch::kFloat32)
     .to(device, torch::kFloat32, false, true);
@@ -187,7 +187,7 @@ void TextureTrainer::Internals::BeginLevel(std::int64_t level)
     return;
   }
   const torch::NoGradGuard noGradients;
-  torch::Tensor noise = ToTensor(this->ReconstructionNoise, this->Where);
+  torch::Tensor noise = NoiseTensor(this->ReconstructionNoise, this->Where);
   this->ReconstructionStart = this->Levels.Start;
   for (std::int64_t below = 0; below < level; ++below)
   {
@@ -205,7 +205,7 @@ torch::Tensor TextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t l
   key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
   key.Component = 3 * (static_cast<std::uint32_t>(slot) * MostLevels + static_cast<std::uint32_t>(level));
   const std::int64_t vertices = this->Levels.Data[static_cast<std::size_t>(level)].Tables.Vertices;
-  return ToTensor(NormalPoints(key, vertices, this->Options.Network.NoiseAmplitude), this->Where);
+  return NoiseTensor(NormalPoints(key, vertices, this->Options.Network.NoiseAmplitude), this->Where);
 }
 
 /// Positions of level + 1 from those of @p level, before it is displaced.
