@@ -26,6 +26,9 @@ FIXTURES = [
     "poissonnet/random_D_vertices",
     "dgts/generator_random",
     "dgts/inference__dragknob",
+    "dgts/discriminator_random",
+    "dgts/train_step",
+    "dgts/gt_losses",
 ]
 
 
@@ -43,6 +46,11 @@ def is_read_of_dgts(name):
 
 def is_read(fixture, name):
     """True for the tensors that the tests use."""
+    if fixture in {"dgts/train_step", "dgts/gt_losses"}:
+        # what float32 gives is not compared
+        return "f32." not in name and name not in {
+            "ref.edge_mean_std", "source.n_edges", "source.vertex2vertex", "source.vs", "target.vs", "real.level1_faces"
+        } and not name.endswith("norms")
     if fixture.startswith("dgts/"):
         return is_read_of_dgts(name)
     if name == "mesh.vertices" or ".head." in name and name.startswith("ref."):
@@ -68,7 +76,9 @@ def read(path):
 
 def rounded(name, tensor):
     kind, shape, data = tensor
-    if kind == "F64" and (".grad." in name or ".after3." in name):
+    if kind == "F64" and any(
+        part in name for part in (".grad.", ".after3.", ".grad_penalty_only.", ".after_step.")
+    ):
         count = len(data) // 8
         return "F32", shape, struct.pack(f"<{count}f", *struct.unpack(f"<{count}d", data))
     return tensor
