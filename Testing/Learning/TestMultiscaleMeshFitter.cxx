@@ -3,11 +3,14 @@
 #include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshCheck.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/MultiscaleMeshFitter.h"
 #include "Learning/Training/NearestPoints.h"
 
 #include <gtest/gtest.h>
+
+#include <Eigen/LU>
 
 #include <cmath>
 
@@ -39,7 +42,7 @@ TriangleMesh Egg()
 
 } // namespace
 
-TEST(NearestPoints, DistancesToACubeAreExact)
+TEST(NearestPoints, DistancesToAPatchAreExact)
 {
   const TriangleMesh patch = test::PlanePatch(4, 3, 2.0, 1.0);
   PointMatrix queries(4, 3);

@@ -353,7 +353,7 @@ void PrintUsage(std::ostream& stream)
     stream << "\nOptions of " << name << ", and what holds without them:\n";
     for (const auto& [option, known] : MakeCommand(name)->KnownOptions())
     {
-      stream << "  " << option << std::string(24 - option.size(), ' ') << known.Help << '\n';
+      stream << "  " << option << std::string(26 - option.size(), ' ') << known.Help << '\n';
     }
   }
 }
