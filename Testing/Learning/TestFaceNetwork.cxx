@@ -94,7 +94,7 @@ struct Case
   {}
 };
 
-FaceNetwork::Output Run(const GeometricTextureModel& model, std::int64_t level, const Case& input, int threads = 1)
+FaceNetwork::Output OutputOf(const GeometricTextureModel& model, std::int64_t level, const Case& input, int threads = 1)
 {
   const ThreadScope scope(threads);
   const SingleThreadedBlas blas;
@@ -114,7 +114,7 @@ TEST(FaceNetwork, IsWhatItsDefinitionSays)
     {
       const Rows expected = Defined(
         model.Generator, level, model.Options.Layers, input.Features, input.Neighbours.Faces);
-      const Rows found = Run(model, level, input).cast<double>();
+      const Rows found = OutputOf(model, level, input).cast<double>();
       ASSERT_EQ(found.rows(), expected.rows());
       EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm()) << mesh.NumberOfTriangles();
     }
@@ -139,16 +139,16 @@ TEST(FaceNetwork, TwoConvolutionsAreTheShortest)
   const GeometricTextureModel model = test::RandomTexture(options);
   const Case input(test::BumpySurface(1));
   const Rows expected = Defined(model.Generator, 0, 3, input.Features, input.Neighbours.Faces);
-  EXPECT_LE((Run(model, 0, input).cast<double>() - expected).norm(), 1e-5 * expected.norm());
+  EXPECT_LE((OutputOf(model, 0, input).cast<double>() - expected).norm(), 1e-5 * expected.norm());
 }
 
 TEST(FaceNetwork, HasTheSameBitsForEveryNumberOfThreads)
 {
   const GeometricTextureModel model = test::RandomTexture();
   const Case input(test::BumpySurface(4)); // several tiles
-  const FaceNetwork::Output one = Run(model, 1, input, 1);
-  EXPECT_EQ(one, Run(model, 1, input, 2));
-  EXPECT_EQ(one, Run(model, 1, input, 3));
+  const FaceNetwork::Output one = OutputOf(model, 1, input, 1);
+  EXPECT_EQ(one, OutputOf(model, 1, input, 2));
+  EXPECT_EQ(one, OutputOf(model, 1, input, 3));
 }
 
 TEST(FaceKernels, AllInstructionSetsAgree)
