@@ -247,12 +247,9 @@ private:
   vtkFlowMatchingTrainer* Self;
   std::optional<SignalDataset> Data;
   std::exception_ptr Failure;
-  surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{ [](const std::string& path) {
-                                                                 return surfsynth::ReadPoissonNet(path);
-                                                               },
-    "EncoderFileName must name a PoissonNet in safetensors format; \"python3 -m surfacesynthesis convert\" makes one "
-    "of "
-    "a PyTorch checkpoint." };
+  static surfsynth::PoissonNetModel ReadEncoder(const std::string& path) { return surfsynth::ReadPoissonNet(path); }
+  surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{ ReadEncoder,
+    "EncoderFileName must name a PoissonNet in safetensors format, as \"surfacesynthesis-train encoding\" writes it." };
 };
 
 vtkFlowMatchingTrainer::vtkFlowMatchingTrainer()

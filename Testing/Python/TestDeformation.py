@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""surfacesynthesis.deform(), sample_signal() and the command ``deform``."""
+"""surfacesynthesis.deform(), sample_signal() and the commands ``deform`` and ``sample``."""
 
 import json
 
@@ -207,6 +207,19 @@ def test_command_writes_samples_and_trajectories_by_number(files, model):
     assert sorted(path.name for path in folder.glob("t_*")) == ["t_0.vtp", "t_1.vtp", "t_2.vtp"]
     assert main(["deform", source, str(folder / "u.vtm"), "--trajectory", "--samples", "2", *options]) == 0
     assert read_mesh(folder / "u_1.vtm").GetNumberOfBlocks() == 2
+
+
+def test_command_samples_signals(files, mixture, capsys):
+    source, folder = files
+    target = str(folder / "signal.vtp")
+    assert main(["sample", source, target, "--model", str(mixture), "--seed", "2", "--steps", "3", "--name", "Heat"]) == 0
+    assert '"Mixture"' in capsys.readouterr().out
+    found = vtk_to_numpy(read_mesh(target).GetPointData().GetArray("Heat"))
+    expected = sample_signal(read_mesh(source), mixture, seed=2, steps=3)
+    assert np.array_equal(found, vtk_to_numpy(expected.GetPointData().GetArray("Mixture")))
+    assert main(["sample", source, str(folder / "s.vtm"), "--model", str(mixture), "--samples", "2", "--steps", "1"]) == 0
+    assert read_mesh(folder / "s.vtm").GetNumberOfBlocks() == 2
+    assert main(["sample", source, target, "--model", str(mixture), "--name", ""]) == 2
 
 
 def test_command_says_what_is_wrong(files, model, mixture, capsys):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``deform``."""
+"""The commands ``deform`` and ``sample``."""
 
 import os
 import time
@@ -9,29 +9,45 @@ from .common import UsageError, add_command, add_running_options, as_usage, read
 _DESCRIPTION = """\
 Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations. Works on any
 triangulation of the shape that the model was trained on."""
-_EXAMPLES = """\
+_SAMPLE_DESCRIPTION = """\
+Generates a signal on a surface at random, as a flow matching model has learned it: values at its points, with any number
+of components. Works on any triangulation of the shape that the model was trained on."""
+_FILES = """\
 files: the format follows from the extension.
   .vtp .vtk               keep displacement, noise and area ratios as arrays
   .ply                    keeps the arrays of the points
-  .stl .obj .off          keep the shape only
+  .stl .obj .off          keep the shape only{lost}
   .vtm (.vtk)             composite datasets, processed block by block; and several samples in one file
 
 Several samples go to one .vtm file, a block for each, or to OUTPUT_0, OUTPUT_1, ... by number. With --trajectory the
 states at flow times 0, 1 / STEPS, ..., 1 go to OUTPUT_0, OUTPUT_1, ..., which ParaView opens as a series in time.
-
+"""
+_EXAMPLES = """
 examples:
   %(prog)s body.ply pose.ply --model poses.safetensors --seed 3
   %(prog)s body.ply poses.vtm --model poses.safetensors --samples 8
   %(prog)s body.ply denoising.vtp --model poses.safetensors --steps 50 --trajectory
 """
+_SAMPLE_EXAMPLES = """
+examples:
+  %(prog)s heart.vtp heat.vtp --model heat.safetensors --seed 3
+  %(prog)s heart.vtp ensemble.vtm --model heat.safetensors --samples 50
+"""
 
 
 def add(commands):
-    """Adds the command to the parser."""
-    parser = add_command(
-        commands, "deform", "INPUT OUTPUT --model FILE", "deform a surface by a trained model", _DESCRIPTION, _EXAMPLES
-    )
-    parser.set_defaults(run=run)
+    """Adds both commands to the parser."""
+    files = _FILES.format(lost="")
+    parser = _add(commands, "deform", "deform a surface by a trained model", _DESCRIPTION, files + _EXAMPLES)
+    parser.set_defaults(run=run, configure="configured_deformer")
+    files = _FILES.format(lost=", without the signal").replace("displacement, noise and area ratios", "signal and noise")
+    parser = _add(commands, "sample", "generate a signal by a trained model", _SAMPLE_DESCRIPTION, files + _SAMPLE_EXAMPLES)
+    parser.set_defaults(run=run, configure="configured_sampler")
+    parser.add_argument("--name", metavar="NAME", help="of the array with the signal (default: that in the model file)")
+
+
+def _add(commands, name, text, description, epilog):
+    parser = add_command(commands, name, "INPUT OUTPUT --model FILE", text, description, epilog)
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     flow = parser.add_argument_group("flow")
@@ -39,7 +55,7 @@ def add(commands):
     flow.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
     flow.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     flow.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
-    flow.add_argument("--steps", type=int, default=20, metavar="N", help="steps from noise to shape (default: 20)")
+    flow.add_argument("--steps", type=int, default=20, metavar="N", help="steps from noise to sample (default: 20)")
     flow.add_argument(
         "--integrator",
         default="midpoint",
@@ -50,16 +66,18 @@ def add(commands):
     output = parser.add_argument_group("output")
     output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
     add_running_options(output)
+    return parser
 
 
 def run(arguments):
-    """The command ``deform``; returns the line to print."""
-    from .. import files
-    from ..deformation import configured_deformer, flow_times
+    """The command ``deform`` or ``sample``; returns the line to print."""
+    from .. import deformation, files
+    from ..deformation import flow_times
 
     started = time.monotonic()
+    named = {"name": arguments.name} if getattr(arguments, "name", None) is not None else {}
     algorithm = as_usage(
-        configured_deformer,
+        getattr(deformation, arguments.configure),
         arguments.model,
         seed=arguments.seed,
         samples=arguments.samples,
@@ -67,6 +85,7 @@ def run(arguments):
         steps=arguments.steps,
         integrator=arguments.integrator,
         trajectory=arguments.trajectory,
+        **named,
     )
     as_usage(files.extension, arguments.input)
     kind = as_usage(files.extension, arguments.output)
