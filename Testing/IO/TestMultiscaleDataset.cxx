@@ -26,7 +26,8 @@ MultiscaleDataset TwoLevels()
   mesh.Triangles.resize(4, 3);
   mesh.Triangles << 0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3;
   MultiscaleDataset dataset;
-  dataset.Levels = { mesh, SubdivideAtMidpoints(mesh).Mesh };
+  dataset.Levels.push_back(mesh);
+  dataset.Levels.push_back(SubdivideAtMidpoints(mesh).Mesh);
   dataset.Levels[1].Points(7, 2) += 0.125;
   dataset.Template = mesh;
   dataset.Template.Points *= 0.3;

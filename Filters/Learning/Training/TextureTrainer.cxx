@@ -5,14 +5,11 @@
 #include "Core/Random/CounterUniforms.h"
 #include "Learning/Losses/TextureLosses.h"
 #include "Learning/Models/InitialWeights.h"
-#include "Learning/Training/AdamMoments.h"
 #include "Learning/Training/NetworkTraining.h"
-#include "Learning/Training/TextureLevels.h"
+#include "Learning/Training/TextureTrainerInternals.h"
 
 #include <cmath>
 #include <limits>
-#include <map>
-#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -21,9 +18,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* LossesName = "losses";
-/// CriticLoss, GradientPenalty, AdversarialLoss, ReconstructionLoss: what cannot be computed from the iteration.
-constexpr std::int64_t LossColumns = 4;
 /// Largest number of levels, and of steps of each kind in an iteration: coordinates of noise are made of both.
 constexpr std::uint32_t MostLevels = 16;
 
@@ -100,49 +94,6 @@ void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
   }
 }
 }
-
-class TextureTrainer::Internals
-{
-public:
-  Internals(const MultiscaleDataset& dataset, const TextureTrainingOptions& options);
-
-  TextureTrainingStep Step();
-  std::int64_t Done() const { return static_cast<std::int64_t>(this->History.size()); }
-  std::int64_t Iterations() const { return this->Options.Network.Levels * this->Options.IterationsPerLevel; }
-  std::map<std::string, std::string> Recipe() const;
-  TrainingCheckpoint Checkpoint();
-  void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
-
-  TextureTrainingOptions Options;
-  std::uint64_t DatasetHash;
-  torch::Device Where;
-  TextureLevels Levels;
-  SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
-  TextureNetwork Generator;
-  TextureNetwork Discriminator;
-  std::vector<TextureTrainingStep> History;
-
-private:
-  std::int64_t LevelOf(std::int64_t iteration) const { return iteration / this->Options.IterationsPerLevel; }
-  double LearningRateAt(std::int64_t iteration) const;
-  bool SameChannelsAsBelow(std::int64_t level) const;
-  void BeginLevel(std::int64_t level);
-  torch::Tensor Noise(std::int64_t slot, std::int64_t level) const;
-  torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
-  torch::Tensor CoarseSurface(std::int64_t slot);
-  void TakeStep(torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const;
-  void DiscriminatorStep(std::int64_t slot, TextureTrainingStep& step);
-  void GeneratorStep(std::int64_t slot, TextureTrainingStep& step);
-
-  TextureLevelData& Data() { return this->Levels.Data[static_cast<std::size_t>(*this->Current)]; }
-  TextureLevelNetworkImpl& LevelGenerator() { return this->Generator->Level(static_cast<std::size_t>(*this->Current)); }
-  TextureLevelNetworkImpl& Critic() { return this->Discriminator->Level(static_cast<std::size_t>(*this->Current)); }
-
-  std::optional<std::int64_t> Current; ///< the level that what follows is of
-  Optimiser GeneratorAdam;
-  Optimiser DiscriminatorAdam;
-  torch::Tensor ReconstructionStart; ///< what the frozen levels make of the noise that reconstructs; of levels above 0
-};
 
 TextureTrainer::Internals::Internals(const MultiscaleDataset& dataset, const TextureTrainingOptions& options)
   : Options(options)
@@ -328,131 +279,6 @@ TextureTrainingStep TextureTrainer::Internals::Step()
   }
   this->History.push_back(step);
   return step;
-}
-
-std::map<std::string, std::string> TextureTrainer::Internals::Recipe() const
-{
-  const TextureTrainingOptions& o = this->Options;
-  return { { "training", "geometric_texture" }, { "levels", std::to_string(o.Network.Levels) },
-    { "layers", std::to_string(o.Network.Layers) }, { "start_channels", std::to_string(o.Network.StartChannels) },
-    { "least_channels", std::to_string(o.Network.LeastChannels) },
-    { "most_channels", std::to_string(o.Network.MostChannels) },
-    { "noise_amplitude", Exactly(o.Network.NoiseAmplitude) },
-    { "iterations_per_level", std::to_string(o.IterationsPerLevel) },
-    { "discriminator_steps", std::to_string(o.DiscriminatorSteps) },
-    { "generator_steps", std::to_string(o.GeneratorSteps) }, { "learning_rate", Exactly(o.LearningRate) },
-    { "learning_rate_interval", std::to_string(o.LearningRateInterval) },
-    { "learning_rate_factor", Exactly(o.LearningRateFactor) }, { "penalty_weight", Exactly(o.PenaltyWeight) },
-    { "reconstruction_weight", Exactly(o.ReconstructionWeight) }, { "seed", std::to_string(o.Seed) },
-    { "dataset", std::to_string(this->DatasetHash) } };
-}
-
-TrainingCheckpoint TextureTrainer::Internals::Checkpoint()
-{
-  TrainingCheckpoint checkpoint;
-  checkpoint.Recipe = this->Recipe();
-  const auto addNetwork = [&](const std::string& prefix, TextureNetworkImpl& network)
-  {
-    for (auto& [name, tensor] : TextureTensorsOf(network))
-    {
-      checkpoint.Tensors[prefix + name] = tensor;
-    }
-  };
-  addNetwork("generator.", *this->Generator);
-  addNetwork("discriminator.", *this->Discriminator);
-  const auto addMoments = [&](const std::string& prefix, torch::optim::Adam& optimiser, torch::nn::Module& network)
-  {
-    for (const auto& parameter : network.named_parameters())
-    {
-      const AdamMoments moments = GetMoments(optimiser, parameter.value());
-      checkpoint.Tensors["adam_mean." + prefix + parameter.key()] = ToModelTensor(moments.Mean);
-      checkpoint.Tensors["adam_square." + prefix + parameter.key()] = ToModelTensor(moments.Square);
-    }
-  };
-  if (this->Done() % this->Options.IterationsPerLevel > 0)
-  {
-    addMoments("generator.", *this->GeneratorAdam, this->LevelGenerator());
-    addMoments("discriminator.", *this->DiscriminatorAdam, this->Critic());
-  }
-  ModelTensor& losses = checkpoint.Tensors[LossesName];
-  losses.Shape = { this->Done(), LossColumns };
-  for (const TextureTrainingStep& step : this->History)
-  {
-    for (const double loss : { step.CriticLoss, step.GradientPenalty, step.AdversarialLoss, step.ReconstructionLoss })
-    {
-      losses.Values.push_back(static_cast<float>(loss));
-    }
-  }
-  return checkpoint;
-}
-
-void TextureTrainer::Internals::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
-{
-  const torch::NoGradGuard noGradients;
-  const auto losses = checkpoint.Tensors.find(LossesName);
-  const bool table = losses != checkpoint.Tensors.end() && losses->second.Shape.size() == 2 &&
-    losses->second.Shape[1] == LossColumns && losses->second.Shape[0] <= this->Iterations();
-  if (!table)
-  {
-    throw ModelMismatch(file + ": \"losses\" is no table of four columns and at most " +
-      std::to_string(this->Iterations()) + " rows; expected a checkpoint of this training.");
-  }
-  const std::int64_t done = losses->second.Shape[0];
-  const std::int64_t level = this->LevelOf(done);
-  const bool withinLevel = done % this->Options.IterationsPerLevel > 0;
-  // All that can fail comes first, so that a training is not left half restored.
-  struct Restored
-  {
-    torch::Tensor Parameter;
-    torch::Tensor Value;
-    bool OfGenerator = false;
-    AdamMoments Moments; ///< undefined but for those of the current level
-  };
-  std::vector<Restored> parts;
-  const std::string current = "levels." + std::to_string(level) + ".";
-  for (const bool ofGenerator : { true, false })
-  {
-    const std::string prefix = ofGenerator ? "generator." : "discriminator.";
-    for (const auto& parameter : (ofGenerator ? this->Generator : this->Discriminator)->named_parameters())
-    {
-      const std::string& name = parameter.key();
-      const auto read = [&](const std::string& tensor)
-      { return ReadTensor(file, checkpoint, tensor, parameter.value()); };
-      Restored part{ parameter.value(), read(prefix + name), ofGenerator, {} };
-      if (withinLevel && name.compare(0, current.size(), current) == 0)
-      {
-        const std::string own = prefix + name.substr(current.size());
-        part.Moments = { read("adam_mean." + own), read("adam_square." + own) };
-      }
-      parts.push_back(std::move(part));
-    }
-  }
-
-  this->History.clear();
-  const float* loss = losses->second.Values.data();
-  for (std::int64_t k = 0; k < done; ++k, loss += LossColumns)
-  {
-    this->History.push_back(
-      { k + 1, this->LevelOf(k), loss[0], loss[1], loss[2], loss[3], this->LearningRateAt(k) });
-  }
-  for (Restored& part : parts)
-  {
-    part.Parameter.copy_(part.Value);
-  }
-  this->Current.reset();
-  if (withinLevel)
-  {
-    this->BeginLevel(level);
-    const std::int64_t inLevel = done % this->Options.IterationsPerLevel;
-    for (const Restored& part : parts)
-    {
-      if (part.Moments.Mean.defined())
-      {
-        SetMoments(part.OfGenerator ? *this->GeneratorAdam : *this->DiscriminatorAdam, part.Parameter, part.Moments,
-          inLevel * (part.OfGenerator ? this->Options.GeneratorSteps : this->Options.DiscriminatorSteps));
-      }
-    }
-  }
 }
 
 TextureTrainer::TextureTrainer(MultiscaleDataset dataset, const TextureTrainingOptions& options)
