@@ -20,14 +20,6 @@ namespace
 /// The noise of a generator level on so many vertices; no rows for none.
 using NoiseSource = std::function<SinglePoints(int level, int step, Index points)>;
 
-struct Levels
-{
-  int First;
-  int Last;
-
-  int Count() const { return this->Last - this->First + 1; }
-};
-
 [[noreturn]] void Refuse(const std::string& found, const std::string& expected)
 {
   throw InvalidInput("GeometricTextureSampler: " + found + "; expected " + expected + ".");
@@ -83,18 +75,7 @@ NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfMo
   };
 }
 
-Levels LevelsOf(const GeometricTextureRequest& request, std::int64_t levelsOfModel)
-{
-  if (request.StartLevel < 0)
-  {
-    Refuse("the first level is " + std::to_string(request.StartLevel), "0 or above");
-  }
-  const int last = static_cast<int>(levelsOfModel) - 1;
-  const int end = request.EndLevel < 0 ? last : std::min(request.EndLevel, last);
-  return { std::min(request.StartLevel, end), end };
-}
-
-void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& mesh, const Levels& levels)
+void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& mesh, const TextureLevelRange& levels)
 {
   if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
   {
@@ -127,7 +108,7 @@ void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& me
   }
 }
 
-TextureLevel GrowLevels(TextureGrowth growth, const Levels& levels, const NoiseSource& noise,
+TextureLevel GrowLevels(TextureGrowth growth, const TextureLevelRange& levels, const NoiseSource& noise,
   const GeometricTextureSampler::Observer& observe, const Progress& progress)
 {
   // Work is proportional to triangles, of which each level has four times as many.
@@ -158,6 +139,17 @@ TextureLevel GrowLevels(TextureGrowth growth, const Levels& levels, const NoiseS
 }
 } // namespace
 
+TextureLevelRange LevelsToGrow(const GeometricTextureRequest& request, std::int64_t levelsOfModel)
+{
+  if (request.StartLevel < 0)
+  {
+    Refuse("the first level is " + std::to_string(request.StartLevel), "0 or above");
+  }
+  const int last = static_cast<int>(levelsOfModel) - 1;
+  const int end = request.EndLevel < 0 ? last : std::min(request.EndLevel, last);
+  return { std::min(request.StartLevel, end), end };
+}
+
 GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const GeometricTextureModel> model)
   : Model(std::move(model))
 {
@@ -167,7 +159,7 @@ GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const Geometric
 TextureLevel GeometricTextureSampler::Grow(const TriangleMesh& mesh, const GeometricTextureRequest& request,
   const Observer& observe, const Progress& progress) const
 {
-  const Levels levels = LevelsOf(request, this->Model->Options.Levels);
+  const TextureLevelRange levels = LevelsToGrow(request, this->Model->Options.Levels);
   CheckRequest(request, mesh, levels);
   const MeshTopology topology = RequireSoundMesh(mesh, Requirements());
   return GrowLevels(TextureGrowth(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask), levels,
@@ -188,7 +180,7 @@ TextureLevel GeometricTextureSampler::Generate(
     Refuse("noise is to be random from level " + std::to_string(randomFrom) + " on",
       "0 to " + std::to_string(model.Options.Levels));
   }
-  const Levels levels = LevelsOf(request, model.Options.Levels);
+  const TextureLevelRange levels = LevelsToGrow(request, model.Options.Levels);
   CheckRequest(request, mesh, levels);
   const MeshTopology topology = RequireSoundMesh(mesh, Requirements());
   TextureFrame frame = FrameOf(mesh, topology);

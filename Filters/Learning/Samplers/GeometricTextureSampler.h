@@ -34,6 +34,18 @@ struct GeometricTextureRequest
   Eigen::VectorXf Mask;
 };
 
+/// The generator levels that work on a mesh, one after the other.
+struct TextureLevelRange
+{
+  int First = 0;
+  int Last = 0;
+
+  int Count() const { return this->Last - this->First + 1; }
+};
+
+/// Those that a request wants of a model with so many levels. @throws InvalidInput when the first is below 0.
+TextureLevelRange LevelsToGrow(const GeometricTextureRequest& request, std::int64_t levelsOfModel);
+
 /// The mesh after one generator level.
 struct TextureLevel
 {

@@ -99,6 +99,8 @@ _LEARNING = {
     "vtkFlowMatchingDeformer": "vtkSurfaceSynthesisDeformation",
     "vtkFlowMatchingSampler": "vtkSurfaceSynthesisDeformation",
     "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
+    "geometric_texture": "textures",
+    "vtkGeometricTextureSynthesizer": "vtkSurfaceSynthesisGeometry",
     "NORMALISATIONS": "prediction",
     "NetworkOutput": "prediction",
     "poisson_net": "prediction",
