@@ -36,7 +36,8 @@ void CheckFiles(const TrainingFiles& files)
     }
     for (std::size_t other = 0; !path.empty() && other < k; ++other)
     {
-      if (fs::absolute(path).lexically_normal() == fs::absolute(places[other].second).lexically_normal())
+      const fs::path& earlier = places[other].second;
+      if (!earlier.empty() && fs::absolute(path).lexically_normal() == fs::absolute(earlier).lexically_normal())
       {
         throw InvalidInput("TrainingFiles: \"" + path.string() + "\" is the file of both the " + places[other].first + " and the " +
           what + "; expected a file for each.");
