@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Training of flow matching models: a function around vtkFlowMatchingTrainer."""
 
-import os
 import warnings
 
 import numpy as np
@@ -17,6 +16,7 @@ from .arguments import (
     flag,
     in_range,
     integer,
+    optional_path,
     positive,
     progress_callback,
 )
@@ -165,11 +165,11 @@ def configured_filter(
 ):
     """A vtkFlowMatchingTrainer with the parameters of train_flow_matching(), which raises TypeError and ValueError."""
     algorithm = vtkFlowMatchingTrainer()
-    algorithm.SetModelFileName(_path("model", model))
-    algorithm.SetDatasetFileName(_path("dataset", dataset))
-    algorithm.SetCheckpointFileName(_path("checkpoint", checkpoint))
-    algorithm.SetLossTableFileName(_path("losses", losses))
-    algorithm.SetEncoderFileName(_path("encoder", encoder))
+    algorithm.SetModelFileName(optional_path("model", model))
+    algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetCheckpointFileName(optional_path("checkpoint", checkpoint))
+    algorithm.SetLossTableFileName(optional_path("losses", losses))
+    algorithm.SetEncoderFileName(optional_path("encoder", encoder))
     algorithm.SetSignalArrayName("" if signal is None else array_name("signal", signal))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
@@ -230,19 +230,6 @@ def losses_of(algorithm):
     columns = {name: table.GetColumnByName(name) for name in
                ("iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate")}
     return {name: np.zeros(0) if column is None else vtk_to_numpy(column).copy() for name, column in columns.items()}
-
-
-def _path(name, value):
-    if value is None:
-        return ""
-    try:
-        value = os.fspath(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a path, not {type(value).__name__}") from None
-    value = value.decode() if isinstance(value, bytes) else value
-    if not value or "\0" in value:
-        raise ValueError(f"{name} must be a path; it is empty or holds a zero byte")
-    return value
 
 
 def _shallow_copy(dataset):

@@ -4,7 +4,7 @@
 import importlib.util
 
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import convert, dataset, deform, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, texture, train
+from . import convert, dataset, deform, levels, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, texture, train
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -23,5 +23,5 @@ if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # 
 if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):
     COMMANDS += [train, deform, metrics]
 if importlib.util.find_spec("..vtkSurfaceSynthesisGeometry", __package__):
-    COMMANDS.append(texture)
+    COMMANDS += [levels, texture]
 COMMANDS.append(convert)
