@@ -186,6 +186,10 @@ TextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtkPolyData*
   }
   if (self->TargetPreparation == SUBDIVIDE)
   {
+    if (std::isnan(self->TextureScale))
+    {
+      throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000 is needed.");
+    }
     settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(self->TextureScale))));
   }
   settings.Mask = surfsynth::ReadTextureMask(input, surfsynth::UsedPoints(surface.Mesh), self->MaskArrayName);
@@ -213,7 +217,7 @@ GrownTexture& vtkGeometricTextureSynthesizer::Internals::Grow(
 double vtkGeometricTextureSynthesizer::Internals::LevelsAtTime() const
 {
   const bool animated = this->Self->Animation == LEVELS && this->Time;
-  return animated ? std::max(*this->Time, 0.0) : std::numeric_limits<double>::infinity();
+  return animated ? std::max(0.0, *this->Time) : std::numeric_limits<double>::infinity();
 }
 
 /// The step that is under way, or the last.

@@ -194,6 +194,23 @@ TEST(GeometricTextureMessages, NamesOfArrays)
   EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
 }
 
+TEST(GeometricTextureMessages, NumbersThatAreNone)
+{
+  const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteTexture("nan.model"));
+  filter->SetTargetPreparationToSubdivide();
+  filter->SetTextureScale(NAN);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("TextureScale is not a number"));
+  filter->SetTargetPreparationToAsIs();
+  filter->SetInterpolation(NAN);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("the interpolation is nan"));
+  filter->SetInterpolation(0.0);
+  filter->SetNoiseAmplitude(NAN);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("the amplitude of the noise is nan"));
+  filter->SetNoiseAmplitude(-1.0);
+  filter->SetMaskFalloff(NAN);
+  ExpectQuiet(filter);
+}
+
 TEST(GeometricTextureMessages, ListsOfLevels)
 {
   const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteTexture("list.model"));
