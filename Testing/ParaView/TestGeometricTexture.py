@@ -160,7 +160,7 @@ def a_fit_is_learnt_from_and_grows_without_input():
     fitter.UpdatePipeline()
     levels = servermanager.Fetch(fitter)
     assert levels.GetNumberOfBlocks() == 2 and levels.GetBlock(1).GetNumberOfPolys() == 320
-    template = servermanager.Fetch(OutputPort(fitter, 1))
+    template = fitter.GetClientSideObject().GetOutputDataObject(1)
     assert template.GetNumberOfPolys() == 80
     trainer = GeometricTextureTrainer(Input=fitter, TemplateMesh=OutputPort(fitter, 1),
                                       ModelFileName="learnt.safetensors", Device="CPU", **TRAINING)  # fmt: skip
