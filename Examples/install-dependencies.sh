@@ -21,8 +21,8 @@ packages=(
   libimath-dev libopenvdb-dev libtbb-dev
   # LibTorch (BSD-3-Clause)
   libtorch-dev
-  # header-only: nlohmann-json (MIT), Random123 (BSD-3-Clause), Spectra (MPL-2.0)
-  librandom123-dev libspectra-dev nlohmann-json3-dev
+  # header-only: nanoflann (BSD-2-Clause), nlohmann-json (MIT), Random123 (BSD-3-Clause), Spectra (MPL-2.0)
+  libnanoflann-dev librandom123-dev libspectra-dev nlohmann-json3-dev
   # TetGen (AGPL-3, linked by the program surfacesynthesis-tetgen only)
   libtet1.5-dev
   # the examples: surfaces and scans, plots and an X server without a screen

@@ -6,6 +6,7 @@
 #include <vtkAbstractArray.h>
 #include <vtkAOSDataArrayTemplate.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkDoubleArray.h>
@@ -200,6 +201,16 @@ void SetGeometry(vtkPolyData* output, const TriangleMesh& mesh, bool doublePreci
 bool HasDoublePoints(vtkPolyData* surface)
 {
   return surface->GetPoints() && surface->GetPoints()->GetDataType() == VTK_DOUBLE;
+}
+
+void DropNormals(vtkPolyData* surface)
+{
+  for (vtkDataSetAttributes* data : { static_cast<vtkDataSetAttributes*>(surface->GetPointData()),
+         static_cast<vtkDataSetAttributes*>(surface->GetCellData()) })
+  {
+    data->SetNormals(nullptr); // removes the array
+    data->RemoveArray("Normals");
+  }
 }
 
 SurfacePlace NearestOnTriangle(const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point)

@@ -24,6 +24,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT void SetGeometry(vtkPolyData* output, const Tri
 /// True when the points of @p surface are stored in double precision, and those of what is made of it should be.
 VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
 
+/// Removes the normals of @p surface, which mean nothing once its points have moved: the active ones and arrays named
+/// "Normals", of points and of cells.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void DropNormals(vtkPolyData* surface);
+
 /// A place on a triangle mesh.
 struct SurfacePlace
 {

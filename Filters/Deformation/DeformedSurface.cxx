@@ -8,7 +8,6 @@
 #include "Core/Operators/SurfaceOperators.h"
 
 #include <vtkCellData.h>
-#include <vtkDataSetAttributes.h>
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -30,12 +29,6 @@ Eigen::VectorXd CellAreas(const Surface& surface, const TriangleMesh& mesh, Eige
     sums[surface.Cell(f)] += areas[f];
   }
   return sums;
-}
-
-void DropNormals(vtkDataSetAttributes* data)
-{
-  data->SetNormals(nullptr); // removes the array
-  data->RemoveArray("Normals");
 }
 
 template <typename Array>
@@ -92,8 +85,7 @@ void MovePoints(vtkPolyData* surface, vtkDoubleArray* displacement)
     moved->SetData(MovedCoordinates<vtkFloatArray>(surface, displacement));
   }
   surface->SetPoints(moved);
-  DropNormals(surface->GetPointData());
-  DropNormals(surface->GetCellData());
+  DropNormals(surface);
 }
 
 } // namespace surfsynth

@@ -3,6 +3,8 @@
 
 #include "TestMeshes.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -10,6 +12,12 @@
 
 #ifdef __GLIBC__
 #include <malloc.h>
+#endif
+
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+extern "C" void sgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k,
+  const float* alpha, const float* a, const int* lda, const float* b, const int* ldb, const float* beta, float* c,
+  const int* ldc);
 #endif
 
 extern "C"
@@ -41,10 +49,10 @@ double StatusMiB(const std::string& field)
 
 } // namespace
 
-std::vector<Index> Sizes()
+std::vector<Index> Sizes(const std::string& otherwise)
 {
   const char* text = std::getenv("SURFACE_SYNTHESIS_BENCHMARK_SIZES");
-  std::istringstream list(text != nullptr ? text : "10000,104000,603000");
+  std::istringstream list(text != nullptr ? text : otherwise);
   std::vector<Index> sizes;
   for (std::string item; std::getline(list, item, ',');)
   {
@@ -116,11 +124,11 @@ double PeakMemory::AboveStartMiB() const
   return this->PeakMiB() - this->Start;
 }
 
-void Register(const std::string& name, const Body& body)
+void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes)
 {
   for (const int threads : { 1, 2 })
   {
-    for (const Index points : Sizes())
+    for (const Index points : sizes)
     {
       const std::string full = name + "/vertices:" + std::to_string(points) + "/threads:" + std::to_string(threads);
       benchmark::RegisterBenchmark(full.c_str(),
@@ -135,6 +143,31 @@ void Register(const std::string& name, const Body& body)
     }
   }
 }
+
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+double MeasuredProductRate()
+{
+  const int rows = 512;
+  const int width = 128;
+  const std::vector<float> a(static_cast<std::size_t>(rows * width), 1.0F);
+  const std::vector<float> b(static_cast<std::size_t>(width * width), 0.5F);
+  std::vector<float> c(a.size());
+  const float one = 1.0F;
+  const float zero = 0.0F;
+  double best = 0.0;
+  for (int trial = 0; trial < 5; ++trial)
+  {
+    const auto start = std::chrono::steady_clock::now();
+    for (int k = 0; k < 200; ++k)
+    {
+      sgemm_("N", "N", &width, &rows, &width, &one, b.data(), &width, a.data(), &width, &zero, c.data(), &width);
+    }
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    best = std::max(best, 200.0 * 2.0 * rows * width * width / seconds.count());
+  }
+  return best;
+}
+#endif
 
 } // namespace surfsynth::bench
 
@@ -165,6 +198,7 @@ int main(int argc, char** argv)
 #ifdef SURFACE_SYNTHESIS_LEARNING
   bench::RegisterPoissonNet();
   bench::RegisterFlowMatching();
+  bench::RegisterGeometricTexture();
 #endif
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();

@@ -17,8 +17,8 @@ namespace surfsynth::bench
 {
 
 /// Vertex counts to measure: 10,000, 104,000 and 603,000, or those of the environment variable
-/// SURFACE_SYNTHESIS_BENCHMARK_SIZES ("1000,5000").
-std::vector<Index> Sizes();
+/// SURFACE_SYNTHESIS_BENCHMARK_SIZES ("1000,5000"); @p otherwise replaces the former.
+std::vector<Index> Sizes(const std::string& otherwise = "10000,104000,603000");
 
 /// The scanned surface (a generated one when there is none) decimated or refined to about @p points points; kept.
 const TriangleMesh& MeshOfSize(Index points);
@@ -54,7 +54,12 @@ private:
 
 using Body = std::function<void(benchmark::State&, const TriangleMesh&)>;
 /// Registers @p body for every size, and for one thread and two.
-void Register(const std::string& name, const Body& body);
+void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes = Sizes());
+
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+/// What sgemm reaches on tiles of 512 x 128 by 128 x 128, operations per second.
+double MeasuredProductRate();
+#endif
 
 void RegisterCore();
 void RegisterStatistics();
@@ -62,5 +67,6 @@ void RegisterYardsticks();
 /// Only in builds with SURFACE_SYNTHESIS_LEARNING.
 void RegisterPoissonNet();
 void RegisterFlowMatching();
+void RegisterGeometricTexture();
 
 } // namespace surfsynth::bench

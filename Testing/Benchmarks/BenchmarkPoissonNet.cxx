@@ -6,15 +6,8 @@
 #include "Core/Solvers/CholeskySolver.h"
 #include "Learning/Models/PoissonNetEvaluator.h"
 
-#include <algorithm>
 #include <chrono>
 #include <memory>
-
-#ifdef SURFACE_SYNTHESIS_CHOLMOD
-extern "C" void sgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k,
-  const float* alpha, const float* a, const int* lda, const float* b, const int* ldb, const float* beta, float* c,
-  const int* ldc);
-#endif
 
 namespace surfsynth::bench
 {
@@ -45,32 +38,6 @@ double StraightforwardOperations(const PoissonNetOptions& options, const Triangl
   return mesh.NumberOfTriangles() * (blocks * (modulator + complexLayers) + head) +
     mesh.NumberOfPoints() * blocks * vertexMlp;
 }
-
-#ifdef SURFACE_SYNTHESIS_CHOLMOD
-/// What sgemm reaches on one thread on tiles as the network has them, operations per second.
-double MeasuredProductRate()
-{
-  const int rows = 512;
-  const int width = 128;
-  const std::vector<float> a(static_cast<std::size_t>(rows * width), 1.0F);
-  const std::vector<float> b(static_cast<std::size_t>(width * width), 0.5F);
-  std::vector<float> c(a.size());
-  const float one = 1.0F;
-  const float zero = 0.0F;
-  double best = 0.0;
-  for (int trial = 0; trial < 5; ++trial)
-  {
-    const auto start = std::chrono::steady_clock::now();
-    for (int k = 0; k < 200; ++k)
-    {
-      sgemm_("N", "N", &width, &rows, &width, &one, b.data(), &width, a.data(), &width, &zero, c.data(), &width);
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    best = std::max(best, 200.0 * 2.0 * rows * width * width / seconds.count());
-  }
-  return best;
-}
-#endif
 
 void PoissonNetSetUp(benchmark::State& state, const TriangleMesh& mesh)
 {

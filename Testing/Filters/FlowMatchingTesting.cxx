@@ -4,14 +4,6 @@
 #include "RandomFlowModel.h"
 #include "TestMeshes.h"
 
-#include <vtkDataArray.h>
-#include <vtkPointData.h>
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 namespace surfsynthtest
 {
 
@@ -59,44 +51,6 @@ vtkSmartPointer<vtkFlowMatchingDeformer> DeformerOn(vtkDataObject* input, const 
 vtkSmartPointer<vtkFlowMatchingSampler> SamplerOn(vtkDataObject* input, const std::string& model)
 {
   return FilterOn<vtkFlowMatchingSampler>(input, model);
-}
-
-vtkSmartPointer<vtkDataObject> OutputOf(vtkAlgorithm* filter, double time)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(time < 0.0 ? Update(filter) : filter->UpdateTimeStep(time));
-  EXPECT_TRUE(events.Errors.empty()) << events.AllErrors();
-  EXPECT_TRUE(events.Warnings.empty()) << ::testing::PrintToString(events.Warnings);
-  return filter->GetOutputDataObject(0);
-}
-
-vtkSmartPointer<vtkPolyData> SurfaceOf(vtkAlgorithm* filter, double time)
-{
-  auto copy = vtkSmartPointer<vtkPolyData>::New(); // the filter's own output changes with the next update
-  copy->ShallowCopy(OutputOf(filter, time));
-  return copy;
-}
-
-vtkDataArray* PointArray(vtkDataObject* surface, const char* name)
-{
-  auto* polydata = vtkPolyData::SafeDownCast(surface);
-  vtkDataArray* array = polydata ? polydata->GetPointData()->GetArray(name) : nullptr;
-  EXPECT_TRUE(array) << name;
-  return array;
-}
-
-double LargestDifference(vtkDataArray* a, vtkDataArray* b)
-{
-  EXPECT_EQ(a->GetNumberOfValues(), b->GetNumberOfValues());
-  double largest = 0.0;
-  for (vtkIdType t = 0; t < a->GetNumberOfTuples(); ++t)
-  {
-    for (int c = 0; c < a->GetNumberOfComponents(); ++c)
-    {
-      largest = std::max(largest, std::abs(a->GetComponent(t, c) - b->GetComponent(t, c)));
-    }
-  }
-  return largest;
 }
 
 } // namespace surfsynthtest

@@ -30,14 +30,4 @@ std::string WriteSignalModel(
 vtkSmartPointer<vtkFlowMatchingDeformer> DeformerOn(vtkDataObject* input, const std::string& model);
 vtkSmartPointer<vtkFlowMatchingSampler> SamplerOn(vtkDataObject* input, const std::string& model);
 
-/// Updates @p filter, at flow time @p time where that is not negative, and expects no errors and no warnings.
-vtkSmartPointer<vtkDataObject> OutputOf(vtkAlgorithm* filter, double time = -1.0);
-vtkSmartPointer<vtkPolyData> SurfaceOf(vtkAlgorithm* filter, double time = -1.0);
-
-/// A point array of a surface, which must be there.
-vtkDataArray* PointArray(vtkDataObject* surface, const char* name);
-
-/// Largest difference of two arrays of the same shape.
-double LargestDifference(vtkDataArray* a, vtkDataArray* b);
-
 } // namespace surfsynthtest

@@ -76,6 +76,16 @@ private:
 /// Brings @p algorithm up to date; false when that failed.
 bool Update(vtkAlgorithm* algorithm);
 
+/// Updates @p filter, at time @p time where that is not negative, and expects no errors and no warnings.
+vtkSmartPointer<vtkDataObject> OutputOf(vtkAlgorithm* filter, double time = -1.0);
+vtkSmartPointer<vtkPolyData> SurfaceOf(vtkAlgorithm* filter, double time = -1.0);
+
+/// A point array of a surface, which must be there.
+vtkDataArray* PointArray(vtkDataObject* surface, const char* name);
+
+/// Largest difference of two arrays of the same shape.
+double LargestDifference(vtkDataArray* a, vtkDataArray* b);
+
 /// Hash of everything a data object holds: points, cells, arrays with names and attributes, modification times, and
 /// of all blocks of a composite one.
 std::uint64_t HashOf(vtkDataObject* data);

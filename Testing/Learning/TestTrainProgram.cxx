@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // surfacesynthesis-train from outside: arguments, files, exit status, signals.
+#include "TestMeshes.h"
 #include "TrainingData.h"
 
+#include "IO/Mesh/MultiscaleDataset.h"
 #include "IO/Mesh/SignalDataset.h"
 #include "Learning/Models/FlowMatchingModel.h"
+#include "Learning/Models/GeometricTextureModel.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -187,4 +190,17 @@ TEST_F(TrainProgram, ASignalLeavesACheckpointToGoOnFrom)
     EXPECT_GE(done, 1);
     this->Expect(this->Training("m", { "--iterations", std::to_string(done + 1) }), 0, "wrote ");
   }
+}
+
+TEST_F(TrainProgram, TrainsAGeometricTexture)
+{
+  MultiscaleDataset dataset;
+  dataset.Levels = { Icosphere(0) };
+  WriteMultiscaleDataset(this->File("levels.safetensors"), dataset);
+  this->Expect({ "geometric-texture", this->File("levels.safetensors"), this->File("texture.safetensors"), "--iterations",
+                 "2", "--name", "bumps", "--start-channels", "4", "--least-channels", "4", "--device", "cpu" },
+    0, "wrote ");
+  EXPECT_EQ(ReadGeometricTexture(this->File("texture.safetensors")).Name, "bumps");
+  this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,
+    "expected \"multiscale_surface\"");
 }

@@ -49,7 +49,8 @@ set(surfsynth_filter_modules
   VTK::SurfaceSynthesisMeshing
   VTK::SurfaceSynthesisNoise)
 if (SURFACE_SYNTHESIS_LEARNING)
-  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisDeformation VTK::SurfaceSynthesisPrediction)
+  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisDeformation VTK::SurfaceSynthesisGeometry
+    VTK::SurfaceSynthesisPrediction)
 endif ()
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge

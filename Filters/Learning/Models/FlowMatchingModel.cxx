@@ -6,6 +6,7 @@
 #include "Core/Operators/SurfaceOperators.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
+#include "Learning/Models/ModelFile.h"
 
 #include <nlohmann/json.hpp>
 
@@ -38,103 +39,23 @@ std::string Counted(std::int64_t number, const std::string& thing)
   return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
 }
 
-/// Reads typed values of the JSON object under the key `flow_matching`.
-class DescriptionReader
+NoiseModel ReadNoise(const DescriptionReader& reader)
 {
-public:
-  explicit DescriptionReader(const SafetensorsFile& file)
-    : File(file)
+  const std::string name = reader.String("noise");
+  for (const auto& [known, model] : NoiseNames)
   {
-    const auto found = file.Metadata().find(Key);
-    if (found != file.Metadata().end())
+    if (name == known)
     {
-      this->Json = nlohmann::json::parse(found->second, nullptr, false);
-    }
-    if (!this->Json.is_object())
-    {
-      throw ModelMismatch(file.Name() + ": the metadata \"" + Key + "\" is " +
-        (found == file.Metadata().end() ? "missing" : "no JSON object") + "; expected a JSON object.");
+      return model;
     }
   }
+  reader.Fail("noise", "matern, per_vertex, white, unscreened or spectral");
+}
 
-  double Number(const char* key) const
-  {
-    const auto found = this->Json.find(key);
-    if (found == this->Json.end() || !found->is_number() || !std::isfinite(found->get<double>()))
-    {
-      this->Fail(key, "a number");
-    }
-    return found->get<double>();
-  }
-  /// For keys that files of earlier versions do not have.
-  double NumberOr(const char* key, double otherwise) const { return this->Json.contains(key) ? this->Number(key) : otherwise; }
-  std::int64_t WholeNumber(const char* key) const
-  {
-    const double number = this->Number(key);
-    if (number < 0.0 || number > 1e15 || number != std::floor(number))
-    {
-      this->Fail(key, "a whole number below 1e15");
-    }
-    return static_cast<std::int64_t>(number);
-  }
-  std::string String(const char* key) const
-  {
-    const auto found = this->Json.find(key);
-    if (found == this->Json.end() || !found->is_string() || found->get<std::string>().empty())
-    {
-      this->Fail(key, "a name");
-    }
-    return found->get<std::string>();
-  }
-  Eigen::RowVectorXd Numbers(const char* key) const
-  {
-    const auto found = this->Json.find(key);
-    if (found == this->Json.end() || !found->is_array() ||
-      !std::all_of(found->begin(), found->end(), [](const nlohmann::json& entry) { return entry.is_number(); }))
-    {
-      this->Fail(key, "an array of numbers");
-    }
-    const std::vector<double> numbers = found->get<std::vector<double>>();
-    return Eigen::Map<const Eigen::RowVectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-  }
-  NoiseModel Noise() const
-  {
-    const std::string name = this->String("noise");
-    for (const auto& [known, model] : NoiseNames)
-    {
-      if (name == known)
-      {
-        return model;
-      }
-    }
-    this->Fail("noise", "matern, per_vertex, white, unscreened or spectral");
-  }
-
-private:
-  [[noreturn]] void Fail(const std::string& key, const std::string& expected) const
-  {
-    const auto found = this->Json.find(key);
-    throw ModelMismatch(this->File.Name() + ": \"" + key + "\" in the metadata \"" + Key + "\" is " +
-      (found == this->Json.end() ? "missing" : found->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) +
-      "; expected " + expected + ".");
-  }
-
-  const SafetensorsFile& File;
-  nlohmann::json Json;
-};
-
-void RequireArchitecture(const SafetensorsFile& file)
+Eigen::RowVectorXd ReadRow(const DescriptionReader& reader, const char* key)
 {
-  for (const auto& [key, expected] : { std::pair("architecture", Architecture), std::pair("format_version", FormatVersion) })
-  {
-    const auto found = file.Metadata().find(key);
-    if (found == file.Metadata().end() || found->second != expected)
-    {
-      throw ModelMismatch(file.Name() + ": the metadata \"" + key + "\" is " +
-        (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected \"" + expected +
-        "\": a flow matching model, as vtkFlowMatchingTrainer writes it.");
-    }
-  }
+  const std::vector<double> numbers = reader.Numbers(key);
+  return Eigen::Map<const Eigen::RowVectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
 void RequireKnownTensors(const SafetensorsFile& file, bool encoder)
@@ -254,21 +175,21 @@ std::string FlowMatchingModel::Description() const
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file);
-  const DescriptionReader reader(file);
+  RequireArchitecture(file, Architecture, "a flow matching model, as vtkFlowMatchingTrainer writes it");
+  const DescriptionReader reader(file, Key);
   FlowMatchingModel model;
   model.Metadata = file.Metadata();
   model.SignalName = reader.String("signal_name");
-  model.SignalMean = reader.Numbers("signal_mean");
-  model.SignalScale = reader.Numbers("signal_scale");
-  model.Noise.Model = reader.Noise();
+  model.SignalMean = ReadRow(reader, "signal_mean");
+  model.SignalScale = ReadRow(reader, "signal_scale");
+  model.Noise.Model = ReadNoise(reader);
   model.Noise.Screening = reader.Number("noise_screening");
   model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
   model.Noise.Scale = reader.Number("noise_scale");
   model.Noise.Smoothing = reader.NumberOr("noise_smoothing", 0.0);
   model.Iterations = reader.WholeNumber("iterations");
   model.Shape.Spread = reader.Number("shape_spread");
-  const Eigen::RowVectorXd moments = reader.Numbers("shape_moments");
+  const Eigen::RowVectorXd moments = ReadRow(reader, "shape_moments");
   if (moments.size() != 6)
   {
     throw ModelMismatch(path + ": \"shape_moments\" has " + std::to_string(moments.size()) + " numbers; expected 6.");

@@ -32,6 +32,33 @@ double ConstantOf(const std::string& name)
 }
 }
 
+std::map<std::string, ModelTensor> InitialTextureTensors(
+  const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed)
+{
+  CheckOptions(options);
+  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedTextureTensors(options, discriminator);
+  std::map<std::string, ModelTensor> tensors;
+  NormalKey key;
+  key.Seed = seed;
+  key.Component = discriminator ? 1 : 0;
+  for (const auto& [name, shape] : shapes)
+  {
+    // [C', C, 1] of weights; a bias [C'] has the inputs of its weights.
+    const bool weight = shape.size() == 3;
+    const std::int64_t inputs = shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
+    ModelTensor& tensor = tensors[name];
+    tensor.Shape = shape;
+    tensor.Values.resize(static_cast<std::size_t>(weight ? shape[0] * shape[1] : shape[0]));
+    for (std::size_t k = 0; k < tensor.Values.size(); ++k)
+    {
+      tensor.Values[k] = static_cast<float>(bound * (2.0 * Uniform(key, static_cast<std::int64_t>(k)) - 1.0));
+    }
+    ++key.Sample;
+  }
+  return tensors;
+}
+
 PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_t seed)
 {
   CheckOptions(options);

@@ -3,9 +3,12 @@
 /// What a network begins its training with. No torch.
 #pragma once
 
+#include "Learning/Models/GeometricTextureModel.h"
 #include "Learning/Models/PoissonNetModel.h"
 
 #include <cstdint>
+#include <map>
+#include <string>
 
 namespace surfsynth
 {
@@ -15,5 +18,11 @@ namespace surfsynth
 /// A pure function of options and seed.
 /// @throws InvalidInput as CheckOptions().
 PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_t seed);
+
+/// The tensors of a generator or discriminator of geometric textures before training: weights and biases uniformly in
+/// +-1 / sqrt(inputs), as the published networks are initialised by their framework. A pure function of the arguments.
+/// @throws InvalidInput as CheckOptions().
+std::map<std::string, ModelTensor> InitialTextureTensors(
+  const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed);
 
 } // namespace surfsynth

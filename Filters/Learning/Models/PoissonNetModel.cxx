@@ -4,10 +4,10 @@
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
+#include "Learning/Models/ModelFile.h"
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <functional>
 #include <numeric>
 #include <sstream>
@@ -18,23 +18,11 @@ namespace surfsynth
 
 namespace
 {
-using Shape = std::vector<std::int64_t>;
-
 constexpr const char* Architecture = "poissonnet";
 constexpr const char* FormatVersion = "1";
 
 const std::pair<const char*, InputNormalisation> NormalisationNames[] = { { "none", InputNormalisation::None },
   { "surface_area", InputNormalisation::SurfaceArea }, { "unit_sphere", InputNormalisation::UnitSphere } };
-
-std::string ShapeText(const Shape& shape)
-{
-  std::string text = "[";
-  for (const std::int64_t extent : shape)
-  {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
-  }
-  return text + "]";
-}
 
 using Metadata = std::map<std::string, std::string>;
 
@@ -48,48 +36,6 @@ void RequireValue(
     throw ModelMismatch(
       file + ": the metadata \"" + key + "\" is \"" + found->second + "\"; expected \"" + expected + "\".");
   }
-}
-
-/// The first differences between what the network needs and what is there, one sentence each.
-template <typename Found>
-std::vector<std::string> Differences(const std::map<std::string, Shape>& expected, const Found& found)
-{
-  std::vector<std::string> differences;
-  for (const auto& [name, shape] : expected)
-  {
-    const auto entry = found.find(name);
-    if (entry == found.end())
-    {
-      differences.push_back("\"" + name + "\" " + ShapeText(shape) + " is missing");
-    }
-    else if (entry->second != shape)
-    {
-      differences.push_back(
-        "\"" + name + "\" is " + ShapeText(entry->second) + " instead of " + ShapeText(shape));
-    }
-  }
-  for (const auto& entry : found)
-  {
-    if (expected.count(entry.first) == 0)
-    {
-      differences.push_back("\"" + entry.first + "\" does not belong to it");
-    }
-  }
-  return differences;
-}
-
-std::string FirstThree(const std::vector<std::string>& differences)
-{
-  std::string text;
-  for (std::size_t k = 0; k < std::min<std::size_t>(differences.size(), 3); ++k)
-  {
-    text += (k > 0 ? "; " : "") + differences[k];
-  }
-  if (differences.size() > 3)
-  {
-    text += "; and " + std::to_string(differences.size() - 3) + " more";
-  }
-  return text;
 }
 
 std::vector<std::string> ParseClasses(const std::string& file, const std::string& text)
@@ -157,7 +103,7 @@ PoissonNetModel ReadNetwork(
   PoissonNetModel model;
   model.Metadata = std::move(metadata);
   ReadDescription(name, model);
-  std::map<std::string, Shape> found;
+  TensorShapes found;
   for (const auto& [tensor, entry] : file.Tensors())
   {
     if (tensor.rfind(prefix, 0) == 0)
@@ -165,11 +111,11 @@ PoissonNetModel ReadNetwork(
       found[tensor.substr(prefix.size())] = entry.Shape;
     }
   }
-  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), found);
+  const std::string differences = DifferencesOf(ExpectedTensors(model.Options), found);
   if (!differences.empty())
   {
     throw ModelMismatch(name + ": the tensors are not those of the network that the metadata describe: " +
-      FirstThree(differences) + ".");
+      differences + ".");
   }
   for (auto& [tensor, shape] : found)
   {
@@ -238,15 +184,15 @@ PoissonNetModel ReadPartNetwork(const SafetensorsFile& file, const std::string& 
 
 void CheckModel(const PoissonNetModel& model)
 {
-  std::map<std::string, Shape> shapes;
+  TensorShapes shapes;
   for (const auto& [name, tensor] : model.Tensors)
   {
     shapes[name] = tensor.Shape;
   }
-  const std::vector<std::string> differences = Differences(ExpectedTensors(model.Options), shapes);
+  const std::string differences = DifferencesOf(ExpectedTensors(model.Options), shapes);
   if (!differences.empty())
   {
-    throw InvalidInput("PoissonNetModel: the tensors are not those of the options: " + FirstThree(differences) + ".");
+    throw InvalidInput("PoissonNetModel: the tensors are not those of the options: " + differences + ".");
   }
   for (const auto& [name, tensor] : model.Tensors)
   {

@@ -4,12 +4,14 @@
 //
 //   surfacesynthesis-train flow-matching dataset.safetensors model.safetensors [option value]...
 //   surfacesynthesis-train encoding dataset.safetensors encoder.safetensors [option value]...
+//   surfacesynthesis-train geometric-texture levels.safetensors model.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there).
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/TextureTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
 #include <atomic>
@@ -154,10 +156,18 @@ protected:
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
-    AddNumber(known, "--seed", o.Seed, "of everything random");
-    AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
     known["--milestone"] = { "iteration after which the learning rate falls; may be given several times (a quarter of all)",
       [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); } };
+    this->AddRun(known, o);
+    return known;
+  }
+
+  /// Those of any training: seed, device and files.
+  template <typename Options>
+  void AddRun(CommandOptions& known, Options& o)
+  {
+    AddNumber(known, "--seed", o.Seed, "of everything random");
+    AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
     known["--device"] = { "auto, cpu or cuda (auto)",
       [&o](const std::string& value) { o.Device = Choose("--device", value, Devices); } };
     known["--checkpoint"] = { "file to go on from, and to write (the model's name with .checkpoint)",
@@ -166,7 +176,6 @@ protected:
       [this](const std::string& value) { this->Files.LossTable = value; } };
     known["--resume"] = { "yes or no: go on from the checkpoint where there is one (yes)",
       [this](const std::string& value) { this->Files.Resume = Choose("--resume", value, YesOrNo); } };
-    return known;
   }
 
   /// The options of a network that is made.
@@ -240,12 +249,66 @@ private:
   EncodingTrainingOptions Options;
 };
 
+class TextureCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    TextureTrainingOptions& o = this->Options;
+    CommandOptions known;
+    this->AddRun(known, o);
+    AddNumber(known, "--iterations", o.IterationsPerLevel, "iterations of each level");
+    AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
+    AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");
+    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
+    AddNumber(known, "--learning-rate-interval", o.LearningRateInterval, "iterations of a level until it falls");
+    AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "each time");
+    AddNumber(known, "--penalty-weight", o.PenaltyWeight, "of the gradient penalty");
+    AddNumber(known, "--reconstruction-weight", o.ReconstructionWeight, "of the distance from the reference");
+    AddNumber(known, "--layers", o.Network.Layers, "convolutions of a network and one");
+    AddNumber(known, "--start-channels", o.Network.StartChannels, "widest layer of level 0, doubled at each level");
+    AddNumber(known, "--least-channels", o.Network.LeastChannels, "of any layer");
+    AddNumber(known, "--most-channels", o.Network.MostChannels, "of any layer");
+    AddNumber(known, "--noise-amplitude", o.Network.NoiseAmplitude, "in mean edge lengths");
+    known["--name"] = { "of the texture (" + o.Name + ")", [&o](const std::string& value) { o.Name = value; } };
+    return known;
+  }
+  /// Of all levels. @throws as ReadMultiscaleDataset().
+  std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    const auto observeTexture = [&observe](const TextureTrainingStep& step)
+    {
+      TrainingStep line;
+      line.Iteration = step.Iteration;
+      line.Loss = step.ReconstructionLoss;
+      line.LearningRate = step.LearningRate;
+      return observe(line);
+    };
+    TrainTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observeTexture, progress);
+  }
+
+private:
+  std::int64_t Levels() const
+  {
+    return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size());
+  }
+
+  TextureTrainingOptions Options;
+};
+
+const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture" };
+
 /// Null when there is nothing of that name.
 std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
 {
   if (name == "flow-matching")
   {
     return std::make_unique<FlowMatchingCommand>();
+  }
+  if (name == "geometric-texture")
+  {
+    return std::make_unique<TextureCommand>();
   }
   return name == "encoding" ? std::make_unique<EncodingCommand>() : nullptr;
 }
@@ -288,13 +351,14 @@ private:
 void PrintUsage(std::ostream& stream)
 {
   stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n"
-            "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n";
-  for (const char* name : { "flow-matching", "encoding" })
+            "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n"
+            "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n";
+  for (const char* name : CommandNames)
   {
     stream << "\nOptions of " << name << ", and what holds without them:\n";
     for (const auto& [option, known] : MakeCommand(name)->KnownOptions())
     {
-      stream << "  " << option << std::string(24 - option.size(), ' ') << known.Help << '\n';
+      stream << "  " << option << std::string(26 - option.size(), ' ') << known.Help << '\n';
     }
   }
 }
@@ -338,7 +402,7 @@ int main(int argc, char* argv[])
   {
     if (!command)
     {
-      throw UsageError("what to train is missing; expected flow-matching or encoding");
+      throw UsageError("what to train is missing; expected flow-matching, encoding or geometric-texture");
     }
     command->Read({ arguments.begin() + 1, arguments.end() });
     return Train(*command);

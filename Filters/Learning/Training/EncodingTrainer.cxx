@@ -279,8 +279,12 @@ EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptio
       WriteLossTable(files.LossTable, trainer.History());
     }
   };
-  RunTraining(trainer.Iteration(), options, files, [&trainer] { return trainer.Step(); }, save, observe,
-    SubProgress(progress, 0.02, 1.0));
+  const auto step = [&]
+  {
+    const TrainingStep done = trainer.Step();
+    return AfterIteration{ !observe || observe(done) };
+  };
+  RunTraining(trainer.Iteration(), options.Iterations, files, step, save, SubProgress(progress, 0.02, 1.0));
   return trainer;
 }
 

@@ -13,8 +13,6 @@
 namespace surfsynth
 {
 
-namespace
-{
 ModelTensor ToModelTensor(const torch::Tensor& tensor)
 {
   const torch::Tensor values = tensor.detach().to(torch::kCPU, torch::kFloat32).contiguous();
@@ -22,7 +20,6 @@ ModelTensor ToModelTensor(const torch::Tensor& tensor)
   return { values.sizes().vec(), std::vector<float>(data, data + values.numel()) };
 }
 
-/// The tensor of that name in a checkpoint, on the device of @p like.
 torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name,
   const torch::Tensor& like)
 {
@@ -34,7 +31,6 @@ torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& chec
   }
   return torch::from_blob(const_cast<float*>(found->second.Values.data()), found->second.Shape, torch::kFloat32)
     .to(like.device(), torch::kFloat32, false, true);
-}
 }
 
 torch::Device ChooseDevice(TrainingDevice wanted)

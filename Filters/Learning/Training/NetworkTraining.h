@@ -25,6 +25,14 @@ torch::Device ChooseDevice(TrainingDevice wanted);
 /// The numbers of a matrix as a float32 tensor on @p device.
 torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device);
 
+/// The numbers of a tensor in the form of files, rounded to float32.
+ModelTensor ToModelTensor(const torch::Tensor& tensor);
+
+/// The tensor of that name in a checkpoint, on the device of @p like.
+/// @throws ModelMismatch when it is missing or has another shape than @p like.
+torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name,
+  const torch::Tensor& like);
+
 /// A PoissonNet under training by Adam.
 class NetworkTraining
 {

@@ -76,29 +76,27 @@ bool FindsCheckpoint(const TrainingFiles& files)
   return files.Resume && !files.Checkpoint.empty() && fs::exists(files.Checkpoint);
 }
 
-void RunTraining(std::int64_t iterationsDone, const TrainingOptions& options, const TrainingFiles& files,
-  const std::function<TrainingStep()>& step, const std::function<void()>& save, const TrainingObserver& observe,
-  const Progress& progress)
+void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const TrainingFiles& files,
+  const std::function<AfterIteration()>& step, const std::function<void()>& save, const Progress& progress)
 {
-  if (iterationsDone > options.Iterations)
+  if (iterationsDone > iterations)
   {
     throw ModelMismatch(files.Checkpoint + ": the checkpoint is of iteration " + std::to_string(iterationsDone) +
-      "; expected at most the " + std::to_string(options.Iterations) +
+      "; expected at most the " + std::to_string(iterations) +
       " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
   }
   bool saved = false;
-  for (std::int64_t done = iterationsDone; done < options.Iterations;)
+  for (std::int64_t done = iterationsDone + 1; done <= iterations; ++done)
   {
-    const TrainingStep result = step();
-    done = result.Iteration;
-    const bool goOn = (!observe || observe(result)) &&
-      (!progress || progress(static_cast<double>(done) / static_cast<double>(options.Iterations)));
-    saved = !goOn || done == options.Iterations || done % files.CheckpointInterval == 0;
+    const AfterIteration after = step();
+    const bool goOn =
+      after.GoOn && (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
+    saved = !goOn || after.Save || done == iterations || done % files.CheckpointInterval == 0;
     if (saved)
     {
       save();
     }
-    if (!goOn && done < options.Iterations)
+    if (!goOn && done < iterations)
     {
       throw Cancelled("The training was stopped after iteration " + std::to_string(done) + ".");
     }

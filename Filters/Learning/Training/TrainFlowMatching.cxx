@@ -30,8 +30,12 @@ FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingT
       WriteLossTable(files.LossTable, trainer.History());
     }
   };
-  RunTraining(trainer.Iteration(), options, files, [&trainer] { return trainer.Step(); }, save, observe,
-    SubProgress(progress, 0.02, 1.0));
+  const auto step = [&]
+  {
+    const TrainingStep done = trainer.Step();
+    return AfterIteration{ !observe || observe(done) };
+  };
+  RunTraining(trainer.Iteration(), options.Iterations, files, step, save, SubProgress(progress, 0.02, 1.0));
   return trainer;
 }
 

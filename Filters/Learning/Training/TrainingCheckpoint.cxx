@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <locale>
@@ -144,16 +145,33 @@ TrainingCheckpoint ReadCheckpoint(const std::string& path)
 
 void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& history)
 {
+  std::vector<std::vector<double>> rows;
+  rows.reserve(history.size());
+  for (const TrainingStep& step : history)
+  {
+    rows.push_back({ static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss,
+      step.GradientNorm, step.LearningRate });
+  }
+  WriteTable(path, { "iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate" }, rows);
+}
+
+void WriteTable(
+  const std::string& path, const std::vector<std::string>& columns, const std::vector<std::vector<double>>& rows)
+{
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::trunc);
   file.imbue(std::locale::classic());
-  file << "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate\n";
   file.precision(9);
-  for (const TrainingStep& step : history)
+  const auto writeLine = [&file](const auto& cells)
   {
-    file << step.Iteration << ',' << step.Loss << ',' << step.VertexLoss << ',' << step.JacobianLoss << ','
-         << step.GradientNorm << ',' << step.LearningRate << '\n';
-  }
+    for (std::size_t k = 0; k < cells.size(); ++k)
+    {
+      file << (k > 0 ? "," : "") << cells[k];
+    }
+    file << '\n';
+  };
+  writeLine(columns);
+  std::for_each(rows.begin(), rows.end(), writeLine);
   file.close();
   if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
   {

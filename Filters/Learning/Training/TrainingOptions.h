@@ -76,16 +76,28 @@ void CheckFiles(const TrainingFiles& files);
 /// True when a training is to go on from a checkpoint, and there is one.
 bool FindsCheckpoint(const TrainingFiles& files);
 
-/// Takes steps to the last iteration, with checkpoints. @p step does one and returns it, @p save writes the files. On
-/// cancellation (by @p observe or @p progress) the files are written first; after a checkpoint of the last iteration they
-/// are written again, as they may have gone or have other names.
+/// What is to be done after an iteration.
+struct AfterIteration
+{
+  bool GoOn = true;  ///< false stops the training
+  bool Save = false; ///< writes the files even though CheckpointInterval does not ask for it
+};
+
+/// Takes the steps from @p iterationsDone to @p iterations, with checkpoints. @p step does one iteration, @p save writes the
+/// files. On cancellation (by @p step or @p progress) the files are written first; after a checkpoint of the last iteration
+/// they are written again, as they may have gone or have other names.
 /// @throws ModelMismatch when more iterations are done than are asked for; Cancelled; what @p step and @p save throw.
-void RunTraining(std::int64_t iterationsDone, const TrainingOptions& options, const TrainingFiles& files,
-  const std::function<TrainingStep()>& step, const std::function<void()>& save, const TrainingObserver& observe,
-  const Progress& progress);
+void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const TrainingFiles& files,
+  const std::function<AfterIteration()>& step, const std::function<void()>& save, const Progress& progress);
 
 /// Writes the rows of @p history: iteration, loss, vertex_loss, jacobian_loss, gradient_norm, learning_rate.
 /// @throws InvalidInput when the file cannot be written.
 void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& history);
+
+/// Writes a CSV file: a line of the names of @p columns, then @p rows of as many numbers with nine digits. Replaces the file
+/// only when all is written.
+/// @throws InvalidInput when the file cannot be written.
+void WriteTable(
+  const std::string& path, const std::vector<std::string>& columns, const std::vector<std::vector<double>>& rows);
 
 } // namespace surfsynth

@@ -44,6 +44,12 @@ class SynthesisAccessor:
 
         return _wrapped(sample_signal(self._mesh, *arguments, **parameters))
 
+    def geometric_texture(self, *arguments, **parameters):
+        """surfacesynthesis.geometric_texture() on this mesh, where the package was built with LibTorch."""
+        from .textures import geometric_texture
+
+        return _wrapped(geometric_texture(self._mesh, *arguments, **parameters))
+
     @functools.wraps(vdb_surface, assigned=("__doc__",))
     def vdb_surface(self, *arguments, **parameters):
         return _wrapped(vdb_surface(self._mesh, *arguments, **parameters))

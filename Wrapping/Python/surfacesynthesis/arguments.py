@@ -5,6 +5,7 @@ argument's name."""
 import math
 import numbers
 import operator
+import os
 
 import numpy as np
 
@@ -99,4 +100,18 @@ def progress_callback(value):
     """A callable, or None."""
     if value is not None and not callable(value):
         raise TypeError(f"progress must be callable, not {type(value).__name__}")
+    return value
+
+
+def optional_path(name, value):
+    """A path as a string; "" for None."""
+    if value is None:
+        return ""
+    try:
+        value = os.fspath(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a path, not {type(value).__name__}") from None
+    value = value.decode() if isinstance(value, bytes) else value
+    if not value or "\0" in value:
+        raise ValueError(f"{name} must be a path; it is empty or holds a zero byte")
     return value

@@ -124,7 +124,8 @@ def run_algorithm(algorithm, progress=None, time=None):
 
 
 def apply_filter(algorithm, dataset, progress=None):
-    """The output of a filter for a dataset that stays untouched, and the texts of the filter's warnings.
+    """The output of a filter for a dataset that stays untouched, or None for a filter that needs none, and the texts of
+    the filter's warnings.
 
     Raises what run_algorithm() raises.
     """
@@ -148,6 +149,8 @@ def outputs_at_times(algorithm, dataset, times, progress=None):
 
 
 def _give(algorithm, dataset):
+    if dataset is None:
+        return
     given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
     given.ShallowCopy(dataset)
     algorithm.SetInputDataObject(0, given)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Training of flow matching models: a function around vtkFlowMatchingTrainer."""
 
-import os
 import warnings
 
 import numpy as np
@@ -17,6 +16,7 @@ from .arguments import (
     flag,
     in_range,
     integer,
+    optional_path,
     positive,
     progress_callback,
 )
@@ -178,11 +178,11 @@ def configured_filter(
 ):
     """A vtkFlowMatchingTrainer with the parameters of train_flow_matching(), which raises TypeError and ValueError."""
     algorithm = vtkFlowMatchingTrainer()
-    algorithm.SetModelFileName(_path("model", model))
-    algorithm.SetDatasetFileName(_path("dataset", dataset))
-    algorithm.SetCheckpointFileName(_path("checkpoint", checkpoint))
-    algorithm.SetLossTableFileName(_path("losses", losses))
-    algorithm.SetEncoderFileName(_path("encoder", encoder))
+    algorithm.SetModelFileName(optional_path("model", model))
+    algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetCheckpointFileName(optional_path("checkpoint", checkpoint))
+    algorithm.SetLossTableFileName(optional_path("losses", losses))
+    algorithm.SetEncoderFileName(optional_path("encoder", encoder))
     encoder_iterations = integer("encoder_iterations", encoder_iterations, 0)
     algorithm.SetEncoderIterations(at_most("encoder_iterations", encoder_iterations, 100000000))
     eigenfunctions = integer("eigenfunctions", eigenfunctions, 1)
@@ -248,19 +248,6 @@ def losses_of(algorithm):
     columns = {name: table.GetColumnByName(name) for name in
                ("iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate")}
     return {name: np.zeros(0) if column is None else vtk_to_numpy(column).copy() for name, column in columns.items()}
-
-
-def _path(name, value):
-    if value is None:
-        return ""
-    try:
-        value = os.fspath(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a path, not {type(value).__name__}") from None
-    value = value.decode() if isinstance(value, bytes) else value
-    if not value or "\0" in value:
-        raise ValueError(f"{name} must be a path; it is empty or holds a zero byte")
-    return value
 
 
 def _shallow_copy(dataset):

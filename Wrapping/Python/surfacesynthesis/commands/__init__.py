@@ -4,7 +4,7 @@
 import importlib.util
 
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import convert, dataset, deform, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, train
+from . import convert, dataset, deform, levels, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, texture, train
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -22,4 +22,6 @@ if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # 
     COMMANDS.append(predict)
 if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):
     COMMANDS += [train, deform, metrics]
+if importlib.util.find_spec("..vtkSurfaceSynthesisGeometry", __package__):
+    COMMANDS += [levels, texture]
 COMMANDS.append(convert)

@@ -3,7 +3,9 @@
 
 import argparse
 import collections
+import os
 import sys
+import time
 import warnings
 
 PROGRAM = "surfacesynthesis"
@@ -43,6 +45,35 @@ class ProgressBar:
             self._shown = None
 
 
+class TrainingBar(ProgressBar):
+    """A bar with what the filter says beside it: the iteration, the loss, the time left."""
+
+    def __init__(self, stream, wanted, algorithm):
+        super().__init__(stream, wanted)
+        self._algorithm = algorithm
+        self._written = 0.0
+        self._length = 0
+
+    def __call__(self, fraction):
+        now = time.monotonic()
+        if self._stream is None or (now - self._written < 0.2 and fraction < 1.0):
+            return
+        self._written = now
+        width = self.WIDTH // 2
+        done = int(width * min(max(fraction, 0.0), 1.0))
+        text = f"[{'#' * done}{' ' * (width - done)}] {self._algorithm.GetProgressText() or 'preparing'}"
+        self._shown = fraction
+        self._stream.write("\r" + text.ljust(self._length))
+        self._stream.flush()
+        self._length = len(text)
+
+    def clear(self):
+        if self._shown is not None:
+            self._stream.write("\r" + " " * self._length + "\r")
+            self._stream.flush()
+            self._shown = None
+
+
 def add_command(commands, name, files, help, description, epilog):
     """Adds a command and returns its parser. ``files`` are the positional arguments in the usage line."""
     return commands.add_parser(
@@ -60,6 +91,16 @@ def add_running_options(group):
     group.add_argument("--threads", type=int, metavar="N", help="number of threads (default: VTK's)")
     group.add_argument("--no-progress", action="store_true", help="show no progress bar")
     group.add_argument("--quiet", action="store_true", help="print errors only")
+
+
+def add_training_files(training):
+    """Adds the options about the files of a training but for its model."""
+    files = training.add_argument_group("files")
+    files.add_argument(
+        "--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)"
+    )
+    files.add_argument("--losses", metavar="FILE", help="table of the losses, CSV (default: MODEL.csv)")
+    files.add_argument("--no-resume", action="store_true", help="begin anew, and replace the checkpoint")
 
 
 def as_usage(function, *arguments, **parameters):
@@ -98,6 +139,26 @@ def run_filter(algorithm, dataset, arguments, times=None):
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
     return output
+
+
+def train_filter(algorithm, arguments, checkpoints=()):
+    """Runs a training filter with a bar; its warnings are issued. Ctrl-C says what is kept: the first of ``checkpoints``,
+    by default that of the model, that is there."""
+    from ..errors import SurfaceSynthesisWarning
+    from ..pipeline import run_algorithm
+
+    set_threads(arguments.threads)
+    bar = TrainingBar(sys.stderr, not (arguments.no_progress or arguments.quiet), algorithm)
+    try:
+        remarks = run_algorithm(algorithm, bar)
+    except KeyboardInterrupt:
+        places = checkpoints or [algorithm.GetCheckpointFileName() or algorithm.GetModelFileName() + ".checkpoint"]
+        kept = [f"; the same command goes on from {path}" for path in places if os.path.exists(path)]
+        raise KeyboardInterrupt("".join(["interrupted", *kept[:1]])) from None
+    finally:
+        bar.clear()
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
 
 
 def set_threads(threads):

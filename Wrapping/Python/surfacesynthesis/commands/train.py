@@ -2,12 +2,18 @@
 """The command ``train``."""
 
 import argparse
-import os
-import sys
 import time
-import warnings
 
-from .common import PROGRAM, ProgressBar, UsageError, add_running_options, as_usage, read_surface, set_threads
+from . import train_texture
+from .common import (
+    PROGRAM,
+    UsageError,
+    add_running_options,
+    add_training_files,
+    as_usage,
+    read_surface,
+    train_filter,
+)
 
 _DESCRIPTION = """\
 Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from
@@ -60,35 +66,6 @@ _NUMBERS = {
 }
 
 
-class _TrainingBar(ProgressBar):
-    """A bar with what the filter says beside it: the iteration, the loss, the time left."""
-
-    def __init__(self, stream, wanted, algorithm):
-        super().__init__(stream, wanted)
-        self._algorithm = algorithm
-        self._written = 0.0
-        self._length = 0
-
-    def __call__(self, fraction):
-        now = time.monotonic()
-        if self._stream is None or (now - self._written < 0.2 and fraction < 1.0):
-            return
-        self._written = now
-        width = self.WIDTH // 2
-        done = int(width * min(max(fraction, 0.0), 1.0))
-        text = f"[{'#' * done}{' ' * (width - done)}] {self._algorithm.GetProgressText() or 'preparing'}"
-        self._shown = fraction
-        self._stream.write("\r" + text.ljust(self._length))
-        self._stream.flush()
-        self._length = len(text)
-
-    def clear(self):
-        if self._shown is not None:
-            self._stream.write("\r" + " " * self._length + "\r")
-            self._stream.flush()
-            self._shown = None
-
-
 def add(commands):
     """Adds the command to the parser."""
     parser = commands.add_parser(
@@ -116,13 +93,9 @@ def add(commands):
                 f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
             )
     _add_choices(groups)
-    files = training.add_argument_group("files")
-    files.add_argument(
-        "--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)"
-    )
-    files.add_argument("--losses", metavar="FILE", help="table of the losses, CSV (default: MODEL.csv)")
-    files.add_argument("--no-resume", action="store_true", help="begin anew, and replace the checkpoint")
+    add_training_files(training)
     add_running_options(training.add_argument_group("running"))
+    train_texture.add(kinds)
 
 
 def _add_choices(groups):
@@ -166,7 +139,7 @@ def run(arguments):
 
     started = time.monotonic()
     algorithm = _filter_of(arguments)
-    _train(algorithm, arguments)
+    train_filter(algorithm, arguments, _checkpoints(algorithm))
     losses = losses_of(algorithm)["loss"]
     if len(losses) == 0:
         return "nothing to train on"
@@ -207,23 +180,6 @@ def _filter_of(arguments):
         source, *samples = [read_surface(path) for path in given]
         as_usage(connect, algorithm, source, samples[0] if len(samples) == 1 else samples)
     return algorithm
-
-
-def _train(algorithm, arguments):
-    from ..errors import SurfaceSynthesisWarning
-    from ..pipeline import run_algorithm
-
-    set_threads(arguments.threads)
-    bar = _TrainingBar(sys.stderr, not (arguments.no_progress or arguments.quiet), algorithm)
-    try:
-        remarks = run_algorithm(algorithm, bar)
-    except KeyboardInterrupt:
-        kept = [f"; the same command goes on from {path}" for path in _checkpoints(algorithm) if os.path.exists(path)]
-        raise KeyboardInterrupt("".join(["interrupted", *kept[:1]])) from None
-    finally:
-        bar.clear()
-    for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
 
 
 def _checkpoints(algorithm):

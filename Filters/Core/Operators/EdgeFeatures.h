@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What triangles see of their neighbours in frames of their edges: the input features of "Deep Geometric Texture
+/// Synthesis" (Hertz et al. 2020, section 3).
+#pragma once
+
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TriangleMesh.h"
+
+#include <Eigen/Core>
+
+namespace surfsynth
+{
+
+/// The triangles beyond the edges of each triangle. Edge i of a triangle runs from its corner i to corner (i + 1) % 3.
+/// Beyond an edge on a boundary lies the triangle itself, and the corner opposite is its own.
+struct FaceNeighbours
+{
+  TriangleMatrix Faces;    ///< [F, 3], the triangle beyond each edge
+  TriangleMatrix Opposite; ///< [F, 3], the vertex of that triangle which is not on the edge
+};
+
+/// @param mesh with manifold edges; any vertex degree, open or closed. O(F), parallel.
+/// @throws InvalidInput when an edge has three triangles or more, an id is out of range or a triangle uses a vertex
+/// twice.
+FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh);
+/// @param topology the tables of @p mesh
+FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopology& topology);
+
+/// Points in single precision, [V, 3], as networks see them.
+using SinglePoints = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+/// [F, 12] float32, edge-major: for each edge the coordinates (x, y, n) of the opposite vertex in the edge's frame,
+/// then the edge's length.
+using EdgeFeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, 12, Eigen::RowMajor>;
+
+/// The frame of edge i: origin at its midpoint, x along the edge, n the face's unit normal (v1 - v0) x (v2 - v1), y = x
+/// cross n, which points out of the triangle. Unit vectors of triangles without area are zero (nothing is divided by
+/// 0).
+EdgeFeatureMatrix ComputeEdgeFeatures(
+  const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbours& neighbours);
+
+/// The displacement of each vertex: the mean over its corners of a x_i + b y_i + c n, with the frame of the edge that
+/// leaves the corner and (a, b, c) the row of @p local for the triangle. [V, 3]; 0 for vertices that no triangle uses.
+/// @param local [F, 3]
+SinglePoints MeanCornerDisplacement(
+  const SinglePoints& points, const TriangleMatrix& triangles, const Eigen::Ref<const SinglePoints>& local);
+
+} // namespace surfsynth

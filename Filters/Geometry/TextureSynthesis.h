@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What vtkGeometricTextureSynthesizer makes of its properties and of one block after the other. Private to the filter.
+#pragma once
+
+#include "vtkGeometricTextureSynthesizer.h"
+
+#include "BlockBridge.h"
+#include "BlockCache.h"
+#include "FileCache.h"
+#include "GrownTexture.h"
+#include "LevelBlocks.h"
+#include "SurfaceBridge.h"
+
+#include "Learning/Models/GeometricTextureModel.h"
+
+#include <vtkInformation.h>
+#include <vtkSmartPointer.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+class vtkDataObject;
+class vtkMultiBlockDataSet;
+class vtkPolyData;
+
+/// The model and the textures of the last update, and what this update makes of them.
+class vtkGeometricTextureSynthesizer::Internals
+{
+public:
+  explicit Internals(vtkGeometricTextureSynthesizer* self)
+    : Self(self)
+  {}
+
+  /// Checks the properties and reads the model file where that is needed.
+  /// @param time that of the animation, where one is asked for. @throws what the reader throws; InvalidInput.
+  void Begin(std::optional<double> time, bool fromTemplate);
+
+  /// The template of the model as the target of the first piece; the others get nothing.
+  /// @throws InvalidInput when there is none.
+  vtkSmartPointer<vtkInformation> TemplateInformation(vtkInformation* requested) const;
+
+  /// Fills block.Output, or with OutputLevels notes the surfaces of all levels. @throws what growing throws.
+  void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
+
+  /// Puts the levels that Synthesize() has noted into @p output.
+  /// @param held has the structure of the input.
+  void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
+
+  /// The times that an animation has; none when the model cannot be read, which the next RequestData reports.
+  std::vector<double> AnimationTimes();
+
+  std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update
+  surfsynth::BlockCache<std::unique_ptr<surfsynth::GrownTexture>> Textures;
+  surfsynth::FileCache<surfsynth::GeometricTextureModel> File{ surfsynth::ReadGeometricTexture,
+    "A geometric texture in safetensors format is needed, as its training writes it." };
+  vtkTypeInt64 NumberOfGrowths = 0;
+
+private:
+  void CheckNames() const;
+  surfsynth::TextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
+  surfsynth::GeometricTextureRequest Growth(unsigned int flatIndex) const;
+  surfsynth::TextureSettings Settings(vtkPolyData* input, const surfsynth::Surface& surface) const;
+  surfsynth::GrownTexture* Find(const surfsynth::Surface& surface, const surfsynth::TextureSettings& settings);
+  surfsynth::GrownTexture& Grow(
+    const surfsynth::Surface& surface, const surfsynth::TextureSettings& settings, const surfsynth::Progress& progress);
+  double LevelsAtTime() const;
+  int StepAtTime(int steps) const;
+  void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GrownTexture& texture, int step,
+    vtkPolyData* output) const;
+
+  vtkGeometricTextureSynthesizer* Self;
+  std::optional<double> Time;
+  bool FromTemplate = false;
+  std::vector<int> WithoutNoise;     ///< generator levels
+  surfsynth::LevelSurfaces Surfaces; ///< with OutputLevels
+};

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The geometry of "Deep Geometric Texture Synthesis" (Hertz et al. 2020, section 3) on tensors: features of triangles,
+/// displacements and subdivision, differentiable in the positions. EdgeFeatures.h has the same without torch.
+///
+/// Tables depend on the triangles only and are constant. Gradients are sums in a fixed order: the same bits every time.
+#pragma once
+
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "Core/Operators/EdgeFeatures.h"
+
+#include <torch/torch.h>
+
+#include <cstdint>
+
+namespace surfsynth
+{
+
+/// What the triangles of a mesh see, as tensors of ids on one device.
+struct FaceTables
+{
+  torch::Tensor Triangles;  ///< [F, 3] int64
+  torch::Tensor Neighbours; ///< [F, 3] int64, the triangle beyond each edge
+  torch::Tensor Opposite;   ///< [F, 3] int64, the vertex of that triangle which is not on the edge
+  torch::Tensor Corners;    ///< [V, 1], number of triangles at each vertex, at least 1; floating point
+  std::int64_t Vertices = 0;
+
+  FaceTables() = default;
+  /// @param options floating-point type and device.
+  /// @throws InvalidInput as ComputeFaceNeighbours().
+  FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& options);
+};
+
+/// Rows of @p table by @p ids of any shape [...]: [..., C]. Differentiable twice.
+torch::Tensor TakeRows(const torch::Tensor& table, const torch::Tensor& ids);
+
+/// The adjoint of TakeRows(): [rows, C], row k the sum of those rows of @p values [..., C] whose id in @p ids [...] is k.
+torch::Tensor SumRows(const torch::Tensor& values, const torch::Tensor& ids, std::int64_t rows);
+
+/// ComputeEdgeFeatures(): [F, 12] from @p positions [V, 3].
+torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& positions);
+
+/// MeanCornerDisplacement(): [V, 3] from @p positions [V, 3] and @p local [F, 3], the (a, b, c) of each triangle.
+torch::Tensor CornerDisplacement(
+  const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local);
+
+/// The ends of the edges that SubdivideAtMidpoints() puts vertices on, [E, 2] int64.
+torch::Tensor ParentTensor(const SubdividedMesh& subdivided, const torch::Device& device);
+
+/// Positions of the subdivided mesh in units of its own edges: 2 [positions; midpoints], [V + E, 3], so that the mean
+/// edge length stays what it was.
+torch::Tensor DoubledSubdivision(const torch::Tensor& positions, const torch::Tensor& parents);
+
+} // namespace surfsynth

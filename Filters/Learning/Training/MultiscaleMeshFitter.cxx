@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/MultiscaleMeshFitter.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "Core/Random/CounterUniforms.h"
+#include "Learning/Losses/MeshFitLosses.h"
+#include "Learning/Samplers/GeometricTextureSampler.h"
+#include "Learning/Training/FitTemplates.h"
+#include "Learning/Training/NearestPoints.h"
+
+#include <Eigen/Geometry>
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Half of the longest side of the box, and its centre.
+struct BoxFrame
+{
+  explicit BoxFrame(const TriangleMesh& mesh)
+  {
+    const BoundingBox box = ComputeBoundingBox(mesh);
+    this->Centre = 0.5 * (box.Lower + box.Upper).transpose();
+    this->Radius = 0.5 * box.LongestSide();
+  }
+  Eigen::RowVector3d Centre;
+  double Radius = 1.0;
+};
+
+/// A mesh under optimisation, or the one that it is fitted to.
+struct FitSurface
+{
+  explicit FitSurface(const TriangleMesh& mesh)
+    : Mesh(mesh)
+    , Tables(mesh, torch::kFloat64)
+    , Positions(torch::from_blob(const_cast<double*>(mesh.Points.data()), { mesh.Points.rows(), 3 }, torch::kFloat64)
+                  .clone())
+  {
+  }
+  TriangleMesh Mesh; ///< with the points of before the optimisation
+  FitTables Tables;
+  torch::Tensor Positions; ///< [V, 3]
+};
+
+PointMatrix ToPoints(const torch::Tensor& tensor)
+{
+  const torch::Tensor rows = tensor.detach().contiguous();
+  return Eigen::Map<const PointMatrix>(rows.data_ptr<double>(), rows.size(0), 3);
+}
+
+torch::Tensor IdsOf(const std::vector<std::int64_t>& ids)
+{
+  return torch::tensor(ids, torch::kInt64);
+}
+
+/// Points uniformly on a surface: a triangle by its area, then a point in the square, folded onto the triangle.
+SurfaceSamples DrawSamples(const FitSurface& surface, std::int64_t count, const NormalKey& key)
+{
+  const PointMatrix points = ToPoints(surface.Positions);
+  const TriangleMatrix& triangles = surface.Mesh.Triangles;
+  std::vector<double> area(static_cast<std::size_t>(triangles.rows()));
+  double sum = 0.0;
+  for (Eigen::Index f = 0; f < triangles.rows(); ++f)
+  {
+    const Eigen::RowVector3d a = points.row(triangles(f, 0));
+    const Eigen::RowVector3d b = points.row(triangles(f, 1));
+    const Eigen::RowVector3d c = points.row(triangles(f, 2));
+    area[static_cast<std::size_t>(f)] = sum += 0.5 * (b - a).cross(c - a).norm();
+  }
+  SurfaceSamples samples{ torch::empty({ count }, torch::kInt64), torch::empty({ count, 3 }, torch::kFloat64) };
+  auto* face = samples.Faces.data_ptr<std::int64_t>();
+  auto* weight = samples.Weights.data_ptr<double>();
+  for (std::int64_t k = 0; k < count; ++k, weight += 3)
+  {
+    const auto found = std::upper_bound(area.begin(), area.end() - 1, Uniform(key, 3 * k) * sum);
+    face[k] = found - area.begin();
+    double u = Uniform(key, 3 * k + 1);
+    double v = Uniform(key, 3 * k + 2);
+    if (u + v > 1.0)
+    {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    weight[0] = u;
+    weight[1] = v;
+    weight[2] = 1.0 - u - v;
+  }
+  return samples;
+}
+
+/// The optimisation of one level.
+class LevelFit
+{
+public:
+  LevelFit(const MultiscaleFitOptions& options, std::int64_t level, FitSurface& source, const FitSurface& target)
+    : Options(options)
+    , Level(level)
+    , Source(source)
+    , Target(target)
+    , Adam(std::vector<torch::Tensor>{ source.Positions.requires_grad_() }, torch::optim::AdamOptions(options.LearningRate))
+  {
+  }
+
+  void Iterate(std::int64_t iteration)
+  {
+    for (std::int64_t k = 0; k < this->Options.TriangulationSteps; ++k)
+    {
+      this->Descend(ComputeTriangulationLoss(this->Source.Tables, this->Source.Positions).Total);
+    }
+    for (std::int64_t k = 0; k < this->Options.ChamferSteps; ++k)
+    {
+      this->Descend(this->Chamfer(iteration * this->Options.ChamferSteps + k));
+    }
+  }
+
+private:
+  void Descend(const torch::Tensor& loss)
+  {
+    if (!std::isfinite(loss.item<double>()))
+    {
+      throw SolverFailure("FitMultiscaleMesh: a loss of level " + std::to_string(this->Level) +
+        " is not finite; expected a lower learning rate.");
+    }
+    this->Adam.zero_grad();
+    loss.backward();
+    this->Adam.step();
+  }
+
+  torch::Tensor Chamfer(std::int64_t draw) const
+  {
+    const std::int64_t count = this->Options.Samples * (this->Level + 1);
+    NormalKey key;
+    key.Seed = this->Options.Seed;
+    key.Sample = static_cast<std::uint32_t>(draw);
+    key.Component = static_cast<std::uint32_t>(2 * this->Level);
+    const SampledSurface source = EvaluateSamples(
+      this->Source.Tables, this->Source.Positions, DrawSamples(this->Source, count, key));
+    ++key.Component;
+    const SampledSurface target = EvaluateSamples(
+      this->Target.Tables, this->Target.Positions, DrawSamples(this->Target, count, key));
+    const PointMatrix sourcePoints = ToPoints(source.Points);
+    const PointMatrix targetPoints = ToPoints(target.Points);
+    const NearestSampleIds nearest{ IdsOf(PointTree(targetPoints).Nearest(sourcePoints)),
+      IdsOf(PointTree(sourcePoints).Nearest(targetPoints)) };
+    return ComputeChamferLoss(source, target, nearest, this->Options.PublishedNormals).Total;
+  }
+
+  const MultiscaleFitOptions& Options;
+  std::int64_t Level;
+  FitSurface& Source;
+  const FitSurface& Target;
+  torch::optim::Adam Adam;
+};
+
+TriangleMesh MakeTemplate(const MultiscaleFitOptions& options)
+{
+  switch (options.Template)
+  {
+    case FitTemplate::Torus:
+      return MakeTorus(options.TorusSegments);
+    case FitTemplate::Given:
+      if (options.GivenTemplate.NumberOfTriangles() == 0)
+      {
+        throw InvalidInput("FitMultiscaleMesh: the given template has no triangle; expected a mesh.");
+      }
+      RequireSoundMesh(options.GivenTemplate, GeometricTextureSampler::Requirements());
+      return options.GivenTemplate;
+    default:
+      return MakeIcosphere(options.IcosphereLevel);
+  }
+}
+
+/// @p mesh at the origin, in units of @p unit half sides of its box.
+TriangleMesh InBox(TriangleMesh mesh, const BoxFrame& frame, double unit)
+{
+  mesh.Points = (mesh.Points.rowwise() - frame.Centre) / (frame.Radius * unit);
+  return mesh;
+}
+
+void RequireReference(const TriangleMesh& reference)
+{
+  if (reference.NumberOfTriangles() == 0)
+  {
+    throw InvalidInput("FitMultiscaleMesh: the reference has no triangle; expected a surface.");
+  }
+  MeshRequirements any;
+  any.ManifoldEdges = false;
+  RequireSoundMesh(reference, any);
+}
+}
+
+void CheckOptions(const MultiscaleFitOptions& options)
+{
+  const struct
+  {
+    const char* Name;
+    std::int64_t Value;
+    std::int64_t Least;
+    std::int64_t Most;
+  } ranges[] = { { "Levels", options.Levels, 1, 10 }, { "IcosphereLevel", options.IcosphereLevel, 0, 6 },
+    { "TorusSegments", options.TorusSegments, 3, 1000 }, { "Iterations", options.Iterations, 0, 1000000 },
+    { "TriangulationSteps", options.TriangulationSteps, 0, 1000 }, { "ChamferSteps", options.ChamferSteps, 0, 1000 },
+    { "Samples", options.Samples, 1, 1000000 } };
+  for (const auto& range : ranges)
+  {
+    if (range.Value < range.Least || range.Value > range.Most)
+    {
+      throw InvalidInput(std::string("MultiscaleFitOptions: ") + range.Name + " is " + std::to_string(range.Value) +
+        "; expected " + std::to_string(range.Least) + " to " + std::to_string(range.Most) + ".");
+    }
+  }
+  if (!(options.LearningRate > 0.0) || !std::isfinite(options.LearningRate))
+  {
+    throw InvalidInput("MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) +
+      "; expected a finite number above 0.");
+  }
+}
+
+MultiscaleFit FitMultiscaleMesh(
+  const TriangleMesh& reference, const MultiscaleFitOptions& options, const Progress& progress)
+{
+  CheckOptions(options);
+  RequireReference(reference);
+  const TriangleMesh start = MakeTemplate(options);
+  const BoxFrame startFrame(start);
+  const BoxFrame frame(reference);
+  const double unit = MeanEdgeLength(InBox(start, startFrame, 1.0));
+  TriangleMesh mesh = InBox(start, startFrame, unit);
+  FitSurface target(InBox(reference, frame, unit));
+  // From the units of a level to those of the reference, which halve with each level.
+  double scale = frame.Radius * unit;
+  const auto inReference = [&](const PointMatrix& points) -> PointMatrix
+  { return (scale * points).rowwise() + frame.Centre; };
+
+  MultiscaleFit fit;
+  fit.Dataset.Template = { inReference(mesh.Points), mesh.Triangles };
+  const double share = 1.0 / static_cast<double>(options.Levels * std::max<std::int64_t>(options.Iterations, 1));
+  for (std::int64_t level = 0; level < options.Levels; ++level)
+  {
+    FitSurface source(mesh);
+    LevelFit optimisation(options, level, source, target);
+    for (std::int64_t k = 0; k < options.Iterations; ++k)
+    {
+      Report(progress, share * static_cast<double>(level * options.Iterations + k));
+      optimisation.Iterate(k);
+    }
+    mesh.Points = ToPoints(source.Positions);
+    fit.Dataset.Levels.push_back({ inReference(mesh.Points), mesh.Triangles });
+    const SurfaceDistance distance = DistanceToSurface(fit.Dataset.Levels.back().Points, reference);
+    fit.Distances.push_back({ distance.Mean, distance.Largest });
+    if (level + 1 < options.Levels)
+    {
+      mesh = SubdivideAtMidpoints(mesh).Mesh;
+      mesh.Points *= 2.0;
+      target.Positions = 2.0 * target.Positions;
+      scale *= 0.5;
+    }
+  }
+  Report(progress, 1.0);
+  return fit;
+}
+
+} // namespace surfsynth

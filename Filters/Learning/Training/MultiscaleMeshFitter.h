@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A surface as meshes at several scales, for the training of geometric textures. This header needs no torch.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "IO/Mesh/MultiscaleDataset.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// The mesh that is fitted to the reference: of the reference's topology, and wound as it is.
+enum class FitTemplate
+{
+  Icosphere,
+  Torus, ///< around the z axis, radii 1 and 0.4
+  Given
+};
+
+struct MultiscaleFitOptions
+{
+  std::int64_t Levels = 5; ///< 1 to 10
+  FitTemplate Template = FitTemplate::Icosphere;
+  std::int64_t IcosphereLevel = 2; ///< 0 to 6: 20 4^level triangles
+  std::int64_t TorusSegments = 24; ///< 3 to 1000, around the axis; a third as many around the tube, at least 3
+  TriangleMesh GivenTemplate;      ///< of FitTemplate::Given
+  std::int64_t Iterations = 3000;  ///< of each level, >= 0
+  std::int64_t TriangulationSteps = 3; ///< of the optimiser in each iteration, 0 to 1000
+  std::int64_t ChamferSteps = 2;       ///< after those, 0 to 1000
+  double LearningRate = 1e-4;      ///< of Adam, in mean edge lengths of the template, > 0
+  std::int64_t Samples = 3000;     ///< on each surface at level 0, (l + 1) times as many at level l; 1 to 1e6
+  bool PublishedNormals = false;   ///< see ComputeChamferLoss(): unrelated normals are compared, as in the published code
+  std::uint64_t Seed = 0;
+};
+
+/// @throws InvalidInput naming the first option that is out of its range.
+void CheckOptions(const MultiscaleFitOptions& options);
+
+/// How far the vertices of a level lie from the reference, in its units.
+struct FitDistance
+{
+  double Mean = 0.0;
+  double Largest = 0.0;
+};
+
+struct MultiscaleFit
+{
+  /// The levels, and the template as the fit began with it; in the coordinates of the reference.
+  MultiscaleDataset Dataset;
+  std::vector<FitDistance> Distances; ///< of each level
+};
+
+/// Fits a template to @p reference, subdivides it at midpoints, fits it again, and so on: section 4 of "Deep Geometric
+/// Texture Synthesis" (Hertz et al. 2020). Both meshes are first moved to the centre of their boxes and divided by half of
+/// the longest side. Each iteration takes steps that keep triangles even, and steps that bring random samples of both
+/// surfaces closer; see MeshFitLosses.h. Everything random is a pure function of (seed, level, iteration, step).
+///
+/// @param reference finite triangles with area; need not be manifold or closed
+/// @throws InvalidInput when an option is out of range, the reference is broken or the template does not meet
+/// GeometricTextureSampler::Requirements(); SolverFailure when a loss is not finite; Cancelled.
+MultiscaleFit FitMultiscaleMesh(
+  const TriangleMesh& reference, const MultiscaleFitOptions& options, const Progress& progress = {});
+
+} // namespace surfsynth

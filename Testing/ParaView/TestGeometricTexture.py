@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometric textures through their proxies, in pvpython: what the classes give, from a fit to a texture."""
+
+import json
+
+import numpy as np
+import surfaces
+from paraview import servermanager
+from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from proxies import check_properties, made_by, output_of, source_of
+from surfacesynthesis import vtkGeometricTextureSynthesizer, vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+
+# property: (default, another value, what GetX() of the VTK class then returns)
+SYNTHESIZER = {
+    "ModelFileName": ("", "net.safetensors", "net.safetensors"),
+    "StartLevel": (0, 1, 1),
+    "EndLevel": (-1, 2, 2),
+    "Seed": (0, 7, 7),
+    "SecondSeed": (1, 8, 8),
+    "Interpolation": (0.0, 0.5, 0.5),
+    "NoiseAmplitude": (-1.0, 0.2, 0.2),
+    "LevelsWithoutNoise": ("", "0 2", "0 2"),
+    "TargetPreparation": ("As Is", "Subdivide", vtkGeometricTextureSynthesizer.SUBDIVIDE),
+    "TextureScale": (1.0, 0.5, 0.5),
+    "MaskArrayName": ("", "Mask", "Mask"),
+    "MaskFalloff": (0.0, 0.3, 0.3),
+    "RandomFromLevel": (0, 1, 1),
+    "OutputLevels": (0, 1, True),
+    "Animation": ("No Animation", "Seeds", vtkGeometricTextureSynthesizer.SEEDS),
+    "DisplacementArrayName": ("Displacement", "Way", "Way"),
+    "LevelArrayName": ("Level", "Born", "Born"),
+}
+FITTER = {
+    "NumberOfLevels": (5, 2, 2),
+    "Template": ("Icosphere", "Given", vtkMultiscaleMeshFitter.GIVEN),
+    "IcosphereLevel": (2, 1, 1),
+    "TorusSegments": (24, 9, 9),
+    "Iterations": (3000, 10, 10),
+    "TriangulationSteps": (3, 1, 1),
+    "ChamferSteps": (2, 1, 1),
+    "LearningRate": (1e-4, 1e-2, 1e-2),
+    "Samples": (3000, 100, 100),
+    "PublishedNormals": (0, 1, True),
+    "Seed": (0, 7, 7),
+    "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
+}
+TRAINER = {
+    "ModelFileName": ("", "model.safetensors", "model.safetensors"),
+    "CheckpointFileName": ("", "a.checkpoint", "a.checkpoint"),
+    "LossTableFileName": ("", "a.csv", "a.csv"),
+    "CheckpointInterval": (500, 20, 20),
+    "Resume": (1, 0, False),
+    "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
+    "TextureName": ("texture", "bark", "bark"),
+    "IterationsPerLevel": (2000, 2, 2),
+    "DiscriminatorSteps": (2, 1, 1),
+    "GeneratorSteps": (3, 1, 1),
+    "LearningRate": (5e-4, 1e-3, 1e-3),
+    "LearningRateInterval": (500, 5, 5),
+    "LearningRateFactor": (0.5, 0.25, 0.25),
+    "PenaltyWeight": (0.1, 0.0, 0.0),
+    "ReconstructionWeight": (5.0, 1.0, 1.0),
+    "Layers": (7, 4, 4),
+    "StartChannels": (32, 8, 8),
+    "LeastChannels": (32, 4, 4),
+    "MostChannels": (128, 8, 8),
+    "NoiseAmplitude": (0.1, 0.2, 0.2),
+    "Seed": (0, 7, 7),
+    "Device": ("Auto", "CUDA", vtkGeometricTextureTrainer.CUDA),
+}
+FIT = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 3, "Samples": 100}
+TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "LeastChannels": 4, "MostChannels": 4}
+
+
+def model(path):
+    """A texture of two levels with random weights, without a template."""
+    random = np.random.default_rng(2)
+    channels = [4, 6, 6, 3]
+    tensors = {}
+    for level in range(2):
+        for k in range(3):
+            name = f"levels.{level}.layers.{k}." + ("conv" if k == 2 else "0.conv")
+            inputs = 4 if k == 0 else 2 * channels[k]
+            tensors[name + ".weight"] = random.uniform(-0.3, 0.3, (channels[k + 1], inputs, 1))
+            tensors[name + ".bias"] = random.uniform(-0.3, 0.3, channels[k + 1])
+    description = dict(levels=2, layers=4, start_channels=6, least_channels=6, most_channels=6, noise_amplitude=0.1,
+                       name="random")  # fmt: skip
+    described = dict(architecture="geometric_texture", format_version="1", geometric_texture=json.dumps(description))
+    write_safetensors(path, tensors, described)
+    return path
+
+
+def points_of(mesh):
+    return vtk_to_numpy(mesh.GetPoints().GetData()).copy()
+
+
+def masked_ball():
+    ball = surfaces.ball()
+    mask = numpy_to_vtk((points_of(ball)[:, 2] > points_of(ball)[:, 2].mean()).astype(float), deep=True)
+    mask.SetName("Mask")
+    ball.GetPointData().AddArray(mask)
+    return ball
+
+
+def properties_have_the_defaults_of_the_classes_and_reach_them():
+    ball = source_of(masked_ball())
+    for made, properties in (
+        (GeometricTextureSynthesizer(Input=ball), SYNTHESIZER),
+        (MultiscaleMeshFitter(Input=ball), FITTER),
+        (GeometricTextureTrainer(Input=ball), TRAINER),
+    ):
+        check_properties(made, properties)
+        Delete(made)
+
+
+def textures_are_those_of_the_class():
+    path = model("texture.safetensors")
+    options = dict(ModelFileName=path, Seed=3, MaskArrayName="Mask", MaskFalloff=0.2)
+    found = output_of(GeometricTextureSynthesizer(Input=source_of(masked_ball()), **options))
+    expected = made_by(vtkGeometricTextureSynthesizer(), masked_ball(), **options)
+    assert np.array_equal(points_of(found), points_of(expected))
+    displacement = vtk_to_numpy(found.GetPointData().GetArray("Displacement"))
+    assert np.abs(displacement).max() > 1e-3
+    assert np.all(displacement[vtk_to_numpy(found.GetPointData().GetArray("Mask")) == 0] == 0)
+
+
+def levels_are_blocks():
+    path = model("levels.safetensors")
+    found = output_of(GeometricTextureSynthesizer(Input=source_of(surfaces.ball()), ModelFileName=path, OutputLevels=1))
+    assert found.GetNumberOfBlocks() == 2
+    expected = made_by(vtkGeometricTextureSynthesizer(), surfaces.ball(), ModelFileName=path)
+    assert np.array_equal(points_of(found.GetBlock(1)), points_of(expected))
+
+
+def the_animation_goes_through_the_levels_without_growing_them_again():
+    made = GeometricTextureSynthesizer(Input=source_of(surfaces.ball()), ModelFileName=model("animated.safetensors"),
+                                       Animation="Levels")  # fmt: skip
+    made.UpdatePipeline()
+    assert list(made.TimestepValues) == [0.0, 1.0, 2.0]
+    GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
+    sizes, seen = [], []
+    for time in (0.0, 1.0, 1.5, 2.0):
+        made.UpdatePipeline(time)
+        seen.append(points_of(servermanager.Fetch(made)))
+        sizes.append(len(seen[-1]))
+    assert sizes[0] == sizes[1] < sizes[2] == sizes[3]
+    assert np.abs(seen[0] - seen[1]).max() > 1e-4 and np.abs(seen[2] - seen[3]).max() > 1e-4
+    made.UpdatePropertyInformation()
+    assert made.GetProperty("NumberOfGrowths").GetData() == 1
+    assert made.GetProperty("NumberOfModelLoads").GetData() == 1
+    Delete(made)
+
+
+def a_fit_is_learnt_from_and_grows_without_input():
+    fitter = MultiscaleMeshFitter(Input=source_of(surfaces.ball()), **FIT)
+    fitter.UpdatePipeline()
+    levels = servermanager.Fetch(fitter)
+    assert levels.GetNumberOfBlocks() == 2 and levels.GetBlock(1).GetNumberOfPolys() == 320
+    template = fitter.GetClientSideObject().GetOutputDataObject(1)
+    assert template.GetNumberOfPolys() == 80
+    trainer = GeometricTextureTrainer(Input=fitter, TemplateMesh=OutputPort(fitter, 1),
+                                      ModelFileName="learnt.safetensors", Device="CPU", **TRAINING)  # fmt: skip
+    table = output_of(trainer)
+    assert table.GetNumberOfRows() == 4 and table.GetNumberOfColumns() == 7
+    trainer.UpdatePropertyInformation()
+    assert trainer.GetProperty("NumberOfIterationsDone").GetData() == 4
+    assert trainer.GetProperty("DeviceInUse").GetData() == "CPU"
+    SetActiveSource(None)
+    sample = output_of(GeometricTextureSynthesizer(ModelFileName="learnt.safetensors"))
+    assert sample.GetNumberOfPolys() == 320
+    alone = vtkGeometricTextureSynthesizer()
+    alone.SetModelFileName("learnt.safetensors")
+    alone.Update()
+    assert np.array_equal(points_of(sample), points_of(alone.GetOutputDataObject(0)))
+
+
+surfaces.run(
+    properties_have_the_defaults_of_the_classes_and_reach_them,
+    textures_are_those_of_the_class,
+    levels_are_blocks,
+    the_animation_goes_through_the_levels_without_growing_them_again,
+    a_fit_is_learnt_from_and_grows_without_input,
+)

@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometric textures: geometric_texture(), fit_levels(), train_geometric_texture() and their commands."""
+
+import json
+
+import numpy as np
+import pytest
+import surfacesynthesis
+from conftest import add_array, icosphere, polydata_of
+from surfacesynthesis import (
+    SurfaceSynthesisError,
+    fit_levels,
+    geometric_texture,
+    read_mesh,
+    train_geometric_texture,
+    write_mesh,
+)
+from surfacesynthesis.command_line import main
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+
+LEVELS, CHANNELS = 3, [4, 6, 6, 3]
+
+
+@pytest.fixture
+def model(tmp_path):
+    """A texture of three levels with random weights, and an icosahedron as the template."""
+    random = np.random.default_rng(3)
+    tensors = {}
+    for level in range(LEVELS):
+        for k in range(len(CHANNELS) - 1):
+            last = k == len(CHANNELS) - 2
+            name = f"levels.{level}.layers.{k}." + ("conv" if last else "0.conv")
+            inputs = CHANNELS[0] if k == 0 else 2 * CHANNELS[k]
+            scale = (0.05 if last else 0.5) / np.sqrt(inputs)
+            tensors[name + ".weight"] = random.uniform(-scale, scale, (CHANNELS[k + 1], inputs, 1))
+            tensors[name + ".bias"] = random.uniform(-scale, scale, CHANNELS[k + 1])
+    points, triangles = icosphere(0)
+    tensors["template.points"] = points
+    tensors["template.triangles"] = triangles.astype(np.int64)
+    tensors["reconstruction_noise"] = random.normal(0, 0.1, points.shape)
+    description = {
+        "levels": LEVELS,
+        "layers": len(CHANNELS),
+        "start_channels": 6,
+        "least_channels": 6,
+        "most_channels": 6,
+        "noise_amplitude": 0.1,
+        "name": "pebbles",
+    }
+    metadata = {
+        "architecture": "geometric_texture",
+        "format_version": "1",
+        "geometric_texture": json.dumps(description),
+    }
+    path = tmp_path / "pebbles.safetensors"
+    write_safetensors(path, tensors, metadata, double=("template.points",))
+    return path
+
+
+@pytest.fixture
+def ball():
+    return icosphere(2)
+
+
+def points_of(mesh):
+    return vtk_to_numpy(mesh.GetPoints().GetData())
+
+
+def point_array(mesh, name):
+    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
+
+
+# -- datasets and pairs ----------------------------------------------------------------------------------------------
+
+
+def test_a_dataset_and_a_pair_get_the_same_texture(ball, model):
+    mesh = polydata_of(*ball)
+    before = points_of(mesh).copy()
+    output = geometric_texture(mesh, model, seed=4)
+    assert isinstance(output, vtkPolyData) and output.GetNumberOfPolys() == 16 * len(ball[1])
+    points, triangles = geometric_texture(ball, model, seed=4)
+    assert np.array_equal(points, points_of(output)) and points.dtype == np.float64
+    assert triangles.shape == (16 * len(ball[1]), 3) and triangles.max() == len(points) - 1
+    assert np.array_equal(points_of(mesh), before)
+    assert np.abs(point_array(output, "Displacement")).max() > 1e-3
+    assert sorted(set(point_array(output, "Level"))) == [0, 1, 2]
+
+
+def test_seeds_give_other_samples_and_interpolation_leads_from_one_to_the_other(ball, model):
+    first, second = (geometric_texture(ball, model, seed=seed)[0] for seed in (1, 2))
+    assert np.abs(first - second).max() > 1e-4
+    assert np.array_equal(geometric_texture(ball, model, seed=1)[0], first)
+    assert np.array_equal(geometric_texture(ball, model, seed=1, second_seed=2, interpolation=1.0)[0], second)
+    between = geometric_texture(ball, model, seed=1, second_seed=2, interpolation=0.5)[0]
+    assert 0 < np.abs(between - first).max() and 0 < np.abs(between - second).max()
+
+
+def test_noise_can_be_left_out(ball, model):
+    quiet = geometric_texture(ball, model, noise_amplitude=0.0)[0]
+    assert np.array_equal(geometric_texture(ball, model, levels_without_noise=range(LEVELS))[0], quiet)
+    assert not np.array_equal(geometric_texture(ball, model, levels_without_noise=[0])[0], quiet)
+
+
+def test_levels_are_a_list_coarse_to_fine(ball, model):
+    levels = geometric_texture(ball, model, levels=True)
+    assert [len(triangles) for _, triangles in levels] == [len(ball[1]) * 4**k for k in range(LEVELS)]
+    assert np.array_equal(levels[-1][0], geometric_texture(ball, model)[0])
+    some = geometric_texture(ball, model, start_level=1, end_level=1, levels=True)
+    assert len(some) == 1 and len(some[0][0]) == len(ball[0])
+
+
+def test_scale_subdivides_the_target(ball, model):
+    assert len(geometric_texture(ball, model, end_level=0, scale=0.25)[1]) == 16 * len(ball[1])
+    assert len(geometric_texture(ball, model, end_level=0, scale=2.0)[1]) == len(ball[1])
+
+
+def test_a_mask_limits_the_texture_and_arrays_are_interpolated(ball, model):
+    mesh = polydata_of(*ball)
+    add_array(mesh.GetPointData(), "Upper", (ball[0][:, 2] > 0).astype(float))
+    output = geometric_texture(mesh, model, mask_name="Upper", mask_falloff=0.3)
+    bare = point_array(output, "Upper") == 0
+    assert np.all(point_array(output, "Displacement")[bare] == 0)
+    assert np.abs(point_array(output, "Displacement")[~bare]).max() > 1e-3
+
+
+def test_without_a_mesh_it_grows_on_the_template(model):
+    output = geometric_texture(None, model, seed=3)
+    assert isinstance(output, vtkPolyData) and output.GetNumberOfPolys() == 20 * 16
+    reconstruction = points_of(geometric_texture(None, model, seed=3, random_from=LEVELS))
+    assert np.array_equal(points_of(geometric_texture(None, model, seed=9, random_from=LEVELS)), reconstruction)
+    assert not np.array_equal(points_of(output), reconstruction)
+
+
+def test_blocks_are_processed_one_by_one(ball, model):
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, polydata_of(*ball))
+    blocks.SetBlock(1, polydata_of(*ball))
+    output = geometric_texture(blocks, model)
+    first, second = (points_of(output.GetBlock(k)) for k in (0, 1))
+    assert first.shape == second.shape and not np.array_equal(first, second)
+    trees = geometric_texture(blocks, model, levels=True)
+    assert np.array_equal(points_of(trees[-1].GetBlock(1)), second)
+
+
+# -- what is wrong ---------------------------------------------------------------------------------------------------
+
+
+def test_errors_are_exceptions(ball, model, tmp_path):
+    with pytest.raises(SurfaceSynthesisError, match="No such file"):
+        geometric_texture(ball, tmp_path / "none.safetensors")
+    with pytest.raises(SurfaceSynthesisError, match='"Nothing" is missing'):
+        geometric_texture(ball, model, mask_name="Nothing")
+    points, triangles = ball
+    flipped = triangles.copy()
+    flipped[5] = flipped[5, ::-1]
+    with pytest.raises(SurfaceSynthesisError, match="3 edge"):
+        geometric_texture((points, flipped), model)
+
+
+@pytest.mark.parametrize(
+    "parameters, error",
+    [
+        ({"seed": 0.5}, TypeError),
+        ({"start_level": -1}, ValueError),
+        ({"end_level": -1}, ValueError),
+        ({"interpolation": 1.5}, ValueError),
+        ({"noise_amplitude": -0.1}, ValueError),
+        ({"levels_without_noise": [-1]}, ValueError),
+        ({"levels_without_noise": 3}, TypeError),
+        ({"scale": 0}, ValueError),
+        ({"mask_falloff": -1}, ValueError),
+        ({"mask_name": ""}, ValueError),
+        ({"random_from": -1}, ValueError),
+        ({"levels": 1}, TypeError),
+        ({"displacement_name": ""}, ValueError),
+        ({"progress": 3}, TypeError),
+    ],
+)
+def test_arguments_are_checked(ball, model, parameters, error):
+    with pytest.raises(error):
+        geometric_texture(ball, model, **parameters)
+
+
+def test_progress_can_cancel(ball, model):
+    seen = []
+    geometric_texture(ball, model, progress=lambda fraction: seen.append(fraction))
+    assert seen == sorted(seen) and seen[-1] == 1.0
+    with pytest.raises(surfacesynthesis.Cancelled):
+        geometric_texture(ball, model, progress=lambda fraction: False)
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_writes_what_the_function_returns(ball, model, tmp_path, capsys):
+    write_mesh(polydata_of(*ball), tmp_path / "ball.vtp")
+    arguments = ["texture", tmp_path / "ball.vtp", tmp_path / "out.vtp", "--model", model, "--seed", 7]
+    assert main([str(a) for a in arguments]) == 0
+    assert "pebbles" in capsys.readouterr().out
+    expected = geometric_texture(polydata_of(*ball), model, seed=7)
+    assert np.array_equal(points_of(read_mesh(tmp_path / "out.vtp")), points_of(expected))
+
+
+def test_the_command_writes_levels_by_number(ball, model, tmp_path):
+    write_mesh(polydata_of(*ball), tmp_path / "ball.ply")
+    arguments = ["texture", tmp_path / "ball.ply", tmp_path / "out.ply", "--model", model, "--levels"]
+    assert main([str(a) for a in [*arguments, "--start-level", 1]]) == 0
+    sizes = [read_mesh(tmp_path / f"out_{level}.ply").GetNumberOfPolys() for level in (1, 2)]
+    assert sizes == [len(ball[1]), 4 * len(ball[1])] and not (tmp_path / "out_0.ply").exists()
+
+
+def test_the_command_needs_no_input(model, tmp_path):
+    arguments = ["texture", tmp_path / "sample.stl", "--model", model, "--random-from", 1, "--quiet"]
+    assert main([str(a) for a in arguments]) == 0
+    assert read_mesh(tmp_path / "sample.stl").GetNumberOfPolys() == 320
+
+
+def test_the_command_refuses_wrong_usage(ball, model, tmp_path, capsys):
+    write_mesh(polydata_of(*ball), tmp_path / "ball.ply")
+    out = str(tmp_path / "out.ply")
+    assert main(["texture", str(tmp_path / "ball.ply"), out, "--model", str(model), "--interpolation", "2"]) == 2
+    assert "interpolation" in capsys.readouterr().err
+    assert main(["texture", out, "--model", str(model), "--mask", "Upper"]) == 2
+    assert "INPUT" in capsys.readouterr().err
+    assert main(["texture", str(tmp_path / "ball.ply"), out, "--model", str(tmp_path / "none")]) == 1
+
+
+# -- what makes textures ---------------------------------------------------------------------------------------------
+
+FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "samples": 200, "learning_rate": 0.02}
+SMALL = {"iterations": 2, "layers": 3, "start_channels": 4, "least_channels": 4, "most_channels": 4, "device": "cpu"}
+
+
+def test_levels_are_fitted_and_a_texture_is_learnt_from_them(ball, tmp_path):
+    egg = polydata_of(ball[0] * [1, 1, 2], ball[1])
+    fit = fit_levels(egg, **FIT, dataset=tmp_path / "egg.safetensors")
+    assert [level.GetNumberOfPolys() for level in fit.levels] == [80, 320]
+    assert fit.template.GetNumberOfPolys() == 80 and len(fit.mean_distances) == len(fit.largest_distances) == 2
+    start = fit_levels(egg, **{**FIT, "iterations": 0})
+    for mean, largest, before in zip(fit.mean_distances, fit.largest_distances, start.mean_distances):
+        assert 0 < mean <= largest and mean < before
+    losses = train_geometric_texture(fit.levels, fit.template, model=tmp_path / "egg.model", name="egg", **SMALL)
+    assert list(losses["iteration"]) == [1, 2, 3, 4] and list(losses["level"]) == [0, 0, 1, 1]
+    assert all(np.all(np.isfinite(column)) for column in losses.values())
+    train_geometric_texture(model=tmp_path / "same.model", dataset=tmp_path / "egg.safetensors", name="egg", **SMALL)
+    assert (tmp_path / "same.model").read_bytes() == (tmp_path / "egg.model").read_bytes()
+    assert geometric_texture(None, tmp_path / "egg.model").GetNumberOfPolys() == 320
+
+
+def test_a_template_may_be_given_to_the_fit(ball):
+    fit = fit_levels(ball, template=icosphere(0), levels=1, iterations=1, samples=50)
+    assert fit.levels[0].GetNumberOfPolys() == 20
+    torus = fit_levels(ball, template="torus", torus_segments=9, levels=1, iterations=1, samples=50)
+    assert torus.levels[0].GetNumberOfPolys() == 54
+
+
+@pytest.mark.parametrize(
+    "parameters, error",
+    [
+        ({"levels": 0}, ValueError),
+        ({"levels": 11}, ValueError),
+        ({"template": "cube"}, ValueError),
+        ({"template": 3}, TypeError),
+        ({"iterations": -1}, ValueError),
+        ({"learning_rate": 0}, ValueError),
+        ({"samples": 1.5}, TypeError),
+        ({"dataset": ""}, ValueError),
+    ],
+)
+def test_arguments_of_the_fit_are_checked(ball, parameters, error):
+    with pytest.raises(error):
+        fit_levels(ball, **parameters)
+
+
+@pytest.mark.parametrize(
+    "parameters, error",
+    [
+        ({"iterations": 0}, ValueError),
+        ({"layers": 2}, ValueError),
+        ({"learning_rate_factor": 1.5}, ValueError),
+        ({"device": "tpu"}, ValueError),
+        ({"name": ""}, ValueError),
+        ({"levels": None}, TypeError),
+        ({"dataset": "a.safetensors"}, TypeError),
+    ],
+)
+def test_arguments_of_the_training_are_checked(ball, tmp_path, parameters, error):
+    with pytest.raises(error):
+        train_geometric_texture(**{"levels": [ball], "model": tmp_path / "a.model", **parameters})
+
+
+def test_errors_of_fit_and_training_are_exceptions(ball, tmp_path):
+    with pytest.raises(SurfaceSynthesisError, match="first cell 3"):
+        broken = ball[1].copy()
+        broken[3] = [0, 0, 1]
+        fit_levels((ball[0], broken), **FIT)
+    with pytest.raises(SurfaceSynthesisError, match="evel 1"):
+        train_geometric_texture([ball, ball], model=tmp_path / "a.model", **SMALL)
+
+
+def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
+    write_mesh(polydata_of(ball[0] * [1, 1, 2], ball[1]), tmp_path / "egg.ply")
+    dataset, model_file = str(tmp_path / "levels.safetensors"), str(tmp_path / "egg.safetensors")
+    options = ["--levels", "2", "--icosphere-level", "1", "--iterations", "3", "--samples", "100"]
+    assert main(["levels", str(tmp_path / "egg.ply"), dataset, *options]) == 0
+    assert "2 levels, 320 triangles" in capsys.readouterr().out
+    options = ["--iterations", "2", "--layers", "3", "--start-channels", "4", "--least-channels", "4", "--name", "egg"]
+    assert main(["train", "geometric-texture", dataset, model_file, *options, "--device", "cpu"]) == 0
+    assert "4 iterations" in capsys.readouterr().out
+    assert (tmp_path / "egg.safetensors.csv").exists() and (tmp_path / "egg.safetensors.checkpoint").exists()
+    assert main(["texture", str(tmp_path / "sample.ply"), "--model", model_file]) == 0
+    assert '"egg"' in capsys.readouterr().out
+    assert main(["train", "geometric-texture", str(tmp_path / "none"), model_file]) == 1
+    assert main(["levels", str(tmp_path / "egg.ply"), dataset, "--levels", "0"]) == 2

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``levels``."""
+
+import time
+
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+
+_DESCRIPTION = """\
+Makes meshes of one surface at several scales, which the command "train geometric-texture" learns a texture from: a
+template of the same topology is fitted to the surface, subdivided, fitted again, and so on."""
+_EPILOG = """\
+OUTPUT is a dataset file (.safetensors).
+
+examples:
+  %(prog)s bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
+  %(prog)s ring.ply ring-levels.safetensors --template torus --levels 4
+  %(prog)s hand.ply hand-levels.safetensors --template coarse-hand.ply
+"""
+_NUMBERS = (
+    ("levels", int, 5, "N", "number of levels, 1 to 10"),
+    ("icosphere-level", int, 2, "N", "how often the triangles of the icosahedron are cut into four, 0 to 6"),
+    ("torus-segments", int, 24, "N", "pairs of triangles around the axis of the torus, 3 to 1000"),
+    ("iterations", int, 3000, "N", "iterations at each level"),
+    ("triangulation-steps", int, 3, "N", "steps in each that keep triangles even"),
+    ("chamfer-steps", int, 2, "N", "steps in each that bring the surfaces closer"),
+    ("learning-rate", float, 1e-4, "R", "of Adam, in mean edge lengths of the template"),
+    ("samples", int, 3000, "N", "samples on each surface at level 0"),
+    ("seed", int, 0, "N", "any integer of 32 bits"),
+)
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "levels", "REFERENCE OUTPUT", "fit meshes at several scales to a surface", _DESCRIPTION, _EPILOG
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("reference", metavar="REFERENCE", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("output", metavar="OUTPUT", help="dataset file to write (safetensors)")
+    parser.add_argument(
+        "--template",
+        default="icosphere",
+        metavar="WHAT",
+        help="what is fitted: icosphere (default), torus, or a file with a surface",
+    )
+    fit = parser.add_argument_group("fit")
+    for name, kind, default, metavar, text in _NUMBERS:
+        fit.add_argument(
+            f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
+        )
+    fit.add_argument("--published-normals", action="store_true", help="compare normals as in the published code")
+    add_running_options(parser.add_argument_group("running"))
+
+
+def run(arguments):
+    """The command ``levels``; returns the line to print."""
+    from ..texture_training import TEMPLATES, configured_fitter, fitted_levels
+
+    started = time.monotonic()
+    template = arguments.template
+    if template not in TEMPLATES:
+        template = read_surface(template)
+    numbers = {name.replace("-", "_"): getattr(arguments, name.replace("-", "_")) for name, *_ in _NUMBERS}
+    algorithm = as_usage(
+        configured_fitter,
+        template=template,
+        published_normals=arguments.published_normals,
+        dataset=arguments.output,
+        **numbers,
+    )
+    reference = read_surface(arguments.reference)
+    if not reference.IsA("vtkPolyData"):
+        raise UsageError(f"{arguments.reference}: a single surface is needed, not a {reference.GetClassName()}")
+    run_filter(algorithm, reference, arguments)
+    fit = fitted_levels(algorithm)
+    distances = ", ".join(f"{distance:.3g}" for distance in fit.mean_distances)
+    return (
+        f"{len(fit.levels)} levels, {fit.levels[-1].GetNumberOfPolys():,} triangles, mean distances {distances}, "
+        f"{time.monotonic() - started:.1f} s -> {arguments.output}"
+    )
