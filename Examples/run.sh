@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), builds the library, renders the
-# gallery, and takes a scan of a brain and one of a femur to meshes with random fields.
+# gallery, takes a scan of a brain and one of a femur to meshes with random fields, and lets trained models generate.
 #
 #   Examples/run.sh [mesh]
 #
@@ -41,6 +41,8 @@ for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shap
   xvfb-run -a -s "-screen 0 1280x1024x24" \
     /usr/bin/python3 "$root/Examples/Python/medical.py" "$pipeline" --output "$output"
 done
+xvfb-run -a -s "-screen 0 1280x1024x24" \
+  /usr/bin/python3 "$root/Examples/Python/flow_matching.py" --output "$output"
 
 echo
 echo "The pictures and surfaces are in $output:"

@@ -126,13 +126,35 @@ def check_predicted_curvature(folder):
 
 
 def check_flow_matching(folder):
-    """The data; and a picture whose model is not there is left out in words."""
+    """The data, and what the shipped model makes of noise; a picture whose model is not there is left out in words."""
     output = os.path.join(folder, "flow_matching")
-    script = [sys.executable, os.path.join(HERE, "flow_matching.py"), "--models", folder, "--output", output]
-    done = run("xvfb-run", "-a", *script, "--only", "mixtures", "signals")
+    script = [sys.executable, os.path.join(HERE, "flow_matching.py"), "--output", output]
+    done = run("xvfb-run", "-a", *script, "--models", folder, "--only", "mixtures", "deformations")
     assert done.returncode == 0
     check_picture(os.path.join(output, "mixtures.png"), 1600)
-    assert "holds no bunny_mixtures.safetensors: signals are left out" in done.stdout
+    assert "holds no armadillo_poses.safetensors: deformations are left out" in done.stdout
+    check_signals()
+    done = run("xvfb-run", "-a", *script, "--only", "signals", "--steps", "2")
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "signals.png"), 1600)
+
+
+def check_signals():
+    """Samples of the shipped model are as far from random mixtures as these are from one another, and differ."""
+    sys.path.insert(0, os.path.join(HERE, os.pardir, "Training"))
+    from make_datasets import surface, unevenly
+
+    mesh = unevenly(surface(None, "bunny00.off"), 3000, 2.0)
+    model = os.path.join(HERE, os.pardir, "Models", "bunny_mixtures.safetensors")
+    samples = surfacesynthesis.sample_signal(mesh, model, samples=30, steps=8)
+    generated = [vtk_to_numpy(samples.GetBlock(k).GetPointData().GetArray("Mixture")) for k in range(30)]
+    reference = surfacesynthesis.gaussian_mixtures(mesh, 60, seed=9).reshape(60, -1)
+    metrics = surfacesynthesis.ensemble_metrics(np.stack(generated).reshape(30, -1), reference, source=mesh)
+    assert metrics["mmd"] < 1.25 * metrics["reference_spacing"], dict(metrics)
+    assert metrics["cov"] > 0.25, dict(metrics)
+    constant = np.full_like(reference[:30], reference.mean())
+    bad = surfacesynthesis.ensemble_metrics(constant, reference, source=mesh)
+    assert metrics["mmd"] < 0.8 * bad["mmd"], (dict(metrics), dict(bad))
 
 
 if __name__ == "__main__":
