@@ -217,7 +217,8 @@ public:
 
   ///@{
   /**
-   * Whether the maps at the points see inner products of gradients beside their lengths. Default on.
+   * Whether the maps at the points see inner products of gradients. With them a model serves triangulations other than
+   * that of its training less well: they grow with the gradients of the noise, and jump at creases. Default off.
    */
   vtkSetMacro(InnerProducts, bool);
   vtkGetMacro(InnerProducts, bool);
@@ -440,7 +441,7 @@ private:
   int Width = 64;
   int Blocks = 4;
   int ComplexLayers = 3;
-  bool InnerProducts = true;
+  bool InnerProducts = false;
   int NoiseModel = MATERN;
   double Screening = 100.0;
   double NoiseSmoothing = 1.0;

@@ -62,6 +62,7 @@ FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations)
   options.Blocks = 2;
   options.ComplexLayers = 2;
   options.Iterations = iterations;
+  options.InnerProducts = true; // all parts of the network
   options.BatchSize = 2;
   options.Device = TrainingDevice::CPU;
   return options;

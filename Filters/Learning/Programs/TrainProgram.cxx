@@ -185,7 +185,7 @@ protected:
     AddNumber(known, "--width", o.Width, "hidden channels");
     AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
     AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
-    known["--inner-products"] = { "yes or no: features of dot products (yes)",
+    known["--inner-products"] = { "yes or no: features of dot products (no)",
       [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
   }
 

@@ -22,7 +22,7 @@ struct EncodingTrainingOptions : TrainingOptions
   std::int64_t Width = 64;          ///< hidden channels
   std::int64_t Blocks = 4;
   std::int64_t ComplexLayers = 3;
-  bool InnerProducts = true;
+  bool InnerProducts = false; ///< see FlowMatchingTrainingOptions
   std::int64_t BatchSize = 4; ///< surfaces in an iteration, >= 1
 };
 

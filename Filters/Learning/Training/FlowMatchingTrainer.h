@@ -23,7 +23,9 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   std::int64_t Width = 64;        ///< hidden channels; the paper's 128
   std::int64_t Blocks = 4;        ///< the paper's 5
   std::int64_t ComplexLayers = 3; ///< of the maps between gradients
-  bool InnerProducts = true;      ///< see PoissonNetOptions::InnerProducts
+  /// See PoissonNetOptions::InnerProducts. They grow with the gradients of the noise, and jump where the surface has creases,
+  /// so that with them a model serves other triangulations less well.
+  bool InnerProducts = false;
   /// With a Scale of 0 for such that noise varies as much as the data, and Smoothing in squared mean edge lengths of the first
   /// surface: at 1 the noise has nothing on finer triangulations that this one does not resolve. The paper's is 0.
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1.0 };

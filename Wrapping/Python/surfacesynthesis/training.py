@@ -89,7 +89,8 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     width, blocks, layers : int
         Hidden channels, blocks of the network, layers of the maps between gradients. Default 64, 4 and 3.
     inner_products : bool
-        Whether the maps at the points see inner products of gradients beside their lengths. Default True.
+        Whether the maps at the points see inner products of gradients, with which a model serves triangulations other than
+        that of its training less well. Default False.
     noise : str
         "matern" or, for comparison, "per_vertex", "white", "unscreened", "spectral". Default "matern".
     screening : float
@@ -157,7 +158,7 @@ def configured_filter(
     width=64,
     blocks=4,
     layers=3,
-    inner_products=True,
+    inner_products=False,
     noise="matern",
     screening=100.0,
     noise_smoothing=1.0,

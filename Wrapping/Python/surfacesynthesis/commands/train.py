@@ -116,7 +116,7 @@ def _add_choices(groups):
         help="auto (default: cuda where LibTorch finds a device), cpu, cuda",
     )
     groups["network"].add_argument(
-        "--no-inner-products", action="store_true", help="leave out the features of inner products of gradients"
+        "--inner-products", action="store_true", help="features of inner products of gradients as well"
     )
     groups["encoder"].add_argument(
         "--encoder",
@@ -170,7 +170,7 @@ def _filter_of(arguments):
         losses=arguments.losses or f"{model}.csv",
         resume=not arguments.no_resume,
         encoder=arguments.encoder,
-        inner_products=not arguments.no_inner_products,
+        inner_products=arguments.inner_products,
         noise=arguments.noise,
         milestones=arguments.milestones,
         device=arguments.device,
