@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Training through its proxy, in pvpython: the bytes of the class, from blocks and from a time series."""
 
+import glob
 import inspect
 import os
 
@@ -151,6 +152,8 @@ def an_update_that_changes_nothing_reads_the_checkpoint_only():
     assert content("again.safetensors") == model
 
 
+for path in glob.glob("*.checkpoint"):  # of an earlier run
+    os.remove(path)
 surfaces.run(
     properties_have_the_defaults_of_the_class_and_reach_it,
     the_model_is_that_of_the_class,

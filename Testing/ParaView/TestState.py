@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """State files (.pvsm and .py) bring back the pipeline, in another process, bit for bit."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -96,6 +97,8 @@ def make_networks(reader, mixture):
     deformer.UpdatePipeline(0.5)
     np.save("state_way.npy", surfaces.array(servermanager.Fetch(deformer).GetBlock(0), "Way"))
     EnsembleMetrics(registrationName="metrics", Input=mixture, Reference=mixture, **METRICS)
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(TRAINER["ModelFileName"] + ".checkpoint")  # of an earlier run
     updated(FlowMatchingTrainer(registrationName="trainer", Input=reader, Samples=mixture, **TRAINER))
     os.rename(TRAINER["ModelFileName"], "state_trained_first.safetensors")
 
