@@ -4,13 +4,13 @@
 
     xvfb-run -a python3 flow_matching.py --output DIR [--training DATASET]
 
-The models (Examples/Models) were trained on one triangulation of each shape: poses of the armadillo with 1,500 vertices, and
-signals of three Gaussians on the bunny with 2,000. Writes
+The models (Examples/Models) were trained on one triangulation of each shape: poses of the armadillo, simplified to 2,500
+vertices, and signals of three Gaussians on the bunny with 2,000. Writes
 
     poses.png           data: the same random poses on the triangulation of the training and on the original one
     mixtures.png        data: random signals of three Gaussians
     deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
-                        one subdivided, with 208,000, and on the one of the training; four seeds on the original; with
+                        one subdivided, with 208,000, and on an even one with 3,000; four seeds on the original; with
                         --training, samples beside the closest pose of the training
     signals.png         samples on the triangulation of the training, on one that is coarse on one side and on the original
                         one, with 75,000 faces
@@ -171,7 +171,7 @@ def triangulations(options, model, original, sheet, view):
     sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
     start = with_noise_of(sample, original)
     displacements = {}
-    meshes = {"original": start, "subdivided": subdivided(start), "training": evenly(start, 1500)}
+    meshes = {"original": start, "subdivided": subdivided(start), "even": evenly(start, 1500)}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
             sample, seconds = made(mesh, model, noise="InitialNoise", steps=options.steps)
