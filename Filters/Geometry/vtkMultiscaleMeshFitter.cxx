@@ -110,6 +110,7 @@ private:
     options.TriangulationSteps = self.TriangulationSteps;
     options.ChamferSteps = self.ChamferSteps;
     options.LearningRate = self.LearningRate;
+    options.LearningRateDecay = self.LearningRateDecay;
     options.Samples = self.Samples;
     options.PublishedNormals = self.PublishedNormals;
     options.Seed = static_cast<std::uint64_t>(self.Seed);
@@ -194,6 +195,7 @@ void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "TriangulationSteps: " << this->TriangulationSteps << "\n";
   os << indent << "ChamferSteps: " << this->ChamferSteps << "\n";
   os << indent << "LearningRate: " << this->LearningRate << "\n";
+  os << indent << "LearningRateDecay: " << this->LearningRateDecay << "\n";
   os << indent << "Samples: " << this->Samples << "\n";
   os << indent << "PublishedNormals: " << this->PublishedNormals << "\n";
   os << indent << "Seed: " << this->Seed << "\n";

@@ -52,9 +52,9 @@ vtkSmartPointer<vtkMultiscaleMeshFitter> FitterOn(vtkPolyData* reference)
   filter->SetInputDataObject(0, reference);
   filter->SetNumberOfLevels(Levels);
   filter->SetIcosphereLevel(1);
-  filter->SetIterations(20);
+  filter->SetIterations(40);
   filter->SetSamples(200);
-  filter->SetLearningRate(0.02);
+  filter->SetLearningRate(0.03);
   return filter;
 }
 
@@ -63,9 +63,9 @@ MultiscaleFitOptions SameOptions()
   MultiscaleFitOptions options;
   options.Levels = Levels;
   options.IcosphereLevel = 1;
-  options.Iterations = 20;
+  options.Iterations = 40;
   options.Samples = 200;
-  options.LearningRate = 0.02;
+  options.LearningRate = 0.03;
   return options;
 }
 
@@ -243,6 +243,8 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetTemplate(), vtkMultiscaleMeshFitter::GIVEN);
   filter->SetLearningRate(-1.0);
   EXPECT_GT(filter->GetLearningRate(), 0.0);
+  filter->SetLearningRateDecay(2.0);
+  EXPECT_EQ(filter->GetLearningRateDecay(), 1.0);
   filter->SetSamples(0);
   EXPECT_EQ(filter->GetSamples(), 1);
   const vtkMTimeType before = filter->GetMTime();
@@ -251,7 +253,7 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "NumberOfLevels: 10", "Template: 2", "IcosphereLevel: 2", "TorusSegments: 24",
-         "Iterations: 3000", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "PublishedNormals: 0", "Seed: 0",
+         "Iterations: 300", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "LearningRateDecay: 1", "PublishedNormals: 0", "Seed: 0",
          "DatasetFileName: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));

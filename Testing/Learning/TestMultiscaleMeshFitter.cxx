@@ -93,6 +93,16 @@ TEST(MultiscaleMeshFitter, ApproachesTheReferenceLevelByLevel)
   EXPECT_NEAR(box.Lower[0], 8.0, 0.5);
 }
 
+TEST(MultiscaleMeshFitter, SmallStepsAtTheEndBringItCloser)
+{
+  MultiscaleFitOptions options = QuickFit();
+  options.LearningRate = 3e-2;
+  const MultiscaleFit falling = FitMultiscaleMesh(Egg(), options);
+  options.LearningRateDecay = 1.0;
+  const MultiscaleFit constant = FitMultiscaleMesh(Egg(), options);
+  EXPECT_LT(falling.Distances[1].Mean, constant.Distances[1].Mean);
+}
+
 TEST(MultiscaleMeshFitter, IsAFunctionOfTheSeed)
 {
   MultiscaleFitOptions options = QuickFit();
@@ -126,6 +136,9 @@ TEST(MultiscaleMeshFitter, RefusesWhatItCannotFitAndStopsWhenTold)
   EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
   options = QuickFit();
   options.LearningRate = -1.0;
+  EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
+  options = QuickFit();
+  options.LearningRateDecay = 1.5;
   EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
   options = QuickFit();
   options.Template = FitTemplate::Given;

@@ -23,7 +23,7 @@ FILTERS = (
      {"TimestepValues"}),
     ("Filters/Geometry/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh"}),
-    ("Filters/Geometry/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 12, 0,
+    ("Filters/Geometry/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
      {"GivenTemplate"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Meshing/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),

@@ -265,6 +265,7 @@ def test_a_template_may_be_given_to_the_fit(ball):
         ({"template": 3}, TypeError),
         ({"iterations": -1}, ValueError),
         ({"learning_rate": 0}, ValueError),
+        ({"learning_rate_decay": 1.5}, ValueError),
         ({"samples": 1.5}, TypeError),
         ({"dataset": ""}, ValueError),
     ],

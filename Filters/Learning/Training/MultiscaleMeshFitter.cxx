@@ -113,6 +113,7 @@ public:
 
   void Iterate(std::int64_t iteration)
   {
+    this->SetLearningRate(iteration);
     for (std::int64_t k = 0; k < this->Options.TriangulationSteps; ++k)
     {
       this->Descend(ComputeTriangulationLoss(this->Source.Tables, this->Source.Positions).Total);
@@ -124,6 +125,15 @@ public:
   }
 
 private:
+  /// Falls geometrically: large steps make the shape, small ones take away what they leave of their size.
+  void SetLearningRate(std::int64_t iteration)
+  {
+    const auto last = static_cast<double>(std::max<std::int64_t>(this->Options.Iterations - 1, 1));
+    const double factor = std::pow(this->Options.LearningRateDecay, static_cast<double>(iteration) / last);
+    auto& group = this->Adam.param_groups().front();
+    static_cast<torch::optim::AdamOptions&>(group.options()).lr(this->Options.LearningRate * factor);
+  }
+
   void Descend(const torch::Tensor& loss)
   {
     if (!std::isfinite(loss.item<double>()))
@@ -223,6 +233,11 @@ void CheckOptions(const MultiscaleFitOptions& options)
   {
     throw InvalidInput("MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) +
       "; expected a finite number above 0.");
+  }
+  if (!(options.LearningRateDecay > 0.0) || !(options.LearningRateDecay <= 1.0))
+  {
+    throw InvalidInput("MultiscaleFitOptions: LearningRateDecay is " + Text(options.LearningRateDecay) +
+      "; expected a number above 0, at most 1.");
   }
 }
 

@@ -70,12 +70,15 @@ def fit_levels(reference, progress=None, **options):
     torus_segments : int
         Pairs of triangles around the axis of the torus, from 3 to 1000. Default 24.
     iterations : int
-        Number of iterations at each level, from 0 to 1000000. Default 3000.
+        Number of iterations at each level, from 0 to 1000000. Default 300.
     triangulation_steps, chamfer_steps : int
         Steps in each iteration that keep triangles even, and that bring the surfaces closer, from 0 to 1000. Default 3
         and 2.
     learning_rate : float
-        The learning rate of Adam, in mean edge lengths of the template. Default 1e-4.
+        The learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
+        each level as those are. Default 1e-2.
+    learning_rate_decay : float
+        The learning rate of a level's last iteration over that of its first, from 1e-6 to 1. Default 0.1.
     samples : int
         Number of samples on each surface at level 0, from 1 to 1000000; at level l there are l + 1 times as many.
         Default 3000.
@@ -113,10 +116,11 @@ def configured_fitter(
     template="icosphere",
     icosphere_level=2,
     torus_segments=24,
-    iterations=3000,
+    iterations=300,
     triangulation_steps=3,
     chamfer_steps=2,
-    learning_rate=1e-4,
+    learning_rate=1e-2,
+    learning_rate_decay=0.1,
     samples=3000,
     published_normals=False,
     seed=0,
@@ -137,6 +141,7 @@ def configured_fitter(
     algorithm.SetTriangulationSteps(steps)
     algorithm.SetChamferSteps(at_most("chamfer_steps", integer("chamfer_steps", chamfer_steps, 0), 1000))
     algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRateDecay(in_range("learning_rate_decay", learning_rate_decay, 1e-6, 1.0))
     algorithm.SetSamples(at_most("samples", integer("samples", samples, 1), 1000000))
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))

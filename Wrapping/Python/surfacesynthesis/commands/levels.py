@@ -12,7 +12,7 @@ _EPILOG = """\
 OUTPUT is a dataset file (.safetensors).
 
 examples:
-  %(prog)s bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
+  %(prog)s bark.ply bark-levels.safetensors
   %(prog)s ring.ply ring-levels.safetensors --template torus --levels 4
   %(prog)s hand.ply hand-levels.safetensors --template coarse-hand.ply
 """
@@ -20,10 +20,11 @@ _NUMBERS = (
     ("levels", int, 5, "N", "number of levels, 1 to 10"),
     ("icosphere-level", int, 2, "N", "how often the triangles of the icosahedron are cut into four, 0 to 6"),
     ("torus-segments", int, 24, "N", "pairs of triangles around the axis of the torus, 3 to 1000"),
-    ("iterations", int, 3000, "N", "iterations at each level"),
+    ("iterations", int, 300, "N", "iterations at each level"),
     ("triangulation-steps", int, 3, "N", "steps in each that keep triangles even"),
     ("chamfer-steps", int, 2, "N", "steps in each that bring the surfaces closer"),
-    ("learning-rate", float, 1e-4, "R", "of Adam, in mean edge lengths of the template"),
+    ("learning-rate", float, 1e-2, "R", "of Adam, in mean edge lengths of the template, halved with each level"),
+    ("learning-rate-decay", float, 0.1, "R", "that of a level's last iteration over that of its first, 1e-6 to 1"),
     ("samples", int, 3000, "N", "samples on each surface at level 0"),
     ("seed", int, 0, "N", "any integer of 32 bits"),
 )
