@@ -44,7 +44,6 @@ MODELS = os.path.join(EXAMPLES, "Models")
 FRONT = (0.16, 0.08, -1.0)
 BUNNY = (0.1, 0.2, 1.0)
 SIZE = (420, 470)
-TITLE = 64
 SEEDS = (1, 2, 3, 4)
 MIXTURE = rendering.sequential(0.0, 1.0)
 
@@ -72,22 +71,6 @@ def with_noise_of(sample, mesh):
     return copy
 
 
-class Sheet:
-    """Pictures in rows, each with a title."""
-
-    def __init__(self, rows, columns):
-        self._image = rendering.blank((columns * SIZE[0], rows * (SIZE[1] + TITLE)))
-
-    def add(self, row, column, title, mesh, view, **how):
-        x, y = column * SIZE[0], row * (SIZE[1] + TITLE)
-        rendering.paste(self._image, rendering.label(title, (SIZE[0], TITLE), 19), x, y)
-        rendering.paste(self._image, rendering.render(mesh, view, SIZE, **how), x, y + TITLE)
-
-    def write(self, path, colours):
-        rendering.write_png(self._image, path, colours)
-        print(f"wrote {path}", flush=True)
-
-
 def faces(mesh):
     return f"{mesh.GetNumberOfCells():,} faces"
 
@@ -106,7 +89,7 @@ def closest_pose(points, source, poses):
 
 def training_poses(options):
     original = surface(None, "armadillo.off")
-    sheet = Sheet(2, len(SEEDS))
+    sheet = rendering.Sheet(2, len(SEEDS), SIZE)
     view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
     for row, mesh in enumerate((evenly(original, 1500), original)):
         blocks = surfacesynthesis.poses(mesh, len(SEEDS), template=original)
@@ -119,7 +102,7 @@ def training_poses(options):
 def training_mixtures(options):
     mesh = evenly(surface(None, "bunny00.off"), 2000)
     values = surfacesynthesis.gaussian_mixtures(mesh, len(SEEDS))
-    sheet = Sheet(1, len(SEEDS))
+    sheet = rendering.Sheet(1, len(SEEDS), SIZE)
     view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
     for column in range(len(SEEDS)):
         with_array(mesh, values[column])
@@ -147,7 +130,7 @@ def deformations(options):
     model = os.path.join(options.models, "armadillo_poses.safetensors")
     original = surface(None, "armadillo.off")
     view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
-    sheet = Sheet(3 if options.training else 2, 4)
+    sheet = rendering.Sheet(3 if options.training else 2, 4, SIZE)
     sheet.add(0, 0, f"the source\n{faces(original)}", original, view)
     triangulations(options, model, original, sheet, view)
     for column, seed in enumerate(SEEDS):
@@ -190,7 +173,7 @@ def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
     meshes = {"training": evenly(bunny, 2000), "coarse on one side": unevenly(bunny, 5000, 2.0), "original": bunny}
-    sheet = Sheet(len(meshes), len(SEEDS))
+    sheet = rendering.Sheet(len(meshes), len(SEEDS), SIZE)
     view = rendering.view_of(bunny, SIZE[0] / SIZE[1], BUNNY)
     for row, (name, mesh) in enumerate(meshes.items()):
         for column, seed in enumerate(SEEDS):

@@ -254,3 +254,24 @@ def write_png(image, path, colours=None):
     writer.Write()
     if writer.GetErrorCode():
         raise OSError(f"{path} could not be written")
+
+
+class Sheet:
+    """Pictures of ``size`` (width, height) in rows, each with a title of two lines above it."""
+
+    TITLE = 64
+
+    def __init__(self, rows, columns, size):
+        self._size = size
+        self._image = blank((columns * size[0], rows * (size[1] + self.TITLE)))
+
+    def add(self, row, column, title, mesh, view, **how):
+        """The picture of a surface: see render()."""
+        width, height = self._size
+        x, y = column * width, row * (height + self.TITLE)
+        paste(self._image, label(title, (width, self.TITLE), 19), x, y)
+        paste(self._image, render(mesh, view, self._size, **how), x, y + self.TITLE)
+
+    def write(self, path, colours=None):
+        write_png(self._image, path, colours)
+        print(f"wrote {path}", flush=True)

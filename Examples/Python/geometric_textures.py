@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of the example geometric textures, on surfaces that they were not learnt from.
+
+    xvfb-run -a python3 geometric_textures.py --output DIR
+
+The models (Examples/Models) were learnt from balls with a relief (Examples/Training/make_references.py): spikes, a
+labyrinth, and knobs that are wider above than at the neck. Writes
+
+    textures.png          rows: the textures; columns: the reference, and targets of genus 0, 1 and 2
+    texture_samples.png   what grows on the template of the model: other samples of the reference itself
+    texture_scales.png    above: one texture on one surface, remeshed to triangles of four sizes; below: as it grows, level
+                          by level
+    texture_*.vtp         the surfaces, with arrays
+
+and prints how long each took, and how far the shapes of its triangles are from those of the reference. Surfaces come from
+Debian's package libcgal-demo.
+"""
+
+import argparse
+import os
+import sys
+import time
+
+import gallery_rendering as rendering
+import surfacesynthesis
+
+EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
+sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
+
+from make_datasets import surface  # noqa: E402
+from make_references import reference_levels  # noqa: E402
+
+MODELS = os.path.join(EXAMPLES, "Models")
+SIZE = (460, 440)
+TEXTURES = ("spikes", "labyrinth", "knobs")
+#: Where a texture grows, of which genus, of how many points, and the direction that it is seen from.
+TARGETS = {
+    "bear": (0, 5000, (0.3, 0.2, 1.0)),
+    "knot1": (1, 4000, (0.1, 0.2, 1.0)),
+    "eight": (2, 3000, (0.2, 0.9, 0.6)),
+}
+BALL = (0.3, 0.2, 1.0)
+#: The first level of the models makes a ball a ball; those from here on make the texture.
+START = 1
+
+
+def remeshed(mesh, points):
+    """A surface with even triangles."""
+    return surfacesynthesis.remesh(mesh, points=points, feature_angle=None)
+
+
+def grown(mesh, model, **parameters):
+    """A surface with a texture, and the seconds it took."""
+    started = time.monotonic()
+    output = surfacesynthesis.geometric_texture(mesh, model, **parameters)
+    return output, time.monotonic() - started
+
+
+def model_of(options, texture):
+    return os.path.join(options.models, f"{texture}.safetensors")
+
+
+def faces(mesh):
+    return f"{mesh.GetNumberOfCells():,} faces"
+
+
+def textures(options):
+    targets = {name: remeshed(surface(None, name + ".off"), TARGETS[name][1]) for name in TARGETS}
+    sheet = rendering.Sheet(len(TEXTURES), 1 + len(targets), SIZE)
+    aspect = SIZE[0] / SIZE[1]
+    for row, texture in enumerate(TEXTURES):
+        reference = reference_levels(texture)[-1]
+        view = rendering.view_of(reference, aspect, BALL)
+        sheet.add(row, 0, f"{texture}: the reference\n{faces(reference)}", reference, view)
+        for column, (name, target) in enumerate(targets.items(), 1):
+            genus, _, direction = TARGETS[name]
+            output, seconds = grown(target, model_of(options, texture), start_level=START, seed=options.seed)
+            print(f"{texture} on {name}, {faces(target)} to {faces(output)}: {seconds:.1f} s", flush=True)
+            title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
+            sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))
+            surfacesynthesis.write_mesh(output, os.path.join(options.output, f"texture_{texture}_{name}.vtp"))
+    sheet.write(os.path.join(options.output, "textures.png"), options.colours)
+
+
+def samples(options):
+    seeds = range(1, 5)
+    sheet = rendering.Sheet(len(TEXTURES), len(seeds), SIZE)
+    for row, texture in enumerate(TEXTURES):
+        for column, seed in enumerate(seeds):
+            output, _ = grown(None, model_of(options, texture), seed=seed)
+            view = rendering.view_of(output, SIZE[0] / SIZE[1], BALL)
+            sheet.add(row, column, f"{texture}, seed {seed}", output, view)
+    sheet.write(os.path.join(options.output, "texture_samples.png"), options.colours)
+
+
+def scales(options):
+    """Figures 9 and 6 of the paper in kind."""
+    model = model_of(options, "spikes")
+    knot = surface(None, "knot1.off")
+    view = rendering.view_of(knot, SIZE[0] / SIZE[1], TARGETS["knot1"][2], margin=1.25)
+    sheet = rendering.Sheet(2, 4, SIZE)
+    for column, points in enumerate((1000, 2000, 4000, 8000)):
+        target = remeshed(knot, points)
+        output, seconds = grown(target, model, start_level=START, seed=options.seed)
+        sheet.add(0, column, f"{faces(target)} to {faces(output)}\n{seconds:.1f} s", output, view)
+    target = remeshed(knot, 2000)
+    levels, _ = grown(target, model, start_level=START, seed=options.seed, levels=True)
+    sheet.add(1, 0, f"the target\n{faces(target)}", target, view)
+    for column in range(1, 4):
+        level = levels[column - 1]
+        sheet.add(1, column, f"level {START + column - 1}\n{faces(level)}", level, view)
+    sheet.write(os.path.join(options.output, "texture_scales.png"), options.colours)
+
+
+#: What makes a picture.
+PICTURES = {"textures": textures, "samples": samples, "scales": scales}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
+    parser.add_argument("--output", required=True, metavar="DIR")
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some pictures only")
+    parser.add_argument("--seed", type=int, default=1, help="default: 1")
+    parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
+    options = parser.parse_args()
+    os.makedirs(options.output, exist_ok=True)
+    for name in options.only:
+        PICTURES[name](options)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes what the example geometric textures are learnt from: balls with a relief, as meshes at several scales.
+
+    python3 make_references.py OUTPUT [--only NAME ...]
+
+Writes NAME_0.ply to NAME_3.ply, of 320, 1280, 5120 and 20480 triangles, for each of
+
+    spikes      cones on a bare ground
+    labyrinth   walls and trenches that wind: a random spherical harmonic, cut off above and below
+    knobs       mushrooms, wider above than at the neck: points are moved along the surface as well as off it
+
+Here the shape is known, and each level is that shape, smoothed over the length of the level's edges. For a surface that
+is only given as a mesh, vtkMultiscaleMeshFitter makes the levels.
+"""
+
+import argparse
+import os
+import sys
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkFiltersSources import vtkPlatonicSolidSource
+
+import surfacesynthesis
+
+LEVELS = 4
+#: The relief is made on this many levels more, so that also the finest level is smoothed.
+FINER = 2
+#: Steps of smoothing for each level, times the square of the length of its edges over that of the finest ones.
+SMOOTHING = 0.25
+#: A meridian of a mushroom, from the ground to the top: distance from its axis and height, in radii of the ball.
+MUSHROOM = (
+    (0.21, 0.0),
+    (0.16, 0.02),
+    (0.11, 0.07),
+    (0.10, 0.13),
+    (0.145, 0.18),
+    (0.14, 0.235),
+    (0.08, 0.27),
+    (0.0, 0.28),
+)
+
+
+def balls(levels):
+    """The unit sphere as meshes of 320, 1280, 5120, ... triangles, each with the points of the one before and others."""
+    solid = vtkPlatonicSolidSource()
+    solid.SetSolidTypeToIcosahedron()
+    solid.Update()
+    return surfacesynthesis.fit_levels(solid.GetOutput(), levels=levels, icosphere_level=2, iterations=0).levels
+
+
+def directions(mesh):
+    """The points of a ball [V, 3], of length 1."""
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    return points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+def random_directions(count, generator):
+    found = generator.normal(size=(count, 3))
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
+def scattered(count, generator):
+    """Directions [N, 3] that keep a distance from each other: random ones, moved to the middle of what is closest to each."""
+    found = random_directions(count, generator)
+    samples = random_directions(200 * count, generator)
+    for _ in range(8):
+        nearest = (samples @ found.T).argmax(axis=1)
+        found = np.stack([samples[nearest == k].sum(axis=0) for k in range(count)])
+        found /= np.linalg.norm(found, axis=1, keepdims=True)
+    return found
+
+
+def closest(points, centres):
+    """The closest centre of each point [V, 3] and the angle to it [V]."""
+    cosines = points @ centres.T
+    return centres[cosines.argmax(axis=1)], np.arccos(np.clip(cosines.max(axis=1), -1.0, 1.0))
+
+
+def spikes(points, generator):
+    _, angle = closest(points, scattered(90, generator))
+    return points * (1.0 + 0.26 * np.clip(1.0 - angle / 0.17, 0.0, None) ** 1.3)[:, None]
+
+
+def labyrinth(points, generator, degree=17, poles=300):
+    """A random combination of spherical harmonics of one degree is a sum of Legendre polynomials around random poles."""
+    legendre = np.zeros(degree + 1)
+    legendre[degree] = 1.0
+    field = np.zeros(len(points))
+    for pole, weight in zip(random_directions(poles, generator), generator.normal(size=poles)):
+        field += weight * np.polynomial.legendre.legval(points @ pole, legendre)
+    return points * (1.0 + 0.07 * np.tanh(2.0 * field / field.std()))[:, None]
+
+
+def knobs(points, generator):
+    axis, angle = closest(points, scattered(60, generator))
+    width = MUSHROOM[0][0]
+    radius, height = meridian(np.clip(angle / width, 0.0, 1.0))
+    outwards = points - (points * axis).sum(axis=1, keepdims=True) * axis
+    outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
+    turned = np.where(angle < width, radius, angle)[:, None]
+    return (np.cos(turned) * axis + np.sin(turned) * outwards) * (1.0 + height)[:, None]
+
+
+def meridian(fraction):
+    """Distance from the axis and height where a fraction of a mushroom's meridian is left to its top."""
+    corners = np.array(MUSHROOM)
+    for _ in range(3):  # rounds the corners
+        cut = np.stack([0.75 * corners[:-1] + 0.25 * corners[1:], 0.25 * corners[:-1] + 0.75 * corners[1:]], axis=1)
+        corners = np.concatenate([corners[:1], cut.reshape(-1, 2), corners[-1:]])
+    corners = corners[::-1]
+    left = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    return (np.interp(fraction, left / left[-1], column) for column in corners.T)
+
+
+#: What makes a relief of the points of a ball [V, 3] and a generator of random numbers.
+RELIEFS = {"spikes": spikes, "labyrinth": labyrinth, "knobs": knobs}
+
+
+class Neighbours:
+    """The edges of a closed mesh, to smooth values on its points."""
+
+    def __init__(self, mesh):
+        triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        self._of, self._at = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()  # each edge once in each direction
+        self._count = np.bincount(self._of)
+
+    def smoothed(self, values, times):
+        """Values [V, C] of which each has moved half of the way to the mean of its neighbours, as often as asked."""
+        for _ in range(times):
+            sums = [np.bincount(self._of, weights=column) for column in values[self._at].T]
+            values = 0.5 * values + 0.5 * np.stack(sums, axis=1) / self._count[:, None]
+        return values
+
+
+def reference_levels(name, levels=LEVELS):
+    """A relief as meshes of 320, 1280, ... triangles, each smoothed over the length of its edges."""
+    meshes = balls(levels + FINER)
+    fine = meshes[-1]
+    relief = RELIEFS[name](directions(fine), np.random.default_rng(1))
+    neighbours = Neighbours(fine)
+    done = 0
+    for number in reversed(range(levels)):
+        wanted = round(SMOOTHING * (4 ** (levels + FINER - 1 - number) - 1))
+        relief = neighbours.smoothed(relief, wanted - done)
+        done = wanted
+        moved = np.ascontiguousarray(relief[: meshes[number].GetNumberOfPoints()])
+        meshes[number].GetPoints().SetData(numpy_to_vtk(moved, deep=True))
+    return meshes[:levels]
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("output", help="folder; made when it is not there")
+    parser.add_argument("--only", nargs="+", choices=sorted(RELIEFS), default=sorted(RELIEFS))
+    options = parser.parse_args(arguments)
+    os.makedirs(options.output, exist_ok=True)
+    for name in options.only:
+        for number, mesh in enumerate(reference_levels(name)):
+            surfacesynthesis.write_mesh(mesh, os.path.join(options.output, f"{name}_{number}.ply"))
+        print(f"wrote {options.output}/{name}_*.ply", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()
