@@ -364,3 +364,25 @@ def test_texture_distance_says_what_is_wrong():
         texture_distance(mesh, mesh, unit_length=0)
     with pytest.raises(Cancelled):
         texture_distance(mesh, mesh, progress=lambda done: False)
+
+
+def test_the_command_texture_distance_prints_what_the_function_returns(tmp_path, capsys):
+    points, triangles = icosphere(2)
+    meshes = polydata_of(points, triangles), polydata_of(points * [3.0, 1.0, 1.0], triangles)
+    paths = [str(tmp_path / name) for name in ("ball.vtp", "egg.vtp")]
+    for mesh, path in zip(meshes, paths):
+        write_mesh(mesh, path)
+    options = ["--projections", "40", "--seed", "5", "--unit-length", "0.5", "--reference-unit-length", "2"]
+    expected = texture_distance(*meshes, projections=40, seed=5, unit_length=0.5, reference_unit_length=2.0)
+    assert main(["texture-distance", *paths, *options, "--csv", "--no-progress"]) == 0
+    names, values = capsys.readouterr().out.splitlines()
+    assert float(dict(zip(names.split(","), values.split(",")))["Distance"]) == expected
+    assert main(["texture-distance", *paths, *options, "--no-progress"]) == 0
+    assert f"distance {expected:.6g}, standard error" in capsys.readouterr().out
+    assert main(["texture-distance", *paths, "--projections", "0"]) == 2
+    assert "projections must be from 1" in capsys.readouterr().err
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, meshes[0])
+    write_mesh(blocks, str(tmp_path / "blocks.vtm"))
+    assert main(["texture-distance", str(tmp_path / "blocks.vtm"), paths[0]]) == 1
+    assert "one surface is compared with another" in capsys.readouterr().err
