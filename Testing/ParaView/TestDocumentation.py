@@ -19,6 +19,8 @@ FILTERS = (
     ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones"}),
+    ("Filters/Geometry/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
+     {"Reference"}),
     ("Filters/Geometry/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 2,
      {"TimestepValues"}),
     ("Filters/Geometry/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,

@@ -8,7 +8,12 @@ import surfaces
 from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from proxies import check_properties, made_by, output_of, source_of
-from surfacesynthesis import vtkGeometricTextureSynthesizer, vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
+from surfacesynthesis import (
+    vtkGeometricTextureDistance,
+    vtkGeometricTextureSynthesizer,
+    vtkGeometricTextureTrainer,
+    vtkMultiscaleMeshFitter,
+)
 from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
@@ -33,6 +38,12 @@ SYNTHESIZER = {
     "Animation": ("No Animation", "Seeds", vtkGeometricTextureSynthesizer.SEEDS),
     "DisplacementArrayName": ("Displacement", "Way", "Way"),
     "LevelArrayName": ("Level", "Born", "Born"),
+}
+DISTANCE = {
+    "UnitLength": (0.0, 0.5, 0.5),
+    "ReferenceUnitLength": (0.0, 0.25, 0.25),
+    "NumberOfProjections": (128, 16, 16),
+    "Seed": (0, 7, 7),
 }
 FITTER = {
     "NumberOfLevels": (5, 2, 2),
@@ -111,6 +122,7 @@ def properties_have_the_defaults_of_the_classes_and_reach_them():
     ball = source_of(masked_ball())
     for made, properties in (
         (GeometricTextureSynthesizer(Input=ball), SYNTHESIZER),
+        (GeometricTextureDistance(Input=ball, Reference=ball), DISTANCE),
         (MultiscaleMeshFitter(Input=ball), FITTER),
         (GeometricTextureTrainer(Input=ball), TRAINER),
     ):
@@ -156,6 +168,21 @@ def the_animation_goes_through_the_levels_without_growing_them_again():
     Delete(made)
 
 
+def distances_are_those_of_the_class():
+    surface, reference = surfaces.ball(), surfaces.ball(size=5)
+    made = GeometricTextureDistance(Input=source_of(surface), Reference=source_of(reference), Seed=2)
+    table = output_of(made)
+    algorithm = vtkGeometricTextureDistance()
+    algorithm.SetInputDataObject(1, reference)
+    expected = made_by(algorithm, surface, Seed=2)
+    assert table.GetNumberOfRows() == 1 and table.GetNumberOfColumns() == expected.GetNumberOfColumns() == 6
+    for column in range(6):
+        assert table.GetValue(0, column) == expected.GetValue(0, column), column
+    made.UpdatePropertyInformation()
+    assert made.GetProperty("Distance").GetData() == algorithm.GetDistance() > 0.0
+    assert made.GetProperty("StandardError").GetData() == algorithm.GetStandardError() > 0.0
+
+
 def a_fit_is_learnt_from_and_grows_without_input():
     fitter = MultiscaleMeshFitter(Input=source_of(surfaces.ball()), **FIT)
     fitter.UpdatePipeline()
@@ -184,5 +211,6 @@ surfaces.run(
     textures_are_those_of_the_class,
     levels_are_blocks,
     the_animation_goes_through_the_levels_without_growing_them_again,
+    distances_are_those_of_the_class,
     a_fit_is_learnt_from_and_grows_without_input,
 )

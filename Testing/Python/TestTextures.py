@@ -8,10 +8,12 @@ import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
 from surfacesynthesis import (
+    Cancelled,
     SurfaceSynthesisError,
     fit_levels,
     geometric_texture,
     read_mesh,
+    texture_distance,
     train_geometric_texture,
     write_mesh,
 )
@@ -315,3 +317,73 @@ def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
     assert '"egg"' in capsys.readouterr().out
     assert main(["train", "geometric-texture", str(tmp_path / "none"), model_file]) == 1
     assert main(["levels", str(tmp_path / "egg.ply"), dataset, "--levels", "0"]) == 2
+
+
+def test_texture_distance_tells_relief_and_not_shape_apart(model):
+    coarse = icosphere(2)
+    bare = polydata_of(*icosphere(3))
+    rough = geometric_texture(coarse, model, start_level=1)
+    other = geometric_texture(coarse, model, start_level=1, seed=1)
+    unit = surfacesynthesis.topology_report(coarse)["edge_length_mean"] / 2
+    units = {"unit_length": unit, "reference_unit_length": unit}
+    same_relief = texture_distance(rough, other, **units)
+    assert 0 < same_relief < 0.3 * texture_distance(bare, other, **units)
+    assert texture_distance(other, other) == 0
+    points, triangles = rough
+    turned = np.column_stack([-points[:, 1], points[:, 0], points[:, 2]]) * 3 + 100
+    assert texture_distance((turned, triangles), rough) < 1e-5
+    assert texture_distance((turned, triangles), rough, **units) > 0.1
+
+
+def test_texture_distance_depends_on_seed_and_projections_only_a_little():
+    points, triangles = icosphere(2)
+    meshes = (points, triangles), (points * [3.0, 1.0, 1.0], triangles)
+    few = [texture_distance(*meshes, projections=16, seed=k) for k in range(20)]
+    many = texture_distance(*meshes, projections=2000)
+    assert texture_distance(*meshes, projections=16, seed=3) == few[3]
+    assert len(set(few)) == 20
+    assert abs(np.mean(few) - many) < 4 * np.std(few) / np.sqrt(20)
+
+
+def test_texture_distance_says_what_is_wrong():
+    mesh = polydata_of(*icosphere(1))
+    with pytest.raises(SurfaceSynthesisError, match="The reference on port 1 is empty"):
+        texture_distance(mesh, vtkPolyData())
+    with pytest.raises(SurfaceSynthesisError, match="The surface on port 0 is empty"):
+        texture_distance(vtkPolyData(), mesh)
+    assert np.isnan(texture_distance(vtkPolyData(), vtkPolyData()))
+    points, triangles = icosphere(1)
+    with pytest.raises(SurfaceSynthesisError, match="The surface on port 0: .*vtkSurfaceRepairFilter"):
+        texture_distance((points, [*triangles, triangles[0][[0, 0, 1]]]), mesh)
+    with pytest.raises(TypeError, match="a vtkPolyData or a pair of arrays"):
+        texture_distance(vtkMultiBlockDataSet(), mesh)
+    with pytest.raises(ValueError, match="projections must be from 1"):
+        texture_distance(mesh, mesh, projections=0)
+    with pytest.raises(ValueError, match="at most 1000000"):
+        texture_distance(mesh, mesh, projections=1000001)
+    with pytest.raises(ValueError, match="unit_length must be a finite number larger than 0"):
+        texture_distance(mesh, mesh, unit_length=0)
+    with pytest.raises(Cancelled):
+        texture_distance(mesh, mesh, progress=lambda done: False)
+
+
+def test_the_command_texture_distance_prints_what_the_function_returns(tmp_path, capsys):
+    points, triangles = icosphere(2)
+    meshes = polydata_of(points, triangles), polydata_of(points * [3.0, 1.0, 1.0], triangles)
+    paths = [str(tmp_path / name) for name in ("ball.vtp", "egg.vtp")]
+    for mesh, path in zip(meshes, paths):
+        write_mesh(mesh, path)
+    options = ["--projections", "40", "--seed", "5", "--unit-length", "0.5", "--reference-unit-length", "2"]
+    expected = texture_distance(*meshes, projections=40, seed=5, unit_length=0.5, reference_unit_length=2.0)
+    assert main(["texture-distance", *paths, *options, "--csv", "--no-progress"]) == 0
+    names, values = capsys.readouterr().out.splitlines()
+    assert float(dict(zip(names.split(","), values.split(",")))["Distance"]) == expected
+    assert main(["texture-distance", *paths, *options, "--no-progress"]) == 0
+    assert f"distance {expected:.6g}, standard error" in capsys.readouterr().out
+    assert main(["texture-distance", *paths, "--projections", "0"]) == 2
+    assert "projections must be from 1" in capsys.readouterr().err
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, meshes[0])
+    write_mesh(blocks, str(tmp_path / "blocks.vtm"))
+    assert main(["texture-distance", str(tmp_path / "blocks.vtm"), paths[0]]) == 1
+    assert "one surface is compared with another" in capsys.readouterr().err

@@ -4,7 +4,23 @@
 import importlib.util
 
 from .. import vtkSurfaceSynthesisMeshing as _meshing
-from . import convert, dataset, deform, levels, metrics, noise, predict, remesh, repair, report, surface, tetrahedralize, texture, train
+from . import (
+    convert,
+    dataset,
+    deform,
+    levels,
+    metrics,
+    noise,
+    predict,
+    remesh,
+    repair,
+    report,
+    surface,
+    tetrahedralize,
+    texture,
+    texture_distance,
+    train,
+)
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
 COMMANDS = [
@@ -23,5 +39,5 @@ if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # 
 if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):
     COMMANDS += [train, deform, metrics]
 if importlib.util.find_spec("..vtkSurfaceSynthesisGeometry", __package__):
-    COMMANDS += [levels, texture]
+    COMMANDS += [levels, texture, texture_distance]
 COMMANDS.append(convert)
