@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), builds the library, renders the
-# gallery, takes a scan of a brain and one of a femur to meshes with random fields, and lets trained models generate.
+# gallery, takes a scan of a brain and one of a femur to meshes with random fields, and lets trained models generate
+# signals, poses and textures.
 #
 #   Examples/run.sh [mesh]
 #
@@ -43,6 +44,8 @@ for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shap
 done
 xvfb-run -a -s "-screen 0 1280x1024x24" \
   /usr/bin/python3 "$root/Examples/Python/flow_matching.py" --output "$output"
+xvfb-run -a -s "-screen 0 1280x1024x24" \
+  /usr/bin/python3 "$root/Examples/Python/geometric_textures.py" --output "$output"
 
 echo
 echo "The pictures and surfaces are in $output:"

@@ -13,8 +13,8 @@ labyrinth, and knobs that are wider above than at the neck. Writes
                           by level
     texture_*.vtp         the surfaces, with arrays
 
-and prints how long each took, and how far the shapes of its triangles are from those of the reference. Surfaces come from
-Debian's package libcgal-demo.
+and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
+(texture_distance()). Surfaces come from Debian's package libcgal-demo.
 """
 
 import argparse
@@ -113,15 +113,48 @@ def scales(options):
     sheet.write(os.path.join(options.output, "texture_scales.png"), options.colours)
 
 
-#: What makes a picture.
-PICTURES = {"textures": textures, "samples": samples, "scales": scales}
+def bare_levels(target, count):
+    """A target as it would be without a texture: cut into four, level by level."""
+    fitted = surfacesynthesis.fit_levels(target, template=target, levels=count, iterations=0)
+    return fitted.levels
+
+
+def mean_edge(mesh):
+    return surfacesynthesis.topology_report(mesh)["edge_length_mean"]
+
+
+def distances(options):
+    """How far each level of a grown texture, and the bare target cut as often, is from that level of the reference."""
+    rows = []
+    for texture in TEXTURES:
+        reference = reference_levels(texture)
+        edge = mean_edge(reference[0])
+        for name in TARGETS:
+            target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
+            levels, _ = grown(target, model_of(options, texture), start_level=START, seed=options.seed, levels=True)
+            bare = bare_levels(target, len(levels))
+            row = [texture, name]
+            for k, pair in enumerate(zip(levels, bare)):
+                units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}
+                for mesh in pair:
+                    row.append(surfacesynthesis.texture_distance(mesh, reference[START + k], **units))
+            rows.append(row)
+    numbers = range(START, START + (len(rows[0]) - 2) // 2)
+    print("| texture | target |" + "".join(f" level {k} | bare |" for k in numbers))
+    print("|---|---|" + "---:|" * 2 * len(numbers))
+    for texture, name, *values in rows:
+        print(f"| {texture} | {name} | " + " | ".join(f"{value:.3f}" for value in values) + " |", flush=True)
+
+
+#: What makes a picture, or a table.
+PICTURES = {"textures": textures, "samples": samples, "scales": scales, "distances": distances}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
     parser.add_argument("--output", required=True, metavar="DIR")
-    parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some pictures only")
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()

@@ -17,8 +17,8 @@ import time
 import surfacesynthesis
 from make_references import RELIEFS, reference_levels
 
-#: Half of the paper's channels, and fewer iterations, of which the learning rate halves every so many.
-RECIPE = {"most_channels": 64, "learning_rate_interval": 120, "checkpoint_interval": 100}
+#: Half of the paper's channels.
+RECIPE = {"most_channels": 64, "checkpoint_interval": 50}
 
 
 def main(arguments=None):
@@ -35,7 +35,13 @@ def main(arguments=None):
         losses = os.path.join(options.output, name + ".csv")
         levels = reference_levels(name, options.levels)
         surfacesynthesis.train_geometric_texture(
-            levels, model=model, losses=losses, name=name, iterations=options.iterations, **RECIPE
+            levels,
+            model=model,
+            losses=losses,
+            name=name,
+            iterations=options.iterations,
+            learning_rate_interval=max(1, 3 * options.iterations // 8),
+            **RECIPE,
         )
         print(f"{model}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
 
