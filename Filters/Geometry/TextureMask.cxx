@@ -46,6 +46,17 @@ Eigen::VectorXf ReadTextureMask(vtkPolyData* surface, const UsedPoints& points, 
   return mask;
 }
 
+Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name)
+{
+  Eigen::VectorXf mask(name.empty() ? 0 : points.Count());
+  for (Index k = 0; k < static_cast<Index>(mask.size()); ++k)
+  {
+    const double value = surface->GetPointData()->GetArray(name.c_str())->GetTuple1(points.Id(k));
+    mask[k] = static_cast<float>(std::clamp(value, 0.0, 1.0));
+  }
+  return mask;
+}
+
 void SoftenMask(const TriangleMesh& mesh, double falloff, Eigen::VectorXf& mask)
 {
   std::vector<Index> bare;

@@ -45,7 +45,14 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->CheckNames();
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
   this->Model = this->File.Get(this->Self->ModelFileName);
+  this->Targets.Begin();
   this->Textures.Begin();
+}
+
+void vtkGeometricTextureSynthesizer::Internals::End()
+{
+  this->Targets.DropUnused();
+  this->Textures.DropUnused();
 }
 
 void vtkGeometricTextureSynthesizer::Internals::CheckNames() const
@@ -85,7 +92,11 @@ vtkSmartPointer<vtkInformation> vtkGeometricTextureSynthesizer::Internals::Templ
 void vtkGeometricTextureSynthesizer::Internals::Synthesize(
   const surfsynth::Block& block, const surfsynth::Progress& progress)
 {
-  auto* input = vtkPolyData::SafeDownCast(block.Input);
+  vtkSmartPointer<vtkPolyData> input = vtkPolyData::SafeDownCast(block.Input);
+  if (this->Remeshes())
+  {
+    input = this->Remesh(input, block, surfsynth::SubProgress(progress, 0.0, 0.3));
+  }
   Surface surface = surfsynth::ConvertSurface(input);
   surface.FlatIndex = block.FlatIndex;
   surface.Where = block.Where;
@@ -93,8 +104,8 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
   const GrownTexture* texture = this->Find(surface, settings);
   if (!texture)
   {
-    surfsynth::CheckSurface(surface, surfsynth::GeometricTextureSampler::Requirements());
-    texture = &this->Grow(surface, settings, surfsynth::SubProgress(progress, 0.0, 0.9));
+    this->Check(surface);
+    texture = &this->Grow(surface, settings, surfsynth::SubProgress(progress, this->Remeshes() ? 0.3 : 0.0, 0.9));
   }
   const int present = this->StepAtTime(texture->NumberOfSteps());
   if (!this->Self->OutputLevels)
@@ -110,6 +121,22 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
     {
       this->Fill(input, surface, *texture, step, levels.back());
     }
+  }
+}
+
+void vtkGeometricTextureSynthesizer::Internals::Check(Surface& surface) const
+{
+  try
+  {
+    surfsynth::CheckSurface(surface, surfsynth::GeometricTextureSampler::Requirements());
+  }
+  catch (const surfsynth::InvalidInput& error)
+  {
+    if (!this->Remeshes())
+    {
+      throw;
+    }
+    throw surfsynth::InvalidInput(std::string("Once remeshed: ") + error.what());
   }
 }
 
@@ -167,6 +194,44 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Growth(unsign
   return request;
 }
 
+double vtkGeometricTextureSynthesizer::Internals::TextureScale() const
+{
+  if (std::isnan(this->Self->TextureScale))
+  {
+    throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000 is needed.");
+  }
+  return this->Self->TextureScale;
+}
+
+/// The template is as the model was trained with it.
+bool vtkGeometricTextureSynthesizer::Internals::Remeshes() const
+{
+  return this->Self->TargetPreparation == REMESH && !this->FromTemplate;
+}
+
+/// The target with even triangles and the arrays of @p input.
+vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
+  vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress)
+{
+  Surface surface = surfsynth::ConvertSurface(input);
+  surface.FlatIndex = block.FlatIndex;
+  // Before any work, and with the ids of the caller's points.
+  surfsynth::ReadTextureMask(input, surfsynth::UsedPoints(surface.Mesh), this->Self->MaskArrayName);
+  const double scale = this->TextureScale();
+  std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
+  if (!target || !(*target)->Is(input, surface, scale))
+  {
+    this->Targets.Drop(surface);
+    auto made = std::make_unique<surfsynth::RemeshedTarget>(
+      input, surface, scale, this->Range(*this->Model).Count(), progress);
+    ++this->NumberOfRemeshings;
+    target = &this->Targets.Insert(surface, std::move(made));
+  }
+  auto remeshed = vtkSmartPointer<vtkPolyData>::New();
+  (*target)->Fill(input, surface, remeshed);
+  return remeshed;
+}
+
 TextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtkPolyData* input, const Surface& surface) const
 {
   const vtkGeometricTextureSynthesizer* self = this->Self;
@@ -186,13 +251,11 @@ TextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtkPolyData*
   }
   if (self->TargetPreparation == SUBDIVIDE)
   {
-    if (std::isnan(self->TextureScale))
-    {
-      throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000 is needed.");
-    }
-    settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(self->TextureScale))));
+    settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(this->TextureScale()))));
   }
-  settings.Mask = surfsynth::ReadTextureMask(input, surfsynth::UsedPoints(surface.Mesh), self->MaskArrayName);
+  const surfsynth::UsedPoints points(surface.Mesh);
+  settings.Mask = this->Remeshes() ? surfsynth::ReadInterpolatedMask(input, points, self->MaskArrayName)
+                                   : surfsynth::ReadTextureMask(input, points, self->MaskArrayName);
   settings.MaskFalloff = self->MaskFalloff;
   return settings;
 }

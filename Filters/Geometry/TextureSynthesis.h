@@ -10,6 +10,7 @@
 #include "FileCache.h"
 #include "GrownTexture.h"
 #include "LevelBlocks.h"
+#include "RemeshedTarget.h"
 #include "SurfaceBridge.h"
 
 #include "Learning/Models/GeometricTextureModel.h"
@@ -44,6 +45,9 @@ public:
   /// Fills block.Output, or with OutputLevels notes the surfaces of all levels. @throws what growing throws.
   void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
 
+  /// Forgets what this update has not used.
+  void End();
+
   /// Puts the levels that Synthesize() has noted into @p output.
   /// @param held has the structure of the input.
   void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
@@ -52,15 +56,19 @@ public:
   std::vector<double> AnimationTimes();
 
   std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update
-  surfsynth::BlockCache<std::unique_ptr<surfsynth::GrownTexture>> Textures;
   surfsynth::FileCache<surfsynth::GeometricTextureModel> File{ surfsynth::ReadGeometricTexture,
     "A geometric texture in safetensors format is needed, as its training writes it." };
   vtkTypeInt64 NumberOfGrowths = 0;
+  vtkTypeInt64 NumberOfRemeshings = 0;
 
 private:
   void CheckNames() const;
   surfsynth::TextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
   surfsynth::GeometricTextureRequest Growth(unsigned int flatIndex) const;
+  void Check(surfsynth::Surface& surface) const;
+  double TextureScale() const;
+  bool Remeshes() const;
+  vtkSmartPointer<vtkPolyData> Remesh(vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);
   surfsynth::TextureSettings Settings(vtkPolyData* input, const surfsynth::Surface& surface) const;
   surfsynth::GrownTexture* Find(const surfsynth::Surface& surface, const surfsynth::TextureSettings& settings);
   surfsynth::GrownTexture& Grow(
@@ -71,6 +79,8 @@ private:
     vtkPolyData* output) const;
 
   vtkGeometricTextureSynthesizer* Self;
+  surfsynth::BlockCache<std::unique_ptr<surfsynth::RemeshedTarget>> Targets; ///< with REMESH
+  surfsynth::BlockCache<std::unique_ptr<surfsynth::GrownTexture>> Textures;
   std::optional<double> Time;
   bool FromTemplate = false;
   std::vector<int> WithoutNoise;     ///< generator levels

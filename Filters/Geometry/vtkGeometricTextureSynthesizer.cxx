@@ -180,7 +180,7 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
   if (!this->OutputLevels)
   {
     const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize);
-    this->Impl->Textures.DropUnused();
+    this->Impl->End();
     return done != 0;
   }
   // The blocks of the input first, in a dataset of its structure, to which the levels are then put side by side.
@@ -193,7 +193,7 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
   auto* output = vtkMultiBlockDataSet::GetData(outputInfo);
   output->Initialize();
   const int done = surfsynth::ProcessBlocks(this, given, heldVector, Types, synthesize);
-  this->Impl->Textures.DropUnused();
+  this->Impl->End();
   if (heldInfo->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
   {
     outputInfo->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1); // stopped: the next update runs again
@@ -211,6 +211,8 @@ std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
 vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 
 vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfGrowths() const { return this->Impl->NumberOfGrowths; }
+
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfRemeshings() const { return this->Impl->NumberOfRemeshings; }
 
 void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -235,4 +237,5 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
   os << indent << "NumberOfGrowths: " << this->GetNumberOfGrowths() << "\n";
+  os << indent << "NumberOfRemeshings: " << this->GetNumberOfRemeshings() << "\n";
 }

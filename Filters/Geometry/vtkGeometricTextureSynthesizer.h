@@ -37,6 +37,12 @@
  *  - the point array LevelArrayName, int: the generator level with which the point came; StartLevel for those of the
  *    target.
  *
+ * With TargetPreparation REMESH the texture grows on a target that is made of the given one as vtkIsotropicRemeshFilter
+ * does by default, which must then have manifold points, too: its points lie on the given surface, boundaries, creases
+ * above 60 degrees and seams of point arrays other than normals are kept as curves, and arrays, the mask included, are carried over by the
+ * same rules as above, cell arrays from the nearest cell. Displacements are then those from the remeshed target. A seam
+ * stays one: the surface is open there, as it is where a target that is not remeshed has two points in one place.
+ *
  * With OutputLevels the output is a vtkMultiBlockDataSet with the surface, or for a composite input a tree of surfaces,
  * after each level, in blocks that are named "Level 0", "Level 1", ...
  *
@@ -73,8 +79,9 @@ public:
   /// What is done with the target before the texture grows.
   enum TargetPreparations
   {
-    AS_IS = 0,    ///< nothing: the texture has the size that the triangles give it
-    SUBDIVIDE = 1 ///< triangles are cut into four, as often as comes nearest to TextureScale
+    AS_IS = 0,     ///< nothing: the texture has the size that the triangles give it
+    SUBDIVIDE = 1, ///< triangles are cut into four, as often as comes nearest to TextureScale
+    REMESH = 2     ///< even triangles take their place, as large as TextureScale says; needs CGAL
   };
 
   /// What the time of the pipeline stands for.
@@ -156,17 +163,20 @@ public:
   /**
    * What is done with the target before the texture grows. Default AS_IS.
    */
-  vtkSetClampMacro(TargetPreparation, int, AS_IS, SUBDIVIDE);
+  vtkSetClampMacro(TargetPreparation, int, AS_IS, REMESH);
   vtkGetMacro(TargetPreparation, int);
   void SetTargetPreparationToAsIs() { this->SetTargetPreparation(AS_IS); }
   void SetTargetPreparationToSubdivide() { this->SetTargetPreparation(SUBDIVIDE); }
+  void SetTargetPreparationToRemesh() { this->SetTargetPreparation(REMESH); }
   ///@}
 
   ///@{
   /**
-   * Size of the texture over that on the target as it is, from 0.001 to 1000; used with SUBDIVIDE. Each subdivision of
-   * the target halves it, so that 0.5 and 0.25 are met exactly and others by the nearest power of a half; 1 and above
-   * leave the target as it is, and coarser triangles (vtkIsotropicRemeshFilter) give a larger texture. Default 1.
+   * Size of the texture over that on the target as it is, from 0.001 to 1000; used with SUBDIVIDE and REMESH. Each
+   * subdivision of the target halves it, so that 0.5 and 0.25 are met exactly and others by the nearest power of a half;
+   * 1 and above leave the target as it is. A remeshed target has so many times the mean edge length of the target,
+   * within 2 per cent where its shape, boundaries and creases allow it: 1 makes triangles even, above 1 the texture gets
+   * larger, and the shape of the target coarser. Default 1.
    */
   vtkSetClampMacro(TextureScale, double, 0.001, 1000.0);
   vtkGetMacro(TextureScale, double);
@@ -252,6 +262,12 @@ public:
    * levels change.
    */
   vtkTypeInt64 GetNumberOfGrowths() const;
+
+  /**
+   * Number of targets remeshed since this object was made. Stays the same while a target, the seams of its arrays and
+   * TextureScale do.
+   */
+  vtkTypeInt64 GetNumberOfRemeshings() const;
 
 protected:
   vtkGeometricTextureSynthesizer();

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -318,32 +319,61 @@ double ExpectedPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
   }
   return points;
 }
-} // namespace
 
-RemeshedSurface RemeshIsotropically(
-  const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop)
+/// The rounds leave edges that are on average about 8 per cent shorter than the target.
+constexpr double ShortenedBy = 1.08;
+
+/// What a remeshing is to have.
+struct Goal
 {
-  if (options.NumberOfPoints <= 0)
-  {
-    return Remesh(mesh, options, 1.0, false, stop);
-  }
-  // The rounds leave edges that are on average about 8 per cent shorter than the target.
-  const auto wanted = static_cast<double>(options.NumberOfPoints);
-  double scale = 1.08 * std::sqrt(ExpectedPoints(mesh, options) / wanted);
+  double Wanted = 0.0;
+  std::function<double(const TriangleMesh& made)> Measure;
+  double PowerOfLength = 0.0; ///< the measure goes with this power of the edge length
+};
+
+/// The best of up to six remeshings, the first one with edge lengths multiplied by @p scale, until one is within 2 per
+/// cent of the goal.
+RemeshedSurface RemeshTowards(const Goal& goal, double scale, const TriangleMesh& mesh, const RemeshingOptions& options,
+  const std::atomic<bool>* stop)
+{
   RemeshedSurface best;
   double bestError = std::numeric_limits<double>::infinity();
   for (int attempt = 0; attempt < 6 && bestError > 0.02; ++attempt)
   {
     RemeshedSurface made = Remesh(mesh, options, scale, attempt > 0, stop);
-    const auto points = static_cast<double>(made.Mesh.NumberOfPoints());
-    scale *= std::sqrt(points / wanted);
-    if (std::abs(points - wanted) / wanted < bestError)
+    const double found = goal.Measure(made.Mesh);
+    scale *= std::pow(goal.Wanted / found, 1.0 / goal.PowerOfLength);
+    const double error = std::abs(found - goal.Wanted) / goal.Wanted;
+    if (error < bestError)
     {
-      bestError = std::abs(points - wanted) / wanted;
+      bestError = error;
       best = std::move(made);
     }
   }
   return best;
+}
+} // namespace
+
+RemeshedSurface RemeshIsotropically(
+  const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop)
+{
+  if (options.NumberOfPoints > 0)
+  {
+    Goal goal;
+    goal.Wanted = static_cast<double>(options.NumberOfPoints);
+    goal.Measure = [](const TriangleMesh& made) { return static_cast<double>(made.NumberOfPoints()); };
+    goal.PowerOfLength = -2.0;
+    return RemeshTowards(goal, ShortenedBy * std::sqrt(ExpectedPoints(mesh, options) / goal.Wanted), mesh, options, stop);
+  }
+  if (options.MatchMeanEdgeLength && options.PointEdgeLengths.empty())
+  {
+    Goal goal;
+    goal.Wanted = options.EdgeLength;
+    goal.Measure = MeanEdgeLength;
+    goal.PowerOfLength = 1.0;
+    return RemeshTowards(goal, ShortenedBy, mesh, options, stop);
+  }
+  return Remesh(mesh, options, 1.0, false, stop);
 }
 
 double MeanEdgeLength(const TriangleMesh& mesh)

@@ -2,7 +2,7 @@
 #include "vtkIsotropicRemeshFilter.h"
 
 #include "BlockBridge.h"
-#include "IsotropicRemeshing.h"
+#include "RemeshedDataset.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
@@ -11,7 +11,6 @@
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
-#include <vtkFieldData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkObjectFactory.h>
@@ -20,7 +19,6 @@
 
 #include <cmath>
 
-using surfsynth::RemeshedSurface;
 using surfsynth::RemeshingOptions;
 using surfsynth::Surface;
 
@@ -29,35 +27,6 @@ vtkStandardNewMacro(vtkIsotropicRemeshFilter);
 namespace
 {
 const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-
-surfsynth::MeshRequirements Requirements()
-{
-  surfsynth::MeshRequirements requirements;
-  requirements.ManifoldVertices = true;
-  requirements.ConsistentWinding = true;
-  return requirements;
-}
-
-/// Puts the new mesh and the arrays of @p input that it carries into @p output.
-void Fill(vtkPolyData* input, const Surface& surface, const RemeshedSurface& remeshed, vtkPolyData* output)
-{
-  surfsynth::SetGeometry(output, remeshed.Mesh, surfsynth::HasDoublePoints(input));
-  output->GetFieldData()->ShallowCopy(input->GetFieldData());
-  if (input->GetPointData()->GetNumberOfArrays() > 0)
-  {
-    surfsynth::InterpolateArrays(input->GetPointData(), surface.Mesh, remeshed.PlaceOfPoint, output->GetPointData());
-  }
-  if (input->GetCellData()->GetNumberOfArrays() == 0)
-  {
-    return;
-  }
-  std::vector<std::int64_t> cells(remeshed.OriginOfTriangle.size());
-  for (std::size_t f = 0; f < cells.size(); ++f)
-  {
-    cells[f] = surface.Cell(remeshed.OriginOfTriangle[f]);
-  }
-  surfsynth::PickArrays(input->GetCellData(), cells, output->GetCellData());
-}
 } // namespace
 
 /// What one update does with the parameters of the filter.
@@ -71,16 +40,13 @@ public:
   void Remesh(const surfsynth::Block& block, const surfsynth::Progress& progress) const
   {
     auto* input = vtkPolyData::SafeDownCast(block.Input);
-    // Shared with the work, which outlives this call when it is cancelled.
-    const auto surface = std::make_shared<const Surface>(surfsynth::ToSurface(input, Requirements()));
+    const auto surface =
+      std::make_shared<const Surface>(surfsynth::ToSurface(input, surfsynth::RemeshingRequirements()));
     const auto options = std::make_shared<const RemeshingOptions>(this->Options(input, *surface));
-    const auto remeshed = std::make_shared<RemeshedSurface>();
-    const auto work = [surface, options, remeshed](const std::atomic<bool>& stop)
-    { *remeshed = surfsynth::RemeshIsotropically(surface->Mesh, *options, &stop); };
-    const double expectedSeconds = 0.2 + 2e-5 * surface->Mesh.NumberOfTriangles();
-    surfsynth::RunCancellable(work, expectedSeconds, surfsynth::SubProgress(progress, 0.05, 0.95));
-    Fill(input, *surface, *remeshed, vtkPolyData::SafeDownCast(block.Output));
-    this->Self->MeanEdgeLength = surfsynth::MeanEdgeLength(remeshed->Mesh);
+    const surfsynth::RemeshedSurface remeshed =
+      surfsynth::RemeshSurface(surface, options, surfsynth::SubProgress(progress, 0.05, 0.95));
+    surfsynth::FillRemeshed(input, *surface, remeshed, vtkPolyData::SafeDownCast(block.Output));
+    this->Self->MeanEdgeLength = surfsynth::MeanEdgeLength(remeshed.Mesh);
   }
 
 private:

@@ -37,6 +37,15 @@ vtkSmartPointer<vtkAlgorithm> MakeSubdividing()
   return filter;
 }
 
+#ifdef SURFACE_SYNTHESIS_CGAL
+vtkSmartPointer<vtkAlgorithm> MakeRemeshing()
+{
+  const auto filter = MakeSynthesizer();
+  vtkGeometricTextureSynthesizer::SafeDownCast(filter)->SetTargetPreparationToRemesh();
+  return filter;
+}
+#endif
+
 class MalformedTarget : public ::testing::TestWithParam<MalformedCase>
 {};
 
@@ -48,5 +57,9 @@ TEST_P(MalformedTarget, ToTheSynthesizer) { CheckAlone(GetParam(), MakeSynthesiz
 TEST_P(MalformedTarget, BetweenGoodBlocks) { CheckAsBlock(GetParam(), MakeSynthesizer, Traits()); }
 
 TEST_P(MalformedTarget, ToBeSubdivided) { CheckAlone(GetParam(), MakeSubdividing, Traits()); }
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+TEST_P(MalformedTarget, ToBeRemeshed) { CheckAlone(GetParam(), MakeRemeshing, Traits()); }
+#endif
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedTarget, ::testing::ValuesIn(MalformedCorpus()), NameOf);

@@ -558,7 +558,7 @@ TEST(GeometricTextureFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   filter->SetAnimation(9);
   EXPECT_EQ(filter->GetAnimation(), vtkGeometricTextureSynthesizer::SEEDS);
   filter->SetTargetPreparation(9);
-  EXPECT_EQ(filter->GetTargetPreparation(), vtkGeometricTextureSynthesizer::SUBDIVIDE);
+  EXPECT_EQ(filter->GetTargetPreparation(), vtkGeometricTextureSynthesizer::REMESH);
   const vtkMTimeType before = filter->GetMTime();
   filter->SetModelFileName(nullptr);
   filter->SetLevelsWithoutNoise("");
@@ -579,7 +579,8 @@ TEST(GeometricTextureFilter, PrintsEveryProperty)
          "Interpolation: 0", "NoiseAmplitude: -1", "LevelsWithoutNoise: \n", "TargetPreparation: 0", "TextureScale: 1",
          "MaskArrayName: \n", "MaskFalloff: 0", "RandomFromLevel: 0", "OutputLevels: 0", "Animation: 0",
          "DisplacementArrayName: Displacement", "LevelArrayName: Level",
-         "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1", "NumberOfGrowths: 1" })
+         "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1", "NumberOfGrowths: 1",
+         "NumberOfRemeshings: 0" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -21,7 +21,7 @@ FILTERS = (
      {"Samples", "Milestones"}),
     ("Filters/Geometry/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
      {"Reference"}),
-    ("Filters/Geometry/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 2,
+    ("Filters/Geometry/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 3,
      {"TimestepValues"}),
     ("Filters/Geometry/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh"}),

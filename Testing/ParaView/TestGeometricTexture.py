@@ -29,7 +29,7 @@ SYNTHESIZER = {
     "Interpolation": (0.0, 0.5, 0.5),
     "NoiseAmplitude": (-1.0, 0.2, 0.2),
     "LevelsWithoutNoise": ("", "0 2", "0 2"),
-    "TargetPreparation": ("As Is", "Subdivide", vtkGeometricTextureSynthesizer.SUBDIVIDE),
+    "TargetPreparation": ("As Is", "Remesh", vtkGeometricTextureSynthesizer.REMESH),
     "TextureScale": (1.0, 0.5, 0.5),
     "MaskArrayName": ("", "Mask", "Mask"),
     "MaskFalloff": (0.0, 0.3, 0.3),

@@ -118,6 +118,44 @@ def test_scale_subdivides_the_target(ball, model):
     assert len(geometric_texture(ball, model, end_level=0, scale=2.0)[1]) == len(ball[1])
 
 
+needs_cgal = pytest.mark.skipif(
+    not hasattr(surfacesynthesis, "vtkIsotropicRemeshFilter"), reason="the package was built without CGAL"
+)
+
+
+@needs_cgal
+def test_the_target_can_be_remeshed(ball, model):
+    mesh = polydata_of(*ball)
+    add_array(mesh.GetPointData(), "Upper", (ball[0][:, 2] > 0).astype(float))
+    edge = surfacesynthesis.topology_report(mesh)["edge_length_mean"]
+    for scale in (0.5, 1.0, 1.7):
+        # no noise, so that what grows is small beside the edges
+        output = geometric_texture(
+            mesh, model, end_level=0, scale=scale, prepare="remesh", noise_amplitude=0.0, mask_name="Upper"
+        )
+        bare = points_of(output) - point_array(output, "Displacement")
+        triangles = vtk_to_numpy(output.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        found = surfacesynthesis.topology_report((bare, triangles))["edge_length_mean"]
+        assert found == pytest.approx(scale * edge, rel=0.04)
+        assert np.all(point_array(output, "Displacement")[point_array(output, "Upper") == 0] == 0)
+    same = geometric_texture(mesh, model, end_level=0, prepare="remesh", mask_name="Upper")
+    assert np.array_equal(
+        points_of(same), points_of(geometric_texture(mesh, model, end_level=0, scale=1, prepare="remesh", mask_name="Upper"))
+    )
+
+
+def test_preparations_of_the_target_are_checked(ball, model):
+    subdivided = geometric_texture(ball, model, end_level=0, scale=0.5)
+    assert np.array_equal(geometric_texture(ball, model, end_level=0, scale=0.5, prepare="subdivide")[0], subdivided[0])
+    as_it_is = geometric_texture(ball, model, end_level=0)
+    assert np.array_equal(geometric_texture(ball, model, end_level=0, prepare="as_is")[0], as_it_is[0])
+    assert np.array_equal(geometric_texture(ball, model, end_level=0, prepare="subdivide")[0], as_it_is[0])
+    with pytest.raises(ValueError, match='scale is of no use with prepare "as_is"'):
+        geometric_texture(ball, model, scale=0.5, prepare="as_is")
+    with pytest.raises(ValueError, match="unknown prepare 'smooth'"):
+        geometric_texture(ball, model, prepare="smooth")
+
+
 def test_a_mask_limits_the_texture_and_arrays_are_interpolated(ball, model):
     mesh = polydata_of(*ball)
     add_array(mesh.GetPointData(), "Upper", (ball[0][:, 2] > 0).astype(float))
@@ -387,3 +425,14 @@ def test_the_command_texture_distance_prints_what_the_function_returns(tmp_path,
     write_mesh(blocks, str(tmp_path / "blocks.vtm"))
     assert main(["texture-distance", str(tmp_path / "blocks.vtm"), paths[0]]) == 1
     assert "one surface is compared with another" in capsys.readouterr().err
+
+
+@needs_cgal
+def test_the_command_texture_remeshes(ball, model, tmp_path):
+    write_mesh(polydata_of(*ball), str(tmp_path / "ball.vtp"))
+    paths = [str(tmp_path / "ball.vtp"), str(tmp_path / "large.vtp")]
+    options = ["--prepare", "remesh", "--scale", "1.6", "--end-level", "0"]
+    assert main(["texture", *paths, "--model", str(model), *options, "--quiet"]) == 0
+    expected = geometric_texture(polydata_of(*ball), model, end_level=0, scale=1.6, prepare="remesh")
+    assert np.array_equal(points_of(read_mesh(paths[1])), points_of(expected))
+    assert main(["texture", *paths, "--model", str(model), "--prepare", "as_is", "--scale", "2"]) == 2

@@ -100,6 +100,7 @@ _LEARNING = {
     "vtkFlowMatchingSampler": "vtkSurfaceSynthesisDeformation",
     "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
     "FittedLevels": "texture_training",
+    "PREPARATIONS": "textures",
     "fit_levels": "texture_training",
     "geometric_texture": "textures",
     "texture_distance": "textures",

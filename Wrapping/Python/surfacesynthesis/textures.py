@@ -10,11 +10,29 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import INT_MIN, array_name, at_least_0, at_most, flag, in_range, integer, positive, progress_callback
+from .arguments import (
+    INT_MIN,
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    positive,
+    progress_callback,
+)
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisGeometry import vtkGeometricTextureDistance, vtkGeometricTextureSynthesizer
+
+#: What can be done with a target before a texture grows, by the name that ``prepare`` takes.
+PREPARATIONS = {
+    "as_is": vtkGeometricTextureSynthesizer.AS_IS,
+    "subdivide": vtkGeometricTextureSynthesizer.SUBDIVIDE,
+    "remesh": vtkGeometricTextureSynthesizer.REMESH,
+}
 
 
 def geometric_texture(
@@ -28,6 +46,7 @@ def geometric_texture(
     second_seed=1,
     interpolation=0.0,
     scale=None,
+    prepare=None,
     mask_name=None,
     mask_falloff=0.0,
     random_from=0,
@@ -65,8 +84,13 @@ def geometric_texture(
     interpolation : float
         From the noise of ``seed`` at 0 to that of ``second_seed`` at 1. Default 0.
     scale : float, optional
-        Size of the texture over that on the target as it is, from 0.001 to 1000: triangles are first cut into four,
-        each time of which halves it, as often as comes nearest. Default: the target is not subdivided.
+        Size of the texture over that on the target as it is, from 0.001 to 1000. Default: 1.
+    prepare : str, optional
+        What is done with the target before the texture grows: "as_is", nothing, and ``scale`` must not be given;
+        "subdivide", triangles are cut into four, each time of which halves the texture, as often as comes nearest to
+        ``scale``; "remesh", even triangles with ``scale`` times the mean edge length of the target take their place, as
+        remesh() makes them, and above 1 the texture gets larger. That needs CGAL. Default: "subdivide" when ``scale`` is
+        given, else "as_is".
     mask_name : str, optional
         Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with.
         Default: the texture grows everywhere.
@@ -112,6 +136,7 @@ def geometric_texture(
         second_seed=second_seed,
         interpolation=interpolation,
         scale=scale,
+        prepare=prepare,
         mask_name=mask_name,
         mask_falloff=mask_falloff,
         random_from=random_from,
@@ -138,6 +163,7 @@ def configured_synthesizer(
     second_seed=1,
     interpolation=0.0,
     scale=None,
+    prepare=None,
     mask_name=None,
     mask_falloff=0.0,
     random_from=0,
@@ -158,8 +184,12 @@ def configured_synthesizer(
     algorithm.SetLevelsWithoutNoise(" ".join(map(str, without_noise)))
     algorithm.SetSecondSeed(integer("second_seed", second_seed, INT_MIN))
     algorithm.SetInterpolation(in_range("interpolation", interpolation, 0.0, 1.0))
+    if prepare is None:
+        prepare = "as_is" if scale is None else "subdivide"
+    algorithm.SetTargetPreparation(choice("prepare", prepare, PREPARATIONS))
     if scale is not None:
-        algorithm.SetTargetPreparationToSubdivide()
+        if prepare == "as_is":
+            raise ValueError('scale is of no use with prepare "as_is"; "subdivide" or "remesh" changes the size')
         algorithm.SetTextureScale(in_range("scale", scale, 0.001, 1000.0))
     if mask_name is not None:
         algorithm.SetMaskArrayName(array_name("mask_name", mask_name))

@@ -21,6 +21,7 @@ opens as a series in time.
 
 examples:
   %(prog)s bunny.ply scaly.ply --model scales.safetensors --start-level 2 --seed 3
+  %(prog)s bunny.ply large.ply --model scales.safetensors --prepare remesh --scale 2
   %(prog)s bunny.ply growing.vtp --model scales.safetensors --levels
   %(prog)s sample.ply --model scales.safetensors --random-from 1
 """
@@ -52,7 +53,14 @@ def add(commands):
         "--interpolation", type=float, default=0.0, metavar="T", help="from seed to second seed, 0 to 1 (default: 0)"
     )
     texture.add_argument(
-        "--scale", type=float, metavar="S", help="size of the texture; below 1 the input is subdivided first"
+        "--scale", type=float, metavar="S", help="size of the texture over that on the input as it is (default: 1)"
+    )
+    texture.add_argument(
+        "--prepare",
+        choices=["as_is", "subdivide", "remesh"],
+        metavar="HOW",
+        help="what is done with the input first, so that the texture gets the size --scale: subdivide (default with "
+        "--scale; halves it as often as comes nearest), remesh (even triangles, for any size), as_is (default)",
     )
     texture.add_argument("--mask", metavar="NAME", help="point array, 0 to 1: where the texture grows")
     texture.add_argument(
@@ -83,6 +91,7 @@ def run(arguments):
         second_seed=arguments.second_seed,
         interpolation=arguments.interpolation,
         scale=arguments.scale,
+        prepare=arguments.prepare,
         mask_name=arguments.mask,
         mask_falloff=arguments.mask_falloff,
         random_from=arguments.random_from,

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "RemeshedTarget.h"
+
+#include "SurfaceArrays.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+#include "RemeshedDataset.h"
+#endif
+
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// The classes of the points that say where arrays have seams. Normals, which a texture drops, make none.
+std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
+{
+  vtkNew<vtkPolyData> withoutNormals;
+  withoutNormals->ShallowCopy(input);
+  DropNormals(withoutNormals);
+  return AttributeClasses(withoutNormals, surface.Mesh.Points);
+}
+} // namespace
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+namespace
+{
+/// The angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
+constexpr double CreaseAngle = 60.0;
+
+double AreaOf(const TriangleMesh& mesh)
+{
+  double area = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto corner = [&](int k) { return Eigen::Vector3d(mesh.Points.row(mesh.Triangles(f, k))); };
+    area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+  }
+  return area;
+}
+
+/// Before time is spent on what no level can grow on.
+void RequireCountableTriangles(const TriangleMesh& mesh, double edgeLength, int levels)
+{
+  const double triangles = AreaOf(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
+  const double finest = triangles * std::pow(4.0, levels - 1);
+  if (finest > std::numeric_limits<Index>::max())
+  {
+    throw InvalidInput("Remeshed with edges of length " + Text(edgeLength) + " the surface would have about " +
+      Text(triangles) + " triangles, which " + std::to_string(levels) + " levels make " + Text(finest) +
+      "; at most 2147483647 are possible. Fewer levels or a larger TextureScale are needed.");
+  }
+}
+} // namespace
+
+RemeshedTarget::RemeshedTarget(
+  vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress)
+  : Scale(scale)
+  , Seams(SeamsOf(input, surface))
+{
+  const auto target = std::make_shared<Surface>(surface);
+  CheckSurface(*target, RemeshingRequirements());
+  const auto options = std::make_shared<RemeshingOptions>();
+  options->EdgeLength = scale * MeanEdgeLength(surface.Mesh);
+  options->MatchMeanEdgeLength = true;
+  options->FeatureAngle = CreaseAngle;
+  options->PointClasses = this->Seams;
+  RequireCountableTriangles(surface.Mesh, options->EdgeLength, levels);
+  this->Remeshed = RemeshSurface(target, options, progress);
+}
+
+void RemeshedTarget::Fill(vtkPolyData* input, const Surface& surface, vtkPolyData* output) const
+{
+  FillRemeshed(input, surface, this->Remeshed, output);
+}
+#else
+RemeshedTarget::RemeshedTarget(vtkPolyData*, const Surface&, double scale, int, const Progress&)
+  : Scale(scale)
+{
+  throw InvalidInput("TargetPreparation is REMESH, which needs CGAL, and this library was built without "
+                     "(SURFACE_SYNTHESIS_CGAL is off). AS_IS or SUBDIVIDE, or a build with CGAL, is needed.");
+}
+
+void RemeshedTarget::Fill(vtkPolyData*, const Surface&, vtkPolyData*) const {}
+#endif
+
+bool RemeshedTarget::Is(vtkPolyData* input, const Surface& surface, double scale) const
+{
+  return this->Scale == scale && this->Seams == SeamsOf(input, surface);
+}
+
+} // namespace surfsynth
