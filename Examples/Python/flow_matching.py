@@ -16,7 +16,7 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
                         one, with 75,000 faces
     deformation_*.vtp   the deformed surfaces, with arrays
 
-and prints how long each took. --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
+and prints how long each took, and a table of times over the number of triangles (--only times). --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
 writes. Surfaces come from Debian's package libcgal-demo.
 """
 
@@ -38,7 +38,7 @@ from surfacesynthesis.datasets import dataset_of_pair
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
-from make_datasets import evenly, surface, unevenly  # noqa: E402
+from make_datasets import evenly, simplified, surface, unevenly  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 FRONT = (0.16, 0.08, -1.0)
@@ -186,12 +186,24 @@ def signals(options):
     sheet.write(os.path.join(options.output, "signals.png"), options.colours)
 
 
-#: What makes a picture, and the model that it needs.
+def times(options):
+    """Seconds of the first and of each further sample over the number of triangles: figure 11 of the paper in kind."""
+    model = os.path.join(options.models, "armadillo_poses.safetensors")
+    original = surface(None, "armadillo.off")
+    print("| triangles | first sample | each further sample |")
+    print("|---:|---:|---:|")
+    for mesh in (simplified(original, 2500), simplified(original, 8000), original, subdivided(original)):
+        (_, first), (_, three) = (made(mesh, model, samples=count, steps=options.steps) for count in (1, 3))
+        print(f"| {mesh.GetNumberOfCells():,} | {first:.2f} s | {(three - first) / 2:.2f} s |", flush=True)
+
+
+#: What makes a picture or a table, and the model that it needs.
 PICTURES = {
     "poses": (training_poses, None),
     "mixtures": (training_mixtures, None),
     "deformations": (deformations, "armadillo_poses"),
     "signals": (signals, "bunny_mixtures"),
+    "times": (times, "armadillo_poses"),
 }
 
 
@@ -199,13 +211,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
     parser.add_argument("--output", required=True, metavar="DIR")
-    parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some pictures only")
+    parser.add_argument("--only", nargs="+", choices=PICTURES, help="make some of it only; default: the pictures")
     parser.add_argument("--training", metavar="FILE", help="dataset in which the closest poses are looked up")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
-    for name in options.only:
+    for name in options.only or [name for name in PICTURES if name != "times"]:
         picture, model = PICTURES[name]
         if model is None or os.path.exists(os.path.join(options.models, model + ".safetensors")):
             picture(options)

@@ -9,7 +9,7 @@ labyrinth, and knobs that are wider above than at the neck. Writes
 
     textures.png          rows: the textures; columns: the reference, and targets of genus 0, 1 and 2
     texture_samples.png   what grows on the template of the model: other samples of the reference itself
-    texture_scales.png    above: one texture on one surface, remeshed to triangles of four sizes; below: as it grows, level
+    texture_scales.png    above: one texture on one surface in four sizes (TextureScale); below: as it grows, level
                           by level
     texture_*.vtp         the surfaces, with arrays
 
@@ -36,9 +36,9 @@ SIZE = (460, 440)
 TEXTURES = ("spikes", "labyrinth", "knobs")
 #: Where a texture grows, of which genus, of how many points, and the direction that it is seen from.
 TARGETS = {
-    "bear": (0, 5000, (0.3, 0.2, 1.0)),
-    "knot1": (1, 4000, (0.1, 0.2, 1.0)),
-    "eight": (2, 3000, (0.2, 0.9, 0.6)),
+    "bear": (0, 2500, (0.3, 0.2, 1.0)),
+    "knot1": (1, 2500, (0.1, 0.2, 1.0)),
+    "eight": (2, 1500, (0.2, 0.9, 0.6)),
 }
 BALL = (0.3, 0.2, 1.0)
 #: The first level of the models makes a ball a ball; those from here on make the texture.
@@ -100,10 +100,10 @@ def scales(options):
     knot = surface(None, "knot1.off")
     view = rendering.view_of(knot, SIZE[0] / SIZE[1], TARGETS["knot1"][2], margin=1.25)
     sheet = rendering.Sheet(2, 4, SIZE)
-    for column, points in enumerate((1000, 2000, 4000, 8000)):
-        target = remeshed(knot, points)
-        output, seconds = grown(target, model, start_level=START, seed=options.seed)
-        sheet.add(0, column, f"{faces(target)} to {faces(output)}\n{seconds:.1f} s", output, view)
+    for column, scale in enumerate((2.0, 1.4, 1.0, 0.7)):
+        how = {"prepare": "remesh", "scale": scale, "start_level": START, "seed": options.seed}
+        output, seconds = grown(knot, model, **how)
+        sheet.add(0, column, f"texture scale {scale}\n{faces(output)}, {seconds:.1f} s", output, view)
     target = remeshed(knot, 2000)
     levels, _ = grown(target, model, start_level=START, seed=options.seed, levels=True)
     sheet.add(1, 0, f"the target\n{faces(target)}", target, view)

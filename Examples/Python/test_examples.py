@@ -157,6 +157,39 @@ def check_signals():
     assert metrics["mmd"] < 0.8 * bad["mmd"], (dict(metrics), dict(bad))
 
 
+def check_geometric_textures(folder):
+    """Each shipped texture, on a target it has not seen, is far closer to its reference than the bare target is."""
+    output = os.path.join(folder, "geometric_textures")
+    script = [sys.executable, os.path.join(HERE, "geometric_textures.py"), "--output", output]
+    done = run("xvfb-run", "-a", *script, "--only", "samples", "distances")
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "texture_samples.png"), 1800)
+    rows = [line.split("|")[1:-1] for line in done.stdout.splitlines() if line.startswith("| ")][1:]
+    assert len(rows) == 9, done.stdout
+    for texture, target, *values in rows:
+        for grown, bare in zip(values[::2], values[1::2]):
+            assert float(grown) < 0.5 * float(bare), (texture, target, values)
+    check_overhang()
+
+
+def check_overhang():
+    """The knobs move points along the surface: some of their triangles look down on the target."""
+    from vtkmodules.vtkFiltersSources import vtkPlaneSource
+
+    plane = vtkPlaneSource()
+    plane.SetResolution(24, 24)
+    for texture, least, most in (("knobs", 0.02, 0.3), ("labyrinth", 0.0, 0.005)):
+        model = os.path.join(HERE, os.pardir, "Models", texture + ".safetensors")
+        plane.Update()
+        grown = surfacesynthesis.geometric_texture(plane.GetOutput(), model, start_level=1, seed=1)
+        corners = points_of(grown)[vtk_to_numpy(grown.GetPolys().GetConnectivityArray()).reshape(-1, 3)]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        inside = (np.abs(corners.mean(axis=1)[:, :2]) < 0.35).all(axis=1)
+        down = (normals[inside, 2] < 0).mean()
+        print(f"{texture}: {100 * down:.2f} % of the triangles look down")
+        assert least <= down <= most, (texture, down)
+
+
 if __name__ == "__main__":
     checks = {
         "matern_noise": check_matern_noise,
@@ -164,5 +197,6 @@ if __name__ == "__main__":
         "medical": check_medical,
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,
+        "geometric_textures": check_geometric_textures,
     }
     checks[sys.argv[1]](sys.argv[2])
