@@ -5,10 +5,13 @@
 
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Operators/EdgeFeatures.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
+#include "Learning/Inference/FaceNetwork.h"
 #include "Learning/Samplers/GeometricTextureSampler.h"
 
 #include <chrono>
 #include <memory>
+#include <vector>
 
 namespace surfsynth::bench
 {
@@ -40,12 +43,23 @@ double StraightforwardOperations(const GeometricTextureOptions& options, const T
   return operations;
 }
 
-/// Three levels, everything included. OfProductRate is the rate of the straightforward operations over what sgemm
-/// reaches on one thread in the same run.
+/// The rate of the straightforward operations, and that over what sgemm reaches on one thread in the same run.
+void CountOperations(benchmark::State& state, const TriangleMesh& mesh, double seconds)
+{
+  const double operations = StraightforwardOperations(PublishedTexture()->Options, mesh);
+  const double rate = operations * static_cast<double>(state.iterations()) / seconds;
+  state.counters["GFLOP"] = 1e-9 * operations;
+  state.counters["GFLOPperSecond"] = 1e-9 * rate;
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+  const Threads single(1);
+  state.counters["OfProductRate"] = rate / MeasuredProductRate();
+#endif
+}
+
+/// Three levels, everything included.
 void GeometricTexture(benchmark::State& state, const TriangleMesh& mesh)
 {
-  const std::shared_ptr<const GeometricTextureModel> model = PublishedTexture();
-  const GeometricTextureSampler sampler(model);
+  const GeometricTextureSampler sampler(PublishedTexture());
   PeakMemory memory;
   memory.Restart();
   Index triangles = 0;
@@ -55,17 +69,47 @@ void GeometricTexture(benchmark::State& state, const TriangleMesh& mesh)
     triangles = sampler.Grow(mesh, {}).Mesh.NumberOfTriangles();
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const double operations = StraightforwardOperations(model->Options, mesh);
-  const double rate = operations * static_cast<double>(state.iterations()) / seconds.count();
   state.counters["TrianglesOut"] = triangles;
-  state.counters["GFLOP"] = 1e-9 * operations;
-  state.counters["GFLOPperSecond"] = 1e-9 * rate;
-#ifdef SURFACE_SYNTHESIS_CHOLMOD
-  const Threads single(1);
-  state.counters["OfProductRate"] = rate / MeasuredProductRate();
-#endif
+  state.counters["NanosecondsPerTriangle"] =
+    1e9 * seconds.count() / (static_cast<double>(state.iterations()) * triangles);
   state.counters["PeakMiB"] = memory.PeakMiB();
   state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
+  CountOperations(state, mesh, seconds.count());
+}
+
+/// The networks of the three levels on what they see, which is there.
+void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
+{
+  struct Level
+  {
+    FaceNetwork Network;
+    EdgeFeatureMatrix Features;
+    TriangleMatrix Neighbours;
+  };
+  const std::shared_ptr<const GeometricTextureModel> model = PublishedTexture();
+  std::vector<Level> levels;
+  TriangleMesh fine = mesh;
+  for (std::int64_t level = 0; level < model->Options.Levels; ++level)
+  {
+    if (level > 0)
+    {
+      fine = SubdivideAtMidpoints(fine).Mesh;
+    }
+    const FaceNeighbours neighbours = ComputeFaceNeighbours(fine);
+    levels.push_back({ FaceNetwork(model->Generator, level, model->Options.Layers),
+      ComputeEdgeFeatures(fine.Points.cast<float>(), fine.Triangles, neighbours), neighbours.Faces });
+  }
+  const SingleThreadedBlas blas;
+  const auto start = std::chrono::steady_clock::now();
+  for ([[maybe_unused]] auto step : state)
+  {
+    for (const Level& level : levels)
+    {
+      benchmark::DoNotOptimize(level.Network.Run(level.Features, level.Neighbours).data());
+    }
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  CountOperations(state, mesh, seconds.count());
 }
 
 /// What is not the network: two subdivisions, and tables and features of the three meshes.
@@ -90,9 +134,10 @@ void GeometricTextureTables(benchmark::State& state, const TriangleMesh& mesh)
 
 void RegisterGeometricTexture()
 {
-  // 9,900 triangles become 158,000, and 62,500 a million.
-  const std::vector<Index> sizes = Sizes("4952,31252");
+  // 9,900 triangles become 158,000, 25,000 become 400,000, and 62,500 a million.
+  const std::vector<Index> sizes = Sizes("4952,12502,31252");
   Register("GeometricTexture", GeometricTexture, sizes);
+  Register("GeometricTextureNetwork", GeometricTextureNetwork, sizes);
   Register("GeometricTextureTables", GeometricTextureTables, sizes);
 }
 
