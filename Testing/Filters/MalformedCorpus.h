@@ -59,6 +59,9 @@ struct FilterTraits
   bool RefusesEveryDefect = true;
   /// True for a filter that moves the points of a surface: a point that is not finite and that no polygon uses may stay so.
   bool KeepsStrayPoints = false;
+  /// Names what the filter is set to, where the cases of a test differ in it: those of equal settings share the run on
+  /// the good blocks alone.
+  std::string Settings;
 };
 
 /// Seconds that one case may take.

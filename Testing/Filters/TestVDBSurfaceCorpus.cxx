@@ -15,12 +15,17 @@ using namespace surfsynthtest;
 
 namespace
 {
-/// With voxels of a tenth of what most cases are large, where the default would take a hundredth and seconds.
-FilterFactory FactoryFor(const MalformedCase& malformed)
+/// A tenth of what most cases are large, where the default would take a hundredth and seconds.
+double VoxelSizeFor(const MalformedCase& malformed)
 {
   const std::string& name = malformed.Name;
   const bool isUnit = name.find("1e") == std::string::npos && name.find("Tiny") == std::string::npos;
-  const double voxelSize = !isUnit ? 0.0 : name.find("Thousand") != std::string::npos ? 0.3 : 0.1;
+  return !isUnit ? 0.0 : name.find("Thousand") != std::string::npos ? 0.3 : 0.1;
+}
+
+FilterFactory FactoryFor(const MalformedCase& malformed)
+{
+  const double voxelSize = VoxelSizeFor(malformed);
   return [voxelSize]() -> vtkSmartPointer<vtkAlgorithm> {
     auto filter = vtkSmartPointer<vtkVDBSurfaceFilter>::New();
     filter->SetVoxelSize(voxelSize);
@@ -28,10 +33,11 @@ FilterFactory FactoryFor(const MalformedCase& malformed)
   };
 }
 
-FilterTraits Traits()
+FilterTraits TraitsFor(const MalformedCase& malformed)
 {
   FilterTraits traits;
   traits.RefusesEveryDefect = false;
+  traits.Settings = std::to_string(VoxelSizeFor(malformed));
   return traits;
 }
 
@@ -51,7 +57,7 @@ std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return
 TEST_P(MalformedInput, ToVDBSurface)
 {
   const FilterFactory make = FactoryFor(GetParam());
-  CheckAlone(ForThisFilter(GetParam()), make, Traits());
+  CheckAlone(ForThisFilter(GetParam()), make, TraitsFor(GetParam()));
   const auto filter = make();
   filter->SetInputDataObject(GetParam().Make());
   EventRecorder events(filter);
@@ -65,7 +71,7 @@ TEST_P(MalformedInput, ToVDBSurface)
 
 TEST_P(MalformedInput, BetweenGoodBlocksToVDBSurface) 
 {
-  CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(GetParam()), Traits());
+  CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(GetParam()), TraitsFor(GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);
