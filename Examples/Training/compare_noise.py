@@ -7,7 +7,7 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
 DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
 even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
-with the reference samples there (vtkEnsembleMetrics). Models, checkpoints and tables of losses are left in OUTPUT;
+with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Models, checkpoints and tables of losses are left in OUTPUT;
 trainings go on from their checkpoints when the script is run again. Prints a table in Markdown and writes it as
 metrics.csv.
 """
@@ -74,14 +74,17 @@ def measured(options, task, noise, model, test):
     mesh, references, signal = dataset(options.data, test, options.samples)
     position = signal == "Position"
     generate = surfacesynthesis.deform if position else surfacesynthesis.sample_signal
-    generated = generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
+    row = {"task": task, "noise": NOISES[noise][0], "test": test, "points": len(mesh[0])}
+    try:
+        generated = generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
+    except surfacesynthesis.SurfaceSynthesisError as error:
+        if "not finite" not in str(error):
+            raise
+        return {**row, **dict.fromkeys(COLUMNS[4:], np.nan)}  # a flow that grows without bound
     scale = np.sqrt(area(mesh)) if position else 1.0  # distances of shapes are given in units of sqrt(area)
     metrics = surfacesynthesis.ensemble_metrics(generated, references, source=mesh, remove_centroid=position)
     return {
-        "task": task,
-        "noise": NOISES[noise][0],
-        "test": test,
-        "points": len(mesh[0]),
+        **row,
         "mmd": metrics["mmd"] / scale,
         "spacing": metrics["reference_spacing"] / scale,
         "cov": metrics["cov"],
