@@ -16,8 +16,9 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
                         one, with 75,000 faces
     deformation_*.vtp   the deformed surfaces, with arrays
 
-and prints how long each took, and a table of times over the number of triangles (--only times). --training names the file armadillo_poses.safetensors that Examples/Training/make_datasets.py
-writes. Surfaces come from Debian's package libcgal-demo.
+and prints how long each took, and a table of times over the number of triangles (--only times). --training names the file
+armadillo_poses.safetensors that Examples/Training/make_datasets.py writes. Surfaces come from Debian's package
+libcgal-demo.
 """
 
 import argparse

@@ -7,9 +7,9 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
 DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
 even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
-with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Models, checkpoints and tables of losses are left in OUTPUT;
-trainings go on from their checkpoints when the script is run again. Prints a table in Markdown and writes it as
-metrics.csv.
+with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Models,
+checkpoints and tables of losses are left in OUTPUT; trainings go on from their checkpoints when the script is run again.
+Prints a table in Markdown and writes it as metrics.csv.
 """
 
 import argparse
