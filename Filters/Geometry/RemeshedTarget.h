@@ -24,8 +24,7 @@ public:
   /// @param levels how many will grow on it: before any work, more triangles than they can have are refused
   /// @throws InvalidInput when the surface does not meet RemeshingRequirements(), there would be too many triangles, or
   /// the library was built without CGAL; Cancelled
-  RemeshedTarget(
-    vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress);
+  RemeshedTarget(vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress);
 
   /// Whether this is what another remeshing of the same mesh would give: the seams of the arrays count too.
   bool Is(vtkPolyData* input, const Surface& surface, double scale) const;

@@ -68,7 +68,8 @@ private:
   void Check(surfsynth::Surface& surface) const;
   double TextureScale() const;
   bool Remeshes() const;
-  vtkSmartPointer<vtkPolyData> Remesh(vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);
+  vtkSmartPointer<vtkPolyData> Remesh(
+    vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);
   surfsynth::TextureSettings Settings(vtkPolyData* input, const surfsynth::Surface& surface) const;
   surfsynth::GrownTexture* Find(const surfsynth::Surface& surface, const surfsynth::TextureSettings& settings);
   surfsynth::GrownTexture& Grow(

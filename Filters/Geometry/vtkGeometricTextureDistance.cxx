@@ -70,8 +70,8 @@ void AddColumn(vtkTable* table, const char* name, Value value)
   table->AddColumn(column);
 }
 
-void FillTable(vtkTable* table, const surfsynth::TextureDistance& found, const TriangleMesh& surface,
-  const TriangleMesh& reference)
+void FillTable(
+  vtkTable* table, const surfsynth::TextureDistance& found, const TriangleMesh& surface, const TriangleMesh& reference)
 {
   AddColumn<vtkDoubleArray>(table, "Distance", found.Distance);
   AddColumn<vtkDoubleArray>(table, "StandardError", found.StandardError);
@@ -82,10 +82,7 @@ void FillTable(vtkTable* table, const surfsynth::TextureDistance& found, const T
 }
 } // namespace
 
-vtkGeometricTextureDistance::vtkGeometricTextureDistance()
-{
-  this->SetNumberOfInputPorts(2);
-}
+vtkGeometricTextureDistance::vtkGeometricTextureDistance() { this->SetNumberOfInputPorts(2); }
 
 vtkGeometricTextureDistance::~vtkGeometricTextureDistance() = default;
 
@@ -99,8 +96,7 @@ int vtkGeometricTextureDistance::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   this->Distance = this->StandardError = 0.0;
-  const auto compare = [&](const surfsynth::Progress& progress)
-  {
+  const auto compare = [&](const surfsynth::Progress& progress) {
     const Pair pair(inputVector);
     if (!pair.Surface && !pair.Reference)
     {

@@ -20,8 +20,8 @@
  * blocks: a block that cannot be processed is reported and left empty. Polygons and strips are triangulated. The mesh
  * must have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding; the
  * error message names what is wrong, the first offending cell or point and the filter that repairs it. Triangles should
- * be of even size and shape (vtkIsotropicRemeshFilter): the texture is as large as they are. Empty input gives empty
- * output.
+ * be of even size and shape (TargetPreparation REMESH makes them so): the texture is as large as they are. Empty input
+ * gives empty output.
  *
  * Without an input connection the texture grows on the template in the model file, at the origin, in mean edge lengths
  * of the reference of the training: samples of the reference itself.
@@ -38,10 +38,11 @@
  *    target.
  *
  * With TargetPreparation REMESH the texture grows on a target that is made of the given one as vtkIsotropicRemeshFilter
- * does by default, which must then have manifold points, too: its points lie on the given surface, boundaries, creases
- * above 60 degrees and seams of point arrays other than normals are kept as curves, and arrays, the mask included, are carried over by the
- * same rules as above, cell arrays from the nearest cell. Displacements are then those from the remeshed target. A seam
- * stays one: the surface is open there, as it is where a target that is not remeshed has two points in one place.
+ * does by default, which must then have manifold points, too: its points lie on the given surface; boundaries, creases
+ * above 60 degrees and seams of point arrays other than normals are kept as curves; arrays, the mask included, are
+ * carried over by the same rules as above, cell arrays from the nearest cell. Displacements are then those from the
+ * remeshed target. A seam stays one: the surface is open there, as it is where a target that is not remeshed has two
+ * points in one place.
  *
  * With OutputLevels the output is a vtkMultiBlockDataSet with the surface, or for a composite input a tree of surfaces,
  * after each level, in blocks that are named "Level 0", "Level 1", ...
@@ -173,10 +174,10 @@ public:
   ///@{
   /**
    * Size of the texture over that on the target as it is, from 0.001 to 1000; used with SUBDIVIDE and REMESH. Each
-   * subdivision of the target halves it, so that 0.5 and 0.25 are met exactly and others by the nearest power of a half;
-   * 1 and above leave the target as it is. A remeshed target has so many times the mean edge length of the target,
-   * within 2 per cent where its shape, boundaries and creases allow it: 1 makes triangles even, above 1 the texture gets
-   * larger, and the shape of the target coarser. Default 1.
+   * subdivision of the target halves it, so that 0.5 and 0.25 are met exactly and others by the nearest power of a
+   * half; 1 and above leave the target as it is. A remeshed target has so many times the mean edge length of the
+   * target, within 2 per cent where its shape, boundaries and creases allow it: 1 makes triangles even; above 1 the
+   * texture gets larger, and the shape of the target coarser. Default 1.
    */
   vtkSetClampMacro(TextureScale, double, 0.001, 1000.0);
   vtkGetMacro(TextureScale, double);

@@ -363,7 +363,8 @@ RemeshedSurface RemeshIsotropically(
     goal.Wanted = static_cast<double>(options.NumberOfPoints);
     goal.Measure = [](const TriangleMesh& made) { return static_cast<double>(made.NumberOfPoints()); };
     goal.PowerOfLength = -2.0;
-    return RemeshTowards(goal, ShortenedBy * std::sqrt(ExpectedPoints(mesh, options) / goal.Wanted), mesh, options, stop);
+    const double scale = ShortenedBy * std::sqrt(ExpectedPoints(mesh, options) / goal.Wanted);
+    return RemeshTowards(goal, scale, mesh, options, stop);
   }
   if (options.MatchMeanEdgeLength && options.PointEdgeLengths.empty())
   {

@@ -26,9 +26,10 @@ RemeshedSurface RemeshSurface(
   std::shared_ptr<const Surface> surface, std::shared_ptr<const RemeshingOptions> options, const Progress& progress)
 {
   const double expectedSeconds = 0.2 + 2e-5 * surface->Mesh.NumberOfTriangles();
-  const auto remeshed = std::make_shared<RemeshedSurface>(); // shared with the work, which a cancelled call leaves behind
-  const auto work = [surface, options, remeshed](const std::atomic<bool>& stop)
-  { *remeshed = RemeshIsotropically(surface->Mesh, *options, &stop); };
+  const auto remeshed = std::make_shared<RemeshedSurface>(); // shared with the work, which outlives a cancelled call
+  const auto work = [surface, options, remeshed](const std::atomic<bool>& stop) {
+    *remeshed = RemeshIsotropically(surface->Mesh, *options, &stop);
+  };
   RunCancellable(work, expectedSeconds, progress);
   return std::move(*remeshed);
 }

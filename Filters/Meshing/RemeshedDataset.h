@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Remeshing of VTK's surfaces with their arrays, for the filters that do so. Only where CGAL is on. Private to the library.
+/// Remeshing of VTK's surfaces with their arrays, for the filters that do so. Only where CGAL is on; private to the
+/// library.
 #pragma once
 
 #include "IsotropicRemeshing.h"

@@ -113,7 +113,8 @@ TEST(GeometricTextureDistance, Messages)
   EXPECT_THAT(ErrorOf(ball, nothing), HasSubstr("The reference on port 1 is empty"));
   Soup needle = Icosphere(1);
   needle.Polys[5] = { 0, 0, 1 };
-  EXPECT_THAT(ErrorOf(needle.ToPolyData(), ball), AllOf(HasSubstr("The surface on port 0: "), HasSubstr("first cell 5")));
+  EXPECT_THAT(
+    ErrorOf(needle.ToPolyData(), ball), AllOf(HasSubstr("The surface on port 0: "), HasSubstr("first cell 5")));
   EXPECT_THAT(ErrorOf(ball, needle.ToPolyData()), HasSubstr("The reference on port 1: "));
   Soup turned = Icosphere(1);
   std::swap(turned.Polys[7][0], turned.Polys[7][1]);
@@ -174,8 +175,8 @@ TEST(GeometricTextureDistance, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetNumberOfProjections(), 1);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line :
-    { "UnitLength: 0", "ReferenceUnitLength: 0", "NumberOfProjections: 1\n", "Seed: 0", "Distance: 0", "StandardError: 0" })
+  for (const char* line : { "UnitLength: 0", "ReferenceUnitLength: 0", "NumberOfProjections: 1\n", "Seed: 0",
+         "Distance: 0", "StandardError: 0" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -84,7 +84,8 @@ double Unevenness(const TriangleMesh& mesh)
   {
     for (int k = 0; k < 3; ++k)
     {
-      const double edge = (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+      const double edge =
+        (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
       squares += (edge - mean) * (edge - mean);
     }
   }

@@ -13,7 +13,8 @@ from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from vtkmodules.util.vtkConstants import VTK_STRING
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
-for name in ("vtkGaussianMixtureFilter", "vtkPoseEnsembleFilter", "vtkFlowMatchingDeformer"):
+for name in ("vtkGaussianMixtureFilter", "vtkPoseEnsembleFilter", "vtkFlowMatchingDeformer",
+             "vtkGeometricTextureSynthesizer"):
     getattr(surfacesynthesis, name, None)  # makes the getters of the class known, where the plugin has it
 errors = []
 watched = set()
@@ -27,12 +28,13 @@ note_error.CallDataType = VTK_STRING
 
 
 def record(made):
-    """Writes what the object of the class holds."""
+    """Writes what the object of the class holds; of a table its rows as points."""
     names = os.environ["SURFACE_SYNTHESIS_PROPERTIES"].split(",")
+    output = made.GetOutputDataObject(0)
     with open(os.environ["SURFACE_SYNTHESIS_RECORD"], "w", encoding="utf-8") as file:
         json.dump({
             "properties": {name: getattr(made, "Get" + name)() for name in names},
-            "points": made.GetOutputDataObject(0).GetNumberOfPoints(),
+            "points": output.GetNumberOfRows() if output.IsA("vtkTable") else output.GetNumberOfPoints(),
             "errors": errors,
             "trace": smtrace.get_current_trace_output(),
         }, file)

@@ -184,11 +184,68 @@ def a_model_is_chosen_in_the_panel():
     assert recorded["points"] == 3458 and recorded["errors"] == [], recorded
 
 
+def textures_are_fitted_learnt_and_grown_from_the_panel():
+    """Without a model, the message window says what is needed; the scale is shown where it is used."""
+    name = "GeometricTextureSynthesizer"
+    result, recorded = play("ungrown", [*add_filter(name), apply()], "ball", name, ("ModelFileName",))
+    assert recorded["points"] == 0, recorded
+    assert any("ModelFileName is empty" in text for text in recorded["errors"]), recorded
+
+    events = [
+        *add_filter("MultiscaleMeshFitter"),
+        event(PROPERTIES + "NumberOfLevels/IntRangeWidget/LineEdit", "set_string", "2"),
+        event(PROPERTIES + "IcosphereLevel/IntRangeWidget/LineEdit", "set_string", "1"),
+        event(PROPERTIES + "Iterations/IntRangeWidget/LineEdit", "set_string", "2"),
+        event(PANEL + "/SearchBox/AdvancedButton", "set_boolean", "true"),
+        event(PROPERTIES + "Samples/IntRangeWidget/LineEdit", "set_string", "50"),
+        apply(),
+    ]
+    result, recorded = play("fitted", events, "ball", "MultiscaleMeshFitter", ("NumberOfLevels", "Iterations"))
+    succeed(result)
+    assert recorded["properties"] == {"NumberOfLevels": 2, "Iterations": 2}, recorded
+    assert recorded["points"] == 42 + 162 and recorded["errors"] == [], recorded
+
+    path = os.path.abspath("learnt.safetensors")
+    events = [
+        *add_filter("GeometricTextureTrainer"),
+        event(PROPERTIES + "ModelFileName/FileChooser/FileLineEdit", "set_string", path),
+        event(PROPERTIES + "IterationsPerLevel/IntRangeWidget/LineEdit", "set_string", "2"),
+        event(PANEL + "/SearchBox/AdvancedButton", "set_boolean", "true"),
+        event(PROPERTIES + "Resume/CheckBox", "set_boolean", "false"),
+        apply(),
+    ]
+    names = ("ModelFileName", "IterationsPerLevel", "Resume")
+    result, recorded = play("learnt", events, "ball", "GeometricTextureTrainer", names)
+    succeed(result)
+    assert recorded["properties"] == {"ModelFileName": path, "IterationsPerLevel": 2, "Resume": False}, recorded
+    assert recorded["points"] == 2 and recorded["errors"] == [], recorded
+
+    scale = PROPERTIES + "TextureScale"
+    events = [
+        *add_filter(name),
+        event(PROPERTIES + "ModelFileName/FileChooser/FileLineEdit", "set_string", path),
+        check(scale, "visible", "false"),
+        choose("TargetPreparation", "Remesh"), check(scale, "visible", "true"),
+        choose("TargetPreparation", "As Is"), check(scale, "visible", "false"),
+        choose("TargetPreparation", "Subdivide"), check(scale, "visible", "true"),
+        event(scale + "/DoubleRangeWidget/DoubleLineEdit", "set_string", "0.5"),
+        event(PROPERTIES + "Seed/Seed", "set_int", "17"),
+        apply(),
+    ]
+    names = ("ModelFileName", "TargetPreparation", "TextureScale", "Seed")
+    result, recorded = play("grown", events, "ball", name, names)
+    succeed(result)
+    expected = {"ModelFileName": path, "TargetPreparation": 1, "TextureScale": 0.5, "Seed": 17}
+    assert recorded["properties"] == expected, recorded
+    assert recorded["points"] == 2 + 4 * 3456 and recorded["errors"] == [], recorded
+    assert f"{name}(" in recorded["trace"] and "TextureScale = 0.5" in recorded["trace"], recorded["trace"]
+
+
 if __name__ == "__main__":
     tests = [panel_shows_what_the_mode_uses, panel_applies_and_trace_replays, error_reaches_the_message_window,
              ensembles_are_made_from_the_panel]
     if WITH_NETWORKS:
-        tests.append(a_model_is_chosen_in_the_panel)
+        tests += [a_model_is_chosen_in_the_panel, textures_are_fitted_learnt_and_grown_from_the_panel]
     failed = 0
     for test in tests:
         try:

@@ -16,15 +16,20 @@ SAMPLES = 7
 RANGE = 24.0  # world units of the armadillo
 WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
 NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
-                 "trained")
+                 "trained", "textured", "textured_blocks", "template_textured", "fitted", "texture_trained",
+                 "textures_compared")
 SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
                *(NETWORK_CASES if WITH_NETWORKS else ()))
 CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
-         "posed_in_pieces", "compared_in_pieces", "trained_in_pieces")
+         "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
+         "texture_trained_in_pieces", "textures_compared_in_pieces")
 MIXTURES = {"NumberOfCentres": 2, "Seed": 5, "NumberOfSamples": 2}
 GENERATED = {"ModelFileName": "mixture.safetensors", "Seed": 5, "NumberOfSteps": 2}
 POSES = {"NumberOfSamples": 3, "NumberOfHandles": 2, "NumberOfIterations": 5, "MaximumAngle": 30.0}
 TRAINING = {"SignalArrayName": "Mixture", "Width": 8, "Blocks": 1, "ComplexLayers": 1, "BatchSize": 2, "Iterations": 2}
+TEXTURED = {"ModelFileName": "texture.safetensors", "Seed": 5}
+FITTED = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 2, "Samples": 50, "LearningRate": 1e-4}
+TEXTURE_TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "LeastChannels": 4, "MostChannels": 4}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -44,6 +49,7 @@ def write_surfaces():
     if WITH_NETWORKS:
         write_predictions(surfaces, whole)
         write_generated(surfaces, whole)
+        write_textured(surfaces)
     blocks = vtkMultiBlockDataSet()
     for k in range(5):
         if k != 3:  # a hole
@@ -98,6 +104,31 @@ def write_generated(surfaces, whole):
     made = made_by(vtkFlowMatchingSampler(), whole, NumberOfSamples=3, **GENERATED)
     np.save("generated.npy", np.stack([surfaces.array(made.GetBlock(k), "Mixture") for k in range(3)]))
     surfaces.write(made_by(vtkGaussianMixtureFilter(), surfaces.ball(6), **MIXTURES), "ensemble.vtp")
+
+
+def write_textured(surfaces):
+    """A geometric texture with random weights, what it makes of surfaces, and a surface that was fitted."""
+    import numpy as np
+    import texture_models
+    from proxies import made_by
+    from surfacesynthesis import texture_distance, vtkGeometricTextureSynthesizer, vtkMultiscaleMeshFitter
+    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+    def points_of(mesh):
+        return surfaces.vtk_to_numpy(mesh.GetPoints().GetData())
+
+    texture_models.model(TEXTURED["ModelFileName"])
+    balls = surfaces.ball(6), surfaces.ball(8, 3.0)
+    blocks = vtkMultiBlockDataSet()
+    for k, ball in enumerate(balls):
+        blocks.SetBlock(k, ball)
+        surfaces.write(ball, f"ball{k}.vtp")
+    np.save("textured.npy", points_of(made_by(vtkGeometricTextureSynthesizer(), balls[0], **TEXTURED)))
+    made = made_by(vtkGeometricTextureSynthesizer(), blocks, **TEXTURED)
+    np.savez("textured_blocks.npz", *(points_of(made.GetBlock(k)) for k in range(2)))
+    levels = made_by(vtkMultiscaleMeshFitter(), balls[0], **FITTED)
+    np.savez("fitted.npz", *(points_of(levels.GetBlock(k)) for k in range(2)))
+    np.save("distance.npy", texture_distance(*balls))
 
 
 def write_predictions(surfaces, whole):
@@ -301,6 +332,63 @@ def run_case(case):
         trained = case == "trained"
         assert table.GetNumberOfRows() == (2 if trained else 0), table.GetNumberOfRows()
         assert os.path.exists(name) == trained
+    elif case in ("textured", "textured_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "textured" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        found = update(pv.GeometricTextureSynthesizer(Input=reader, **TEXTURED))
+        if case == "textured":
+            points = surfaces.vtk_to_numpy(found.GetPoints().GetData())
+            surfaces.assert_same(points, np.load("textured.npy"), case)
+        else:
+            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
+    elif case == "textured_blocks":  # noise depends on the block, not on where it lies
+        readers = [pv.XMLPolyDataReader(FileName=[f"ball{k}.vtp"]) for k in range(2)]
+        made = pv.GeometricTextureSynthesizer(Input=pv.GroupDatasets(Input=readers), **TEXTURED)
+        made.UpdatePipeline()
+        pv.SaveData(f"found_textured_{ranks}.vtm", proxy=made)
+        expected = np.load("textured_blocks.npz")
+        for k, block in enumerate(read_blocks(f"found_textured_{ranks}.vtm")):
+            points = surfaces.vtk_to_numpy(block.GetPoints().GetData())
+            surfaces.assert_same(points, expected[f"arr_{k}"], f"{case}, block {k}")
+    elif case in ("fitted", "fitted_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "fitted" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        made = pv.MultiscaleMeshFitter(Input=reader, **FITTED)
+        found = update(made)
+        if case == "fitted":
+            for k in range(2):
+                points = surfaces.vtk_to_numpy(sample_in(found, k).GetPoints().GetData())
+                # The bits of a fit depend on the threads. At each level a step of Adam moves points by about 1e-4 mean
+                # edges of half a radius, and there are 10.
+                apart = np.abs(points - np.load("fitted.npz")[f"arr_{k}"]).max()
+                assert apart < 2 * (k + 1) * 10 * 0.5e-4, f"{case}, level {k}: {apart}"
+        else:
+            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
+    elif case in ("texture_trained", "texture_trained_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "texture_trained" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        name = f"{case}_{ranks}.safetensors"
+        table = update(
+            pv.GeometricTextureTrainer(Input=reader, ModelFileName=name, Resume=0, Device="CPU", **TEXTURE_TRAINING))
+        trained = case == "texture_trained" or ranks == 1
+        assert table.GetNumberOfRows() == (2 if trained else 0), table.GetNumberOfRows()
+        assert os.path.exists(name) == trained
+    elif case == "template_textured":  # the reference of a training, without input
+        pv.GeometricTextureTrainer(
+            Input=pv.XMLPolyDataReader(FileName=["ball0.vtp"]), ModelFileName=f"template_{ranks}.safetensors", Resume=0,
+            Device="CPU", **TEXTURE_TRAINING).UpdatePipeline()
+        pv.SetActiveSource(None)
+        found = update(pv.GeometricTextureSynthesizer(ModelFileName=f"template_{ranks}.safetensors"))
+        assert found.GetNumberOfPolys() == 432, "one level of the ball, once"
+    elif case in ("textures_compared", "textures_compared_in_pieces"):
+        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "textures_compared" else
+                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
+        table = update(pv.GeometricTextureDistance(
+            Input=reader, Reference=pv.XMLPolyDataReader(FileName=["ball1.vtp"]), NumberOfProjections=128))
+        expected_rows = 1 if case == "textures_compared" or ranks == 1 else 0
+        assert table.GetNumberOfRows() == expected_rows, table.GetNumberOfRows()
+        if case == "textures_compared":
+            assert table.GetValueByName(0, "Distance").ToDouble() == np.load("distance.npy")
     elif case == "cells_of_pieces":
         reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
         found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
@@ -409,7 +497,8 @@ def check_refusals(ranks):
     """What a filter refuses, every rank says in the same words, once. Each case is of another filter: one run for all."""
     cases = ["bad_piece", "mesh_on_one_rank", "mesh_in_pieces", "posed_in_pieces"]
     if WITH_NETWORKS:
-        cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces"]
+        cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces"]
+        cases += ["texture_trained_in_pieces", "textures_compared_in_pieces"]
     output = mpi_run(ranks, cases)
     expect_refusal(output, "vtkMaternNoiseFilter", ranks, "non-manifold edge", "vtkFeatureEdges")
     # on one rank, a surface in pieces is whole: it is remeshed and compared, and posing refuses it or not for what it is
@@ -420,7 +509,10 @@ def check_refusals(ranks):
         expect_refusal(output, "vtkPoseEnsembleFilter", in_pieces, "lies in pieces on")
     if WITH_NETWORKS:
         expect_refusal(output, "vtkPoissonNetFilter", ranks, "Prediction", "on one rank")
-        for name in ("vtkEnsembleMetrics", "vtkFlowMatchingTrainer"):
+        words = "lies in pieces on", "vtkAggregateDataSetFilter"
+        expect_refusal(output, "vtkGeometricTextureSynthesizer", in_pieces, *words)
+        for name in ("vtkEnsembleMetrics", "vtkFlowMatchingTrainer", "vtkMultiscaleMeshFitter",
+                     "vtkGeometricTextureTrainer", "vtkGeometricTextureDistance"):
             if ranks > 1:
                 expect_refusal(output, name, in_pieces, f"lie on {ranks} ranks", "vtkAggregateDataSetFilter")
 

@@ -138,10 +138,8 @@ def test_the_target_can_be_remeshed(ball, model):
         found = surfacesynthesis.topology_report((bare, triangles))["edge_length_mean"]
         assert found == pytest.approx(scale * edge, rel=0.04)
         assert np.all(point_array(output, "Displacement")[point_array(output, "Upper") == 0] == 0)
-    same = geometric_texture(mesh, model, end_level=0, prepare="remesh", mask_name="Upper")
-    assert np.array_equal(
-        points_of(same), points_of(geometric_texture(mesh, model, end_level=0, scale=1, prepare="remesh", mask_name="Upper"))
-    )
+    of_scale_1 = geometric_texture(mesh, model, end_level=0, scale=1, prepare="remesh")
+    assert np.array_equal(points_of(geometric_texture(mesh, model, end_level=0, prepare="remesh")), points_of(of_scale_1))
 
 
 def test_preparations_of_the_target_are_checked(ball, model):

@@ -137,8 +137,7 @@ Eigen::VectorXd SlicedDistances(const EdgeFeatureMatrix& features, const EdgeFea
   std::atomic<std::int64_t> done{ 0 };
   ParallelTasks(
     projections,
-    [&](std::int64_t k)
-    {
+    [&](std::int64_t k) {
       const Direction direction = RandomDirection(seed, static_cast<int>(k));
       Eigen::VectorXf along, alongReference;
       Project(features, direction, along);

@@ -17,7 +17,7 @@ namespace surfsynth
 
 struct TextureDistanceOptions
 {
-  double UnitLength = 0.0;          ///< what lengths of the surface are divided by, world units; 0: its mean edge length
+  double UnitLength = 0.0;          ///< what lengths of the surface are divided by, world units; 0: its mean edge
   double ReferenceUnitLength = 0.0; ///< likewise of the reference
   int Projections = 128;            ///< number of directions, at least 1
   std::uint64_t Seed = 0;           ///< of the directions
@@ -37,8 +37,8 @@ struct TextureDistance
 /// R^12: the distribution of these does not depend on which corner comes first, and a mirror image has another one. For
 /// random directions of unit length the points are projected on the direction, and the mean of |a - b| over equal
 /// quantiles a, b of both meshes is exact, whatever their numbers of triangles. The distance is the mean of that over the
-/// directions. Where all features differ by a vector s, it is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s| on
-/// average over the directions when s is the same for the three edges.
+/// directions. Where all features differ by a vector s that is the same for the three edges, the mean over all directions
+/// is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s|.
 ///
 /// All triangles count alike, as a convolution sees them. Zero for meshes that differ by a rotation, a translation or,
 /// with UnitLength 0, a scale, up to single precision. O(P (F log F)) time for P directions; the same bits for every

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Geometric textures: functions around vtkGeometricTextureSynthesizer and vtkGeometricTextureDistance for datasets and NumPy
-arrays."""
+"""Geometric textures: functions around vtkGeometricTextureSynthesizer and vtkGeometricTextureDistance."""
 
 import math
 import os
@@ -89,8 +88,8 @@ def geometric_texture(
         What is done with the target before the texture grows: "as_is", nothing, and ``scale`` must not be given;
         "subdivide", triangles are cut into four, each time of which halves the texture, as often as comes nearest to
         ``scale``; "remesh", even triangles with ``scale`` times the mean edge length of the target take their place, as
-        remesh() makes them, and above 1 the texture gets larger. That needs CGAL. Default: "subdivide" when ``scale`` is
-        given, else "as_is".
+        remesh() makes them, and above 1 the texture gets larger, which needs CGAL. Default: "subdivide" when ``scale``
+        is given, else "as_is".
     mask_name : str, optional
         Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with.
         Default: the texture grows everywhere.
@@ -214,8 +213,8 @@ def texture_distance(
     Parameters
     ----------
     mesh, reference : vtkPolyData or pair (points, triangles)
-        Surfaces with finite points, no degenerate triangle, no edge with more than two triangles and consistent winding.
-        A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. None of them is modified.
+        Surfaces with finite points, no degenerate triangle, no edge with more than two triangles and consistent
+        winding. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. None of them is modified.
     unit_length, reference_unit_length : float, optional
         What lengths of ``mesh`` and of ``reference`` are divided by, world units, larger than 0. A grown texture has
         longer edges than the bare target: to compare it as the network sees it, give the mean edge length of the target

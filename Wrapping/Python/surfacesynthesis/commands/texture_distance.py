@@ -5,8 +5,9 @@ from .common import add_command, add_running_options, as_usage, read_surface, ru
 
 _DESCRIPTION = """\
 Says how alike the relief of two surfaces is, whatever their shape: the sliced Wasserstein distance of what their
-triangles see of their neighbours, in mean edge lengths. Compare surfaces whose triangles were made in the same way, for
-instance a grown texture with a level of the meshes that it was learned from, beside the bare target subdivided as often."""
+triangles see of their neighbours, in mean edge lengths. Compare surfaces whose triangles were made in the same way,
+for instance a grown texture with a level of the meshes that it was learned from, beside the bare target subdivided as
+often."""
 _EXAMPLES = """\
 examples:
   %(prog)s grown_2.ply levels_2.ply
@@ -31,7 +32,10 @@ def add(commands):
         help="what lengths of MESH are divided by (default: its mean edge length)",
     )
     comparison.add_argument(
-        "--reference-unit-length", type=float, metavar="LENGTH", help="what lengths of REFERENCE are divided by, likewise"
+        "--reference-unit-length",
+        type=float,
+        metavar="LENGTH",
+        help="what lengths of REFERENCE are divided by, likewise",
     )
     comparison.add_argument(
         "--projections", type=int, default=128, metavar="N", help="number of random directions (default: 128)"
