@@ -29,7 +29,7 @@ EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
 from make_datasets import surface  # noqa: E402
-from make_references import reference_levels  # noqa: E402
+from make_references import LEVELS, reference_levels  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
@@ -123,27 +123,28 @@ def mean_edge(mesh):
     return surfacesynthesis.topology_report(mesh)["edge_length_mean"]
 
 
+def distances_on(target, reference, model, seed):
+    """How far each level of a grown texture is from that level of its reference, and how far the bare target cut as often."""
+    edge = mean_edge(reference[0])
+    levels, _ = grown(target, model, start_level=START, seed=seed, levels=True)
+    found = []
+    for k, pair in enumerate(zip(levels, bare_levels(target, len(levels)))):
+        units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}
+        found.append([surfacesynthesis.texture_distance(mesh, reference[START + k], **units) for mesh in pair])
+    return found
+
+
 def distances(options):
-    """How far each level of a grown texture, and the bare target cut as often, is from that level of the reference."""
-    rows = []
-    for texture in TEXTURES:
-        reference = reference_levels(texture)
-        edge = mean_edge(reference[0])
-        for name in TARGETS:
-            target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
-            levels, _ = grown(target, model_of(options, texture), start_level=START, seed=options.seed, levels=True)
-            bare = bare_levels(target, len(levels))
-            row = [texture, name]
-            for k, pair in enumerate(zip(levels, bare)):
-                units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}
-                for mesh in pair:
-                    row.append(surfacesynthesis.texture_distance(mesh, reference[START + k], **units))
-            rows.append(row)
-    numbers = range(START, START + (len(rows[0]) - 2) // 2)
+    numbers = range(START, LEVELS)
     print("| texture | target |" + "".join(f" level {k} | bare |" for k in numbers))
     print("|---|---|" + "---:|" * 2 * len(numbers))
-    for texture, name, *values in rows:
-        print(f"| {texture} | {name} | " + " | ".join(f"{value:.3f}" for value in values) + " |", flush=True)
+    for texture in TEXTURES:
+        reference = reference_levels(texture)
+        for name in TARGETS:
+            target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
+            pairs = distances_on(target, reference, model_of(options, texture), options.seed)
+            values = " | ".join(f"{value:.3f}" for pair in pairs for value in pair)
+            print(f"| {texture} | {name} | {values} |", flush=True)
 
 
 #: What makes a picture, or a table.
