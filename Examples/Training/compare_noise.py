@@ -69,12 +69,12 @@ def trained(options, task, noise):
     return model
 
 
-def measured(options, task, noise, model, test):
+def measured(options, task, label, model, test):
     """A row of the table."""
     mesh, references, signal = dataset(options.data, test, options.samples)
     position = signal == "Position"
     generate = surfacesynthesis.deform if position else surfacesynthesis.sample_signal
-    row = {"task": task, "noise": NOISES[noise][0], "test": test, "points": len(mesh[0])}
+    row = {"task": task, "noise": label, "test": test, "points": len(mesh[0])}
     try:
         generated = generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
     except surfacesynthesis.SurfaceSynthesisError as error:
@@ -125,10 +125,20 @@ def parsed(arguments):
     parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")
     parser.add_argument("--batch", type=int, default=4, help="samples in an iteration (default: 4)")
     parser.add_argument("--learning-rate", type=float, default=1e-3, help="default: 0.001")
+    parser.add_argument("--model", metavar="FILE", help="measure this model, of one task, and train none")
     parser.add_argument("--samples", type=int, default=100, help="generated and reference samples (default: 100)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
     return parser.parse_args(arguments)
+
+
+def models(options, task):
+    """Names in the table and model files, each of which is trained when it comes to it."""
+    if options.model:
+        yield os.path.basename(options.model), options.model
+    else:
+        for noise in options.noises:
+            yield NOISES[noise][0], trained(options, task, noise)
 
 
 def main(arguments=None):
@@ -136,11 +146,10 @@ def main(arguments=None):
     os.makedirs(options.output, exist_ok=True)
     rows = []
     for task in options.tasks:
-        for noise in options.noises:
-            model = trained(options, task, noise)
+        for label, model in models(options, task):
             for test in TASKS[task][1]:
                 if os.path.exists(os.path.join(options.data, test + ".safetensors")):
-                    rows.append(measured(options, task, noise, model, test))
+                    rows.append(measured(options, task, label, model, test))
     write_tables(rows, os.path.join(options.output, "metrics.csv"))
 
 
