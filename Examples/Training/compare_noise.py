@@ -7,9 +7,11 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
 DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
 even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
-with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Models,
-checkpoints and tables of losses are left in OUTPUT; trainings go on from their checkpoints when the script is run again.
-Prints a table in Markdown and writes it as metrics.csv.
+with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Two rows
+without a model say what the numbers are worth: other samples of the dataset, which are what a perfect model would make, and
+unscreened noise on the mean of the samples, which knows nothing about any of them. Models, checkpoints and tables of losses
+are left in OUTPUT; trainings go on from their checkpoints when the script is run again. Prints a table in Markdown and
+writes it as metrics.csv.
 """
 
 import argparse
@@ -35,14 +37,18 @@ TASKS = {
     "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
     "bunny": ("bunny_mixtures", ("bunny_mixtures", "bunny_test")),
 }
-COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error")
+COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error", "spread")
+OTHERS = "none: other samples"
+NOISE_ON_MEAN = "none: the mean with noise"
+#: How widely the noise on the mean spreads, as a multiple of the samples' own spread.
+SPREAD_OF_NOISE = 1.5
 
 
-def dataset(folder, name, references=None):
-    """Surface (points, triangles), its samples [N, V, C] and the name of the signal."""
+def dataset(folder, name):
+    """Surface (points, triangles), its samples [N, V, C] and whether they are positions."""
     found = surfacesynthesis.read_signal_dataset(os.path.join(folder, name + ".safetensors"))
     (source,) = found.sources
-    return (source.points, source.triangles), source.signals[:references], found.name
+    return (source.points, source.triangles), source.signals, found.name == "Position"
 
 
 def trained(options, task, noise):
@@ -69,34 +75,77 @@ def trained(options, task, noise):
     return model
 
 
-def measured(options, task, label, model, test):
-    """A row of the table."""
-    mesh, references, signal = dataset(options.data, test, options.samples)
-    position = signal == "Position"
+def generated(options, model, mesh, position):
+    """Samples of a model [N, V, C]; none where its flow grows without bound."""
     generate = surfacesynthesis.deform if position else surfacesynthesis.sample_signal
-    row = {"task": task, "noise": label, "test": test, "points": len(mesh[0])}
     try:
-        generated = generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
+        return generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
     except surfacesynthesis.SurfaceSynthesisError as error:
         if "not finite" not in str(error):
             raise
-        return {**row, **dict.fromkeys(COLUMNS[4:], np.nan)}  # a flow that grows without bound
-    scale = np.sqrt(area(mesh)) if position else 1.0  # distances of shapes are given in units of sqrt(area)
-    metrics = surfacesynthesis.ensemble_metrics(generated, references, source=mesh, remove_centroid=position)
+        return None
+
+
+def noise_on_mean(options, mesh, samples, weights):
+    """Unscreened noise on the mean of the samples."""
+    mean = samples.mean(axis=0, keepdims=True)
+    noise = surfacesynthesis.matern_noise(
+        mesh, model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
+    )
+    noise = noise.reshape(options.samples, *mean.shape[1:])
+    return mean + SPREAD_OF_NOISE * spread(samples, weights) / spread(noise, weights) * noise
+
+
+def compared(mesh, samples, references, position):
+    """The numbers of a row; distances of shapes are in units of the root of the surface's area."""
+    weights = point_weights(mesh)
+    scale = np.sqrt(weights.sum()) if position else 1.0
+    metrics = surfacesynthesis.ensemble_metrics(samples, references, source=mesh, remove_centroid=position)
+    if position:
+        samples, references = (values - centroids(values, weights) for values in (samples, references))
     return {
-        **row,
         "mmd": metrics["mmd"] / scale,
         "spacing": metrics["reference_spacing"] / scale,
         "cov": metrics["cov"],
         "nna": metrics["one_nearest_neighbour_accuracy"],
         "error": metrics["mean_error"] / scale,
+        "spread": spread(samples, weights) / spread(references, weights),
     }
 
 
-def area(mesh):
+def measured(options, task, models):
+    """The rows of a task."""
+    for test in TASKS[task][1]:
+        if not os.path.exists(os.path.join(options.data, test + ".safetensors")):
+            continue
+        mesh, samples, position = dataset(options.data, test)
+        ensembles = {NOISE_ON_MEAN: noise_on_mean(options, mesh, samples, point_weights(mesh))}
+        if len(samples) >= 2 * options.samples:
+            ensembles = {OTHERS: samples[options.samples : 2 * options.samples], **ensembles}
+        ensembles.update((label, generated(options, model, mesh, position)) for label, model in models)
+        for label, ensemble in ensembles.items():
+            row = {"task": task, "noise": label, "test": test, "points": len(mesh[0]), **dict.fromkeys(COLUMNS[4:], np.nan)}
+            if ensemble is not None:
+                row.update(compared(mesh, ensemble, samples[: options.samples], position))
+            yield row
+
+
+def point_weights(mesh):
+    """The areas of the points, a third of those of their triangles."""
     points, triangles = mesh
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    a, b, c = (points[triangles[:, k]].astype(float) for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return np.bincount(triangles.ravel(), np.repeat(areas / 3.0, 3), len(points))
+
+
+def centroids(samples, weights):
+    return np.einsum("v,nvc->nc", weights / weights.sum(), samples)[:, None]
+
+
+def spread(samples, weights):
+    """The root of the mean square distance of the samples from their mean."""
+    away = samples - samples.mean(axis=0)
+    return np.sqrt(np.einsum("v,nvc->n", weights / weights.sum(), away**2).mean())
 
 
 def write_tables(rows, path):
@@ -104,13 +153,12 @@ def write_tables(rows, path):
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
-    print("| task | tested on | points | noise | MMD | reference spacing | COV | 1-NNA | error of the mean |")
-    print("|---|---|---:|---|---:|---:|---:|---:|---:|")
+    print("| task | tested on | points | noise | MMD | reference spacing | COV | 1-NNA | error of the mean | spread |")
+    print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|")
     for row in rows:
         print(
-            "| {task} | {test} | {points:,} | {noise} | {mmd:.4f} | {spacing:.4f} | {cov:.3f} | {nna:.3f} | {error:.4f} |".format(
-                **row
-            )
+            "| {task} | {test} | {points:,} | {noise} | {mmd:.4f} | {spacing:.4f} | {cov:.3f} | {nna:.3f} | {error:.4f} "
+            "| {spread:.2f} |".format(**row)
         )
 
 
@@ -133,23 +181,16 @@ def parsed(arguments):
 
 
 def models(options, task):
-    """Names in the table and model files, each of which is trained when it comes to it."""
+    """Pairs of a name in the table and a model file; all are trained then."""
     if options.model:
-        yield os.path.basename(options.model), options.model
-    else:
-        for noise in options.noises:
-            yield NOISES[noise][0], trained(options, task, noise)
+        return [(os.path.basename(options.model), options.model)]
+    return [(NOISES[noise][0], trained(options, task, noise)) for noise in options.noises]
 
 
 def main(arguments=None):
     options = parsed(arguments)
     os.makedirs(options.output, exist_ok=True)
-    rows = []
-    for task in options.tasks:
-        for label, model in models(options, task):
-            for test in TASKS[task][1]:
-                if os.path.exists(os.path.join(options.data, test + ".safetensors")):
-                    rows.append(measured(options, task, label, model, test))
+    rows = [row for task in options.tasks for row in measured(options, task, models(options, task))]
     write_tables(rows, os.path.join(options.output, "metrics.csv"))
 
 

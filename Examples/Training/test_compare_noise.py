@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 import surfacesynthesis
-from compare_noise import COLUMNS, NOISES, TASKS
+from compare_noise import COLUMNS, NOISE_ON_MEAN, NOISES, OTHERS, TASKS
 from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 from test_training import HERE, icosphere
 
@@ -30,7 +30,7 @@ def write_dataset(path, levels, samples, seed):
 
 
 def check(folder):
-    """A row for each task, noise and test; its numbers are finite and within their ranges."""
+    """A row for each task, test and noise; its numbers are finite and within their ranges."""
     shutil.rmtree(folder, ignore_errors=True)  # trainings go on from their checkpoints
     data, output = os.path.join(folder, "data"), os.path.join(folder, "output")
     os.makedirs(data)
@@ -38,9 +38,11 @@ def check(folder):
     for task, (training, tests) in sorted(TASKS.items()):
         present = tests[:2]  # a third file may be absent
         for level, name in enumerate(present, 1):
-            write_dataset(os.path.join(data, name + ".safetensors"), level, 6, level)
+            write_dataset(os.path.join(data, name + ".safetensors"), level, 6 if level == 1 else 10, level)
         assert training in present
-        expected += [(task, noise[0], name) for noise in NOISES.values() for name in present]
+        labels = [NOISE_ON_MEAN, *(noise[0] for noise in NOISES.values())]
+        expected += [(task, label, present[0]) for label in labels]  # whose 6 samples are 5 references and too few others
+        expected += [(task, label, present[1]) for label in (OTHERS, *labels)]
     command = [sys.executable, os.path.join(HERE, "compare_noise.py"), data, output, *OPTIONS]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -50,9 +52,11 @@ def check(folder):
     for row in rows:
         assert tuple(row) == COLUMNS
         assert int(row["points"]) == len(icosphere(1 + TASKS[row["task"]][1].index(row["test"]))[0]), row
-        mmd, spacing, cov, nna, error = (float(row[name]) for name in COLUMNS[4:])
-        assert np.isfinite([mmd, spacing, cov, nna, error]).all(), row
-        assert mmd > 0 and spacing > 0 and error > 0 and 0 < cov <= 1 and 0 <= nna <= 1, row
+        mmd, spacing, cov, nna, error, spread = (float(row[name]) for name in COLUMNS[4:])
+        assert np.isfinite([mmd, spacing, cov, nna, error, spread]).all(), row
+        assert mmd > 0 and spacing > 0 and error > 0 and spread > 0 and 0 < cov <= 1 and 0 <= nna <= 1, row
+        assert row["noise"] != OTHERS or 0.5 < spread < 2, row
+        assert row["noise"] != NOISE_ON_MEAN or 1 < spread < 3, row
     printed = [line for line in done.stdout.splitlines() if line.startswith("|")]
     assert len(printed) == 2 + len(rows) and "nan" not in done.stdout, done.stdout
     for task in TASKS:
