@@ -262,7 +262,7 @@ public:
   ///@{
   /**
    * What the noise is multiplied by, at least 0. 0 (the default) stands for the factor that lets noise vary as much as
-   * the samples do.
+   * the samples do about their mean.
    */
   vtkSetClampMacro(NoiseScale, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(NoiseScale, double);

@@ -64,6 +64,28 @@ double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTraining
   }
   return worst;
 }
+
+/// The mean square of a model's noise on @p mesh.
+double NoiseSquares(const FlowMatchingModel& model, const TriangleMesh& mesh)
+{
+  const FlowMatchingSampler sampler(std::make_shared<FlowMatchingModel>(model), mesh);
+  constexpr std::uint32_t samples = 200;
+  double squares = 0.0;
+  for (std::uint32_t k = 0; k < samples; ++k)
+  {
+    FlowSampleRequest request;
+    request.Sample = k;
+    squares += sampler.InitialNoise(request).cast<double>().cwiseAbs2().mean() / samples;
+  }
+  return squares;
+}
+
+/// The unbiased variance of samples in the rows, in the mean over the columns.
+double MeanVariance(const Eigen::MatrixXd& samples)
+{
+  return (samples.rowwise() - samples.colwise().mean()).squaredNorm() /
+    static_cast<double>((samples.rows() - 1) * samples.cols());
+}
 } // namespace
 
 TEST_F(FlowMatchingTraining, TheSameSeedGivesTheSameWeightsAndAnotherSeedOthers)
@@ -182,18 +204,29 @@ TEST_F(FlowMatchingTraining, NoiseIsSmoothedInEdgeLengthsOfTheSurface)
 
 TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
 {
-  const SignalDataset dataset = HeatOnSphere(4);
   FlowMatchingTrainingOptions options = TinyRecipe(1);
-  const auto model = std::make_shared<FlowMatchingModel>(FlowMatchingTrainer(dataset, options).Model());
-  const FlowMatchingSampler sampler(model, dataset.Sources[0].Mesh);
-  double squares = 0.0;
-  for (std::uint32_t k = 0; k < 200; ++k)
+  SignalDataset dataset = HeatOnSphere(4);
+  const TriangleMesh mesh = dataset.Sources[0].Mesh; // of both datasets
+  const FlowMatchingModel heat = FlowMatchingTrainer(dataset, options).Model();
+  Eigen::MatrixXd values = dataset.Sources[0].Samples.cast<double>();
+  for (Eigen::Index column = 0; column < values.cols(); ++column)
   {
-    FlowSampleRequest request;
-    request.Sample = k;
-    squares += sampler.InitialNoise(request).cast<double>().cwiseAbs2().mean() / 200.0;
+    values.col(column) /= heat.SignalScale[column % 2];
   }
-  EXPECT_NEAR(squares, 1.0, 0.15); // of the signal in the network's units: mean 0, deviation 1
+  EXPECT_NEAR(NoiseSquares(heat, mesh) / MeanVariance(values), 1.0, 0.15);
+
+  dataset = DeformedSpheres(4);
+  const Eigen::VectorXd mass = LumpedMass(mesh, MeshTopology(mesh));
+  values = dataset.Sources[0].Samples.cast<double>() / std::sqrt(FaceAreas(mesh).sum());
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    Eigen::MatrixXd columns = values(Eigen::all, Eigen::seq(axis, Eigen::last, 3));
+    columns.colwise() -= (columns * mass / mass.sum()).eval();
+    values(Eigen::all, Eigen::seq(axis, Eigen::last, 3)) = columns;
+  }
+  const double spread = NoiseSquares(FlowMatchingTrainer(dataset, options).Model(), mesh) / MeanVariance(values);
+  EXPECT_NEAR(spread, 1.0, 0.15) << "what all samples have in common does not count";
+
   options.Noise.Scale = 2.5;
   EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Scale, 2.5);
 }
@@ -254,6 +287,12 @@ TEST_F(FlowMatchingTraining, SamplesThatDoNotVaryOrAreNotFiniteAreRefused)
   dataset.Sources[0].Samples.setConstant(300.0F);
   EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }),
     HasSubstr("component 0 of the signal is the same number everywhere"));
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Samples.row(1) = dataset.Sources[0].Samples.row(0);
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("all the same"));
+  FlowMatchingTrainingOptions scaled = TinyRecipe(1);
+  scaled.Noise.Scale = 1.0;
+  EXPECT_EQ(Trained(dataset, scaled, 1).Iteration(), 1);
   dataset = DeformedSpheres(2);
   dataset.Sources[0].Samples(1, 5) = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("not finite"));

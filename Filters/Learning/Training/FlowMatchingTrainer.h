@@ -26,8 +26,9 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   /// See PoissonNetOptions::InnerProducts. They grow with the gradients of the noise, and jump where the surface has creases,
   /// so that with them a model serves other triangulations less well.
   bool InnerProducts = false;
-  /// With a Scale of 0 for such that noise varies as much as the data, and Smoothing in squared mean edge lengths of the first
-  /// surface: at 1 the noise has nothing on finer triangulations that this one does not resolve. The paper's is 0.
+  /// With a Scale of 0 for such that noise varies as much as the samples do about their mean (about the surface, where there
+  /// is one sample on it), and Smoothing in squared mean edge lengths of the first surface: at 1 the noise has nothing on
+  /// finer triangulations that this one does not resolve. The paper's is 0.
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1.0 };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;

@@ -97,28 +97,65 @@ void NormaliseSignal(TrainingSources& prepared)
   }
 }
 
-/// The scale that gives fields the mean square of the samples on the first surface.
+/// What the samples on @p source vary about: their mean; the surface itself or 0 when there is one sample only.
+Eigen::MatrixXd CentreOf(TrainingSource& source, std::int64_t components, bool positions)
+{
+  const Eigen::Index count = source.Samples.rows();
+  if (count == 1 && positions)
+  {
+    return source.Condition.leftCols(3).cast<double>();
+  }
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(source.Samples.cols() / components, components);
+  for (Eigen::Index n = 0; count > 1 && n < count; ++n)
+  {
+    sum += SampleOf(source.Samples, n, components).cast<double>();
+  }
+  return sum / static_cast<double>(count);
+}
+
+/// The variance of the samples on their surfaces, in the mean over these and the components.
+double VarianceOf(TrainingSources& prepared)
+{
+  double sum = 0.0;
+  double squares = 0.0;
+  Eigen::Index degrees = 0; // of freedom
+  for (TrainingSource& source : prepared.Sources)
+  {
+    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
+    const Eigen::MatrixXd centre = CentreOf(source, prepared.Components, prepared.Frame.GeneratesPositions());
+    for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+    {
+      const SampleMap sample = SampleOf(source.Samples, n, prepared.Components);
+      sum += MeanSquare(sample.cast<double>() - centre, mass);
+      squares += MeanSquare(sample, mass);
+    }
+    degrees += std::max<Eigen::Index>(source.Samples.rows() - 1, 1);
+  }
+  if (!(sum > 1e-12 * squares)) // of float32 numbers
+  {
+    throw InvalidInput(
+      "FlowMatchingTrainer: the samples on a surface are all the same; expected samples that vary, or a noise scale above 0.");
+  }
+  return sum / static_cast<double>(degrees);
+}
+
+/// The scale that gives fields on the first surface the variance of the samples.
 double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
 {
+  const double samples = VarianceOf(prepared);
   TrainingSource& source = prepared.Sources.front();
   const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
-  double samples = 0.0;
-  for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
-  {
-    samples += MeanSquare(SampleOf(source.Samples, n, prepared.Components), mass) / static_cast<double>(source.Samples.rows());
-  }
   SampleRequest request;
   request.Seed = seed;
   request.NumberOfSamples = FieldsMeasured;
   request.Stream = MeasuringStream;
   Eigen::MatrixXd fieldValues(mass.size(), FieldsMeasured);
   source.Noise->SampleInto(request, [&](std::uint32_t field) { return fieldValues.col(field).data(); });
-  const double fields = MeanSquare(fieldValues, mass);
-  if (!(samples > 0.0) || !(fields > 0.0))
+  if (prepared.Frame.GeneratesPositions()) // whose noise loses its mean
   {
-    throw InvalidInput("FlowMatchingTrainer: the samples are 0 everywhere; expected samples that vary.");
+    fieldValues.rowwise() -= (mass.transpose() * fieldValues / mass.sum()).eval();
   }
-  return std::sqrt(samples / fields);
+  return std::sqrt(samples / MeanSquare(fieldValues, mass));
 }
 
 ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)

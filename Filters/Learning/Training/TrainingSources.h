@@ -34,8 +34,8 @@ struct TrainingSources
   FlowMatchingModel Frame;
 };
 
-/// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the data, and with
-/// Smoothing in squared mean edge lengths of the first surface.
+/// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the samples about
+/// their mean, and with Smoothing in squared mean edge lengths of the first surface.
 /// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(),
 /// several have different shapes and there is no encoder, or the samples do not vary; SolverFailure; Cancelled.
 TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,

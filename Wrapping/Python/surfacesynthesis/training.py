@@ -99,7 +99,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
         How much "matern" noise is smoothed, in squared mean edge lengths of the first source, so that its gradients do not
         grow with the number of vertices; 0 is the noise of the paper. Default 1.
     noise_scale : float
-        What the noise is multiplied by; 0 lets it vary as much as the samples do. Default 0.
+        What the noise is multiplied by; 0 lets it vary as much as the samples do about their mean. Default 0.
     eigenpairs : int
         Number of eigenpairs of "spectral". Default 256.
     iterations, batch, sources_per_batch : int
