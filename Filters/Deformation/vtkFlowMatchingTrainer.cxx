@@ -89,6 +89,7 @@ public:
       // What is wrong with the training that follows is said now, and not after hours.
       CheckOptions(options);
       CheckFiles(files);
+      this->RequireEncoderOf(files);
       const double iterations = this->Self->EncoderIterations;
       encoded = iterations / (iterations + static_cast<double>(options.Iterations));
       this->TrainEncoder(options, surfsynth::SubProgress(progress, 0.0, encoded));
@@ -116,6 +117,18 @@ private:
       this->Self->SetProgressText((what + clock.Describe()).c_str());
       return true;
     };
+  }
+
+  /// @throws ModelMismatch when the checkpoint of the model is of an encoder that would be trained on.
+  void RequireEncoderOf(const TrainingFiles& model) const
+  {
+    const std::int64_t iterations = FoundIterations(this->EncoderFiles());
+    if (FindsCheckpoint(model) && iterations > 0 && iterations < this->Self->EncoderIterations)
+    {
+      throw surfsynth::ModelMismatch(model.Checkpoint + ": the checkpoint is of an encoder of " + std::to_string(iterations) +
+        " iterations; expected the " + std::to_string(this->Self->EncoderIterations) +
+        " of EncoderIterations. Ask for as many as before, or begin the model anew with another checkpoint file.");
+    }
   }
 
   /// Writes an encoder of the surfaces that this training is of, with the recipe of the training that is to use it.

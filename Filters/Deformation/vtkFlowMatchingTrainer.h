@@ -176,7 +176,8 @@ public:
    * positions. The sizes of its network, LearningRate and LearningRateFactor, GradientClip, WeightAveraging, Seed,
    * Device, Resume and CheckpointInterval are those of the model. Its checkpoint is EncoderFileName with .checkpoint
    * after it, and where LossTableFileName is set, its losses go to EncoderFileName with .csv after it. A model depends
-   * on its encoder: train on with the same number. Default 0: none is trained.
+   * on its encoder: train on with the same number; a larger one is an error before either is trained. Default 0: none is
+   * trained.
    */
   vtkSetClampMacro(EncoderIterations, int, 0, 100000000);
   vtkGetMacro(EncoderIterations, int);

@@ -174,6 +174,28 @@ TEST_F(FlowMatchingTrainerEncoder, TheCheckpointsAloneGiveTheFilesAgain)
   EXPECT_FALSE(this->FilesOf("model") == files);
 }
 
+TEST_F(FlowMatchingTrainerEncoder, AnEncoderThatAModelWasBegunWithIsNotTrainedOn)
+{
+  const auto filter = this->OnBodies("model");
+  this->ModelBytes(filter);
+  const std::vector<std::string> files = this->FilesOf("model");
+  filter->SetEncoderIterations(6);
+  {
+    EventRecorder events(filter);
+    EXPECT_FALSE(Update(filter));
+    ASSERT_EQ(events.Errors.size(), 1u);
+    EXPECT_THAT(events.Errors[0], HasSubstr("model.checkpoint"));
+    EXPECT_THAT(events.Errors[0], HasSubstr("an encoder of 4 iterations; expected the 6 of EncoderIterations"));
+  }
+  EXPECT_TRUE(this->FilesOf("model") == files);
+
+  filter->SetCheckpointFileName(this->File("another.checkpoint").c_str());
+  this->ModelBytes(filter);
+  const std::vector<std::string> longer = this->FilesOf("model");
+  EXPECT_FALSE(longer[0] == files[0]);
+  EXPECT_FALSE(longer[2] == files[2]) << "the encoder was trained on";
+}
+
 TEST_F(FlowMatchingTrainerEncoder, BothTrainingsHaveATableOfLosses)
 {
   const auto filter = this->OnBodies("model");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Common/Errors.h"
+#include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <array>
@@ -74,6 +75,11 @@ void CheckFiles(const TrainingFiles& files)
 bool FindsCheckpoint(const TrainingFiles& files)
 {
   return files.Resume && !files.Checkpoint.empty() && fs::exists(files.Checkpoint);
+}
+
+std::int64_t FoundIterations(const TrainingFiles& files)
+{
+  return FindsCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.size()) : 0;
 }
 
 void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const TrainingFiles& files,

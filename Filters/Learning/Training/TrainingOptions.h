@@ -76,6 +76,10 @@ void CheckFiles(const TrainingFiles& files);
 /// True when a training is to go on from a checkpoint, and there is one.
 bool FindsCheckpoint(const TrainingFiles& files);
 
+/// The iterations of the checkpoint that a training is to go on from; 0 when there is none.
+/// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
+std::int64_t FoundIterations(const TrainingFiles& files);
+
 /// What is to be done after an iteration.
 struct AfterIteration
 {
