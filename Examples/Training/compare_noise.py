@@ -7,11 +7,11 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
 DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
 even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
-with the reference samples there (vtkEnsembleMetrics); where a flow grows without bound, all numbers are nan. Two rows
-without a model say what the numbers are worth: other samples of the dataset, which are what a perfect model would make, and
-unscreened noise on the mean of the samples, which knows nothing about any of them. Models, checkpoints and tables of losses
-are left in OUTPUT; trainings go on from their checkpoints when the script is run again. Prints a table in Markdown and
-writes it as metrics.csv.
+with the reference samples there (vtkEnsembleMetrics), also by how widely they scatter and, of shapes, how far their edges
+are stretched; where a flow grows without bound, all numbers are nan. Two rows without a model say what the numbers are
+worth: other samples of the dataset, which are what a perfect model would make, and unscreened noise on the mean of the
+samples, which knows nothing about any of them. Models, checkpoints and tables of losses are left in OUTPUT; trainings go on
+from their checkpoints when the script is run again. Prints a table in Markdown and writes it as metrics.csv.
 """
 
 import argparse
@@ -37,7 +37,7 @@ TASKS = {
     "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
     "bunny": ("bunny_mixtures", ("bunny_mixtures", "bunny_test")),
 }
-COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error", "spread")
+COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error", "spread", "stretch")
 OTHERS = "none: other samples"
 NOISE_ON_MEAN = "none: the mean with noise"
 #: How widely the noise on the mean spreads, as a multiple of the samples' own spread.
@@ -101,7 +101,9 @@ def compared(mesh, samples, references, position):
     weights = point_weights(mesh)
     scale = np.sqrt(weights.sum()) if position else 1.0
     metrics = surfacesynthesis.ensemble_metrics(samples, references, source=mesh, remove_centroid=position)
+    stretches = np.nan
     if position:
+        stretches = stretch(mesh, samples)
         samples, references = (values - centroids(values, weights) for values in (samples, references))
     return {
         "mmd": metrics["mmd"] / scale,
@@ -110,10 +112,11 @@ def compared(mesh, samples, references, position):
         "nna": metrics["one_nearest_neighbour_accuracy"],
         "error": metrics["mean_error"] / scale,
         "spread": spread(samples, weights) / spread(references, weights),
+        "stretch": stretches,
     }
 
 
-def measured(options, task, models):
+def measured(options, task, candidates):
     """The rows of a task."""
     for test in TASKS[task][1]:
         if not os.path.exists(os.path.join(options.data, test + ".safetensors")):
@@ -122,7 +125,7 @@ def measured(options, task, models):
         ensembles = {NOISE_ON_MEAN: noise_on_mean(options, mesh, samples, point_weights(mesh))}
         if len(samples) >= 2 * options.samples:
             ensembles = {OTHERS: samples[options.samples : 2 * options.samples], **ensembles}
-        ensembles.update((label, generated(options, model, mesh, position)) for label, model in models)
+        ensembles.update((label, generated(options, model, mesh, position)) for label, model in candidates)
         for label, ensemble in ensembles.items():
             row = {"task": task, "noise": label, "test": test, "points": len(mesh[0]), **dict.fromkeys(COLUMNS[4:], np.nan)}
             if ensemble is not None:
@@ -148,17 +151,30 @@ def spread(samples, weights):
     return np.sqrt(np.einsum("v,nvc->n", weights / weights.sum(), away**2).mean())
 
 
+def stretch(mesh, shapes):
+    """The root mean square of the logarithm of how much longer the edges of shapes are than those of the surface."""
+    points, triangles = mesh
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    first, second = np.unique(np.sort(edges, axis=1), axis=0).T
+    lengths = np.linalg.norm(points[first].astype(float) - points[second], axis=1)
+    squares = [
+        (np.log(np.linalg.norm(shape[first].astype(float) - shape[second], axis=1) / lengths) ** 2).mean() for shape in shapes
+    ]
+    return np.sqrt(np.mean(squares))
+
+
 def write_tables(rows, path):
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
-    print("| task | tested on | points | noise | MMD | reference spacing | COV | 1-NNA | error of the mean | spread |")
-    print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|")
+    heads = ("task", "tested on", "points", "noise", "MMD", "reference spacing", "COV", "1-NNA", "error of the mean", "spread")
+    print("| {} |".format(" | ".join((*heads, "stretch"))))
+    print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|---:|")
     for row in rows:
         print(
             "| {task} | {test} | {points:,} | {noise} | {mmd:.4f} | {spacing:.4f} | {cov:.3f} | {nna:.3f} | {error:.4f} "
-            "| {spread:.2f} |".format(**row)
+            "| {spread:.2f} | {stretch:.3f} |".format(**row).replace("nan", "-")
         )
 
 

@@ -52,10 +52,11 @@ def check(folder):
     for row in rows:
         assert tuple(row) == COLUMNS
         assert int(row["points"]) == len(icosphere(1 + TASKS[row["task"]][1].index(row["test"]))[0]), row
-        mmd, spacing, cov, nna, error, spread = (float(row[name]) for name in COLUMNS[4:])
+        mmd, spacing, cov, nna, error, spread, stretch = (float(row[name]) for name in COLUMNS[4:])
         assert np.isfinite([mmd, spacing, cov, nna, error, spread]).all(), row
         assert mmd > 0 and spacing > 0 and error > 0 and spread > 0 and 0 < cov <= 1 and 0 <= nna <= 1, row
-        assert row["noise"] != OTHERS or 0.5 < spread < 2, row
+        assert stretch > 0 if row["task"] == "armadillo" else np.isnan(stretch), row  # which signals do not have
+        assert row["noise"] != OTHERS or (0.5 < spread < 2 and not stretch > 0.5), row
         assert row["noise"] != NOISE_ON_MEAN or 1 < spread < 3, row
     printed = [line for line in done.stdout.splitlines() if line.startswith("|")]
     assert len(printed) == 2 + len(rows) and "nan" not in done.stdout, done.stdout
