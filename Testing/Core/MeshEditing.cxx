@@ -253,6 +253,41 @@ private:
   Index Alive = 0;
 };
 
+/// Cuts the triangle @p v at the middles of its edges: m[c] lies between v[c] and v[c + 1], -1 for none.
+void AppendPieces(
+  std::array<Index, 3> v, std::array<Index, 3> m, std::vector<std::array<Index, 3>>& triangles)
+{
+  const auto split = 3 - std::count(m.begin(), m.end(), -1);
+  // Turn the triangle so that the split edges come first, or the unsplit one last.
+  while ((split == 1 && m[0] < 0) || (split == 2 && m[2] >= 0))
+  {
+    std::rotate(v.begin(), v.begin() + 1, v.end());
+    std::rotate(m.begin(), m.begin() + 1, m.end());
+  }
+  if (split == 0)
+  {
+    triangles.push_back(v);
+  }
+  else if (split == 1)
+  {
+    triangles.push_back({ v[0], m[0], v[2] });
+    triangles.push_back({ m[0], v[1], v[2] });
+  }
+  else if (split == 2)
+  {
+    triangles.push_back({ v[0], m[0], m[1] });
+    triangles.push_back({ m[0], v[1], m[1] });
+    triangles.push_back({ v[0], m[1], v[2] });
+  }
+  else
+  {
+    triangles.push_back({ v[0], m[0], m[2] });
+    triangles.push_back({ m[0], v[1], m[1] });
+    triangles.push_back({ m[2], m[1], v[2] });
+    triangles.push_back(m);
+  }
+}
+
 } // namespace
 
 TriangleMesh RefineWhere(const TriangleMesh& mesh, const std::function<bool(Index triangle)>& marked)
@@ -282,44 +317,15 @@ TriangleMesh RefineWhere(const TriangleMesh& mesh, const std::function<bool(Inde
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
     std::array<Index, 3> v;
-    std::array<Index, 3> m; // m[c] lies between v[c] and v[c + 1]
-    int split = 0;
+    std::array<Index, 3> m;
     for (std::size_t c = 0; c < 3; ++c)
     {
       v[c] = mesh.Triangles(f, static_cast<Eigen::Index>(c));
       const auto middle =
         middles.find(EdgeKey(v[c], mesh.Triangles(f, static_cast<Eigen::Index>((c + 1) % 3))));
       m[c] = middle == middles.end() ? -1 : middle->second;
-      split += m[c] < 0 ? 0 : 1;
     }
-    // Turn the triangle so that the split edges come first, or the unsplit one last.
-    while ((split == 1 && m[0] < 0) || (split == 2 && m[2] >= 0))
-    {
-      std::rotate(v.begin(), v.begin() + 1, v.end());
-      std::rotate(m.begin(), m.begin() + 1, m.end());
-    }
-    if (split == 0)
-    {
-      triangles.push_back(v);
-    }
-    else if (split == 1)
-    {
-      triangles.push_back({ v[0], m[0], v[2] });
-      triangles.push_back({ m[0], v[1], v[2] });
-    }
-    else if (split == 2)
-    {
-      triangles.push_back({ v[0], m[0], m[1] });
-      triangles.push_back({ m[0], v[1], m[1] });
-      triangles.push_back({ v[0], m[1], v[2] });
-    }
-    else
-    {
-      triangles.push_back({ v[0], m[0], m[2] });
-      triangles.push_back({ m[0], v[1], m[1] });
-      triangles.push_back({ m[2], m[1], v[2] });
-      triangles.push_back(m);
-    }
+    AppendPieces(v, m, triangles);
   }
   TriangleMesh result;
   result.Points.resize(mesh.Points.rows() + static_cast<Eigen::Index>(added.size()), 3);
