@@ -11,8 +11,8 @@
 // and are made once.
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
-#include "Learning/Layers/PoissonOperators.h"
-#include "Learning/Models/PoissonNet.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
+#include "Learning/Networks/PoissonNet.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +50,7 @@ TrainingSurface ReadSurface(const std::string& path)
   std::copy(triangles.begin(), triangles.end(), mesh.Triangles.data());
   MeshRequirements requirements;
   requirements.ConsistentWinding = requirements.SingleComponent = true;
-  const MeshTopology topology = RequireSoundMesh(mesh, requirements);
+  const MeshTopology topology = RequireValidMesh(mesh, requirements);
   return { MeshTensors(BuildPoissonOperators(mesh, topology)), ReadTensor(file, "points"), ReadTensor(file, "values") };
 }
 

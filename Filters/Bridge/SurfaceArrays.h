@@ -5,6 +5,7 @@
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
 
+#include "Core/Mesh/SurfacePlace.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -28,17 +29,6 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
 /// "Normals", of points and of cells.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void DropNormals(vtkPolyData* surface);
 
-/// A place on a triangle mesh.
-struct SurfacePlace
-{
-  Index Triangle = -1;
-  Eigen::Vector3d Weights = Eigen::Vector3d::Zero(); ///< barycentric coordinates, at least 0, sum 1
-};
-
-/// The place of the point of triangle @p f of @p mesh that is nearest to @p point.
-VTKSURFACESYNTHESISBRIDGE_EXPORT SurfacePlace NearestOnTriangle(
-  const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point);
-
 /// Finds the nearest places on a triangle mesh with finite points, by vtkStaticCellLocator.
 class VTKSURFACESYNTHESISBRIDGE_EXPORT NearestPlaces
 {
@@ -56,6 +46,10 @@ private:
   class Internals;
   std::unique_ptr<Internals> Impl;
 };
+
+/// The same in one call: a PlaceFinder.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<SurfacePlace> FindNearestPlaces(
+  const TriangleMesh& mesh, const PointMatrix& points);
 
 /// Fills @p target, one tuple for each place, with the point arrays @p source interpolated on @p mesh: floating-point
 /// arrays linearly, normals then scaled to unit length; integers and text, which are labels, from the nearest corner.

@@ -74,14 +74,14 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT PointMatrix ConvertPoints(vtkPolyData* input);
 using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
 
 /// True for a converted surface that the filter knows to be sound, because it still holds what it made of the same mesh.
-using SoundSurface = std::function<bool(const Surface& surface)>;
+using ValidSurface = std::function<bool(const Surface& surface)>;
 
 /// Accepts vtkPolyData and vtkDataObjectTree on the port; for FillInputPortInformation.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 
 /// RequestData of a filter on surfaces. Converts and checks each block, calls @p worker, and
 ///  - binds progress to UpdateProgress() and cancellation to AbortExecute;
-///  - leaves out the check, about a tenth of a second for a million triangles, where @p isKnownSound says so;
+///  - leaves out the check, about a tenth of a second for a million triangles, where @p isKnownValid says so;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
 ///  - leaves empty input empty, without an error;
@@ -95,6 +95,6 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 /// the others are kept. An abort is no failure: the output is empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
-  const SoundSurface& isKnownSound = {}, int parts = 1);
+  const ValidSurface& isKnownValid = {}, int parts = 1);
 
 } // namespace surfsynth

@@ -395,7 +395,7 @@ Surface ConvertSurface(vtkPolyData* input)
 void CheckSurface(Surface& surface, const MeshRequirements& requirements)
 {
   surface.Topology.emplace(
-    RequireSoundMesh(surface.Mesh, requirements, [&](std::int64_t f) { return surface.Cell(f); }));
+    RequireValidMesh(surface.Mesh, requirements, [&](std::int64_t f) { return surface.Cell(f); }));
 }
 
 Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements)

@@ -32,12 +32,12 @@ class Processing
 {
 public:
   Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker,
-    const SoundSurface& isKnownSound, int parts)
+    const ValidSurface& isKnownValid, int parts)
     : Steps(self)
     , Self(self)
     , Requirements(requirements)
     , Worker(worker)
-    , IsKnownSound(isKnownSound)
+    , IsKnownValid(isKnownValid)
     , Parts(parts)
   {}
 
@@ -181,7 +181,7 @@ private:
     surface.FlatIndex = flatIndex;
     surface.Where = BlockName(flatIndex);
     surface.Part = part;
-    if (!this->IsKnownSound || !this->IsKnownSound(surface))
+    if (!this->IsKnownValid || !this->IsKnownValid(surface))
     {
       CheckSurface(surface, this->Requirements);
     }
@@ -305,7 +305,7 @@ private:
   vtkAlgorithm* Self;
   const MeshRequirements& Requirements;
   const SurfaceWorker& Worker;
-  const SoundSurface& IsKnownSound;
+  const ValidSurface& IsKnownValid;
   int Parts;
 };
 
@@ -346,12 +346,12 @@ int AcceptSurfaces(vtkInformation* info)
 }
 
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const MeshRequirements& requirements, const SurfaceWorker& worker, const SoundSurface& isKnownSound, int parts)
+  const MeshRequirements& requirements, const SurfaceWorker& worker, const ValidSurface& isKnownValid, int parts)
 {
   return RunGuarded(self, outputVector,
     [&]
     {
-      Processing processing(self, requirements, worker, isKnownSound, parts);
+      Processing processing(self, requirements, worker, isKnownValid, parts);
       return Process(
         processing, self, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
     });

@@ -28,7 +28,9 @@ RemeshedSurface RemeshSurface(
   const double expectedSeconds = 0.2 + 2e-5 * surface->Mesh.NumberOfTriangles();
   const auto remeshed = std::make_shared<RemeshedSurface>(); // shared with the work, which outlives a cancelled call
   const auto work = [surface, options, remeshed](const std::atomic<bool>& stop) {
-    *remeshed = RemeshIsotropically(surface->Mesh, *options, &stop);
+    RemeshingOptions withFinder = *options;
+    withFinder.Finder = FindNearestPlaces;
+    *remeshed = RemeshIsotropically(surface->Mesh, withFinder, &stop);
   };
   RunCancellable(work, expectedSeconds, progress);
   return std::move(*remeshed);

@@ -4,7 +4,7 @@
 /// library.
 #pragma once
 
-#include "IsotropicRemeshing.h"
+#include "MeshProcessing/Remeshing/IsotropicRemeshing.h"
 #include "SurfaceBridge.h"
 #include "vtkSurfaceSynthesisMeshingModule.h" // For export macro
 

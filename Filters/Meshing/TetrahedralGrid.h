@@ -3,7 +3,7 @@
 /// From tetrahedra to the unstructured grid that a user sees. Private to the module.
 #pragma once
 
-#include "Tetrahedralizer.h"
+#include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 
 #include "SurfaceBridge.h"
 

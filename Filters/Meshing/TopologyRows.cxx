@@ -86,7 +86,7 @@ void RowWriter::AddFinding(const std::string& property, MeshDefect defect, CellF
 
 void RowWriter::Defects()
 {
-  const bool sound = IsSound(this->Surface, this->Statistics);
+  const bool sound = IsValid(this->Surface, this->Statistics);
   this->AddYesOrNo("Sound", sound, sound ? "" : "no: the rows below with a remark say what is wrong");
   if (this->Surface.PointComponents != 3)
   {
@@ -242,7 +242,7 @@ void RowWriter::Components(int count)
 }
 } // namespace
 
-bool IsSound(const InspectedSurface& surface, const MeshStatistics& statistics)
+bool IsValid(const InspectedSurface& surface, const MeshStatistics& statistics)
 {
   const std::int64_t faults = surface.Unreadable.Count + surface.OutOfRange.Count + surface.TooFewPoints.Count +
     surface.RepeatedPoint.Count + surface.Uncut.Count;

@@ -30,6 +30,6 @@ std::vector<ReportRow> ReportRows(
   unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics, int components);
 
 /// Whether ConvertSurface() and CheckSurface() would accept the surface for a filter without demands of its own.
-bool IsSound(const InspectedSurface& surface, const MeshStatistics& statistics);
+bool IsValid(const InspectedSurface& surface, const MeshStatistics& statistics);
 
 } // namespace surfsynth

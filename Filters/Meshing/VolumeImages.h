@@ -3,7 +3,7 @@
 /// Between vtkImageData and the samples of a volume. Private to the module.
 #pragma once
 
-#include "VolumeSurface.h"
+#include "MeshProcessing/LevelSets/VolumeSurface.h"
 
 #include "Core/Common/Progress.h"
 

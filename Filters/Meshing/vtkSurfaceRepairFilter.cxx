@@ -2,9 +2,9 @@
 #include "vtkSurfaceRepairFilter.h"
 
 #include "BlockBridge.h"
-#include "LooseSurface.h"
+#include "UncheckedSurface.h"
 #include "SurfaceArrays.h"
-#include "SurfaceRepair.h"
+#include "MeshProcessing/Repair/SurfaceRepair.h"
 
 #include "Core/Common/Errors.h"
 
@@ -23,7 +23,7 @@
 #include <limits>
 #include <memory>
 
-using surfsynth::LooseSurface;
+using surfsynth::UncheckedSurface;
 using surfsynth::RepairedSurface;
 using surfsynth::RepairOptions;
 
@@ -61,15 +61,15 @@ void AddReport(const surfsynth::RepairReport& report, vtkPolyData* output)
 }
 
 /// Puts the repaired mesh and the arrays of @p input that it carries into @p output.
-void Fill(vtkPolyData* input, const LooseSurface& surface, const RepairedSurface& repaired, vtkPolyData* output)
+void Fill(vtkPolyData* input, const UncheckedSurface& surface, const RepairedSurface& repaired, vtkPolyData* output)
 {
   surfsynth::SetGeometry(output, repaired.Mesh, surfsynth::HasDoublePoints(input));
   surfsynth::InterpolateArrays(
-    input->GetPointData(), surface.Sound.Mesh, repaired.PlaceOfPoint, output->GetPointData());
+    input->GetPointData(), surface.Usable.Mesh, repaired.PlaceOfPoint, output->GetPointData());
   std::vector<std::int64_t> cells(repaired.OriginOfTriangle.size());
   for (std::size_t f = 0; f < cells.size(); ++f)
   {
-    cells[f] = surface.Sound.Cell(repaired.OriginOfTriangle[f]);
+    cells[f] = surface.Usable.Cell(repaired.OriginOfTriangle[f]);
   }
   surfsynth::PickArrays(input->GetCellData(), cells, output->GetCellData());
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
@@ -90,12 +90,12 @@ public:
   {
     auto* input = vtkPolyData::SafeDownCast(block.Input);
     // Shared with the work, which outlives this call when it is cancelled.
-    const auto surface = std::make_shared<const LooseSurface>(surfsynth::ConvertLoosely(input));
-    const auto options = std::make_shared<const RepairOptions>(this->Options(surface->Sound.Mesh));
+    const auto surface = std::make_shared<const UncheckedSurface>(surfsynth::ConvertUnchecked(input));
+    const auto options = std::make_shared<const RepairOptions>(this->Options(surface->Usable.Mesh));
     const auto repaired = std::make_shared<RepairedSurface>();
     const auto work = [surface, options, repaired](const std::atomic<bool>& stop)
-    { *repaired = surfsynth::RepairSurface(*surface, *options, &stop); };
-    const double expectedSeconds = 0.2 + 1e-5 * surface->Sound.Mesh.NumberOfTriangles();
+    { *repaired = surfsynth::RepairSurface(surface->Usable.Mesh, surface->Losses, *options, &stop); };
+    const double expectedSeconds = 0.2 + 1e-5 * surface->Usable.Mesh.NumberOfTriangles();
     surfsynth::RunCancellable(work, expectedSeconds, surfsynth::SubProgress(progress, 0.05, 0.95));
     Fill(input, *surface, *repaired, vtkPolyData::SafeDownCast(block.Output));
     for (const auto& entry : repaired->Report)
@@ -116,6 +116,7 @@ private:
     options.KeepLargestComponent = self->KeepLargestComponent;
     options.SmallestComponent = self->MinimumComponentFraction;
     options.OrientOutward = self->OrientOutward;
+    options.Finder = surfsynth::FindNearestPlaces;
     if (self->HoleFilling == SMALL_HOLES)
     {
       const surfsynth::BoundingBox box = surfsynth::ComputeBoundingBox(mesh);

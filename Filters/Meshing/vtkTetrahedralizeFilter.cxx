@@ -5,7 +5,7 @@
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "TetrahedralGrid.h"
-#include "Tetrahedralizer.h"
+#include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>

@@ -5,7 +5,7 @@
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "VolumeImages.h"
-#include "VolumeSurface.h"
+#include "MeshProcessing/LevelSets/VolumeSurface.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Text.h"

@@ -267,7 +267,7 @@ private:
     {
       this->Repeated(name);
     }
-    if (this->Header.Tensors.size() == MostTensors)
+    if (this->Header.Tensors.size() == MaximumNumberOfTensors)
     {
       this->Fail(SafetensorsRule::Names, "there are more than 100000 tensors", "at most as many");
     }

@@ -35,7 +35,7 @@ std::string_view WithoutPadding(const std::string& file, std::string_view text)
   return text.substr(0, last + 1);
 }
 
-std::string ShapeText(const std::vector<std::int64_t>& shape)
+std::string FormatShape(const std::vector<std::int64_t>& shape)
 {
   std::string text = "[";
   for (const std::int64_t extent : shape)
@@ -71,7 +71,7 @@ void CheckLayout(
     std::int64_t bytes = 0;
     if (!CountBytes(entry.Type, entry.Shape, bytes))
     {
-      fail(0, name + " of shape " + ShapeText(entry.Shape) + " exceeds 2^63 - 1 bytes", "a smaller tensor");
+      fail(0, name + " of shape " + FormatShape(entry.Shape) + " exceeds 2^63 - 1 bytes", "a smaller tensor");
     }
     if (entry.Begin != end)
     {
@@ -81,7 +81,7 @@ void CheckLayout(
     if (entry.End < entry.Begin || entry.End - entry.Begin != bytes)
     {
       fail(0, name + " has offsets [" + std::to_string(entry.Begin) + ", " + std::to_string(entry.End) + "]",
-        std::to_string(bytes) + " bytes for " + std::string(TypeName(entry.Type)) + " " + ShapeText(entry.Shape));
+        std::to_string(bytes) + " bytes for " + std::string(TypeName(entry.Type)) + " " + FormatShape(entry.Shape));
     }
     end = entry.End;
   }

@@ -75,6 +75,6 @@ std::string NameDefect(const std::string& name);
 bool IsUtf8(std::string_view text, std::size_t& bad);
 
 constexpr std::size_t LargestRank = 8;
-constexpr std::size_t MostTensors = 100000;
+constexpr std::size_t MaximumNumberOfTensors = 100000;
 
 } // namespace surfsynth

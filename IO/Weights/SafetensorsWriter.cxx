@@ -199,7 +199,7 @@ std::vector<unsigned char> SerializeSafetensors(
     CheckTensor(tensor.first, tensor.second);
     inOrder.push_back(&tensor);
   }
-  if (inOrder.size() > MostTensors)
+  if (inOrder.size() > MaximumNumberOfTensors)
   {
     throw InvalidInput("SerializeSafetensors: there are " + std::to_string(inOrder.size()) +
       " tensors; expected at most 100000.");

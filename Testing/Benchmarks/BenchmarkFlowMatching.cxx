@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Samples of a flow matching model, beside the evaluations of the network that they need.
 #include "BenchmarkMeshes.h"
-#include "RandomModel.h"
+#include "RandomPoissonNet.h"
 
-#include "Learning/Samplers/FlowMatchingSampler.h"
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
 
 #include <chrono>
 #include <memory>

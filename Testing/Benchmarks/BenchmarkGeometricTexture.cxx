@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometric textures: from a coarse mesh through three levels.
 #include "BenchmarkMeshes.h"
-#include "RandomTexture.h"
+#include "RandomGeometricTexture.h"
 
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Operators/EdgeFeatures.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
-#include "Learning/Inference/FaceNetwork.h"
-#include "Learning/Samplers/GeometricTextureSampler.h"
+#include "Inference/GeometricTexture/FaceNetwork.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
 #include <chrono>
 #include <memory>
@@ -18,11 +18,11 @@ namespace surfsynth::bench
 namespace
 {
 
-std::shared_ptr<const GeometricTextureModel> PublishedTexture()
+std::shared_ptr<const GeometricTextureModel> PublishedGeometricTexture()
 {
   GeometricTextureOptions options;
   options.Levels = 3;
-  return std::make_shared<const GeometricTextureModel>(test::RandomTexture(options));
+  return std::make_shared<const GeometricTextureModel>(test::RandomGeometricTexture(options));
 }
 
 /// Floating-point operations of the networks of all levels as their equations stand: for each triangle and each of its
@@ -33,7 +33,7 @@ double StraightforwardOperations(const GeometricTextureOptions& options, const T
   double triangles = mesh.NumberOfTriangles();
   for (std::int64_t level = 0; level < options.Levels; ++level, triangles *= 4.0)
   {
-    const TextureChannels channels = options.GeneratorChannels(level);
+    const GeometricTextureChannels channels = options.GeneratorChannels(level);
     for (std::size_t j = 0; j + 1 < channels.size(); ++j)
     {
       operations += triangles * 3.0 * 2.0 *
@@ -46,7 +46,7 @@ double StraightforwardOperations(const GeometricTextureOptions& options, const T
 /// The rate of the straightforward operations, and that over what sgemm reaches on one thread in the same run.
 void CountOperations(benchmark::State& state, const TriangleMesh& mesh, double seconds)
 {
-  const double operations = StraightforwardOperations(PublishedTexture()->Options, mesh);
+  const double operations = StraightforwardOperations(PublishedGeometricTexture()->Options, mesh);
   const double rate = operations * static_cast<double>(state.iterations()) / seconds;
   state.counters["GFLOP"] = 1e-9 * operations;
   state.counters["GFLOPperSecond"] = 1e-9 * rate;
@@ -59,14 +59,14 @@ void CountOperations(benchmark::State& state, const TriangleMesh& mesh, double s
 /// Three levels, everything included.
 void GeometricTexture(benchmark::State& state, const TriangleMesh& mesh)
 {
-  const GeometricTextureSampler sampler(PublishedTexture());
+  const GeometricTextureSampler sampler(PublishedGeometricTexture());
   PeakMemory memory;
   memory.Restart();
   Index triangles = 0;
   const auto start = std::chrono::steady_clock::now();
   for ([[maybe_unused]] auto step : state)
   {
-    triangles = sampler.Grow(mesh, {}).Mesh.NumberOfTriangles();
+    triangles = sampler.Synthesize(mesh, {}).Mesh.NumberOfTriangles();
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   state.counters["TrianglesOut"] = triangles;
@@ -86,7 +86,7 @@ void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
     EdgeFeatureMatrix Features;
     TriangleMatrix Neighbours;
   };
-  const std::shared_ptr<const GeometricTextureModel> model = PublishedTexture();
+  const std::shared_ptr<const GeometricTextureModel> model = PublishedGeometricTexture();
   std::vector<Level> levels;
   TriangleMesh fine = mesh;
   for (std::int64_t level = 0; level < model->Options.Levels; ++level)

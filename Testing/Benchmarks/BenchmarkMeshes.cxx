@@ -194,12 +194,10 @@ int main(int argc, char** argv)
   }
   bench::RegisterCore();
   bench::RegisterStatistics();
-  bench::RegisterYardsticks();
-#ifdef SURFACE_SYNTHESIS_LEARNING
+  bench::RegisterReferences();
   bench::RegisterPoissonNet();
   bench::RegisterFlowMatching();
   bench::RegisterGeometricTexture();
-#endif
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -63,8 +63,7 @@ double MeasuredProductRate();
 
 void RegisterCore();
 void RegisterStatistics();
-void RegisterYardsticks();
-/// Only in builds with SURFACE_SYNTHESIS_LEARNING.
+void RegisterReferences();
 void RegisterPoissonNet();
 void RegisterFlowMatching();
 void RegisterGeometricTexture();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PoissonNet's evaluation and its Poisson solves.
 #include "BenchmarkMeshes.h"
-#include "RandomModel.h"
+#include "RandomPoissonNet.h"
 
 #include "Core/Solvers/CholeskySolver.h"
-#include "Learning/Models/PoissonNetEvaluator.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 
 #include <chrono>
 #include <memory>

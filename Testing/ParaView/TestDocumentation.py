@@ -11,13 +11,13 @@ import xml.etree.ElementTree as ElementTree
 
 # header, or that of the class and those of its bases; XML; how many properties and results at least; properties of the XML
 # that are methods of VTK's own; properties of a base class that the XML leaves out
-SAMPLER = "Filters/Deformation/vtkFlowMatchingSampler.h"
+SAMPLER = "Filters/FlowMatching/vtkFlowMatchingSampler.h"
 FILTERS = (
-    (("Filters/Deformation/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
+    (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues"}),
-    ("Filters/Deformation/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
-    ("Filters/Deformation/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
+    ("Filters/FlowMatching/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
+    ("Filters/FlowMatching/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones"}),
     ("Filters/Geometry/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
      {"Reference"}),

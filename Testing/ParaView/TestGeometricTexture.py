@@ -76,14 +76,14 @@ TRAINER = {
     "ReconstructionWeight": (5.0, 1.0, 1.0),
     "Layers": (7, 4, 4),
     "StartChannels": (32, 8, 8),
-    "LeastChannels": (32, 4, 4),
-    "MostChannels": (128, 8, 8),
+    "MinimumChannels": (32, 4, 4),
+    "MaximumChannels": (128, 8, 8),
     "NoiseAmplitude": (0.1, 0.2, 0.2),
     "Seed": (0, 7, 7),
     "Device": ("Auto", "CUDA", vtkGeometricTextureTrainer.CUDA),
 }
 FIT = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 3, "Samples": 100}
-TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "LeastChannels": 4, "MostChannels": 4}
+TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "MinimumChannels": 4, "MaximumChannels": 4}
 
 
 def points_of(mesh):
@@ -143,7 +143,7 @@ def the_animation_goes_through_the_levels_without_growing_them_again():
     assert sizes[0] == sizes[1] < sizes[2] == sizes[3]
     assert np.abs(seen[0] - seen[1]).max() > 1e-4 and np.abs(seen[2] - seen[3]).max() > 1e-4
     made.UpdatePropertyInformation()
-    assert made.GetProperty("NumberOfGrowths").GetData() == 1
+    assert made.GetProperty("NumberOfSyntheses").GetData() == 1
     assert made.GetProperty("NumberOfModelLoads").GetData() == 1
     Delete(made)
 

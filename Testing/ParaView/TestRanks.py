@@ -29,7 +29,7 @@ POSES = {"NumberOfSamples": 3, "NumberOfHandles": 2, "NumberOfIterations": 5, "M
 TRAINING = {"SignalArrayName": "Mixture", "Width": 8, "Blocks": 1, "ComplexLayers": 1, "BatchSize": 2, "Iterations": 2}
 TEXTURED = {"ModelFileName": "texture.safetensors", "Seed": 5}
 FITTED = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 2, "Samples": 50, "LearningRate": 1e-4}
-TEXTURE_TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "LeastChannels": 4, "MostChannels": 4}
+TEXTURE_TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "MinimumChannels": 4, "MaximumChannels": 4}
 
 
 # ----------------------------------------------------------------------------------------------------------------------

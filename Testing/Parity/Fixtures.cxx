@@ -12,10 +12,10 @@ namespace surfsynth::test
 
 std::string FindFixture(const std::string& name)
 {
-  for (const char* folder : { SURFACE_SYNTHESIS_PARITY_DATA, SURFACE_SYNTHESIS_SHARED_PARITY })
+  for (const char* folder : { SURFACE_SYNTHESIS_PARITY_DATA, SURFACE_SYNTHESIS_PARITY_DIR })
   {
     const std::string path = std::string(folder) + "/" + name + ".safetensors";
-    if (std::filesystem::exists(path))
+    if (*folder && std::filesystem::exists(path))
     {
       return path;
     }

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "IO/Weights/SafetensorsFile.h"
-#include "Learning/Layers/PoissonOperators.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
 
 #include <Eigen/Core>
 
@@ -13,8 +13,8 @@
 namespace surfsynth::test
 {
 
-/// Path of a fixture that is kept in Testing/Data/Parity, else of the one in ../shared/parity beside the checkout; ""
-/// when neither is there.
+/// Path of a fixture that is kept in Testing/Data/Parity, else of the one in the folder that the cache variable
+/// SURFACE_SYNTHESIS_PARITY_DIR names; "" when neither is there.
 std::string FindFixture(const std::string& name);
 
 /// Row-major matrix of a floating-point tensor; the first dimension is the rows.

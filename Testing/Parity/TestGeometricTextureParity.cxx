@@ -6,9 +6,9 @@
 
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
-#include "Learning/Inference/FaceKernels.h"
-#include "Learning/Inference/FaceNetwork.h"
-#include "Learning/Samplers/TextureGrowth.h"
+#include "Inference/GeometricTexture/FaceKernels.h"
+#include "Inference/GeometricTexture/FaceNetwork.h"
+#include "Inference/GeometricTexture/GeometricTextureSynthesis.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ protected:
     const std::string weights = FindFixture("dgts/generator_random");
     if (numbers.empty() || weights.empty())
     {
-      GTEST_SKIP() << "dgts/* lies neither in Testing/Data/Parity nor in ../shared/parity";
+      GTEST_SKIP() << "dgts/* lies neither in Testing/Data/Parity nor in SURFACE_SYNTHESIS_PARITY_DIR";
     }
     this->File.emplace(numbers);
     const SafetensorsFile generator(weights);
@@ -42,7 +42,7 @@ protected:
     }
     // The options of the fixture are the defaults; levels that the trimmed copy leaves out are not run.
     this->Model.Options.Levels = Steps;
-    for (const auto& [name, shape] : ExpectedTextureTensors(this->Model.Options, false))
+    for (const auto& [name, shape] : ExpectedGeometricTextureTensors(this->Model.Options, false))
     {
       ASSERT_EQ(this->Model.Generator.count(name), 1U) << name;
       ASSERT_EQ(this->Model.Generator.at(name).Shape, shape) << name;
@@ -94,7 +94,7 @@ protected:
 TEST_F(GeometricTextureParity, TheFrameOfTheInput)
 {
   const TriangleMesh mesh{ this->Matrix("mesh.vertices"), this->Triangles("mesh.faces") };
-  const TextureFrame frame = FrameOf(mesh, MeshTopology(mesh));
+  const GeometricTextureFrame frame = FrameOf(mesh, MeshTopology(mesh));
   const FixtureMatrix points = (mesh.Points.rowwise() - frame.Centre) / frame.Unit;
   EXPECT_LE(RelativeError(points, this->Matrix("in.vs_unit_edge")), 1e-6);
 }
@@ -133,7 +133,7 @@ TEST_F(GeometricTextureParity, TheFirstConvolution)
 {
   const FixtureMatrix expected = this->Transposed("s0.first_conv");
   const EdgeFeatureMatrix features = this->Transposed("s0.features").cast<float>();
-  const TextureTensorNames names = NamesOfConvolution(0, 0, this->Model.Options.Layers);
+  const GeometricTextureTensorNames names = NamesOfConvolution(0, 0, this->Model.Options.Layers);
   const std::vector<float>& weight = this->Model.Generator.at(names.Weight).Values;
   const FaceNetwork::Output matrix =
     Eigen::Map<const FaceNetwork::Output>(weight.data(), expected.cols(), 4).transpose();
@@ -166,7 +166,7 @@ TEST_F(GeometricTextureParity, DisplacementsInTheFramesOfFaces)
 TEST_F(GeometricTextureParity, VerticesAfterAllLevels)
 {
   const TriangleMesh mesh = this->Input();
-  TextureGrowth growth(this->Model, mesh, MeshTopology(mesh), {});
+  GeometricTextureSynthesis growth(this->Model, mesh, MeshTopology(mesh), {});
   for (int step = 0; step < Steps; ++step)
   {
     if (step > 0)
@@ -180,7 +180,7 @@ TEST_F(GeometricTextureParity, VerticesAfterAllLevels)
     EXPECT_LE(RelativeError(growth.LevelPoints().cast<double>(), this->Matrix(this->Name(step, "vs"))), 1e-6) << step;
   }
   EXPECT_LE(RelativeError(growth.LevelPoints().cast<double>(), this->Matrix("ref.vs")), 1e-6);
-  const TextureLevel result = growth.Result(Steps - 1);
+  const GeometricTextureLevel result = growth.Result(Steps - 1);
   EXPECT_EQ(result.Mesh.Triangles, this->Triangles("s2.faces"));
   EXPECT_LE(RelativeError(4.0 * result.Mesh.Points, this->Matrix("ref.vs")), 1e-6) << "in the input's units";
 }

@@ -4,8 +4,8 @@
 #include "Fixtures.h"
 #include "FixtureTensors.h"
 
-#include "Learning/Models/PoissonNet.h"
-#include "Learning/Models/PoissonNetEvaluator.h"
+#include "Learning/Networks/PoissonNet.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ protected:
       GetParam().Prefix.empty() ? FindFixture("poissonnet/weights/" + GetParam().Name) : path;
     if (path.empty() || weights.empty())
     {
-      GTEST_SKIP() << GetParam().Weights << " lies neither in Testing/Data/Parity nor in ../shared/parity";
+      GTEST_SKIP() << GetParam().Weights << " lies neither in Testing/Data/Parity nor in SURFACE_SYNTHESIS_PARITY_DIR";
     }
     this->File.emplace(path);
     this->Model = ReadPoissonNet(SafetensorsFile(weights), GetParam().Prefix);

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Copies the fixtures that may lie in the repository from ../shared/parity to Testing/Data/Parity.
+"""Copies the fixtures that may lie in the repository from a folder of parity fixtures to Testing/Data/Parity.
 
 Those are computed from random weights. Left out of the copies is what the tests do not read, and gradients and
 parameters of training steps are rounded from float64 to float32, ten times finer than their limits.
 
-    trim_fixtures.py [--check]
+    trim_fixtures.py FOLDER [--check]
 
---check compares instead of writing, and fails when a copy is not what this script would write. Where ../shared is not
-there, says so and ends with status 77.
+--check compares instead of writing, and fails when a copy is not what this script would write.
 """
 
 import argparse
@@ -18,7 +17,6 @@ import struct
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SOURCE = ROOT.parent / "shared" / "parity"
 TARGET = ROOT / "Testing" / "Data" / "Parity"
 FIXTURES = [
     "poissonnet/random_A_ours_w32",
@@ -103,13 +101,14 @@ def serialise(tensors, metadata):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
-    check = parser.parse_args().check
-    if not SOURCE.is_dir():
-        print(f"SKIPPED: {SOURCE} is not there")
-        return 77
+    parser.add_argument("folder", type=pathlib.Path, help="the whole fixtures")
+    arguments = parser.parse_args()
+    check = arguments.check
+    if not arguments.folder.is_dir():
+        parser.error(f"{arguments.folder} is no folder")
     different = 0
     for fixture in FIXTURES:
-        tensors, metadata = read(SOURCE / f"{fixture}.safetensors")
+        tensors, metadata = read(arguments.folder / f"{fixture}.safetensors")
         data = serialise({n: rounded(n, t) for n, t in tensors.items() if is_read(fixture, n)}, metadata)
         target = TARGET / f"{fixture}.safetensors"
         if check:

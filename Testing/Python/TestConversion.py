@@ -142,7 +142,7 @@ def test_what_is_no_file_is_not_replaced(tmp_path):
 
 
 @pytest.mark.skipif(
-    not importlib.util.find_spec("surfacesynthesis.vtkSurfaceSynthesisPrediction"), reason="built without LibTorch"
+    not importlib.util.find_spec("surfacesynthesis.vtkSurfaceSynthesisPoissonNet"), reason="built without LibTorch"
 )
 @pytest.mark.parametrize("config", [CONFIG, CLASSIFIER, {**CLASSIFIER, "outputs_at": "global_mean"}])
 def test_the_library_reads_what_is_written(config, checkpoint, tmp_path, pair):

@@ -65,7 +65,7 @@ def test_images_and_pairs_give_closed_surfaces(pair):
 
 
 def test_every_argument_reaches_the_filter():
-    from surfacesynthesis.meshing_volumes import configured_filter
+    from surfacesynthesis.vdb_surface import configured_filter
 
     made = configured_filter(
         iso_value=2.5, inside="below", voxel_size=0.5, closing=1.5, smoothing="median", smoothing_iterations=7, offset=-2,

@@ -44,13 +44,17 @@ endif ()
 # paraview, has not loaded those of the widgets.
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 # Modules with filters; the bridge between them and the core is no module for users and is not wrapped in Python.
-include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/Meshing/Options.cmake")
+include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/MeshProcessing/Options.cmake")
 set(surfsynth_filter_modules
+  VTK::SurfaceSynthesisEnsembles
+  VTK::SurfaceSynthesisFlowMatching
+  VTK::SurfaceSynthesisGeometricTexture
   VTK::SurfaceSynthesisMeshing
-  VTK::SurfaceSynthesisNoise)
+  VTK::SurfaceSynthesisNoise
+  VTK::SurfaceSynthesisPoissonNet
+  VTK::SurfaceSynthesisStatistics)
 if (SURFACE_SYNTHESIS_LEARNING)
-  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisDeformation VTK::SurfaceSynthesisGeometry
-    VTK::SurfaceSynthesisPrediction)
+  list(APPEND surfsynth_filter_modules VTK::SurfaceSynthesisTraining)
 endif ()
 set(surfsynth_plugin_modules
   VTK::SurfaceSynthesisBridge

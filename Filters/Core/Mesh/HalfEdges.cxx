@@ -16,7 +16,7 @@ namespace
 {
 constexpr std::int64_t Grain = 8192;
 
-void RequireSoundIds(const TriangleMesh& mesh)
+void RequireValidIds(const TriangleMesh& mesh)
 {
   const auto& t = mesh.Triangles;
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
@@ -79,7 +79,7 @@ void MarkFlatPairs(
 
 EdgeGroups::EdgeGroups(const TriangleMesh& mesh)
 {
-  RequireSoundIds(mesh);
+  RequireValidIds(mesh);
   const std::int64_t count = 3 * std::int64_t(mesh.NumberOfTriangles());
   const auto lower = [&](HalfEdge h) { return std::min(StartOf(mesh, h), EndOf(mesh, h)); };
   const auto upper = [&](HalfEdge h) { return std::max(StartOf(mesh, h), EndOf(mesh, h)); };

@@ -3,7 +3,6 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Operators/SurfaceOperators.h"
 
 #include <Eigen/Geometry>
 
@@ -371,7 +370,7 @@ std::string DescribeFindings(
   return text;
 }
 
-MeshTopology RequireSoundMesh(const TriangleMesh& mesh, const MeshRequirements& requirements,
+MeshTopology RequireValidMesh(const TriangleMesh& mesh, const MeshRequirements& requirements,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle)
 {
   const auto require = [&](const std::vector<MeshFinding>& findings)

@@ -83,7 +83,7 @@ std::string DescribeFindings(const std::vector<MeshFinding>& findings,
 
 /// The tables of a mesh in which CheckMesh() finds nothing, so that who checks need not build them again.
 /// @throws InvalidInput with DescribeFindings() when it finds anything.
-MeshTopology RequireSoundMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {},
+MeshTopology RequireValidMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {},
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 
 } // namespace surfsynth

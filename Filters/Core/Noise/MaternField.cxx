@@ -224,7 +224,7 @@ void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& 
 MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
 {
   Validate(options);
-  const MeshTopology topology = RequireSoundMesh(mesh);
+  const MeshTopology topology = RequireValidMesh(mesh);
   this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
 }
 

@@ -83,7 +83,7 @@ public:
   /// @throws SolverFailure when the matrix is not positive definite to working precision.
   /// @throws Cancelled
   MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
-  /// The same for a mesh that the caller has checked, with its tables (see RequireSoundMesh()).
+  /// The same for a mesh that the caller has checked, with its tables (see RequireValidMesh()).
   MaternField(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress = {});
   ~MaternField();

@@ -5,7 +5,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Common/Text.h"
 #include "Core/Statistics/NearestSamples.h"
-#include "Core/Statistics/WorkMeter.h"
+#include "Core/Common/SharedProgress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +73,7 @@ struct Inspection
 };
 
 /// Adds up one sample's values times weights to @p mean, and looks for values that are not finite.
-Inspection Inspect(const SampleUnion& samples, std::int64_t sample, Eigen::VectorXd& mean, WorkMeter& meter)
+Inspection Inspect(const SampleUnion& samples, std::int64_t sample, Eigen::VectorXd& mean, SharedProgress& meter)
 {
   const Eigen::Index points = samples.Weight.size();
   const Eigen::Index step = PointsOfBlock(samples);
@@ -101,7 +101,7 @@ Inspection Inspect(const SampleUnion& samples, std::int64_t sample, Eigen::Vecto
 }
 
 /// Refuses values that are not finite; takes the mean value of each sample as its centroid when asked to.
-void InspectSamples(SampleUnion& samples, bool removeCentroid, WorkMeter& meter)
+void InspectSamples(SampleUnion& samples, bool removeCentroid, SharedProgress& meter)
 {
   std::vector<Inspection> found(samples.Samples.size());
   RowMatrix centroids(samples.Size(), samples.NumberOfComponents);
@@ -130,7 +130,7 @@ void InspectSamples(SampleUnion& samples, bool removeCentroid, WorkMeter& meter)
 }
 
 /// The distance of the pointwise means of both ensembles.
-double MeanError(const SampleUnion& samples, WorkMeter& meter)
+double MeanError(const SampleUnion& samples, SharedProgress& meter)
 {
   const Eigen::Index points = samples.Weight.size();
   const Eigen::Index step = PointsOfBlock(samples);
@@ -201,7 +201,7 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
 {
   SampleUnion samples = Join(ensembles, mass, options);
   const std::int64_t size = samples.Size();
-  WorkMeter meter(progress, (2 * size + size * (size - 1) / 2) * mass.size());
+  SharedProgress meter(progress, (2 * size + size * (size - 1) / 2) * mass.size());
   Report(progress, 0.0);
   InspectSamples(samples, options.RemoveCentroid, meter);
   EnsembleMetrics metrics;

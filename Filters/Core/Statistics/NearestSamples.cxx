@@ -60,7 +60,7 @@ std::vector<Tile> TilesOf(std::int64_t samples)
 }
 
 /// The sums of PartialDistance() of a tile, [Rows, Columns]; those of no pair stay 0.
-RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, WorkMeter& meter)
+RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, SharedProgress& meter)
 {
   const Eigen::Index points = samples.Weight.size();
   const Eigen::Index step = std::min(PointsOfBlock(samples), points);
@@ -191,7 +191,7 @@ double FinishedDistance(SampleDistance distance, double sum)
   return distance == SampleDistance::RMS ? std::sqrt(sum) : sum;
 }
 
-std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, WorkMeter& meter)
+std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, SharedProgress& meter)
 {
   std::vector<Neighbours> neighbours(samples.Samples.size());
   std::mutex mutex;

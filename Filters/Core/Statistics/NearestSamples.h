@@ -4,7 +4,7 @@
 #pragma once
 
 #include "Core/Statistics/EnsembleMetrics.h"
-#include "Core/Statistics/WorkMeter.h"
+#include "Core/Common/SharedProgress.h"
 
 #include <limits>
 
@@ -75,6 +75,6 @@ struct Neighbours
 
 /// The neighbours of every sample, in order. Adds (N + M) (N + M - 1) / 2 times V to the meter.
 /// @throws InvalidInput when a distance is not finite; Cancelled
-std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, WorkMeter& meter);
+std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, SharedProgress& meter);
 
 } // namespace surfsynth

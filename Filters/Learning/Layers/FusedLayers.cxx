@@ -2,7 +2,7 @@
 #include "Learning/Layers/FusedLayers.h"
 
 #include "Core/Common/Errors.h"
-#include "Learning/Inference/ActivationKernels.h"
+#include "Inference/Common/ActivationKernels.h"
 
 #include <ATen/Parallel.h>
 
@@ -92,7 +92,7 @@ std::array<torch::Tensor, 3> GatherFaces(const FaceIncidence& incidence, const t
     {
       const std::int64_t at = (b * faces + first) * width;
       BestActivationKernels().GatherFaces(from + b * vertices * width, incidence.Corners.row(first).data(),
-        incidence.Hats.row(first).data(), last - first, width, to[0] + at, to[1] + at, to[2] + at);
+        incidence.BasisGradients.row(first).data(), last - first, width, to[0] + at, to[1] + at, to[2] + at);
     });
   return out;
 }
@@ -292,7 +292,7 @@ public:
 
 FaceIncidence::FaceIncidence(const PoissonOperators& operators)
   : Corners(operators.Triangles)
-  , Hats(operators.Gradient)
+  , BasisGradients(operators.Gradient)
   , Areas(operators.FaceAreas)
   , Offsets(static_cast<std::size_t>(operators.NumberOfPoints()) + 1, 0)
   , Faces(static_cast<std::size_t>(this->Corners.size()))
@@ -323,11 +323,11 @@ FaceIncidence::FaceIncidence(const PoissonOperators& operators)
       const Index v = this->Corners(f, k);
       const auto entry = static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++);
       this->Faces[entry] = f;
-      this->Transposed[0][entry] = this->Hats(f, k);
-      this->Transposed[1][entry] = this->Hats(f, 3 + k);
+      this->Transposed[0][entry] = this->BasisGradients(f, k);
+      this->Transposed[1][entry] = this->BasisGradients(f, 3 + k);
       this->Transposed[2][entry] = 1.0F / 3.0F;
-      this->Divergence[0][entry] = this->Areas[f] * this->Hats(f, k);
-      this->Divergence[1][entry] = this->Areas[f] * this->Hats(f, 3 + k);
+      this->Divergence[0][entry] = this->Areas[f] * this->BasisGradients(f, k);
+      this->Divergence[1][entry] = this->Areas[f] * this->BasisGradients(f, 3 + k);
       this->Mean[2][entry] = this->Areas[f] / 3.0F / around[v];
     }
   }

@@ -7,7 +7,7 @@
 /// have the same bits for every number of threads. Second derivatives are refused: they need the plain expressions.
 #pragma once
 
-#include "Learning/Layers/PoissonOperators.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
 
 #include <torch/torch.h>
 
@@ -31,7 +31,7 @@ struct FaceIncidence
   using Weights = std::array<std::vector<float>, 3>;
 
   TriangleMatrix Corners;            ///< [F, 3]
-  FaceGradients Hats;                ///< [F, 6]
+  FaceGradients BasisGradients;                ///< [F, 6]
   Eigen::VectorXf Areas;             ///< [F]
   std::vector<std::int32_t> Offsets; ///< [V + 1], of the entries of each vertex
   std::vector<std::int32_t> Faces;   ///< [3 F], the face of each entry

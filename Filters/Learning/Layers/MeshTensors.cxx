@@ -72,8 +72,8 @@ MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorO
   {
     Eigen::Matrix<std::int64_t, Eigen::Dynamic, 1> ids = operators.Triangles.col(k).cast<std::int64_t>();
     this->Corners[k] = torch::from_blob(ids.data(), { faces }, torch::kInt64).clone().to(options.device());
-    this->HatX[k] = column(operators.Gradient.col(k));
-    this->HatY[k] = column(operators.Gradient.col(3 + k));
+    this->BasisGradientX[k] = column(operators.Gradient.col(k));
+    this->BasisGradientY[k] = column(operators.Gradient.col(3 + k));
     for (std::int64_t f = 0; f < faces; ++f)
     {
       areaAround[operators.Triangles(f, k)] += operators.FaceAreas[f] / 3.0F;
@@ -112,8 +112,8 @@ ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal)
   for (int k = 0; k < 3; ++k)
   {
     const torch::Tensor corner = signal.index_select(-2, mesh.Corners[k]);
-    gradient.Real = k == 0 ? corner * mesh.HatX[k] : gradient.Real + corner * mesh.HatX[k];
-    gradient.Imaginary = k == 0 ? corner * mesh.HatY[k] : gradient.Imaginary + corner * mesh.HatY[k];
+    gradient.Real = k == 0 ? corner * mesh.BasisGradientX[k] : gradient.Real + corner * mesh.BasisGradientX[k];
+    gradient.Imaginary = k == 0 ? corner * mesh.BasisGradientY[k] : gradient.Imaginary + corner * mesh.BasisGradientY[k];
   }
   return gradient;
 }
@@ -129,7 +129,7 @@ torch::Tensor IntegratedDivergence(const MeshTensors& mesh, const ComplexTensor&
   torch::Tensor sums = VertexZeros(mesh, x);
   for (int k = 0; k < 3; ++k)
   {
-    sums = AddAtCorner(sums, mesh, k, x * mesh.HatX[k] + y * mesh.HatY[k]);
+    sums = AddAtCorner(sums, mesh, k, x * mesh.BasisGradientX[k] + y * mesh.BasisGradientY[k]);
   }
   return sums;
 }

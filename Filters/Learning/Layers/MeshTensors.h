@@ -7,7 +7,7 @@
 /// constant.
 #pragma once
 
-#include "Learning/Layers/PoissonOperators.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
 
 #include <torch/torch.h>
 
@@ -29,8 +29,8 @@ struct FaceIncidence;
 struct MeshTensors
 {
   torch::Tensor Corners[3];    ///< [F] int64 each
-  torch::Tensor HatX[3];       ///< [F, 1] each: x components of the hat functions' gradients
-  torch::Tensor HatY[3];       ///< [F, 1] each
+  torch::Tensor BasisGradientX[3];       ///< [F, 1] each: x components of the hat functions' gradients
+  torch::Tensor BasisGradientY[3];       ///< [F, 1] each
   torch::Tensor FaceAreas;     ///< [F, 1]
   torch::Tensor VertexMass;    ///< [V, 1]
   torch::Tensor InverseArea;   ///< [V, 1], one over a third of the area around; 0 where no triangle is

@@ -5,7 +5,7 @@
 
 #include "Learning/Layers/ComplexMlp.h"
 #include "Learning/Layers/VertexMlp.h"
-#include "Learning/Models/PoissonNetOptions.h"
+#include "Inference/PoissonNet/PoissonNetOptions.h"
 
 #include <torch/torch.h>
 

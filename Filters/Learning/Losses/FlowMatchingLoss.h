@@ -5,7 +5,7 @@
 #pragma once
 
 #include "Learning/Layers/MeshTensors.h"
-#include "Learning/Models/PoissonNet.h"
+#include "Learning/Networks/PoissonNet.h"
 
 #include <torch/torch.h>
 

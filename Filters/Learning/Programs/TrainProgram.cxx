@@ -11,7 +11,7 @@
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
-#include "Learning/Training/TextureTrainer.h"
+#include "Learning/Training/GeometricTextureTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
 #include <atomic>
@@ -254,7 +254,7 @@ class TextureCommand : public TrainCommand
 public:
   CommandOptions KnownOptions() override
   {
-    TextureTrainingOptions& o = this->Options;
+    GeometricTextureTrainingOptions& o = this->Options;
     CommandOptions known;
     this->AddRun(known, o);
     AddNumber(known, "--iterations", o.IterationsPerLevel, "iterations of each level");
@@ -267,8 +267,8 @@ public:
     AddNumber(known, "--reconstruction-weight", o.ReconstructionWeight, "of the distance from the reference");
     AddNumber(known, "--layers", o.Network.Layers, "convolutions of a network and one");
     AddNumber(known, "--start-channels", o.Network.StartChannels, "widest layer of level 0, doubled at each level");
-    AddNumber(known, "--least-channels", o.Network.LeastChannels, "of any layer");
-    AddNumber(known, "--most-channels", o.Network.MostChannels, "of any layer");
+    AddNumber(known, "--least-channels", o.Network.MinimumChannels, "of any layer");
+    AddNumber(known, "--most-channels", o.Network.MaximumChannels, "of any layer");
     AddNumber(known, "--noise-amplitude", o.Network.NoiseAmplitude, "in mean edge lengths");
     known["--name"] = { "of the texture (" + o.Name + ")", [&o](const std::string& value) { o.Name = value; } };
     return known;
@@ -277,7 +277,7 @@ public:
   std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
-    const auto observeTexture = [&observe](const TextureTrainingStep& step)
+    const auto observeTexture = [&observe](const GeometricTextureTrainingStep& step)
     {
       TrainingStep line;
       line.Iteration = step.Iteration;
@@ -285,7 +285,7 @@ public:
       line.LearningRate = step.LearningRate;
       return observe(line);
     };
-    TrainTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observeTexture, progress);
+    TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observeTexture, progress);
   }
 
 private:
@@ -294,7 +294,7 @@ private:
     return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size());
   }
 
-  TextureTrainingOptions Options;
+  GeometricTextureTrainingOptions Options;
 };
 
 const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture" };

@@ -5,7 +5,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Core/Solvers/LaplaceEigenpairs.h"
-#include "Learning/Samplers/FlowMatchingSampler.h"
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/TrainingSources.h"
 
@@ -54,14 +54,14 @@ void RequireCorrespondence(const SignalDataset& dataset)
 }
 
 /// The soundness of all sources; the topology of the first, the reference.
-MeshTopology RequireSoundSources(const SignalDataset& dataset, const Progress& progress)
+MeshTopology RequireValidSources(const SignalDataset& dataset, const Progress& progress)
 {
   std::optional<MeshTopology> reference;
   for (std::size_t k = 0; k < dataset.Sources.size(); ++k)
   {
     try
     {
-      MeshTopology topology = RequireSoundMesh(dataset.Sources[k].Mesh, FlowMatchingSampler::Requirements());
+      MeshTopology topology = RequireValidMesh(dataset.Sources[k].Mesh, FlowMatchingSampler::Requirements());
       if (k == 0)
       {
         reference = std::move(topology);
@@ -119,7 +119,7 @@ public:
     , Training(NetworkOptions(options), options)
   {
     RequireCorrespondence(this->Dataset);
-    const MeshTopology topology = RequireSoundSources(this->Dataset, SubProgress(progress, 0.0, 0.1));
+    const MeshTopology topology = RequireValidSources(this->Dataset, SubProgress(progress, 0.0, 0.1));
     const TriangleMesh& reference = this->Dataset.Sources.front().Mesh;
     this->Target = ToTensor(
       Eigenfunctions(UnitArea(reference), topology, options.Eigenfunctions), this->Training.Device());
@@ -162,7 +162,7 @@ TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
   try
   {
     mesh = UnitArea(mesh);
-    RequireSoundMesh(mesh, FlowMatchingSampler::Requirements());
+    RequireValidMesh(mesh, FlowMatchingSampler::Requirements());
   }
   catch (const InvalidInput& error)
   {
@@ -260,7 +260,7 @@ EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptio
 {
   CheckFiles(files);
   EncodingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
-  if (FindsCheckpoint(files))
+  if (HasCheckpoint(files))
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }

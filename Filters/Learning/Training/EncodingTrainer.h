@@ -4,8 +4,8 @@
 #pragma once
 
 #include "Core/Common/Progress.h"
-#include "IO/Mesh/SignalDataset.h"
-#include "Learning/Models/PoissonNetModel.h"
+#include "IO/Datasets/SignalDataset.h"
+#include "Inference/PoissonNet/PoissonNetModel.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>

@@ -112,16 +112,16 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   recipe["complex_layers"] = std::to_string(this->Options.ComplexLayers);
   recipe["inner_products"] = this->Options.InnerProducts ? "yes" : "no";
   recipe["noise"] = std::to_string(static_cast<int>(this->Options.Noise.Model));
-  recipe["noise_screening"] = Exactly(this->Options.Noise.Screening);
+  recipe["noise_screening"] = FormatExact(this->Options.Noise.Screening);
   recipe["noise_eigenpairs"] = std::to_string(this->Options.Noise.Eigenpairs);
-  recipe["noise_smoothing"] = Exactly(this->Options.Noise.Smoothing);
-  recipe["noise_scale"] = Exactly(this->Options.Noise.Scale);
+  recipe["noise_smoothing"] = FormatExact(this->Options.Noise.Smoothing);
+  recipe["noise_scale"] = FormatExact(this->Options.Noise.Scale);
   recipe["encoder"] = this->Options.Encoder ? Identity(*this->Options.Encoder) : "none";
   recipe["signal"] = this->Data.Frame.SignalName;
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
   recipe["sources_per_batch"] = std::to_string(this->Options.SourcesPerBatch);
-  recipe["vertex_weight"] = Exactly(this->Options.VertexWeight);
-  recipe["jacobian_weight"] = Exactly(this->Options.JacobianWeight);
+  recipe["vertex_weight"] = FormatExact(this->Options.VertexWeight);
+  recipe["jacobian_weight"] = FormatExact(this->Options.JacobianWeight);
   recipe["dataset"] = std::to_string(this->DatasetHash);
   return recipe;
 }

@@ -7,7 +7,7 @@
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Learning/Losses/MeshFitLosses.h"
-#include "Learning/Samplers/GeometricTextureSampler.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/NearestPoints.h"
 
@@ -183,7 +183,7 @@ TriangleMesh MakeTemplate(const MultiscaleFitOptions& options)
       {
         throw InvalidInput("FitMultiscaleMesh: the given template has no triangle; expected a mesh.");
       }
-      RequireSoundMesh(options.GivenTemplate, GeometricTextureSampler::Requirements());
+      RequireValidMesh(options.GivenTemplate, GeometricTextureSampler::Requirements());
       return options.GivenTemplate;
     default:
       return MakeIcosphere(options.IcosphereLevel);
@@ -205,7 +205,7 @@ void RequireReference(const TriangleMesh& reference)
   }
   MeshRequirements any;
   any.ManifoldEdges = false;
-  RequireSoundMesh(reference, any);
+  RequireValidMesh(reference, any);
 }
 }
 

@@ -5,7 +5,7 @@
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/TriangleMesh.h"
-#include "IO/Mesh/MultiscaleDataset.h"
+#include "IO/Datasets/MultiscaleDataset.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,7 +2,7 @@
 #include "Learning/Training/NetworkTraining.h"
 
 #include "Core/Common/Errors.h"
-#include "Learning/Models/InitialWeights.h"
+#include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/AdamMoments.h"
 
 #include <algorithm>

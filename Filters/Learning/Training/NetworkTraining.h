@@ -4,8 +4,8 @@
 /// the training.
 #pragma once
 
-#include "Learning/Models/PoissonNet.h"
-#include "Learning/Models/PoissonNetEvaluator.h"
+#include "Learning/Networks/PoissonNet.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
 

@@ -72,14 +72,14 @@ void CheckFiles(const TrainingFiles& files)
   }
 }
 
-bool FindsCheckpoint(const TrainingFiles& files)
+bool HasCheckpoint(const TrainingFiles& files)
 {
   return files.Resume && !files.Checkpoint.empty() && fs::exists(files.Checkpoint);
 }
 
-std::int64_t FoundIterations(const TrainingFiles& files)
+std::int64_t CheckpointIterations(const TrainingFiles& files)
 {
-  return FindsCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.size()) : 0;
+  return HasCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.size()) : 0;
 }
 
 void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const TrainingFiles& files,

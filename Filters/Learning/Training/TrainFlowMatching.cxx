@@ -11,7 +11,7 @@ FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingT
 {
   CheckFiles(files);
   FlowMatchingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
-  if (FindsCheckpoint(files))
+  if (HasCheckpoint(files))
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }

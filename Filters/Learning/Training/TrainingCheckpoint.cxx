@@ -68,13 +68,13 @@ std::vector<TrainingStep> ReadHistory(const SafetensorsFile& file)
 
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training)
 {
-  return { { "training", training }, { "learning_rate", Exactly(options.LearningRate) },
-    { "learning_rate_factor", Exactly(options.LearningRateFactor) },
-    { "gradient_clip", Exactly(options.GradientClip) }, { "weight_averaging", Exactly(options.WeightAveraging) },
+  return { { "training", training }, { "learning_rate", FormatExact(options.LearningRate) },
+    { "learning_rate_factor", FormatExact(options.LearningRateFactor) },
+    { "gradient_clip", FormatExact(options.GradientClip) }, { "weight_averaging", FormatExact(options.WeightAveraging) },
     { "seed", std::to_string(options.Seed) } };
 }
 
-std::string Exactly(double number)
+std::string FormatExact(double number)
 {
   std::ostringstream text;
   text.imbue(std::locale::classic());

@@ -3,7 +3,7 @@
 /// What a training needs to go on. Private to the training; no torch.
 #pragma once
 
-#include "Learning/Models/PoissonNetModel.h"
+#include "Inference/PoissonNet/PoissonNetModel.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <map>
@@ -25,7 +25,7 @@ struct TrainingCheckpoint
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training);
 
 /// All digits of a number, so that equal texts mean equal numbers, in every locale.
-std::string Exactly(double number);
+std::string FormatExact(double number);
 
 /// @throws ModelMismatch naming the first entry in which a checkpoint differs.
 void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,

@@ -74,11 +74,11 @@ using TrainingObserver = std::function<bool(const TrainingStep& step)>;
 void CheckFiles(const TrainingFiles& files);
 
 /// True when a training is to go on from a checkpoint, and there is one.
-bool FindsCheckpoint(const TrainingFiles& files);
+bool HasCheckpoint(const TrainingFiles& files);
 
 /// The iterations of the checkpoint that a training is to go on from; 0 when there is none.
 /// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
-std::int64_t FoundIterations(const TrainingFiles& files);
+std::int64_t CheckpointIterations(const TrainingFiles& files);
 
 /// What is to be done after an iteration.
 struct AfterIteration

@@ -4,8 +4,8 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
-#include "Learning/Models/MeshNormalisation.h"
-#include "Learning/Samplers/FlowMatchingSampler.h"
+#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -204,7 +204,7 @@ double MeanEdgeLength(const TriangleMesh& mesh)
 TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
-  const MeshTopology topology = RequireSoundMesh(source.Mesh, FlowMatchingSampler::Requirements());
+  const MeshTopology topology = RequireValidMesh(source.Mesh, FlowMatchingSampler::Requirements());
   const MeshNormalisation normalisation = FlowNormalisation(source.Mesh);
   TriangleMesh mesh = Normalised(std::move(source.Mesh), normalisation);
   if (moments.empty())

@@ -4,11 +4,11 @@
 #pragma once
 
 #include "Core/Common/Progress.h"
-#include "IO/Mesh/SignalDataset.h"
-#include "Learning/Layers/PoissonOperators.h"
-#include "Learning/Models/FlowMatchingModel.h"
-#include "Learning/Models/PoissonNetEvaluator.h"
-#include "Learning/Samplers/FlowNoiseField.h"
+#include "IO/Datasets/SignalDataset.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
+#include "Inference/FlowMatching/FlowMatchingModel.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
+#include "Inference/FlowMatching/FlowNoiseField.h"
 
 #include <memory>
 #include <vector>

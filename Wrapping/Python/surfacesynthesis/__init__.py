@@ -26,43 +26,71 @@ import importlib
 import importlib.util
 
 from . import accessor as _accessor
+from . import vtkSurfaceSynthesisEnsembles as _ensembles
 from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
 from .conversion import convert_checkpoint
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
-from .meshing_volumes import vdb_surface
-from .mixtures import gaussian_mixtures
+from .flow_matching import INTEGRATORS, deform, sample_signal
+from .gaussian_mixtures import gaussian_mixtures
+from .geometric_texture import PREPARATIONS, geometric_texture, texture_distance
+from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import MODELS, matern_noise
+from .poisson_net import NORMALISATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
+from .vdb_surface import vdb_surface
+from .vtkSurfaceSynthesisEnsembles import vtkGaussianMixtureFilter
+from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
+from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
-from .vtkSurfaceSynthesisNoise import vtkGaussianMixtureFilter, vtkMaternNoiseFilter
+from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
+from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
+from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextureDistance
 
 __all__ = [
     "Cancelled",
+    "DISTANCES",
+    "EnsembleMetrics",
     "FormatError",
     "HOLES",
+    "INTEGRATORS",
     "MODELS",
+    "NORMALISATIONS",
+    "NetworkOutput",
+    "PREPARATIONS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "__version__",
     "convert_checkpoint",
+    "deform",
+    "ensemble_metrics",
     "gaussian_mixtures",
+    "geometric_texture",
     "matern_noise",
+    "poisson_net",
     "poses",
     "read_mesh",
     "read_signal_dataset",
+    "read_volume",
     "remesh",
     "repair",
     "repair_report",
-    "read_volume",
-    "vdb_surface",
+    "sample_signal",
+    "texture_distance",
     "topology_report",
+    "vdb_surface",
+    "vtkEnsembleMetrics",
+    "vtkFlowMatchingDeformer",
+    "vtkFlowMatchingSampler",
     "vtkGaussianMixtureFilter",
+    "vtkGeometricTextureDistance",
+    "vtkGeometricTextureSynthesizer",
     "vtkMaternNoiseFilter",
+    "vtkPoissonNetFilter",
     "vtkTopologyReport",
     "write_mesh",
     "write_signal_dataset",
@@ -70,57 +98,38 @@ __all__ = [
 
 # A filter whose library was not there when the package was built is absent; poses(), remesh(), repair() and vdb_surface()
 # say so.
-for _name in (
-    "vtkIsotropicRemeshFilter",
-    "vtkPoseEnsembleFilter",
-    "vtkSurfaceRepairFilter",
-    "vtkTetrahedralizeFilter",
-    "vtkVDBSurfaceFilter",
+for _module, _name in (
+    (_ensembles, "vtkPoseEnsembleFilter"),
+    (_meshing, "vtkIsotropicRemeshFilter"),
+    (_meshing, "vtkSurfaceRepairFilter"),
+    (_meshing, "vtkTetrahedralizeFilter"),
+    (_meshing, "vtkVDBSurfaceFilter"),
 ):
-    if hasattr(_meshing, _name):
-        globals()[_name] = getattr(_meshing, _name)
+    if hasattr(_module, _name):
+        globals()[_name] = getattr(_module, _name)
         __all__.append(_name)
 if hasattr(_meshing, "vtkTetrahedralizeFilter"):
     from .tetrahedra import tetrahedralize
 
     __all__.append("tetrahedralize")
 
-#: What needs LibTorch, which takes a second to load, or shares a module with what does: found on first use, and absent where
-#: it was not built.
-_LEARNING = {
-    "DISTANCES": "metrics",
-    "EnsembleMetrics": "metrics",
-    "INTEGRATORS": "deformation",
-    "deform": "deformation",
-    "ensemble_metrics": "metrics",
-    "sample_signal": "deformation",
-    "train_flow_matching": "training",
-    "vtkEnsembleMetrics": "vtkSurfaceSynthesisDeformation",
-    "vtkFlowMatchingDeformer": "vtkSurfaceSynthesisDeformation",
-    "vtkFlowMatchingSampler": "vtkSurfaceSynthesisDeformation",
-    "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisDeformation",
-    "FittedLevels": "texture_training",
-    "PREPARATIONS": "textures",
-    "fit_levels": "texture_training",
-    "geometric_texture": "textures",
-    "texture_distance": "textures",
-    "train_geometric_texture": "texture_training",
-    "vtkGeometricTextureDistance": "vtkSurfaceSynthesisGeometry",
-    "vtkGeometricTextureSynthesizer": "vtkSurfaceSynthesisGeometry",
-    "vtkGeometricTextureTrainer": "vtkSurfaceSynthesisGeometry",
-    "vtkMultiscaleMeshFitter": "vtkSurfaceSynthesisGeometry",
-    "NORMALISATIONS": "prediction",
-    "NetworkOutput": "prediction",
-    "poisson_net": "prediction",
-    "vtkPoissonNetFilter": "vtkSurfaceSynthesisPrediction",
+#: Training needs LibTorch, which takes a second to load: found on first use, and absent where it was not built.
+_TRAINING = {
+    "FittedLevels": "geometric_texture_training",
+    "fit_levels": "geometric_texture_training",
+    "train_flow_matching": "flow_matching_training",
+    "train_geometric_texture": "geometric_texture_training",
+    "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisTraining",
+    "vtkGeometricTextureTrainer": "vtkSurfaceSynthesisTraining",
+    "vtkMultiscaleMeshFitter": "vtkSurfaceSynthesisTraining",
 }
-if importlib.util.find_spec(".vtkSurfaceSynthesisPrediction", __package__):
-    __all__ += _LEARNING
+if importlib.util.find_spec(".vtkSurfaceSynthesisTraining", __package__):
+    __all__ += _TRAINING
 
 
 def __getattr__(name):
-    if name in _LEARNING and name in __all__:
-        value = getattr(importlib.import_module("." + _LEARNING[name], __name__), name)
+    if name in _TRAINING and name in __all__:
+        value = getattr(importlib.import_module("." + _TRAINING[name], __name__), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -3,9 +3,9 @@
 
 import functools
 
-from .meshing_volumes import vdb_surface
 from .noise import matern_noise
 from .remeshing import remesh, repair
+from .vdb_surface import vdb_surface
 
 
 class SynthesisAccessor:
@@ -28,25 +28,25 @@ class SynthesisAccessor:
 
     def poisson_net(self, *arguments, **parameters):
         """surfacesynthesis.poisson_net() on this mesh, where the package was built with LibTorch."""
-        from .prediction import poisson_net
+        from .poisson_net import poisson_net
 
         return poisson_net(self._mesh, *arguments, **parameters)
 
     def deform(self, *arguments, **parameters):
         """surfacesynthesis.deform() on this mesh, where the package was built with LibTorch."""
-        from .deformation import deform
+        from .flow_matching import deform
 
         return _wrapped(deform(self._mesh, *arguments, **parameters))
 
     def sample_signal(self, *arguments, **parameters):
         """surfacesynthesis.sample_signal() on this mesh, where the package was built with LibTorch."""
-        from .deformation import sample_signal
+        from .flow_matching import sample_signal
 
         return _wrapped(sample_signal(self._mesh, *arguments, **parameters))
 
     def geometric_texture(self, *arguments, **parameters):
         """surfacesynthesis.geometric_texture() on this mesh, where the package was built with LibTorch."""
-        from .textures import geometric_texture
+        from .geometric_texture import geometric_texture
 
         return _wrapped(geometric_texture(self._mesh, *arguments, **parameters))
 

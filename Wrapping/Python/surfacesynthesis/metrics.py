@@ -14,7 +14,7 @@ from .arguments import array_name, choice, flag, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .vtkSurfaceSynthesisDeformation import vtkEnsembleMetrics
+from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics
 
 #: The distances of two samples, by the name that ``distance`` takes.
 DISTANCES = {"mean_l2": vtkEnsembleMetrics.MEAN_L2, "rms": vtkEnsembleMetrics.RMS}

@@ -11,7 +11,7 @@ from .errors import SurfaceSynthesisError
 from .sampling import in_parts
 
 try:
-    from .vtkSurfaceSynthesisMeshing import vtkPoseEnsembleFilter
+    from .vtkSurfaceSynthesisEnsembles import vtkPoseEnsembleFilter
 except ImportError:  # built without CGAL
     vtkPoseEnsembleFilter = None
 

@@ -8,17 +8,17 @@ from . import (
     convert,
     dataset,
     deform,
+    geometric_texture,
+    geometric_texture_distance,
     levels,
     metrics,
     noise,
-    predict,
+    poisson_net,
     remesh,
     repair,
     report,
     surface,
     tetrahedralize,
-    texture,
-    texture_distance,
     train,
 )
 
@@ -33,11 +33,7 @@ COMMANDS = [
         (tetrahedralize, "vtkTetrahedralizeFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, dataset]
-if importlib.util.find_spec("..vtkSurfaceSynthesisPrediction", __package__):  # found without loading LibTorch
-    COMMANDS.append(predict)
-if importlib.util.find_spec("..vtkSurfaceSynthesisDeformation", __package__):
-    COMMANDS += [train, deform, metrics]
-if importlib.util.find_spec("..vtkSurfaceSynthesisGeometry", __package__):
-    COMMANDS += [levels, texture, texture_distance]
+] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]
+if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
+    COMMANDS += [train, levels]
 COMMANDS.append(convert)

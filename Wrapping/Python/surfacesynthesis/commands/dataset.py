@@ -5,6 +5,7 @@ import argparse
 import sys
 import time
 
+from .. import vtkSurfaceSynthesisEnsembles as _ensembles
 from .. import vtkSurfaceSynthesisMeshing as _meshing
 from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
 
@@ -31,7 +32,7 @@ def add(commands):
         commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for flow matching", _DESCRIPTION, _EXAMPLES
     )
     signals = parser.add_subparsers(title="signals", metavar="SIGNAL", required=True)
-    if hasattr(_meshing, "vtkPoseEnsembleFilter"):
+    if hasattr(_ensembles, "vtkPoseEnsembleFilter"):
         _add_poses(signals)
     _add_mixtures(signals)
 
@@ -113,7 +114,7 @@ def run_poses(arguments):
 
 def run_mixtures(arguments):
     """The command ``dataset mixtures``; returns the line to print."""
-    from ..mixtures import configured_mixtures, gaussian_mixtures
+    from ..gaussian_mixtures import configured_mixtures, gaussian_mixtures
 
     options = {"centres": arguments.centres, "width": arguments.width, "separation": arguments.separation}
     as_usage(configured_mixtures, seed=arguments.seed, **options)

@@ -74,13 +74,13 @@ def _add(commands, name, text, description, epilog):
 
 def run(arguments):
     """The command ``deform`` or ``sample``; returns the line to print."""
-    from .. import deformation, files
-    from ..deformation import flow_times
+    from .. import files, flow_matching
+    from ..flow_matching import flow_times
 
     started = time.monotonic()
     named = {"name": arguments.name} if getattr(arguments, "name", None) is not None else {}
     algorithm = as_usage(
-        getattr(deformation, arguments.configure),
+        getattr(flow_matching, arguments.configure),
         arguments.model,
         seed=arguments.seed,
         noise=arguments.noise,

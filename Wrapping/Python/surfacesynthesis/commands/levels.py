@@ -55,7 +55,7 @@ def add(commands):
 
 def run(arguments):
     """The command ``levels``; returns the line to print."""
-    from ..texture_training import TEMPLATES, configured_fitter, fitted_levels
+    from ..geometric_texture_training import TEMPLATES, configured_fitter, fitted_levels
 
     started = time.monotonic()
     template = arguments.template

@@ -90,7 +90,7 @@ def _surface_extension(files, path):
 
 
 def _filter_of(arguments):
-    from ..meshing_volumes import configured_filter
+    from ..vdb_surface import configured_filter
 
     return as_usage(
         configured_filter,

@@ -4,7 +4,7 @@
 import argparse
 import time
 
-from . import train_texture
+from . import train_geometric_texture
 from .common import (
     PROGRAM,
     UsageError,
@@ -95,7 +95,7 @@ def add(commands):
     _add_choices(groups)
     add_training_files(training)
     add_running_options(training.add_argument_group("running"))
-    train_texture.add(kinds)
+    train_geometric_texture.add(kinds)
 
 
 def _add_choices(groups):
@@ -135,7 +135,7 @@ def _add_choices(groups):
 
 def run(arguments):
     """The command ``train flow-matching``; returns the line to print."""
-    from ..training import losses_of
+    from ..flow_matching_training import losses_of
 
     started = time.monotonic()
     algorithm = _filter_of(arguments)
@@ -154,7 +154,7 @@ def run(arguments):
 
 def _filter_of(arguments):
     """The filter with its options and inputs."""
-    from ..training import configured_filter, connect
+    from ..flow_matching_training import configured_filter, connect
 
     *given, model = arguments.files
     from_dataset = len(given) == 1 and given[0].endswith(".safetensors")

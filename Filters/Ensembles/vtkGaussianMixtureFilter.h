@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkGaussianMixtureFilter
+ * @brief   Random mixtures of Gaussians on surfaces: signals to train and to test on
+ *
+ * Adds signals g(x) = sum_c exp(-d(x, c)^2 / (2 sigma^2)) to the points of a surface, with d the distance along the
+ * surface and a few random centres c that keep a distance from each other: the data of appendix C.3 of "Matérn Noise for
+ * Triangulation-Agnostic Flow Matching on Meshes". Distances are found by the heat method (Crane, Weischedel and
+ * Wardetzky, "Geodesics in Heat", 2013).
+ *
+ * @par Input
+ * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
+ * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
+ * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
+ * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * input is processed block by block, with mixtures that differ between blocks; a block that cannot be processed is
+ * reported and left empty, the others are not affected. Empty input gives empty output.
+ *
+ * @par Output
+ * The input, untouched, plus one float64 point array with one component for each sample, named OutputArrayName, or
+ * OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger than 1. Points that no
+ * polygon or strip uses get 0, and so do those of components without a centre.
+ *
+ * @par Centres
+ * Centres are points of the mesh, chosen one after the other, each with a probability proportional to its lumped mass (a
+ * third of the area around it) among those that are not closer than Separation to an earlier one. They are so uniform on
+ * the surface, whatever its triangulation.
+ *
+ * @par Cost
+ * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: some thousand centres a
+ * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same alone
+ * or in a batch.
+ *
+ * @sa vtkMaternNoiseFilter, vtkIsotropicRemeshFilter
+ */
+
+#ifndef vtkGaussianMixtureFilter_h
+#define vtkGaussianMixtureFilter_h
+
+#include "vtkPassInputTypeAlgorithm.h"
+#include "vtkSurfaceSynthesisEnsemblesModule.h" // For export macro
+
+#include <memory> // For std::unique_ptr
+#include <string> // For std::string
+
+class VTKSURFACESYNTHESISENSEMBLES_EXPORT vtkGaussianMixtureFilter : public vtkPassInputTypeAlgorithm
+{
+public:
+  static vtkGaussianMixtureFilter* New();
+  vtkTypeMacro(vtkGaussianMixtureFilter, vtkPassInputTypeAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Number of Gaussians in each mixture, from 1 to 1000. Default 3.
+   */
+  vtkSetClampMacro(NumberOfCentres, int, 1, 1000);
+  vtkGetMacro(NumberOfCentres, int);
+  ///@}
+
+  ///@{
+  /**
+   * The standard deviation sigma of each Gaussian, as a fraction of the square root of the area of the surface, or of the
+   * block; larger than 0. Should be some edge lengths. Default 0.08.
+   */
+  vtkSetClampMacro(Width, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(Width, double);
+  ///@}
+
+  ///@{
+  /**
+   * The least distance between two centres, in units of sigma; at least 0. Default 4: Gaussians hardly overlap.
+   */
+  vtkSetClampMacro(Separation, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Separation, double);
+  ///@}
+
+  ///@{
+  /**
+   * The seed. Any integer; each gives other mixtures, and the same seed always gives the same mixtures on the same mesh.
+   * Default 0.
+   */
+  vtkSetMacro(Seed, int);
+  vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of samples, each an array of its own; at least 1. Default 1.
+   */
+  vtkSetClampMacro(NumberOfSamples, int, 1, VTK_INT_MAX);
+  vtkGetMacro(NumberOfSamples, int);
+  ///@}
+
+  ///@{
+  /**
+   * Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+   */
+  vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
+  vtkGetMacro(FirstSample, int);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array that is added; not empty. Default "Mixture".
+   */
+  void SetOutputArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(OutputArrayName);
+  ///@}
+
+  /**
+   * sigma in the last update, in world units, for the last block of a composite input.
+   */
+  double GetStandardDeviation() const;
+
+  /**
+   * Number of meshes assembled and factored since this object was made. Stays the same while only seeds, numbers of
+   * samples or names change.
+   */
+  vtkTypeInt64 GetNumberOfFactorizations() const;
+
+protected:
+  vtkGaussianMixtureFilter();
+  ~vtkGaussianMixtureFilter() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkGaussianMixtureFilter(const vtkGaussianMixtureFilter&) = delete;
+  void operator=(const vtkGaussianMixtureFilter&) = delete;
+
+  int NumberOfCentres = 3;
+  double Width = 0.08;
+  double Separation = 4.0;
+  int Seed = 0;
+  int NumberOfSamples = 1;
+  int FirstSample = 0;
+  std::string OutputArrayName = "Mixture";
+
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+#endif

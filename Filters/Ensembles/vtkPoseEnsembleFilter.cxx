@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkPoseEnsembleFilter.h"
+
+#include "BlockBridge.h"
+#include "SurfaceArrays.h"
+#include "SurfaceBridge.h"
+#include "MeshProcessing/Poses/SurfacePoses.h"
+
+#include "Core/Common/Errors.h"
+
+#include <vtkAlgorithmOutput.h>
+#include <vtkCellData.h>
+#include <vtkCompositeDataSet.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkIntArray.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <map>
+
+using surfsynth::PointMatrix;
+using surfsynth::PoseHandleOptions;
+using surfsynth::PoseHandles;
+using surfsynth::PoseOptions;
+using surfsynth::Surface;
+using surfsynth::SurfacePoses;
+
+vtkStandardNewMacro(vtkPoseEnsembleFilter);
+
+namespace
+{
+const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
+
+surfsynth::MeshRequirements Requirements()
+{
+  surfsynth::MeshRequirements requirements;
+  requirements.ManifoldVertices = true;
+  requirements.ConsistentWinding = true;
+  requirements.SingleComponent = true;
+  return requirements;
+}
+
+/// An array of three components with the rows of @p values.
+vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
+{
+  vtkSmartPointer<vtkDataArray> array;
+  if (doublePrecision)
+  {
+    array = vtkSmartPointer<vtkDoubleArray>::New();
+  }
+  else
+  {
+    array = vtkSmartPointer<vtkFloatArray>::New();
+  }
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(values.rows());
+  for (Eigen::Index v = 0; v < values.rows(); ++v)
+  {
+    array->SetTuple(v, values.data() + 3 * v);
+  }
+  return array;
+}
+} // namespace
+
+/// The equations of the last update, and what one update does with the parameters of the filter.
+class vtkPoseEnsembleFilter::Internals
+{
+public:
+  explicit Internals(vtkPoseEnsembleFilter* self)
+    : Self(self)
+  {}
+
+  /// Starts an update with a template, or null.
+  void Begin(vtkPolyData* shape)
+  {
+    this->Template = shape;
+    this->Last = std::move(this->Current);
+    this->Current.clear();
+  }
+
+  void MakePoses(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  {
+    auto* input = vtkPolyData::SafeDownCast(block.Input);
+    const Surface surface = surfsynth::ToSurface(input, Requirements());
+    const SurfacePoses& poses =
+      this->PosesOf(surface, block.FlatIndex, surfsynth::SubProgress(progress, 0.02, 0.1));
+    surfsynth::PoseRequest request;
+    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample);
+    request.NumberOfSamples = static_cast<std::uint32_t>(this->Self->NumberOfSamples);
+    request.Stream = block.FlatIndex;
+    std::vector<PointMatrix> points(request.NumberOfSamples);
+    const auto keep = [&](std::uint32_t sample, PointMatrix pose)
+    { points[sample - request.FirstSample] = std::move(pose); };
+    poses.Sample(request, keep, surfsynth::SubProgress(progress, 0.1, 0.98));
+    this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
+  }
+
+  vtkTypeInt64 NumberOfFactorizations = 0;
+
+private:
+  /// What poses of a block depend on.
+  struct Key
+  {
+    std::uint64_t MeshHash = 0;
+    std::uint64_t TemplateHash = 0;
+    PoseHandleOptions Handles;
+    PoseOptions Options;
+  };
+  struct CachedPoses
+  {
+    Key Of;
+    std::shared_ptr<const SurfacePoses> Poses;
+  };
+
+  static bool Same(const Key& a, const Key& b)
+  {
+    return a.MeshHash == b.MeshHash && a.TemplateHash == b.TemplateHash &&
+      a.Handles.NumberOfHandles == b.Handles.NumberOfHandles && a.Handles.HandleRadius == b.Handles.HandleRadius &&
+      a.Handles.AnchorRadius == b.Handles.AnchorRadius && a.Handles.PivotPosition == b.Handles.PivotPosition &&
+      a.Options.MaximumAngle == b.Options.MaximumAngle && a.Options.MaximumTwist == b.Options.MaximumTwist &&
+      a.Options.NumberOfIterations == b.Options.NumberOfIterations && a.Options.Stiffness == b.Options.Stiffness;
+  }
+
+  Key KeyOf(const Surface& surface, const Surface& shape) const
+  {
+    Key key;
+    key.MeshHash = surfsynth::ContentHash(surface.Mesh);
+    key.TemplateHash = surfsynth::ContentHash(shape.Mesh);
+    key.Handles.NumberOfHandles = this->Self->NumberOfHandles;
+    key.Handles.HandleRadius = this->Self->HandleRadius;
+    key.Handles.AnchorRadius = this->Self->AnchorRadius;
+    key.Handles.PivotPosition = this->Self->PivotPosition;
+    key.Options.MaximumAngle = this->Self->MaximumAngle;
+    key.Options.MaximumTwist = this->Self->MaximumTwist;
+    key.Options.NumberOfIterations = this->Self->NumberOfIterations;
+    key.Options.Stiffness = this->Self->Stiffness;
+    return key;
+  }
+
+  const SurfacePoses& PosesOf(const Surface& surface, unsigned int flatIndex, const surfsynth::Progress& progress)
+  {
+    // Shared with the work, which outlives this call when it is cancelled.
+    const auto mesh = std::make_shared<const Surface>(surface);
+    const auto shape = this->Template ? std::make_shared<const Surface>(this->TemplateSurface()) : mesh;
+    CachedPoses& cached = this->Current[flatIndex];
+    cached.Of = this->KeyOf(*mesh, *shape);
+    const auto last = this->Last.find(flatIndex);
+    if (last != this->Last.end() && last->second.Poses && Same(last->second.Of, cached.Of))
+    {
+      cached.Poses = last->second.Poses;
+      return *cached.Poses;
+    }
+    const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
+    const auto work = [mesh, shape, key = cached.Of, made]
+    {
+      const PoseHandles handles(shape->Mesh, *shape->Topology, key.Handles, surfsynth::FindNearestPlaces);
+      *made = std::make_shared<const SurfacePoses>(mesh->Mesh, handles, key.Options);
+    };
+    surfsynth::RunCancellable(work, 0.1 + 2e-5 * mesh->Mesh.NumberOfPoints(), progress);
+    ++this->NumberOfFactorizations;
+    cached.Poses = *made;
+    return *cached.Poses;
+  }
+
+  Surface TemplateSurface() const
+  {
+    try
+    {
+      return surfsynth::ToSurface(this->Template, Requirements());
+    }
+    catch (const surfsynth::InvalidInput& error)
+    {
+      throw surfsynth::InvalidInput(std::string("The template: ") + error.what());
+    }
+  }
+
+  /// One deformed copy of @p input for each sample.
+  void Fill(vtkPolyData* input, const Surface& surface, const SurfacePoses& poses, std::vector<PointMatrix>& points,
+    vtkMultiBlockDataSet* output) const
+  {
+    const bool doublePrecision = surfsynth::HasDoublePoints(input);
+    vtkNew<vtkIntArray> regions;
+    regions->SetName(this->Self->RegionArrayName.c_str());
+    regions->SetNumberOfTuples(input->GetNumberOfPoints());
+    std::copy(poses.Regions().begin(), poses.Regions().end(), regions->GetPointer(0));
+    output->SetNumberOfBlocks(static_cast<unsigned int>(points.size()));
+    for (std::size_t k = 0; k < points.size(); ++k)
+    {
+      vtkNew<vtkPolyData> pose;
+      pose->ShallowCopy(input);
+      pose->GetPointData()->SetNormals(nullptr);
+      pose->GetCellData()->SetNormals(nullptr);
+      vtkNew<vtkPoints> moved;
+      moved->SetData(VectorArray(points[k], doublePrecision));
+      pose->SetPoints(moved);
+      const auto displacement = VectorArray(points[k] - surface.Mesh.Points, doublePrecision);
+      displacement->SetName(this->Self->DisplacementArrayName.c_str());
+      pose->GetPointData()->AddArray(displacement);
+      pose->GetPointData()->AddArray(regions);
+      points[k].resize(0, 3);
+      const auto block = static_cast<unsigned int>(k);
+      output->SetBlock(block, pose);
+      const std::string name = "Sample_" + std::to_string(static_cast<std::int64_t>(this->Self->FirstSample) + block);
+      output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), name.c_str());
+    }
+  }
+
+  vtkPoseEnsembleFilter* Self;
+  vtkPolyData* Template = nullptr;
+  std::map<unsigned int, CachedPoses> Last; ///< by flat index
+  std::map<unsigned int, CachedPoses> Current;
+};
+
+vtkPoseEnsembleFilter::vtkPoseEnsembleFilter()
+  : Impl(std::make_unique<Internals>(this))
+{
+  this->SetNumberOfInputPorts(2);
+}
+
+vtkPoseEnsembleFilter::~vtkPoseEnsembleFilter() = default;
+
+void vtkPoseEnsembleFilter::SetTemplateConnection(vtkAlgorithmOutput* port) { this->SetInputConnection(1, port); }
+
+void vtkPoseEnsembleFilter::SetTemplateData(vtkDataObject* shape) { this->SetInputDataObject(1, shape); }
+
+void vtkPoseEnsembleFilter::SetName(std::string& name, const char* value)
+{
+  const std::string wanted = value ? value : "";
+  if (name != wanted)
+  {
+    name = wanted;
+    this->Modified();
+  }
+}
+
+void vtkPoseEnsembleFilter::SetDisplacementArrayName(const char* name)
+{
+  this->SetName(this->DisplacementArrayName, name);
+}
+
+void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name) { this->SetName(this->RegionArrayName, name); }
+
+int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* info)
+{
+  if (port == 0)
+  {
+    return surfsynth::AcceptBlocks(info, Types);
+  }
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  return 1;
+}
+
+int vtkPoseEnsembleFilter::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+}
+
+int vtkPoseEnsembleFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
+  {
+    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
+  this->Impl->Begin(vtkPolyData::GetData(inputVector[1]));
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+    [this](const surfsynth::Block& block, const surfsynth::Progress& progress)
+    { this->Impl->MakePoses(block, progress); });
+}
+
+vtkTypeInt64 vtkPoseEnsembleFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+
+void vtkPoseEnsembleFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "NumberOfHandles: " << this->NumberOfHandles << "\n";
+  os << indent << "MaximumAngle: " << this->MaximumAngle << "\n";
+  os << indent << "MaximumTwist: " << this->MaximumTwist << "\n";
+  os << indent << "HandleRadius: " << this->HandleRadius << "\n";
+  os << indent << "AnchorRadius: " << this->AnchorRadius << "\n";
+  os << indent << "PivotPosition: " << this->PivotPosition << "\n";
+  os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
+  os << indent << "Stiffness: " << this->Stiffness << "\n";
+  os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "RegionArrayName: " << this->RegionArrayName << "\n";
+  os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "GeometricTextureMask.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Mesh/EdgeDistances.h"
+
+#include <vtkDataArray.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace surfsynth
+{
+
+Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name)
+{
+  if (name.empty())
+  {
+    return {};
+  }
+  vtkDataArray* array = surface->GetPointData()->GetArray(name.c_str());
+  const vtkIdType tuples = surface->GetNumberOfPoints();
+  if (!array || array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != tuples)
+  {
+    throw InvalidInput("The mask array \"" + name + "\" " +
+      (array ? "has " + std::to_string(array->GetNumberOfTuples()) + " tuples of " +
+            std::to_string(array->GetNumberOfComponents()) + " components"
+             : "is missing") +
+      "; a point array with one component for each of the " + std::to_string(tuples) +
+      " points is needed, with values from 0, no texture, to 1.");
+  }
+  Eigen::VectorXf mask(points.Count());
+  for (Index k = 0; k < points.Count(); ++k)
+  {
+    const double value = array->GetTuple1(points.Id(k));
+    if (!(value >= 0.0) || !(value <= 1.0))
+    {
+      throw InvalidInput("The mask array \"" + name + "\" is " + Text(value) + " at point " +
+        std::to_string(points.Id(k)) + "; values from 0, no texture, to 1 are needed.");
+    }
+    mask[k] = static_cast<float>(value);
+  }
+  return mask;
+}
+
+Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name)
+{
+  Eigen::VectorXf mask(name.empty() ? 0 : points.Count());
+  for (Index k = 0; k < static_cast<Index>(mask.size()); ++k)
+  {
+    const double value = surface->GetPointData()->GetArray(name.c_str())->GetTuple1(points.Id(k));
+    mask[k] = static_cast<float>(std::clamp(value, 0.0, 1.0));
+  }
+  return mask;
+}
+
+void SoftenMask(const TriangleMesh& mesh, double falloff, Eigen::VectorXf& mask)
+{
+  std::vector<Index> bare;
+  for (Index v = 0; v < static_cast<Index>(mask.size()); ++v)
+  {
+    if (mask[v] == 0.0F)
+    {
+      bare.push_back(v);
+    }
+  }
+  if (bare.empty() || falloff <= 0.0)
+  {
+    return;
+  }
+  const Eigen::VectorXd distances = EdgeDistances(mesh, MeshTopology(mesh), bare);
+  for (Eigen::Index v = 0; v < mask.size(); ++v)
+  {
+    const double t = std::min(1.0, distances[v] / falloff);
+    mask[v] *= static_cast<float>(t * t * (3.0 - 2.0 * t));
+  }
+}
+
+} // namespace surfsynth

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "GeometricTextureResult.h"
+
+#include "GeometricTextureMask.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Mesh/MidpointSubdivision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Before memory is spent on all levels but the last.
+void RequireCountableTriangles(const TriangleMesh& mesh, int subdivisions, int levels)
+{
+  const double finest = mesh.NumberOfTriangles() * std::pow(4.0, subdivisions + levels - 1);
+  if (finest > std::numeric_limits<Index>::max())
+  {
+    throw InvalidInput("The surface has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
+      std::to_string(subdivisions) + " subdivisions and " + std::to_string(levels) + " levels make " + Text(finest) +
+      "; at most 2147483647 are possible. Fewer levels, a larger TextureScale or a coarser surface are needed.");
+  }
+}
+
+void Subdivide(TriangleMesh& mesh, Eigen::VectorXf& mask)
+{
+  SubdividedMesh fine = SubdivideAtMidpoints(mesh);
+  if (mask.size() > 0)
+  {
+    const Eigen::Index coarse = mask.size();
+    mask.conservativeResize(fine.Mesh.Points.rows());
+    for (std::size_t e = 0; e < fine.Parents.size(); ++e)
+    {
+      mask[coarse + static_cast<Eigen::Index>(e)] = (mask[fine.Parents[e][0]] + mask[fine.Parents[e][1]]) / 2;
+    }
+  }
+  mesh = std::move(fine.Mesh);
+}
+
+bool SameValues(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
+{
+  return a.size() == b.size() && (a.array() == b.array()).all();
+}
+
+bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureRequest& b)
+{
+  return a.StartLevel == b.StartLevel && a.EndLevel == b.EndLevel && a.Seed == b.Seed && a.SecondSeed == b.SecondSeed &&
+    a.Interpolation == b.Interpolation && a.Stream == b.Stream && a.NoiseAmplitude == b.NoiseAmplitude &&
+    a.LevelsWithoutNoise == b.LevelsWithoutNoise;
+}
+} // namespace
+
+GeometricTextureResult::GeometricTextureResult(std::shared_ptr<const GeometricTextureModel> model, const TriangleMesh& mesh,
+  const GeometricTextureSettings& settings, const Progress& progress)
+  : Model(std::move(model))
+  , Settings(settings)
+{
+  const GeometricTextureLevelRange range = LevelsToSynthesize(settings.Request, this->Model->Options.Levels);
+  this->FirstLevel = range.First;
+  RequireCountableTriangles(mesh, settings.Subdivisions, range.Count());
+  const auto keep = [this](const GeometricTextureLevel& level) {
+    this->PointsOfStep.push_back(level.Mesh.NumberOfPoints());
+    if (!this->Settings.AllLevels)
+    {
+      this->Levels.clear();
+    }
+    this->Levels.push_back(level);
+  };
+  const GeometricTextureSampler sampler(this->Model);
+  if (settings.RandomFrom)
+  {
+    sampler.Generate(*settings.RandomFrom, settings.Request, keep, progress);
+    return;
+  }
+  TriangleMesh target = UsedPoints(mesh).Compact(mesh);
+  GeometricTextureRequest request = settings.Request;
+  request.Mask = settings.Mask;
+  SoftenMask(target, settings.MaskFalloff, request.Mask);
+  for (int k = 0; k < settings.Subdivisions; ++k)
+  {
+    Subdivide(target, request.Mask);
+  }
+  sampler.Synthesize(target, request, keep, progress);
+}
+
+bool GeometricTextureResult::Is(const GeometricTextureModel& model, const GeometricTextureSettings& settings) const
+{
+  const GeometricTextureSettings& mine = this->Settings;
+  return &model == this->Model.get() && SameSynthesis(mine.Request, settings.Request) &&
+    mine.Subdivisions == settings.Subdivisions && SameValues(mine.Mask, settings.Mask) &&
+    mine.MaskFalloff == settings.MaskFalloff && mine.RandomFrom == settings.RandomFrom &&
+    (mine.AllLevels || !settings.AllLevels);
+}
+
+const GeometricTextureLevel& GeometricTextureResult::Level(int step) const
+{
+  const int missing = this->NumberOfSteps() - static_cast<int>(this->Levels.size());
+  return this->Levels.at(static_cast<std::size_t>(step - missing));
+}
+
+int GeometricTextureResult::LevelOfPoint(Index point) const
+{
+  const auto step = std::upper_bound(this->PointsOfStep.begin(), this->PointsOfStep.end(), point);
+  return this->FirstLevel + static_cast<int>(step - this->PointsOfStep.begin());
+}
+
+} // namespace surfsynth

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "GeometricTextureSynthesizerInternals.h"
+
+#include "LevelList.h"
+#include "SurfaceArrays.h"
+#include "GeometricTextureMask.h"
+#include "GeometricTextureSurface.h"
+
+#include "Core/Common/Errors.h"
+
+#include <vtkDataObject.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <string>
+#include <utility>
+
+using surfsynth::GeometricTextureRequest;
+using surfsynth::GeometricTextureResult;
+using surfsynth::Surface;
+using surfsynth::GeometricTextureSettings;
+
+namespace
+{
+/// Steps of an animation from seed to seed.
+constexpr int SeedSteps = 20;
+} // namespace
+
+void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time, bool fromTemplate)
+{
+  this->Time = time;
+  this->FromTemplate = fromTemplate;
+  this->Model.reset();
+  this->Surfaces.clear();
+  if (this->Self->ModelFileName.empty())
+  {
+    throw surfsynth::InvalidInput("ModelFileName is empty; the path of a geometric texture model is needed.");
+  }
+  this->CheckNames();
+  this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
+  this->Model = this->File.Get(this->Self->ModelFileName);
+  this->Targets.Begin();
+  this->Textures.Begin();
+}
+
+void vtkGeometricTextureSynthesizer::Internals::End()
+{
+  this->Targets.DropUnused();
+  this->Textures.DropUnused();
+}
+
+void vtkGeometricTextureSynthesizer::Internals::CheckNames() const
+{
+  const std::string& displacement = this->Self->DisplacementArrayName;
+  const std::string& level = this->Self->LevelArrayName;
+  if (displacement.empty() || level.empty())
+  {
+    throw surfsynth::InvalidInput(std::string(displacement.empty() ? "DisplacementArrayName" : "LevelArrayName") +
+      " is empty; a name for the array is needed.");
+  }
+  if (displacement == level)
+  {
+    throw surfsynth::InvalidInput(
+      "LevelArrayName is \"" + level + "\", the name of another array of the output; different names are needed.");
+  }
+}
+
+vtkSmartPointer<vtkInformation> vtkGeometricTextureSynthesizer::Internals::TemplateInformation(
+  vtkInformation* requested) const
+{
+  if (this->Model->Template.NumberOfTriangles() == 0)
+  {
+    throw surfsynth::InvalidInput("There is no input, and the model has no template; a surface to grow the texture on, "
+                                  "or a model with a template, is needed.");
+  }
+  vtkNew<vtkPolyData> target;
+  if (requested->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()) <= 0)
+  {
+    surfsynth::SetGeometry(target, this->Model->Template, true);
+  }
+  auto information = vtkSmartPointer<vtkInformation>::New();
+  information->Set(vtkDataObject::DATA_OBJECT(), target);
+  return information;
+}
+
+void vtkGeometricTextureSynthesizer::Internals::Synthesize(
+  const surfsynth::Block& block, const surfsynth::Progress& progress)
+{
+  vtkSmartPointer<vtkPolyData> input = vtkPolyData::SafeDownCast(block.Input);
+  if (this->Remeshes())
+  {
+    input = this->Remesh(input, block, surfsynth::SubProgress(progress, 0.0, 0.3));
+  }
+  Surface surface = surfsynth::ConvertSurface(input);
+  surface.FlatIndex = block.FlatIndex;
+  surface.Where = block.Where;
+  const GeometricTextureSettings settings = this->Settings(input, surface);
+  const GeometricTextureResult* texture = this->Find(surface, settings);
+  if (!texture)
+  {
+    this->Check(surface);
+    texture = &this->Compute(surface, settings, surfsynth::SubProgress(progress, this->Remeshes() ? 0.3 : 0.0, 0.9));
+  }
+  const int present = this->StepAtTime(texture->NumberOfSteps());
+  if (!this->Self->OutputLevels)
+  {
+    this->Fill(input, surface, *texture, present, vtkPolyData::SafeDownCast(block.Output));
+    return;
+  }
+  auto& levels = this->Surfaces[block.FlatIndex];
+  for (int step = 0; step < texture->NumberOfSteps(); ++step)
+  {
+    levels.push_back(vtkSmartPointer<vtkPolyData>::New());
+    if (step <= present)
+    {
+      this->Fill(input, surface, *texture, step, levels.back());
+    }
+  }
+}
+
+void vtkGeometricTextureSynthesizer::Internals::Check(Surface& surface) const
+{
+  try
+  {
+    surfsynth::CheckSurface(surface, surfsynth::GeometricTextureSampler::Requirements());
+  }
+  catch (const surfsynth::InvalidInput& error)
+  {
+    if (!this->Remeshes())
+    {
+      throw;
+    }
+    throw surfsynth::InvalidInput(std::string("Once remeshed: ") + error.what());
+  }
+}
+
+void vtkGeometricTextureSynthesizer::Internals::ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output)
+{
+  surfsynth::ArrangeLevels(this->Surfaces, held, this->Range(*this->Model).First, output);
+  this->Surfaces.clear();
+}
+
+std::vector<double> vtkGeometricTextureSynthesizer::Internals::AnimationTimes()
+{
+  std::vector<double> times;
+  if (this->Self->Animation == SEEDS)
+  {
+    for (int k = 0; k <= SeedSteps; ++k)
+    {
+      times.push_back(static_cast<double>(k) / SeedSteps);
+    }
+    return times;
+  }
+  try
+  {
+    const auto model = this->File.Get(this->Self->ModelFileName);
+    for (int k = 0; k <= this->Range(*model).Count(); ++k)
+    {
+      times.push_back(k);
+    }
+  }
+  catch (const std::exception&)
+  {
+    times.clear();
+  }
+  return times;
+}
+
+/// The levels that grow.
+surfsynth::GeometricTextureLevelRange vtkGeometricTextureSynthesizer::Internals::Range(
+  const surfsynth::GeometricTextureModel& model) const
+{
+  return surfsynth::LevelsToSynthesize(this->Request(0), model.Options.Levels);
+}
+
+GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsigned int flatIndex) const
+{
+  const vtkGeometricTextureSynthesizer* self = this->Self;
+  GeometricTextureRequest request;
+  request.StartLevel = self->StartLevel;
+  request.EndLevel = self->EndLevel;
+  request.Seed = static_cast<std::uint64_t>(self->Seed);
+  request.SecondSeed = static_cast<std::uint64_t>(self->SecondSeed);
+  request.Interpolation = self->Animation == SEEDS && this->Time ? std::clamp(*this->Time, 0.0, 1.0)
+                                                                 : self->Interpolation;
+  request.Stream = flatIndex;
+  request.NoiseAmplitude = self->NoiseAmplitude;
+  return request;
+}
+
+double vtkGeometricTextureSynthesizer::Internals::TextureScale() const
+{
+  if (std::isnan(this->Self->TextureScale))
+  {
+    throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000 is needed.");
+  }
+  return this->Self->TextureScale;
+}
+
+/// The template is as the model was trained with it.
+bool vtkGeometricTextureSynthesizer::Internals::Remeshes() const
+{
+  return this->Self->TargetPreparation == REMESH && !this->FromTemplate;
+}
+
+/// The target with even triangles and the arrays of @p input.
+vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
+  vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress)
+{
+  Surface surface = surfsynth::ConvertSurface(input);
+  surface.FlatIndex = block.FlatIndex;
+  // Before any work, and with the ids of the caller's points.
+  surfsynth::ReadGeometricTextureMask(input, surfsynth::UsedPoints(surface.Mesh), this->Self->MaskArrayName);
+  const double scale = this->TextureScale();
+  std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
+  if (!target || !(*target)->Is(input, surface, scale))
+  {
+    this->Targets.Drop(surface);
+    auto made = std::make_unique<surfsynth::RemeshedTarget>(
+      input, surface, scale, this->Range(*this->Model).Count(), progress);
+    ++this->NumberOfRemeshings;
+    target = &this->Targets.Insert(surface, std::move(made));
+  }
+  auto remeshed = vtkSmartPointer<vtkPolyData>::New();
+  (*target)->Fill(input, surface, remeshed);
+  return remeshed;
+}
+
+GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtkPolyData* input, const Surface& surface) const
+{
+  const vtkGeometricTextureSynthesizer* self = this->Self;
+  GeometricTextureSettings settings;
+  settings.Request = this->Request(surface.FlatIndex);
+  const surfsynth::GeometricTextureLevelRange range = this->Range(*this->Model);
+  for (int level = range.First; level <= range.Last; ++level)
+  {
+    settings.Request.LevelsWithoutNoise.push_back(
+      std::count(this->WithoutNoise.begin(), this->WithoutNoise.end(), level) > 0);
+  }
+  settings.AllLevels = self->OutputLevels || self->Animation == LEVELS;
+  if (this->FromTemplate)
+  {
+    settings.RandomFrom = std::min(self->RandomFromLevel, static_cast<int>(this->Model->Options.Levels));
+    return settings;
+  }
+  if (self->TargetPreparation == SUBDIVIDE)
+  {
+    settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(this->TextureScale()))));
+  }
+  const surfsynth::UsedPoints points(surface.Mesh);
+  settings.Mask = this->Remeshes() ? surfsynth::ReadInterpolatedMask(input, points, self->MaskArrayName)
+                                   : surfsynth::ReadGeometricTextureMask(input, points, self->MaskArrayName);
+  settings.MaskFalloff = self->MaskFalloff;
+  return settings;
+}
+
+/// What is held of this block from an earlier update, or null; all that a texture depends on must be the same.
+GeometricTextureResult* vtkGeometricTextureSynthesizer::Internals::Find(const Surface& surface, const GeometricTextureSettings& settings)
+{
+  std::unique_ptr<GeometricTextureResult>* found = this->Textures.Find(surface);
+  return found && (*found)->Is(*this->Model, settings) ? found->get() : nullptr;
+}
+
+GeometricTextureResult& vtkGeometricTextureSynthesizer::Internals::Compute(
+  const Surface& surface, const GeometricTextureSettings& settings, const surfsynth::Progress& progress)
+{
+  this->Textures.Drop(surface);
+  auto grown = std::make_unique<GeometricTextureResult>(this->Model, surface.Mesh, settings, progress);
+  ++this->NumberOfSyntheses;
+  return *this->Textures.Insert(surface, std::move(grown));
+}
+
+/// How many levels have grown: all, but in an animation of them.
+double vtkGeometricTextureSynthesizer::Internals::LevelsAtTime() const
+{
+  const bool animated = this->Self->Animation == LEVELS && this->Time;
+  return animated ? std::max(0.0, *this->Time) : std::numeric_limits<double>::infinity();
+}
+
+/// The step that is under way, or the last.
+int vtkGeometricTextureSynthesizer::Internals::StepAtTime(int steps) const
+{
+  return static_cast<int>(std::clamp(std::ceil(this->LevelsAtTime()) - 1.0, 0.0, steps - 1.0));
+}
+
+void vtkGeometricTextureSynthesizer::Internals::Fill(
+  vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture, int step, vtkPolyData* output) const
+{
+  surfsynth::FillGeometricTextureSurface(input, surface, texture, step, std::clamp(this->LevelsAtTime() - step, 0.0, 1.0),
+    { this->Self->DisplacementArrayName, this->Self->LevelArrayName }, output);
+}

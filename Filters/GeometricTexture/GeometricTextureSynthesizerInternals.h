@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What vtkGeometricTextureSynthesizer makes of its properties and of one block after the other. Private to the filter.
+#pragma once
+
+#include "vtkGeometricTextureSynthesizer.h"
+
+#include "BlockBridge.h"
+#include "BlockCache.h"
+#include "FileCache.h"
+#include "GeometricTextureResult.h"
+#include "LevelBlocks.h"
+#include "RemeshedTarget.h"
+#include "SurfaceBridge.h"
+
+#include "Inference/GeometricTexture/GeometricTextureModel.h"
+
+#include <vtkInformation.h>
+#include <vtkSmartPointer.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+class vtkDataObject;
+class vtkMultiBlockDataSet;
+class vtkPolyData;
+
+/// The model and the textures of the last update, and what this update makes of them.
+class vtkGeometricTextureSynthesizer::Internals
+{
+public:
+  explicit Internals(vtkGeometricTextureSynthesizer* self)
+    : Self(self)
+  {}
+
+  /// Checks the properties and reads the model file where that is needed.
+  /// @param time that of the animation, where one is asked for. @throws what the reader throws; InvalidInput.
+  void Begin(std::optional<double> time, bool fromTemplate);
+
+  /// The template of the model as the target of the first piece; the others get nothing.
+  /// @throws InvalidInput when there is none.
+  vtkSmartPointer<vtkInformation> TemplateInformation(vtkInformation* requested) const;
+
+  /// Fills block.Output, or with OutputLevels notes the surfaces of all levels. @throws what growing throws.
+  void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
+
+  /// Forgets what this update has not used.
+  void End();
+
+  /// Puts the levels that Synthesize() has noted into @p output.
+  /// @param held has the structure of the input.
+  void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
+
+  /// The times that an animation has; none when the model cannot be read, which the next RequestData reports.
+  std::vector<double> AnimationTimes();
+
+  std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update
+  surfsynth::FileCache<surfsynth::GeometricTextureModel> File{ surfsynth::ReadGeometricTexture,
+    "A geometric texture in safetensors format is needed, as its training writes it." };
+  vtkTypeInt64 NumberOfSyntheses = 0;
+  vtkTypeInt64 NumberOfRemeshings = 0;
+
+private:
+  void CheckNames() const;
+  surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
+  surfsynth::GeometricTextureRequest Request(unsigned int flatIndex) const;
+  void Check(surfsynth::Surface& surface) const;
+  double TextureScale() const;
+  bool Remeshes() const;
+  vtkSmartPointer<vtkPolyData> Remesh(
+    vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);
+  surfsynth::GeometricTextureSettings Settings(vtkPolyData* input, const surfsynth::Surface& surface) const;
+  surfsynth::GeometricTextureResult* Find(const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings);
+  surfsynth::GeometricTextureResult& Compute(
+    const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings, const surfsynth::Progress& progress);
+  double LevelsAtTime() const;
+  int StepAtTime(int steps) const;
+  void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GeometricTextureResult& texture, int step,
+    vtkPolyData* output) const;
+
+  vtkGeometricTextureSynthesizer* Self;
+  surfsynth::BlockCache<std::unique_ptr<surfsynth::RemeshedTarget>> Targets; ///< with REMESH
+  surfsynth::BlockCache<std::unique_ptr<surfsynth::GeometricTextureResult>> Textures;
+  std::optional<double> Time;
+  bool FromTemplate = false;
+  std::vector<int> WithoutNoise;     ///< generator levels
+  surfsynth::LevelSurfaces Surfaces; ///< with OutputLevels
+};

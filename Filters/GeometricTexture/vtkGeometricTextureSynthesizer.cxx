@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkGeometricTextureSynthesizer.h"
+
+#include "BlockBridge.h"
+#include "GeometricTextureSynthesizerInternals.h"
+
+#include <vtkDataObject.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+using Pipeline = vtkStreamingDemandDrivenPipeline;
+
+vtkStandardNewMacro(vtkGeometricTextureSynthesizer);
+
+namespace
+{
+const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
+} // namespace
+
+vtkGeometricTextureSynthesizer::vtkGeometricTextureSynthesizer()
+  : Impl(std::make_unique<Internals>(this))
+{}
+
+vtkGeometricTextureSynthesizer::~vtkGeometricTextureSynthesizer() = default;
+
+void vtkGeometricTextureSynthesizer::SetText(std::string& property, const char* text)
+{
+  const std::string wanted = text ? text : "";
+  if (property != wanted)
+  {
+    property = wanted;
+    this->Modified();
+  }
+}
+
+void vtkGeometricTextureSynthesizer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+
+void vtkGeometricTextureSynthesizer::SetLevelsWithoutNoise(const char* name)
+{
+  this->SetText(this->LevelsWithoutNoise, name);
+}
+
+void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name) { this->SetText(this->MaskArrayName, name); }
+
+void vtkGeometricTextureSynthesizer::SetDisplacementArrayName(const char* name)
+{
+  this->SetText(this->DisplacementArrayName, name);
+}
+
+void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name) { this->SetText(this->LevelArrayName, name); }
+
+int vtkGeometricTextureSynthesizer::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  return surfsynth::AcceptBlocks(info, Types);
+}
+
+int vtkGeometricTextureSynthesizer::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  const bool hasInput = this->GetNumberOfInputConnections(0) > 0;
+  if (hasInput && !this->OutputLevels)
+  {
+    return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  }
+  if (hasInput && !vtkDataObject::GetData(inputVector[0]))
+  {
+    vtkErrorMacro("There is no input; a vtkPolyData, or a composite dataset, is needed.");
+    return 0;
+  }
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  vtkDataObject* present = vtkDataObject::GetData(info);
+  const std::string wanted = this->OutputLevels ? "vtkMultiBlockDataSet" : "vtkPolyData";
+  if (!present || wanted != present->GetClassName())
+  {
+    const auto made = this->OutputLevels ? vtkSmartPointer<vtkDataObject>(vtkSmartPointer<vtkMultiBlockDataSet>::New())
+                                         : vtkSmartPointer<vtkDataObject>(vtkSmartPointer<vtkPolyData>::New());
+    info->Set(vtkDataObject::DATA_OBJECT(), made);
+  }
+  return 1;
+}
+
+int vtkGeometricTextureSynthesizer::RequestInformation(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkInformation* output = outputVector->GetInformationObject(0);
+  output->Remove(Pipeline::TIME_STEPS());
+  output->Remove(Pipeline::TIME_RANGE());
+  if (this->Animation != NO_ANIMATION)
+  {
+    const std::vector<double> times = this->Impl->AnimationTimes();
+    if (!times.empty())
+    {
+      const double range[2] = { times.front(), times.back() };
+      output->Set(Pipeline::TIME_STEPS(), times.data(), static_cast<int>(times.size()));
+      output->Set(Pipeline::TIME_RANGE(), range, 2);
+    }
+  }
+  else if (this->GetNumberOfInputConnections(0) > 0)
+  {
+    output->CopyEntry(inputVector[0]->GetInformationObject(0), Pipeline::TIME_STEPS());
+    output->CopyEntry(inputVector[0]->GetInformationObject(0), Pipeline::TIME_RANGE());
+  }
+  return 1;
+}
+
+int vtkGeometricTextureSynthesizer::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  if (this->Animation != NO_ANIMATION && this->GetNumberOfInputConnections(0) > 0)
+  {
+    // The time of an animation is no time of the input.
+    inputVector[0]->GetInformationObject(0)->Remove(Pipeline::UPDATE_TIME_STEP());
+  }
+  return 1;
+}
+
+int vtkGeometricTextureSynthesizer::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  std::optional<double> time;
+  if (this->Animation != NO_ANIMATION && info->Has(Pipeline::UPDATE_TIME_STEP()))
+  {
+    time = info->Get(Pipeline::UPDATE_TIME_STEP());
+  }
+  std::string problem;
+  try
+  {
+    const bool fromTemplate = this->GetNumberOfInputConnections(0) == 0;
+    this->Impl->Begin(time, fromTemplate);
+    vtkNew<vtkInformationVector> targets;
+    targets->Append(
+      fromTemplate ? this->Impl->TemplateInformation(info).Get() : inputVector[0]->GetInformationObject(0));
+    if (this->Synthesize(targets, outputVector))
+    {
+      if (time)
+      {
+        vtkDataObject::GetData(info)->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(), *time);
+      }
+      return 1;
+    }
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "There is not enough memory for the texture.";
+  }
+  catch (const std::exception& error)
+  {
+    problem = error.what();
+  }
+  if (!problem.empty())
+  {
+    vtkErrorMacro(<< problem);
+  }
+  vtkDataObject::GetData(info)->Initialize();
+  return 0;
+}
+
+bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, vtkInformationVector* outputVector)
+{
+  const auto synthesize = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+    this->Impl->Synthesize(block, progress);
+  };
+  vtkInformationVector* given[] = { targets };
+  if (!this->OutputLevels)
+  {
+    const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize);
+    this->Impl->End();
+    return done != 0;
+  }
+  // The blocks of the input first, in a dataset of its structure, to which the levels are then put side by side.
+  vtkNew<vtkInformation> heldInfo;
+  vtkNew<vtkInformationVector> heldVector;
+  const auto held = vtkSmartPointer<vtkDataObject>::Take(vtkDataObject::GetData(targets)->NewInstance());
+  heldInfo->Set(vtkDataObject::DATA_OBJECT(), held);
+  heldVector->Append(heldInfo);
+  vtkInformation* outputInfo = outputVector->GetInformationObject(0);
+  auto* output = vtkMultiBlockDataSet::GetData(outputInfo);
+  output->Initialize();
+  const int done = surfsynth::ProcessBlocks(this, given, heldVector, Types, synthesize);
+  this->Impl->End();
+  if (heldInfo->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
+  {
+    outputInfo->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1); // stopped: the next update runs again
+    return true;
+  }
+  this->Impl->ArrangeLevels(held, output);
+  return done != 0;
+}
+
+std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
+{
+  return this->Impl->Model ? this->Impl->Model->Description() : "";
+}
+
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfSyntheses() const { return this->Impl->NumberOfSyntheses; }
+
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfRemeshings() const { return this->Impl->NumberOfRemeshings; }
+
+void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
+  os << indent << "StartLevel: " << this->StartLevel << "\n";
+  os << indent << "EndLevel: " << this->EndLevel << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "SecondSeed: " << this->SecondSeed << "\n";
+  os << indent << "Interpolation: " << this->Interpolation << "\n";
+  os << indent << "NoiseAmplitude: " << this->NoiseAmplitude << "\n";
+  os << indent << "LevelsWithoutNoise: " << this->LevelsWithoutNoise << "\n";
+  os << indent << "TargetPreparation: " << this->TargetPreparation << "\n";
+  os << indent << "TextureScale: " << this->TextureScale << "\n";
+  os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
+  os << indent << "MaskFalloff: " << this->MaskFalloff << "\n";
+  os << indent << "RandomFromLevel: " << this->RandomFromLevel << "\n";
+  os << indent << "OutputLevels: " << this->OutputLevels << "\n";
+  os << indent << "Animation: " << this->Animation << "\n";
+  os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "LevelArrayName: " << this->LevelArrayName << "\n";
+  os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
+  os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
+  os << indent << "NumberOfSyntheses: " << this->GetNumberOfSyntheses() << "\n";
+  os << indent << "NumberOfRemeshings: " << this->GetNumberOfRemeshings() << "\n";
+}

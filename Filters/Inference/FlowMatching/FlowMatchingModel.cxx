@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/FlowMatching/FlowMatchingModel.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
+#include "Inference/Common/ModelFile.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr const char* Architecture = "flow_matching";
+constexpr const char* FormatVersion = "1";
+constexpr const char* Key = "flow_matching";
+
+const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel::Matern },
+  { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
+  { "spectral", NoiseModel::Spectral } };
+
+const char* NameOf(NoiseModel model)
+{
+  return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) { return n.second == model; })
+    ->first;
+}
+
+/// "1 block", "2 blocks"
+std::string Counted(std::int64_t number, const std::string& thing)
+{
+  return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
+}
+
+NoiseModel ReadNoise(const DescriptionReader& reader)
+{
+  const std::string name = reader.String("noise");
+  for (const auto& [known, model] : NoiseNames)
+  {
+    if (name == known)
+    {
+      return model;
+    }
+  }
+  reader.Fail("noise", "matern, per_vertex, white, unscreened or spectral");
+}
+
+Eigen::RowVectorXd ReadRow(const DescriptionReader& reader, const char* key)
+{
+  const std::vector<double> numbers = reader.Numbers(key);
+  return Eigen::Map<const Eigen::RowVectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+void RequireKnownTensors(const SafetensorsFile& file, bool encoder)
+{
+  for (const auto& entry : file.Tensors())
+  {
+    const std::string& name = entry.first;
+    if (name.rfind("velocity.", 0) != 0 && !(encoder && name.rfind("encoder.", 0) == 0))
+    {
+      throw ModelMismatch(file.Name() + ": the tensor \"" + name +
+        "\" does not belong to a flow matching model; expected names that begin with \"velocity.\" or, where the "
+        "metadata describe one, \"encoder.\".");
+    }
+  }
+}
+
+[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+{
+  throw InvalidInput("FlowMatchingModel: " + found + "; expected " + expected + ".");
+}
+
+void CheckNetworks(const FlowMatchingModel& model)
+{
+  const PoissonNetOptions& velocity = model.Velocity.Options;
+  std::int64_t conditions = FlowMatchingModel::PlainConditions;
+  if (model.Encoder)
+  {
+    const PoissonNetOptions& encoder = model.Encoder->Options;
+    if (encoder.InputChannels != 3 || encoder.ExtraFeatures != 0 || encoder.Domain != PoissonNetDomain::Vertices)
+    {
+      Refuse("the encoder takes " + std::to_string(encoder.InputChannels) + " channels and " +
+          std::to_string(encoder.ExtraFeatures) + " conditions",
+        "3 channels, no condition, and predictions at the vertices");
+    }
+    conditions += encoder.ResultChannels();
+  }
+  if (velocity.ExtraFeatures != conditions)
+  {
+    Refuse("the velocity takes " + std::to_string(velocity.ExtraFeatures) + " conditions",
+      std::to_string(conditions) + ": time, position and what the encoder gives");
+  }
+  if (velocity.ResultChannels() != velocity.InputChannels || velocity.Domain != PoissonNetDomain::Vertices ||
+    velocity.Activation != LastActivation::Identity)
+  {
+    Refuse("the velocity gives " + std::to_string(velocity.ResultChannels()) + " channels for a signal of " +
+        std::to_string(velocity.InputChannels),
+      "as many, at the vertices and without a last activation");
+  }
+  if (model.GeneratesPositions() && velocity.InputChannels != 3)
+  {
+    Refuse("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
+  }
+}
+}
+
+MaternFieldOptions FieldOptions(const FlowNoise& noise)
+{
+  MaternFieldOptions options;
+  options.Model = noise.Model;
+  options.Mode = ScaleMode::Screening;
+  options.Screening = noise.Screening;
+  options.NumberOfEigenpairs = static_cast<Index>(noise.Eigenpairs);
+  return options;
+}
+
+Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh)
+{
+  const Eigen::VectorXd areas = FaceAreas(mesh);
+  Eigen::RowVector3d first = Eigen::RowVector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  const Eigen::RowVector3d origin = mesh.Points.row(mesh.Triangles(0, 0)); // keeps digits far from the origin
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k)
+    {
+      corners.row(k) = mesh.Points.row(mesh.Triangles(f, k)) - origin;
+    }
+    const Eigen::RowVector3d sum = corners.colwise().sum();
+    first += areas[f] / 3.0 * sum;
+    // The integral of x x^T over a triangle is area / 12 (sum of p p^T + s s^T), s the sum of its corners.
+    second += areas[f] / 12.0 * (corners.transpose() * corners + sum.transpose() * sum);
+  }
+  const double area = areas.sum();
+  first /= area;
+  const Eigen::Matrix3d centred = second / area - first.transpose() * first;
+  Eigen::Matrix<double, 1, 6> moments;
+  moments << centred(0, 0), centred(0, 1), centred(0, 2), centred(1, 1), centred(1, 2), centred(2, 2);
+  return moments / area;
+}
+
+double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found)
+{
+  const Eigen::Matrix<double, 1, 6> difference = (found - expected).cwiseAbs2();
+  const double squares = difference[0] + difference[3] + difference[5] + 2.0 * (difference[1] + difference[2] + difference[4]);
+  return std::sqrt(squares) / (expected[0] + expected[3] + expected[5]);
+}
+
+MeshNormalisation FlowNormalisation(const TriangleMesh& mesh)
+{
+  MeshNormalisation normalisation = ComputeNormalisation(mesh, InputNormalisation::SurfaceArea);
+  normalisation.Scale = std::sqrt(FaceAreas(mesh).sum());
+  return normalisation;
+}
+
+std::string FlowMatchingModel::Description() const
+{
+  const PoissonNetOptions& options = this->Velocity.Options;
+  const std::string signal = this->GeneratesPositions()
+    ? "deformations"
+    : "\"" + this->SignalName + "\", " + Counted(this->Components(), "component");
+  return signal + " from " + NameOf(this->Noise.Model) + " noise; " + Counted(options.Blocks, "block") + " of width " +
+    std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") + "; " +
+    Counted(this->Iterations, "iteration") + " of training";
+}
+
+FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
+{
+  const SafetensorsFile file(path);
+  RequireArchitecture(file, Architecture, "a flow matching model, as vtkFlowMatchingTrainer writes it");
+  const DescriptionReader reader(file, Key);
+  FlowMatchingModel model;
+  model.Metadata = file.Metadata();
+  model.SignalName = reader.String("signal_name");
+  model.SignalMean = ReadRow(reader, "signal_mean");
+  model.SignalScale = ReadRow(reader, "signal_scale");
+  model.Noise.Model = ReadNoise(reader);
+  model.Noise.Screening = reader.Number("noise_screening");
+  model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
+  model.Noise.Scale = reader.Number("noise_scale");
+  model.Noise.Smoothing = reader.NumberOr("noise_smoothing", 0.0);
+  model.Iterations = reader.WholeNumber("iterations");
+  model.Shape.Spread = reader.Number("shape_spread");
+  const Eigen::RowVectorXd moments = ReadRow(reader, "shape_moments");
+  if (moments.size() != 6)
+  {
+    throw ModelMismatch(path + ": \"shape_moments\" has " + std::to_string(moments.size()) + " numbers; expected 6.");
+  }
+  model.Shape.Mean = moments;
+  model.Velocity = ReadPartNetwork(file, "velocity");
+  const bool encoder = file.Metadata().count("encoder") != 0;
+  RequireKnownTensors(file, encoder);
+  if (encoder)
+  {
+    model.Encoder = ReadPartNetwork(file, "encoder");
+  }
+  try
+  {
+    CheckModel(model);
+  }
+  catch (const InvalidInput& error)
+  {
+    throw ModelMismatch(path + ": " + error.what());
+  }
+  return model;
+}
+
+void CheckModel(const FlowMatchingModel& model)
+{
+  CheckModel(model.Velocity);
+  if (model.Encoder)
+  {
+    CheckModel(*model.Encoder);
+  }
+  CheckNetworks(model);
+  if (model.SignalMean.size() != model.Components() || model.SignalScale.size() != model.Components() ||
+    !model.SignalMean.allFinite() || !model.SignalScale.allFinite() || !(model.SignalScale.array() > 0.0).all())
+  {
+    Refuse("mean and scale of the signal have " + std::to_string(model.SignalMean.size()) + " and " +
+        std::to_string(model.SignalScale.size()) + " numbers",
+      std::to_string(model.Components()) + " finite ones each, the scales above 0");
+  }
+  const FlowNoise& noise = model.Noise;
+  if (!(noise.Smoothing >= 0.0) || !std::isfinite(noise.Smoothing))
+  {
+    Refuse("the smoothing of the noise is " + Text(noise.Smoothing), "a finite number, at least 0");
+  }
+  if (!(noise.Screening > 0.0) || !(noise.Scale > 0.0) || !std::isfinite(noise.Screening * noise.Scale) ||
+    noise.Eigenpairs < 1 || noise.Eigenpairs > 1000000)
+  {
+    Refuse("the noise has screening " + Text(noise.Screening) + ", scale " + Text(noise.Scale) + " and " +
+        std::to_string(noise.Eigenpairs) + " eigenpairs",
+      "numbers above 0 and at most 1e6 eigenpairs");
+  }
+  if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))
+  {
+    Refuse("the moments of the shape are not finite", "finite moments and a spread of at least 0");
+  }
+}
+
+void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& model)
+{
+  CheckModel(model);
+  std::map<std::string, TensorData> tensors;
+  std::map<std::string, std::string> metadata = model.Metadata;
+  AddPartNetwork("velocity", model.Velocity, tensors, metadata);
+  metadata.erase("encoder");
+  if (model.Encoder)
+  {
+    AddPartNetwork("encoder", *model.Encoder, tensors, metadata);
+  }
+  const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
+  metadata["architecture"] = Architecture;
+  metadata["format_version"] = FormatVersion;
+  metadata["producer"] = "SurfaceSynthesis";
+  metadata[Key] = nlohmann::json({ { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
+                                   { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
+                                   { "noise_screening", model.Noise.Screening },
+                                   { "noise_eigenpairs", model.Noise.Eigenpairs }, { "noise_scale", model.Noise.Scale },
+                                   { "noise_smoothing", model.Noise.Smoothing },
+                                   { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
+                                   { "shape_spread", model.Shape.Spread } })
+                    .dump();
+  WriteSafetensors(path, tensors, metadata);
+}
+
+} // namespace surfsynth

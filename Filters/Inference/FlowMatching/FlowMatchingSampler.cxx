@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Inference/FlowMatching/FlowNoiseField.h"
+
+#include <cmath>
+#include <optional>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// How far second moments may lie from those of the training before it is said: a tenth of their trace, beyond what
+/// surfaces of the training differ among themselves.
+constexpr double MomentTolerance = 0.1;
+/// States of a trained flow stay near 1; beyond this the flow has left what it was trained on for good.
+constexpr float LargestState = 1e6F;
+
+std::optional<PoissonNetEvaluator> MakeEvaluator(const std::shared_ptr<const FlowMatchingModel>& model,
+  const PoissonNetModel& network, const PoissonOperators& operators, const PointMatrix& points)
+{
+  // Shares the ownership of the model that the network is a part of.
+  return PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel>(model, &network), operators, points);
+}
+}
+
+int EvaluationsPerStep(FlowIntegrator integrator)
+{
+  return integrator == FlowIntegrator::Euler ? 1 : integrator == FlowIntegrator::Midpoint ? 2 : 4;
+}
+
+class FlowMatchingSampler::Internals
+{
+public:
+  Internals(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh, const MeshTopology& topology,
+    const Progress& progress)
+    : Model(std::move(model))
+    , Normalisation(FlowNormalisation(mesh))
+  {
+    CheckModel(*this->Model);
+    TriangleMesh normalised = Normalised(mesh, this->Normalisation);
+    const PoissonOperators operators = BuildPoissonOperators(normalised, topology, SubProgress(progress, 0.0, 0.5));
+    this->VertexMass = operators.VertexMass.cast<double>();
+    this->Describe(normalised, topology);
+    this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalised.Points);
+    this->PrepareCondition(operators, normalised.Points, SubProgress(progress, 0.5, 0.6));
+    this->Field = std::make_unique<FlowNoiseField>(
+      std::move(normalised), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
+  }
+
+  /// Subtracts the mean over the surface from each component.
+  void RemoveMean(Eigen::MatrixXd& values) const
+  {
+    values.rowwise() -= this->VertexMass.transpose() * values / this->VertexMass.sum();
+  }
+
+  std::shared_ptr<const FlowMatchingModel> Model;
+  MeshNormalisation Normalisation;
+  Eigen::VectorXd VertexMass;
+  std::optional<PoissonNetEvaluator> VelocityField;
+  std::unique_ptr<FlowNoiseField> Field;
+  FeatureMatrix Condition; ///< [V, 4 + E]: time, to be filled in, position, encoding
+  std::vector<std::string> Warnings;
+
+private:
+  void Describe(const TriangleMesh& normalised, const MeshTopology& topology)
+  {
+    this->Warnings = DescribeUnlikelyInput(normalised, topology, InputNormalisation::SurfaceArea);
+    const double distance = MomentDistance(this->Model->Shape.Mean, SecondMoments(normalised));
+    if (distance > this->Model->Shape.Spread + MomentTolerance)
+    {
+      this->Warnings.push_back("The surface is shaped or turned unlike those that the model was trained on: its second "
+                               "moments differ by " + Text(distance) + " of their trace, expected at most " +
+        Text(this->Model->Shape.Spread + MomentTolerance) +
+        ". Samples are unlikely to be good; turn it as the training surface was (vtkTransformFilter), or train a model on "
+        "it.");
+    }
+  }
+
+  void PrepareCondition(const PoissonOperators& operators, const PointMatrix& points, const Progress& progress)
+  {
+    this->Condition = FeatureMatrix::Zero(points.rows(), this->Model->Velocity.Options.ExtraFeatures);
+    this->Condition.middleCols(1, 3) = points.cast<float>();
+    if (this->Model->Encoder)
+    {
+      const auto encoder = MakeEvaluator(this->Model, *this->Model->Encoder, operators, points);
+      const FeatureMatrix encoding = encoder->Evaluate({}, progress).Values;
+      this->Condition.rightCols(encoding.cols()) = encoding;
+    }
+  }
+};
+
+FlowMatchingSampler::FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,
+  const MeshTopology* topology, const Progress& progress)
+{
+  std::optional<MeshTopology> own;
+  if (!topology)
+  {
+    topology = &own.emplace(RequireValidMesh(mesh, Requirements()));
+  }
+  this->Impl = std::make_unique<Internals>(std::move(model), mesh, *topology, progress);
+}
+
+FlowMatchingSampler::~FlowMatchingSampler() = default;
+FlowMatchingSampler::FlowMatchingSampler(FlowMatchingSampler&&) noexcept = default;
+FlowMatchingSampler& FlowMatchingSampler::operator=(FlowMatchingSampler&&) noexcept = default;
+
+FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request, const Progress& progress) const
+{
+  SampleRequest sample;
+  sample.Seed = request.Seed;
+  sample.FirstSample = request.Sample;
+  sample.Stream = request.Stream;
+  sample.NumberOfComponents = static_cast<std::uint32_t>(this->Impl->Model->Components());
+  sample.Scale = this->Impl->Model->Noise.Scale;
+  RowMatrix values(this->Impl->VertexMass.size(), this->Impl->Model->Components());
+  this->Impl->Field->SampleInto(sample, [&values](std::uint32_t) { return values.data(); }, progress);
+  Eigen::MatrixXd noise = values;
+  if (this->Impl->Model->GeneratesPositions())
+  {
+    this->Impl->RemoveMean(noise);
+  }
+  return noise.cast<float>();
+}
+
+FeatureMatrix FlowMatchingSampler::Velocity(const FeatureMatrix& state, double time, const Progress& progress) const
+{
+  PoissonNetInput input;
+  input.Signal = state;
+  input.Extra = this->Impl->Condition;
+  input.Extra.col(0).setConstant(static_cast<float>(time));
+  return this->Impl->VelocityField->Evaluate(input, progress).Values;
+}
+
+FeatureMatrix FlowMatchingSampler::Integrate(
+  FeatureMatrix noise, const FlowSampleRequest& request, const Observer& observe, const Progress& progress) const
+{
+  if (request.Steps < 1)
+  {
+    throw InvalidInput("FlowMatchingSampler: " + std::to_string(request.Steps) + " steps; expected at least 1.");
+  }
+  FeatureMatrix state = std::move(noise);
+  const auto step = static_cast<float>(1.0 / request.Steps);
+  const double evaluations = static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator);
+  int done = 0;
+  const auto velocity = [&](const FeatureMatrix& at, double time)
+  {
+    const Progress part = SubProgress(progress, done / evaluations, (done + 1) / evaluations);
+    ++done;
+    return this->Velocity(at, time, part);
+  };
+  for (int k = 0; k < request.Steps; ++k)
+  {
+    const double time = static_cast<double>(k) / request.Steps;
+    const double half = (k + 0.5) / request.Steps;
+    if (observe)
+    {
+      observe(time, state);
+    }
+    const FeatureMatrix first = velocity(state, time);
+    switch (request.Integrator)
+    {
+      case FlowIntegrator::Euler:
+        state += step * first;
+        break;
+      case FlowIntegrator::Midpoint:
+        state += step * velocity(state + 0.5F * step * first, half);
+        break;
+      case FlowIntegrator::RungeKutta4:
+      {
+        const FeatureMatrix second = velocity(state + 0.5F * step * first, half);
+        const FeatureMatrix third = velocity(state + 0.5F * step * second, half);
+        const FeatureMatrix fourth = velocity(state + step * third, static_cast<double>(k + 1) / request.Steps);
+        state += step / 6.0F * (first + 2.0F * second + 2.0F * third + fourth);
+        break;
+      }
+    }
+    if (!(state.cwiseAbs().maxCoeff() < LargestState))
+    {
+      throw InvalidInput("FlowMatchingSampler: the state grows without bound after flow time " + Text(time) +
+        "; expected a model that was trained on surfaces like this one.");
+    }
+  }
+  if (observe)
+  {
+    observe(1.0, state);
+  }
+  return state;
+}
+
+Eigen::MatrixXd FlowMatchingSampler::ToSignal(const FeatureMatrix& state) const
+{
+  const FlowMatchingModel& model = *this->Impl->Model;
+  Eigen::MatrixXd signal = this->ToDeviation(state);
+  signal.rowwise() +=
+    model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalisation.Centre) : model.SignalMean;
+  return signal;
+}
+
+Eigen::MatrixXd FlowMatchingSampler::ToDeviation(const FeatureMatrix& state) const
+{
+  const FlowMatchingModel& model = *this->Impl->Model;
+  Eigen::MatrixXd deviation = state.cast<double>();
+  if (model.GeneratesPositions())
+  {
+    return deviation * this->Impl->Normalisation.Scale;
+  }
+  deviation.array().rowwise() *= model.SignalScale.array();
+  return deviation;
+}
+
+FeatureMatrix FlowMatchingSampler::FromDeviation(const Eigen::MatrixXd& deviation) const
+{
+  const FlowMatchingModel& model = *this->Impl->Model;
+  if (!model.GeneratesPositions())
+  {
+    return (deviation.array().rowwise() / model.SignalScale.array()).cast<float>();
+  }
+  Eigen::MatrixXd state = deviation / this->Impl->Normalisation.Scale;
+  this->Impl->RemoveMean(state);
+  return state.cast<float>();
+}
+
+MeshRequirements FlowMatchingSampler::Requirements() { return PoissonNetEvaluator::Requirements(); }
+
+const std::vector<std::string>& FlowMatchingSampler::Warnings() const { return this->Impl->Warnings; }
+
+const FlowMatchingModel& FlowMatchingSampler::Model() const { return *this->Impl->Model; }
+
+} // namespace surfsynth

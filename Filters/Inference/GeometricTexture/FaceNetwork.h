@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// One level of a geometric texture's generator or discriminator on a mesh: convolutions over triangles. Private to
+/// Learning.
+#pragma once
+
+#include "Core/Common/LargeArray.h"
+#include "Core/Common/Progress.h"
+#include "Core/Operators/EdgeFeatures.h"
+#include "Inference/GeometricTexture/FaceKernels.h"
+#include "Inference/GeometricTexture/GeometricTextureModel.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// The network of one level. A convolution is max over the neighbours of W [neighbour, self] + b with one W, which is
+/// (W_s self + b) + max (W_n neighbour): both products are computed once for each triangle and then gathered, a third
+/// of the arithmetic. Between convolutions stand an instance norm over all triangles and a leaky ReLU. Work is done on
+/// tiles that stay in cache; sums are taken over fixed blocks in order, so that bits do not depend on the threads.
+class FaceNetwork
+{
+public:
+  /// @param tensors those of ExpectedGeometricTextureTensors(), complete
+  FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers);
+
+  using Output = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  /// [F, outputs]. @p neighbours [F, 3]: FaceNeighbours::Faces. The caller keeps the BLAS single-threaded
+  /// (SingleThreadedBlas).
+  Output Run(const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours, const Progress& progress = {}) const;
+
+private:
+  /// Rows of a tile, and of a block of sums.
+  static constexpr std::int64_t TileRows = 512;
+
+  /// The first convolution has one map [4, width]; the others have two side by side, [inputs, 2 width].
+  struct Layer
+  {
+    std::int64_t Inputs;
+    std::int64_t Width;
+    std::vector<float> Matrix;
+    std::vector<float> Bias;
+  };
+  /// What the instance norm subtracts from each channel, and multiplies with after it.
+  struct Norm
+  {
+    std::vector<float> Mean;
+    std::vector<float> Scale;
+  };
+  /// Per tile: sums of each channel, then of its squares.
+  using Moments = LargeArray<double>;
+
+  Moments FirstMoments(const EdgeFeatureMatrix& features) const;
+  static Norm Summarise(const Moments& moments, std::int64_t faces, std::int64_t width);
+  /// Products of the second convolution, from features; of a later one, from those that the convolution before
+  /// completed.
+  void MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm& norm, float* products) const;
+  void MultiplyCompleted(
+    const Layer& layer, const float* completed, std::int64_t faces, const Norm& norm, float* products) const;
+  Moments Complete(const Layer& layer, const TriangleMatrix& neighbours, float* products) const;
+
+  std::vector<Layer> Layers;
+  const FaceKernels& Kernels;
+};
+
+} // namespace surfsynth

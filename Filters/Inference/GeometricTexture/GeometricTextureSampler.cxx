@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Common/Text.h"
+#include "Core/Random/CounterNormals.h"
+#include "Inference/GeometricTexture/GeometricTextureSynthesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// The noise of a generator level on so many vertices; no rows for none.
+using NoiseSource = std::function<SinglePoints(int level, int step, Index points)>;
+
+[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+{
+  throw InvalidInput("GeometricTextureSampler: " + found + "; expected " + expected + ".");
+}
+
+/// Adds @p weight times the normals of a seed.
+void AddNormals(
+  const GeometricTextureRequest& request, std::uint64_t seed, int level, double weight, SinglePoints& noise)
+{
+  constexpr std::int64_t chunk = 4096; // a multiple of 4, as FillNormals() wants
+  const std::int64_t points = noise.rows();
+  ParallelTasks((points + chunk - 1) / chunk,
+    [&](std::int64_t k)
+    {
+      const std::int64_t first = k * chunk;
+      const std::int64_t count = std::min(chunk, points - first);
+      std::vector<double> normals(static_cast<std::size_t>(count));
+      for (std::uint32_t c = 0; c < 3; ++c)
+      {
+        FillNormals({ seed, static_cast<std::uint32_t>(level), c, request.Stream }, first, count, normals.data());
+        for (std::int64_t p = 0; p < count; ++p)
+        {
+          noise(first + p, c) += static_cast<float>(weight * normals[p]);
+        }
+      }
+    });
+}
+
+SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitude, int level, Index points)
+{
+  const double angle = request.Interpolation * std::acos(0.0);
+  SinglePoints noise = SinglePoints::Zero(points, 3);
+  if (request.Interpolation < 1.0)
+  {
+    AddNormals(request, request.Seed, level, amplitude * std::cos(angle), noise);
+  }
+  if (request.Interpolation > 0.0)
+  {
+    AddNormals(request, request.SecondSeed, level, amplitude * std::sin(angle), noise);
+  }
+  return noise;
+}
+
+/// That of the seeds, where the request does not want none.
+NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfModel)
+{
+  const double amplitude = request.NoiseAmplitude < 0.0 ? amplitudeOfModel : request.NoiseAmplitude;
+  return [&request, amplitude](int level, int step, Index points)
+  {
+    const auto k = static_cast<std::size_t>(step);
+    const bool none = amplitude == 0.0 || (k < request.LevelsWithoutNoise.size() && request.LevelsWithoutNoise[k]);
+    return none ? SinglePoints() : RandomNoise(request, amplitude, level, points);
+  };
+}
+
+void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& mesh, const GeometricTextureLevelRange& levels)
+{
+  if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
+  {
+    Refuse("the interpolation is " + Text(request.Interpolation), "0 to 1");
+  }
+  if (!std::isfinite(static_cast<float>(request.NoiseAmplitude)))
+  {
+    Refuse("the amplitude of the noise is " + Text(request.NoiseAmplitude), "a finite number");
+  }
+  if (request.Mask.size() > 0 && request.Mask.size() != mesh.NumberOfPoints())
+  {
+    Refuse("the mask has " + std::to_string(request.Mask.size()) + " values",
+      std::to_string(mesh.NumberOfPoints()) + ", one for each vertex");
+  }
+  if (!(request.Mask.array() >= 0.0F).all() || !(request.Mask.array() <= 1.0F).all())
+  {
+    Refuse("the mask has values below 0 or above 1", "0 to 1");
+  }
+  if (mesh.NumberOfTriangles() == 0)
+  {
+    Refuse("the mesh has no triangle", "at least one");
+  }
+  // Before hours of work on all levels but the last.
+  const double finest = mesh.NumberOfTriangles() * std::pow(4.0, levels.Count() - 1);
+  if (finest > std::numeric_limits<Index>::max())
+  {
+    Refuse("the mesh has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
+        std::to_string(levels.Count()) + " levels make " + Text(finest),
+      "at most 2147483647 in the end");
+  }
+}
+
+GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const GeometricTextureLevelRange& levels, const NoiseSource& noise,
+  const GeometricTextureSampler::Observer& observe, const Progress& progress)
+{
+  // Work is proportional to triangles, of which each level has four times as many.
+  const double total = std::pow(4.0, levels.Count()) - 1.0;
+  GeometricTextureLevel result;
+  for (int level = levels.First; level <= levels.Last; ++level)
+  {
+    const int step = level - levels.First;
+    const Progress part = SubProgress(
+      progress, (std::pow(4.0, step) - 1.0) / total, (std::pow(4.0, step + 1) - 1.0) / total);
+    Report(part, 0.0);
+    if (step > 0)
+    {
+      growth.Refine();
+      Report(part, 0.1);
+    }
+    growth.Displace(level, noise(level, step, growth.NumberOfPoints()), SubProgress(part, 0.15, 1.0));
+    if (observe || level == levels.Last)
+    {
+      result = growth.Result(level);
+    }
+    if (observe)
+    {
+      observe(result);
+    }
+  }
+  return result;
+}
+} // namespace
+
+GeometricTextureLevelRange LevelsToSynthesize(const GeometricTextureRequest& request, std::int64_t levelsOfModel)
+{
+  if (request.StartLevel < 0)
+  {
+    Refuse("the first level is " + std::to_string(request.StartLevel), "0 or above");
+  }
+  const int last = static_cast<int>(levelsOfModel) - 1;
+  const int end = request.EndLevel < 0 ? last : std::min(request.EndLevel, last);
+  return { std::min(request.StartLevel, end), end };
+}
+
+GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const GeometricTextureModel> model)
+  : Model(std::move(model))
+{
+  CheckModel(*this->Model);
+}
+
+GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
+  const Observer& observe, const Progress& progress) const
+{
+  const GeometricTextureLevelRange levels = LevelsToSynthesize(request, this->Model->Options.Levels);
+  CheckRequest(request, mesh, levels);
+  const MeshTopology topology = RequireValidMesh(mesh, Requirements());
+  return SynthesizeLevels(GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask), levels,
+    NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
+}
+
+GeometricTextureLevel GeometricTextureSampler::Generate(
+  int randomFrom, const GeometricTextureRequest& request, const Observer& observe, const Progress& progress) const
+{
+  const GeometricTextureModel& model = *this->Model;
+  const TriangleMesh& mesh = model.Template;
+  if (mesh.NumberOfTriangles() == 0)
+  {
+    Refuse("the model has no template", "one, or a mesh to grow on");
+  }
+  if (randomFrom < 0 || randomFrom > model.Options.Levels)
+  {
+    Refuse("noise is to be random from level " + std::to_string(randomFrom) + " on",
+      "0 to " + std::to_string(model.Options.Levels));
+  }
+  const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
+  CheckRequest(request, mesh, levels);
+  const MeshTopology topology = RequireValidMesh(mesh, Requirements());
+  GeometricTextureFrame frame = FrameOf(mesh, topology);
+  frame.Unit = 1.0; // the template comes in the units of the training
+  const NoiseSource random = NoiseOf(request, model.Options.NoiseAmplitude);
+  const NoiseSource noise = [&](int level, int step, Index points) {
+    return level >= randomFrom ? random(level, step, points) : level == 0 ? model.ReconstructionNoise : SinglePoints();
+  };
+  return SynthesizeLevels(GeometricTextureSynthesis(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
+}
+
+MeshRequirements GeometricTextureSampler::Requirements()
+{
+  MeshRequirements requirements;
+  requirements.ConsistentWinding = true;
+  return requirements;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/GeometricTexture/GeometricTextureSynthesis.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Common/Text.h"
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
+#include "Inference/GeometricTexture/FaceNetwork.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 8192;
+
+/// The rows of @p values, then for each edge the mean of those of its ends.
+template <typename Matrix>
+Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>>& parents)
+{
+  Matrix fine(values.rows() + static_cast<Eigen::Index>(parents.size()), values.cols());
+  fine.topRows(values.rows()) = values;
+  ParallelFor(static_cast<std::int64_t>(parents.size()), Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t e = begin; e < end; ++e)
+      {
+        fine.row(values.rows() + e) = (values.row(parents[e][0]) + values.row(parents[e][1])) / 2;
+      }
+    });
+  return fine;
+}
+} // namespace
+
+GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  GeometricTextureFrame frame;
+  double lengths = 0.0;
+  std::int64_t used = 0;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    const Index first = topology.NeighbourStart[v];
+    const Index last = topology.NeighbourStart[v + 1];
+    if (first == last)
+    {
+      continue; // unused; may be anywhere
+    }
+    ++used;
+    frame.Centre += mesh.Points.row(v);
+    for (Index k = first; k < last; ++k)
+    {
+      const Index other = topology.Neighbours[k];
+      lengths += other > v ? (mesh.Points.row(other) - mesh.Points.row(v)).stableNorm() : 0.0;
+    }
+  }
+  frame.Centre /= static_cast<double>(used);
+  frame.Unit = lengths / static_cast<double>(topology.NumberOfEdges());
+  if (!(frame.Unit > 0.0) || !std::isfinite(frame.Unit) || !std::isfinite(1.0 / frame.Unit) ||
+    !frame.Centre.allFinite())
+  {
+    throw InvalidInput("GeometricTextureSampler: the mean edge length is " + Text(frame.Unit) +
+      "; expected a mesh whose coordinates double precision can sum.");
+  }
+  return frame;
+}
+
+GeometricTextureSynthesis::GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh, const MeshTopology& topology,
+  const GeometricTextureFrame& frame, Eigen::VectorXf mask)
+  : Model(model)
+  , Frame(frame)
+  , Base(mesh)
+  , Offset(PointMatrix::Zero(mesh.NumberOfPoints(), 3))
+  , LastOffset(this->Offset)
+  , Mask(std::move(mask))
+  , Neighbours(ComputeFaceNeighbours(mesh, topology))
+{}
+
+SinglePoints GeometricTextureSynthesis::LevelPoints() const
+{
+  const double scale = this->Doubling / this->Frame.Unit;
+  return ((this->Base.Points.rowwise() - this->Frame.Centre) * scale + this->Offset).cast<float>();
+}
+
+void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress)
+{
+  const SinglePoints points = this->LevelPoints();
+  EdgeFeatureMatrix features;
+  if (noise.rows() > 0)
+  {
+    features = ComputeEdgeFeatures(points + noise, this->Base.Triangles, this->Neighbours);
+  }
+  else
+  {
+    features = ComputeEdgeFeatures(points, this->Base.Triangles, this->Neighbours);
+  }
+  Report(progress, 0.1);
+  const FaceNetwork network(this->Model.Generator, level, this->Model.Options.Layers);
+  {
+    const SingleThreadedBlas blas;
+    this->Local = network.Run(features, this->Neighbours.Faces, SubProgress(progress, 0.1, 0.9));
+  }
+  this->LastOffset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+  if (this->Mask.size() > 0)
+  {
+    this->LastOffset.array().colwise() *= this->Mask.cast<double>().array();
+  }
+  if (!this->LastOffset.allFinite())
+  {
+    throw InvalidInput("GeometricTextureSampler: the displacement of level " + std::to_string(level) +
+      " is not finite; expected a mesh and weights that single precision can hold.");
+  }
+  this->Offset += this->LastOffset;
+  Report(progress, 1.0);
+}
+
+void GeometricTextureSynthesis::Refine()
+{
+  SubdividedMesh fine = SubdivideAtMidpoints(this->Base);
+  this->Base = std::move(fine.Mesh);
+  this->Offset = 2.0 * Interpolated(this->Offset, fine.Parents);
+  if (this->Mask.size() > 0)
+  {
+    this->Mask = Interpolated(this->Mask, fine.Parents);
+  }
+  this->Doubling *= 2.0;
+  this->Neighbours = ComputeFaceNeighbours(this->Base);
+}
+
+GeometricTextureLevel GeometricTextureSynthesis::Result(int level) const
+{
+  const double unit = this->Frame.Unit / this->Doubling;
+  GeometricTextureLevel result;
+  result.Level = level;
+  result.Mesh.Triangles = this->Base.Triangles;
+  result.Mesh.Points = this->Base.Points + unit * this->Offset;
+  result.Displacement = unit * this->LastOffset;
+  result.Base = this->Base.Points;
+  return result;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/PoissonNet/MeshNormalisation.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Text.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Volume inside a closed mesh, negative when its faces point inwards.
+double SignedVolume(const TriangleMesh& mesh)
+{
+  const Eigen::RowVector3d origin = mesh.Points.row(mesh.Triangles(0, 0));
+  double volume = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto corner = [&](int k) { return Eigen::RowVector3d(mesh.Points.row(mesh.Triangles(f, k)) - origin); };
+    volume += corner(0).dot(corner(1).cross(corner(2))) / 6.0;
+  }
+  return volume;
+}
+}
+
+MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation)
+{
+  MeshNormalisation result;
+  if (normalisation == InputNormalisation::None)
+  {
+    return result;
+  }
+  const Eigen::VectorXd areas = FaceAreas(mesh);
+  const double area = areas.sum();
+  Eigen::RowVector3d moment = Eigen::RowVector3d::Zero();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      moment += areas[f] / 3.0 * mesh.Points.row(mesh.Triangles(f, k));
+    }
+  }
+  result.Centre = moment / area;
+  result.Scale = normalisation == InputNormalisation::SurfaceArea
+    ? std::sqrt(area) + 1e-8
+    : (mesh.Points.rowwise() - result.Centre).rowwise().norm().maxCoeff();
+  if (!(result.Scale > 0.0) || !result.Centre.allFinite())
+  {
+    throw InvalidInput(
+      "ComputeNormalisation: the mesh has an area of " + Text(area) + "; expected a surface with an extent.");
+  }
+  return result;
+}
+
+TriangleMesh Normalised(TriangleMesh mesh, const MeshNormalisation& normalisation)
+{
+  mesh.Points = (mesh.Points.rowwise() - normalisation.Centre) / normalisation.Scale;
+  return mesh;
+}
+
+std::vector<std::string> DescribeUnlikelyInput(
+  const TriangleMesh& mesh, const MeshTopology& topology, InputNormalisation normalisation)
+{
+  std::vector<std::string> warnings;
+  const bool closed = std::all_of(topology.EdgeTriangles.begin(), topology.EdgeTriangles.end(),
+    [](std::uint8_t triangles) { return triangles == 2; });
+  if (closed && SignedVolume(mesh) < 0.0)
+  {
+    warnings.push_back(
+      "The faces of the closed surface point inwards; PoissonNet is not mirror-invariant and expects them "
+      "to point outwards, so its answer is that for another shape. vtkReverseSense, vtkPolyDataNormals with "
+      "AutoOrientNormals or vtkSurfaceRepairFilter turns them.");
+  }
+  const double area = FaceAreas(mesh).sum();
+  if (normalisation == InputNormalisation::None && !(area >= 0.1 && area <= 10.0))
+  {
+    warnings.push_back("The surface has an area of " + Text(area) +
+      "; PoissonNet expects about 1 (0.1 to 10), and the model "
+      "file asks for no normalisation. Scale the mesh, or set InputNormalisation of the filter or "
+      "input_normalisation in the file.");
+  }
+  return warnings;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Fast evaluation of PoissonNet on a mesh. No torch.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
+#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/PoissonNetModel.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// Features, one row for each vertex, face or row of gradients; float32.
+using FeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// What varies from one evaluation to the next.
+struct PoissonNetInput
+{
+  /// Vertex signal, [V, InputChannels]; empty for the positions of the (normalised) mesh itself.
+  FeatureMatrix Signal;
+  /// Condition: [1, ExtraFeatures] for all vertices alike or [V, ExtraFeatures]; empty when the model has none.
+  FeatureMatrix Extra;
+};
+
+/// What a PoissonNet says about a mesh.
+struct PoissonNetPrediction
+{
+  PoissonNetDomain Domain = PoissonNetDomain::Vertices;
+  FeatureMatrix Values;    ///< [V, C], [F, C] or [1, C] as Domain says; log-probabilities of a classifier
+  FeatureMatrix Gradients; ///< [2 F, 3] of a gradient-domain head, rows 2 f and 2 f + 1 of face f; else empty
+
+  /// The most probable class of each row of Values, the first one where several are equal.
+  std::vector<Index> Labels() const;
+};
+
+/// Evaluates one network on one mesh, as often as wanted: operators, factorisation and weights are prepared once.
+///
+/// Gives what PoissonNet (LibTorch) gives to 1e-5, by other means: faces are worked on in tiles that stay in cache,
+/// affine maps are moved from faces to vertices where they commute with averages and divergences, complex products
+/// take three real ones, and Poisson solves take all channels of a vertex together. Memory is bounded by about five
+/// arrays of V x Width float32 numbers. Uses MaximumThreads() threads; results have the same bits for every number of
+/// them. Evaluate() may be called from several threads.
+class PoissonNetEvaluator
+{
+public:
+  /// Checks and normalises the mesh, computes operators, and factors. O(V^1.5).
+  /// @param model kept as long as this object lives.
+  /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
+  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete; SolverFailure;
+  /// Cancelled.
+  PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> model, const TriangleMesh& mesh,
+    const MeshTopology* topology = nullptr, const Progress& progress = {});
+
+  /// The same with operators that were computed elsewhere, and no check.
+  /// @param points the network's input positions, [V, 3].
+  PoissonNetEvaluator(
+    std::shared_ptr<const PoissonNetModel> model, const PoissonOperators& operators, const PointMatrix& points);
+
+  ~PoissonNetEvaluator();
+  PoissonNetEvaluator(PoissonNetEvaluator&&) noexcept;
+  PoissonNetEvaluator& operator=(PoissonNetEvaluator&&) noexcept;
+
+  /// One evaluation.
+  /// @throws InvalidInput when an input has the wrong shape, or the model wants other input channels than positions and
+  /// none are given, or numbers overflow; Cancelled.
+  PoissonNetPrediction Evaluate(const PoissonNetInput& input = {}, const Progress& progress = {}) const;
+
+  /// What the architecture asks of a mesh: finite, non-degenerate, manifold edges, consistent winding (the network is
+  /// not mirror-invariant), one component (constants on several are not determined).
+  static MeshRequirements Requirements();
+
+  /// Sentences about what makes good answers unlikely: a closed mesh whose faces point inwards, an area far from 1
+  /// which the model does not normalise. Empty when there is nothing to say.
+  const std::vector<std::string>& Warnings() const;
+  const MeshNormalisation& Normalisation() const;
+  const PoissonNetModel& Model() const;
+  const PoissonOperators& Operators() const;
+
+private:
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+/// One-off evaluation of a model on a mesh. Same errors as PoissonNetEvaluator.
+PoissonNetPrediction EvaluatePoissonNet(const PoissonNetModel& model, const TriangleMesh& mesh,
+  const PoissonNetInput& input = {}, const Progress& progress = {});
+
+} // namespace surfsynth

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/PoissonNet/PoissonOperators.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Grain = 16384;
+constexpr float DiagonalShift = 1e-6F;
+/// Added to the squared length of cross products in cotangents.
+constexpr double SquaredAreaShift = 1e-20;
+
+double SquaredToZero(double value)
+{
+  return std::sqrt(std::max(value, 0.0));
+}
+
+/// One face laid flat by its edge lengths: v0 at the origin, v1 at (l2, 0), v2 at (x, y).
+void LayFlat(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2, float* gradient)
+{
+  const double l0 = (p2 - p1).norm();
+  const double l1 = (p0 - p2).norm();
+  const double l2 = (p1 - p0).norm();
+  const double x = (l1 * l1 + l2 * l2 - l0 * l0) / (2.0 * l2);
+  const double y = SquaredToZero(l1 * l1 - x * x);
+  const double doubleArea = l2 * y;
+  const double values[6] = { -y, y, 0.0, x - l2, -x, l2 };
+  std::transform(values, values + 6, gradient, [&](double value) { return static_cast<float>(value / doubleArea); });
+}
+
+Eigen::VectorXf RoundedMass(const Eigen::VectorXd& mass)
+{
+  return (mass.array() + 1e-8 * mass.mean()).cast<float>();
+}
+}
+
+PoissonOperators BuildPoissonOperators(
+  const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
+{
+  TriangleMesh rounded = mesh;
+  rounded.Points = mesh.Points.cast<float>().cast<double>();
+
+  PoissonOperators operators;
+  operators.Triangles = mesh.Triangles;
+  operators.Gradient.resize(mesh.NumberOfTriangles(), 6);
+  ParallelFor(mesh.NumberOfTriangles(), Grain,
+    [&](std::int64_t begin, std::int64_t end)
+    {
+      for (std::int64_t f = begin; f < end; ++f)
+      {
+        const auto corner = [&](
+                              int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };
+        LayFlat(corner(0), corner(1), corner(2), operators.Gradient.row(f).data());
+      }
+    });
+  for (Index f = 0; f < operators.NumberOfTriangles(); ++f)
+  {
+    if (!operators.Gradient.row(f).allFinite())
+    {
+      throw InvalidInput("BuildPoissonOperators: triangle " + std::to_string(f) +
+        " is degenerate in single precision; expected triangles with an area. Move the mesh to the origin, or merge "
+        "close points with vtkCleanPolyData.");
+    }
+  }
+  operators.FaceAreas = FaceAreas(rounded).cast<float>();
+  operators.VertexMass = RoundedMass(LumpedMass(rounded, topology));
+  Report(progress, 0.1);
+  operators.Solver =
+    FactorPoissonMatrix(CotangentStiffness(rounded, topology, SquaredAreaShift), SubProgress(progress, 0.1, 1.0));
+  return operators;
+}
+
+std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& stiffness, const Progress& progress)
+{
+  SparseMatrix matrix = stiffness;
+  for (Eigen::Index k = 0; k < matrix.nonZeros(); ++k)
+  {
+    matrix.valuePtr()[k] = static_cast<double>(static_cast<float>(matrix.valuePtr()[k]));
+  }
+  const auto shiftDiagonal = [&matrix](double shift)
+  {
+    for (Index v = 0; v < matrix.cols(); ++v)
+    {
+      matrix.coeffRef(v, v) += shift;
+    }
+  };
+  shiftDiagonal(static_cast<double>(DiagonalShift));
+  double more = 1e-5;
+  for (int attempt = 0;; ++attempt, more *= 10.0)
+  {
+    try
+    {
+      return std::make_shared<const CholeskySolver>(matrix, progress);
+    }
+    catch (const SolverFailure&)
+    {
+      if (attempt == 5)
+      {
+        throw;
+      }
+      shiftDiagonal(more);
+    }
+  }
+}
+
+} // namespace surfsynth

@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#define SURFSYNTH_KERNELS Avx512ActivationKernels
-#include "Learning/Inference/ActivationKernelsImplementation.h"

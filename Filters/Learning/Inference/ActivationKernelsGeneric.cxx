@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#define SURFSYNTH_KERNELS GenericActivationKernels
-#include "Learning/Inference/ActivationKernelsImplementation.h"

@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#define SURFSYNTH_KERNELS Avx512FaceKernels
-#include "Learning/Inference/FaceKernelsImplementation.h"

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Networks/InitialWeights.h"
+
+#include "Core/Random/CounterUniforms.h"
+
+#include <cmath>
+#include <string>
+
+namespace surfsynth
+{
+
+namespace
+{
+bool EndsWith(const std::string& text, const std::string& end)
+{
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// The value that all elements of a tensor begin with, or NaN for those that are random.
+double ConstantOf(const std::string& name)
+{
+  if (EndsWith(name, "mag_bias") || EndsWith(name, "norm_pde.bias") || EndsWith(name, "norm_grad.bias"))
+  {
+    return 0.0;
+  }
+  if (EndsWith(name, ".ls1") || EndsWith(name, ".ls2") || EndsWith(name, "norm_pde.weight") ||
+    EndsWith(name, "norm_grad.weight"))
+  {
+    return 1.0;
+  }
+  return EndsWith(name, "grad_scaler") ? 0.01 : std::nan("");
+}
+}
+
+std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
+  const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed)
+{
+  CheckOptions(options);
+  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedGeometricTextureTensors(options, discriminator);
+  std::map<std::string, ModelTensor> tensors;
+  NormalKey key;
+  key.Seed = seed;
+  key.Component = discriminator ? 1 : 0;
+  for (const auto& [name, shape] : shapes)
+  {
+    // [C', C, 1] of weights; a bias [C'] has the inputs of its weights.
+    const bool weight = shape.size() == 3;
+    const std::int64_t inputs = shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
+    ModelTensor& tensor = tensors[name];
+    tensor.Shape = shape;
+    tensor.Values.resize(static_cast<std::size_t>(weight ? shape[0] * shape[1] : shape[0]));
+    for (std::size_t k = 0; k < tensor.Values.size(); ++k)
+    {
+      tensor.Values[k] = static_cast<float>(bound * (2.0 * Uniform(key, static_cast<std::int64_t>(k)) - 1.0));
+    }
+    ++key.Sample;
+  }
+  return tensors;
+}
+
+PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_t seed)
+{
+  CheckOptions(options);
+  PoissonNetModel model;
+  model.Options = options;
+  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedTensors(options);
+  NormalKey key;
+  key.Seed = seed;
+  for (const auto& [name, shape] : shapes)
+  {
+    ModelTensor& tensor = model.Tensors[name];
+    tensor.Shape = shape;
+    const bool matrix = shape.size() == 2;
+    tensor.Values.resize(static_cast<std::size_t>(matrix ? shape[0] * shape[1] : shape[0]));
+    const double constant = ConstantOf(name);
+    // A bias has the inputs of the matrix that it is added to the product of.
+    const std::int64_t inputs =
+      matrix || !std::isnan(constant) ? shape.back() : shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
+    for (std::size_t k = 0; k < tensor.Values.size(); ++k)
+    {
+      const double uniform = 2.0 * Uniform(key, static_cast<std::int64_t>(k)) - 1.0;
+      tensor.Values[k] = static_cast<float>(std::isnan(constant) ? bound * uniform : constant);
+    }
+    ++key.Sample;
+  }
+  return model;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/GeometricTextureTrainerInternals.h"
+
+#include "Core/Common/Errors.h"
+#include "Learning/Training/AdamMoments.h"
+#include "Learning/Training/NetworkTraining.h"
+
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr const char* LossesName = "losses";
+/// CriticLoss, GradientPenalty, AdversarialLoss, ReconstructionLoss: what cannot be computed from the iteration.
+constexpr std::int64_t LossColumns = 4;
+
+void AddNetwork(const std::string& prefix, GeometricTextureNetworkImpl& network, TrainingCheckpoint& checkpoint)
+{
+  for (auto& [name, tensor] : GeometricTextureTensorsOf(network))
+  {
+    checkpoint.Tensors[prefix + name] = tensor;
+  }
+}
+
+void AddMoments(const std::string& prefix, torch::optim::Adam& optimiser, torch::nn::Module& network,
+  TrainingCheckpoint& checkpoint)
+{
+  for (const auto& parameter : network.named_parameters())
+  {
+    const AdamMoments moments = GetMoments(optimiser, parameter.value());
+    checkpoint.Tensors["adam_mean." + prefix + parameter.key()] = ToModelTensor(moments.Mean);
+    checkpoint.Tensors["adam_square." + prefix + parameter.key()] = ToModelTensor(moments.Square);
+  }
+}
+
+/// @throws ModelMismatch when there is none of at most @p rows rows.
+const ModelTensor& LossesOf(const std::string& file, const TrainingCheckpoint& checkpoint, std::int64_t rows)
+{
+  const auto losses = checkpoint.Tensors.find(LossesName);
+  const bool table = losses != checkpoint.Tensors.end() && losses->second.Shape.size() == 2 &&
+    losses->second.Shape[1] == LossColumns && losses->second.Shape[0] <= rows;
+  if (!table)
+  {
+    throw ModelMismatch(file + ": \"losses\" is no table of four columns and at most " + std::to_string(rows) +
+      " rows; expected a checkpoint of this training.");
+  }
+  return losses->second;
+}
+
+/// A parameter and what it becomes.
+struct RestoredParameter
+{
+  torch::Tensor Parameter;
+  torch::Tensor Value;
+  AdamMoments Moments; ///< undefined but for those of the current level
+};
+
+/// @param current beginning of the names of the parameters whose moments the checkpoint holds; empty for none.
+/// @throws ModelMismatch
+std::vector<RestoredParameter> ReadNetwork(const std::string& file, const TrainingCheckpoint& checkpoint,
+  const std::string& prefix, torch::nn::Module& network, const std::string& current)
+{
+  std::vector<RestoredParameter> restored;
+  for (const auto& parameter : network.named_parameters())
+  {
+    const std::string& name = parameter.key();
+    const auto read = [&](const std::string& tensor)
+    { return ReadTensor(file, checkpoint, tensor, parameter.value()); };
+    RestoredParameter part{ parameter.value(), read(prefix + name), {} };
+    if (!current.empty() && name.compare(0, current.size(), current) == 0)
+    {
+      const std::string own = prefix + name.substr(current.size());
+      part.Moments = { read("adam_mean." + own), read("adam_square." + own) };
+    }
+    restored.push_back(std::move(part));
+  }
+  return restored;
+}
+
+void SetParameters(const std::vector<RestoredParameter>& restored)
+{
+  for (const RestoredParameter& part : restored)
+  {
+    torch::Tensor parameter = part.Parameter;
+    parameter.copy_(part.Value);
+  }
+}
+
+void SetAllMoments(const std::vector<RestoredParameter>& restored, torch::optim::Adam& optimiser, std::int64_t steps)
+{
+  for (const RestoredParameter& part : restored)
+  {
+    if (part.Moments.Mean.defined())
+    {
+      SetMoments(optimiser, part.Parameter, part.Moments, steps);
+    }
+  }
+}
+} // namespace
+
+std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() const
+{
+  const GeometricTextureTrainingOptions& o = this->Options;
+  return { { "training", "geometric_texture" }, { "levels", std::to_string(o.Network.Levels) },
+    { "layers", std::to_string(o.Network.Layers) }, { "start_channels", std::to_string(o.Network.StartChannels) },
+    { "least_channels", std::to_string(o.Network.MinimumChannels) },
+    { "most_channels", std::to_string(o.Network.MaximumChannels) },
+    { "noise_amplitude", FormatExact(o.Network.NoiseAmplitude) },
+    { "iterations_per_level", std::to_string(o.IterationsPerLevel) },
+    { "discriminator_steps", std::to_string(o.DiscriminatorSteps) },
+    { "generator_steps", std::to_string(o.GeneratorSteps) }, { "learning_rate", FormatExact(o.LearningRate) },
+    { "learning_rate_interval", std::to_string(o.LearningRateInterval) },
+    { "learning_rate_factor", FormatExact(o.LearningRateFactor) }, { "penalty_weight", FormatExact(o.PenaltyWeight) },
+    { "reconstruction_weight", FormatExact(o.ReconstructionWeight) }, { "seed", std::to_string(o.Seed) },
+    { "dataset", std::to_string(this->DatasetHash) } };
+}
+
+TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
+{
+  TrainingCheckpoint checkpoint;
+  checkpoint.Recipe = this->Recipe();
+  AddNetwork("generator.", *this->Generator, checkpoint);
+  AddNetwork("discriminator.", *this->Discriminator, checkpoint);
+  if (this->Done() % this->Options.IterationsPerLevel > 0)
+  {
+    AddMoments("generator.", *this->GeneratorAdam, this->LevelGenerator(), checkpoint);
+    AddMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
+  }
+  ModelTensor& losses = checkpoint.Tensors[LossesName];
+  losses.Shape = { this->Done(), LossColumns };
+  for (const GeometricTextureTrainingStep& step : this->History)
+  {
+    for (const double loss : { step.CriticLoss, step.GradientPenalty, step.AdversarialLoss, step.ReconstructionLoss })
+    {
+      losses.Values.push_back(static_cast<float>(loss));
+    }
+  }
+  return checkpoint;
+}
+
+void GeometricTextureTrainer::Internals::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
+{
+  const torch::NoGradGuard noGradients;
+  // All that can fail comes first, so that a training is not left half restored.
+  const ModelTensor& losses = LossesOf(file, checkpoint, this->Iterations());
+  const std::int64_t done = losses.Shape[0];
+  const std::int64_t level = this->LevelOf(done);
+  const std::int64_t inLevel = done % this->Options.IterationsPerLevel;
+  const std::string current = inLevel > 0 ? "levels." + std::to_string(level) + "." : "";
+  const auto generator = ReadNetwork(file, checkpoint, "generator.", *this->Generator, current);
+  const auto discriminator = ReadNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);
+
+  this->History.clear();
+  const float* loss = losses.Values.data();
+  for (std::int64_t k = 0; k < done; ++k, loss += LossColumns)
+  {
+    this->History.push_back(
+      { k + 1, this->LevelOf(k), loss[0], loss[1], loss[2], loss[3], this->LearningRateAt(k) });
+  }
+  SetParameters(generator);
+  SetParameters(discriminator);
+  this->Current.reset();
+  if (inLevel > 0)
+  {
+    this->BeginLevel(level);
+    SetAllMoments(generator, *this->GeneratorAdam, inLevel * this->Options.GeneratorSteps);
+    SetAllMoments(discriminator, *this->DiscriminatorAdam, inLevel * this->Options.DiscriminatorSteps);
+  }
+}
+
+} // namespace surfsynth

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/GeometricTextureLevels.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
+
+#include <string>
+
+namespace surfsynth
+{
+
+namespace
+{
+torch::Tensor PointTensor(const PointMatrix& points, const torch::Device& device)
+{
+  return torch::from_blob(const_cast<double*>(points.data()), { points.rows(), 3 }, torch::kFloat64)
+    .to(device, torch::kFloat32, false, true);
+}
+
+void RequireValidLevel(const TriangleMesh& mesh, const std::string& what)
+{
+  try
+  {
+    RequireValidMesh(mesh, GeometricTextureSampler::Requirements());
+  }
+  catch (const InvalidInput& error)
+  {
+    throw InvalidInput("GeometricTextureTrainer: " + what + ": " + error.what());
+  }
+}
+}
+
+GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device)
+{
+  CheckDataset(dataset);
+  GeometricTextureLevels levels;
+  levels.Template = dataset.HasTemplate() ? dataset.Template : dataset.Levels.front();
+  RequireValidLevel(levels.Template, "the template");
+  for (std::size_t k = 0; k < dataset.Levels.size(); ++k)
+  {
+    RequireValidLevel(dataset.Levels[k], "level " + std::to_string(k));
+  }
+  const double edge = MeanEdgeLength(dataset.Levels.front());
+  const Eigen::RowVector3d centre = levels.Template.Points.colwise().mean();
+  levels.Template.Points = (levels.Template.Points.rowwise() - centre) / edge;
+  levels.Start = PointTensor(levels.Template.Points, device);
+  double scale = 1.0 / edge;
+  for (const TriangleMesh& mesh : dataset.Levels)
+  {
+    GeometricTextureLevelData& data = levels.Data.emplace_back();
+    data.Tables = FaceTables(mesh, torch::TensorOptions(torch::kFloat32).device(device));
+    data.Real = PointTensor(scale * (mesh.Points.rowwise() - centre), device);
+    data.RealFeatures = EdgeFeatureTensor(data.Tables, data.Real);
+    data.Parents = ParentTensor(SubdivideAtMidpoints(mesh), device);
+    scale *= 2.0;
+  }
+  return levels;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The levels that a texture is learnt from, as tensors. Private to the training.
+#pragma once
+
+#include "IO/Datasets/MultiscaleDataset.h"
+#include "Learning/Layers/EdgeFeatureTensors.h"
+
+#include <torch/torch.h>
+
+#include <vector>
+
+namespace surfsynth
+{
+
+/// One level. Lengths are in units in which the mean edge of level 0 is 2^-level long: edges are about 1 long at each level.
+struct GeometricTextureLevelData
+{
+  FaceTables Tables;
+  torch::Tensor Real;         ///< [V, 3], the reference
+  torch::Tensor RealFeatures; ///< [F, 12]
+  torch::Tensor Parents;      ///< [E, 2], where the next level has its new vertices
+};
+
+struct GeometricTextureLevels
+{
+  TriangleMesh Template;  ///< around the origin, in units of the mean edge of level 0
+  torch::Tensor Start;    ///< [V, 3], its points
+  std::vector<GeometricTextureLevelData> Data;
+};
+
+/// @throws InvalidInput when the dataset is not one of CheckDataset(), or a mesh does not meet
+/// GeometricTextureSampler::Requirements().
+GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device);
+
+} // namespace surfsynth

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/GeometricTextureTrainer.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Random/CounterUniforms.h"
+#include "Learning/Losses/GeometricTextureLosses.h"
+#include "Learning/Networks/InitialWeights.h"
+#include "Learning/Training/NetworkTraining.h"
+#include "Learning/Training/GeometricTextureTrainerInternals.h"
+
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Largest number of levels, and of steps of each kind in an iteration: coordinates of noise are made of both.
+constexpr std::uint32_t MaximumNumberOfLevels = 16;
+
+GeometricTextureOptions WithLevels(GeometricTextureOptions network, std::size_t levels)
+{
+  network.Levels = static_cast<std::int64_t>(levels);
+  return network;
+}
+
+/// Standard normals times @p amplitude, [vertices, 3] in float32; coordinates are components from that of @p key on.
+SinglePoints NormalPoints(NormalKey key, std::int64_t vertices, double amplitude)
+{
+  SinglePoints points(vertices, 3);
+  Eigen::VectorXd coordinates(vertices);
+  for (int axis = 0; axis < 3; ++axis, ++key.Component)
+  {
+    FillNormals(key, 0, vertices, coordinates.data());
+    points.col(axis) = (amplitude * coordinates).cast<float>();
+  }
+  return points;
+}
+
+torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& device)
+{
+  return torch::from_blob(const_cast<float*>(points.data()), { points.rows(), 3 }, torch::kFloat32)
+    .to(device, torch::kFloat32, false, true);
+}
+
+/// While it lives, a network's parameters are constants.
+class Frozen
+{
+public:
+  explicit Frozen(torch::nn::Module& network)
+    : Parameters(network.parameters())
+  {
+    this->Set(false);
+  }
+  ~Frozen() { this->Set(true); }
+  Frozen(const Frozen&) = delete;
+  Frozen& operator=(const Frozen&) = delete;
+
+private:
+  void Set(bool trainable)
+  {
+    for (torch::Tensor& parameter : this->Parameters)
+    {
+      parameter.set_requires_grad(trainable);
+    }
+  }
+  std::vector<torch::Tensor> Parameters;
+};
+
+using Optimiser = std::unique_ptr<torch::optim::Adam>;
+
+Optimiser MakeOptimiser(torch::nn::Module& network, double learningRate)
+{
+  return std::make_unique<torch::optim::Adam>(
+    network.parameters(), torch::optim::AdamOptions(learningRate).betas(std::make_tuple(0.5, 0.99)));
+}
+
+void SetLearningRate(torch::optim::Adam& optimiser, double learningRate)
+{
+  static_cast<torch::optim::AdamOptions&>(optimiser.param_groups()[0].options()).lr(learningRate);
+}
+
+void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
+{
+  const torch::NoGradGuard noGradients;
+  const std::vector<torch::Tensor> source = from.parameters();
+  std::vector<torch::Tensor> target = to.parameters();
+  for (std::size_t k = 0; k < source.size(); ++k)
+  {
+    target[k].copy_(source[k]);
+  }
+}
+}
+
+GeometricTextureTrainer::Internals::Internals(const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options)
+  : Options(options)
+  , DatasetHash(ContentHash(dataset))
+  , Where(ChooseDevice(options.Device))
+  , Levels(MakeGeometricTextureLevels(dataset, this->Where))
+  , Generator(nullptr)
+  , Discriminator(nullptr)
+{
+  this->Options.Network = WithLevels(options.Network, dataset.Levels.size());
+  const GeometricTextureOptions& network = this->Options.Network;
+  this->Generator = MakeGeometricTextureNetwork(network, false, InitialGeometricTextureTensors(network, false, options.Seed));
+  this->Discriminator = MakeGeometricTextureNetwork(network, true, InitialGeometricTextureTensors(network, true, options.Seed));
+  this->Generator->to(this->Where);
+  this->Discriminator->to(this->Where);
+  NormalKey key; // streams of levels begin with 1
+  key.Seed = options.Seed;
+  this->ReconstructionNoise = NormalPoints(key, this->Levels.Template.NumberOfPoints(), network.NoiseAmplitude);
+}
+
+double GeometricTextureTrainer::Internals::LearningRateAt(std::int64_t iteration) const
+{
+  const std::int64_t passed =
+    iteration % this->Options.IterationsPerLevel / this->Options.LearningRateInterval;
+  return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
+}
+
+bool GeometricTextureTrainer::Internals::SameChannelsAsBelow(std::int64_t level) const
+{
+  const GeometricTextureOptions& network = this->Options.Network;
+  return level > 0 && network.GeneratorChannels(level) == network.GeneratorChannels(level - 1);
+}
+
+/// New optimisers, and what does not change while the levels below are frozen.
+void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
+{
+  this->Current = level;
+  this->GeneratorAdam = MakeOptimiser(this->LevelGenerator(), this->Options.LearningRate);
+  this->DiscriminatorAdam = MakeOptimiser(this->Critic(), this->Options.LearningRate);
+  if (level == 0)
+  {
+    return;
+  }
+  const torch::NoGradGuard noGradients;
+  torch::Tensor noise = NoiseTensor(this->ReconstructionNoise, this->Where);
+  this->ReconstructionStart = this->Levels.Start;
+  for (std::int64_t below = 0; below < level; ++below)
+  {
+    this->ReconstructionStart = this->Refined(static_cast<std::size_t>(below), this->ReconstructionStart, noise);
+    noise = torch::Tensor();
+  }
+}
+
+/// The noise of one pass through the levels in this iteration; @p slot numbers the passes.
+torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t level) const
+{
+  NormalKey key;
+  key.Seed = this->Options.Seed;
+  key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
+  key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
+  key.Component = 3 * (static_cast<std::uint32_t>(slot) * MaximumNumberOfLevels + static_cast<std::uint32_t>(level));
+  const std::int64_t vertices = this->Levels.Data[static_cast<std::size_t>(level)].Tables.Vertices;
+  return NoiseTensor(NormalPoints(key, vertices, this->Options.Network.NoiseAmplitude), this->Where);
+}
+
+/// Positions of level + 1 from those of @p level, before it is displaced.
+torch::Tensor GeometricTextureTrainer::Internals::Refined(
+  std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise)
+{
+  const GeometricTextureLevelData& data = this->Levels.Data[level];
+  return DoubledSubdivision(Displaced(this->Generator->Level(level), data.Tables, positions, noise), data.Parents);
+}
+
+/// What the levels below make of fresh noise.
+torch::Tensor GeometricTextureTrainer::Internals::CoarseSurface(std::int64_t slot)
+{
+  const torch::NoGradGuard noGradients;
+  torch::Tensor positions = this->Levels.Start;
+  for (std::int64_t level = 0; level < *this->Current; ++level)
+  {
+    positions = this->Refined(static_cast<std::size_t>(level), positions, this->Noise(slot, level));
+  }
+  return positions;
+}
+
+void GeometricTextureTrainer::Internals::TakeStep(
+  torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const
+{
+  const double unlimited = std::numeric_limits<double>::infinity();
+  if (!std::isfinite(loss) || !std::isfinite(torch::nn::utils::clip_grad_norm_(network.parameters(), unlimited)))
+  {
+    throw SolverFailure("A loss or its gradient is not finite in iteration " + std::to_string(this->Done() + 1) +
+      " of the training; expected a lower learning rate, or meshes without needles.");
+  }
+  optimiser.step();
+}
+
+void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureTrainingStep& step)
+{
+  const GeometricTextureLevelData& data = this->Data();
+  torch::Tensor fake;
+  {
+    const torch::NoGradGuard noGradients;
+    fake = EdgeFeatureTensor(data.Tables,
+      Displaced(this->LevelGenerator(), data.Tables, this->CoarseSurface(slot), this->Noise(slot, *this->Current)));
+  }
+  NormalKey key;
+  key.Seed = this->Options.Seed;
+  key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
+  key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
+  key.Component = static_cast<std::uint32_t>(slot);
+  this->DiscriminatorAdam->zero_grad();
+  const torch::Tensor penalty =
+    GradientPenalty(this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
+  (this->Options.PenaltyWeight * penalty).backward();
+  const torch::Tensor difference =
+    CriticValue(this->Critic(), data.Tables, fake) - CriticValue(this->Critic(), data.Tables, data.RealFeatures);
+  difference.backward();
+  const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
+  step.CriticLoss += share * difference.item<double>();
+  step.GradientPenalty += share * penalty.item<double>();
+  this->TakeStep(*this->DiscriminatorAdam, this->Critic(), step.CriticLoss + step.GradientPenalty);
+}
+
+void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, GeometricTextureTrainingStep& step)
+{
+  const GeometricTextureLevelData& data = this->Data();
+  const std::int64_t level = *this->Current;
+  GeometricTextureLevelNetworkImpl& generator = this->LevelGenerator();
+  const Frozen critic(this->Critic());
+  this->GeneratorAdam->zero_grad();
+  const torch::Tensor fake = Displaced(generator, data.Tables, this->CoarseSurface(slot), this->Noise(slot, level));
+  const torch::Tensor adversarial =
+    -CriticValue(this->Critic(), data.Tables, EdgeFeatureTensor(data.Tables, fake));
+  // Level 0 reconstructs from any noise, those above from one: the passes of both kinds have numbers of their own.
+  const std::int64_t fresh = slot + this->Options.GeneratorSteps;
+  const torch::Tensor reconstructed = level == 0
+    ? Displaced(generator, data.Tables, this->Levels.Start, this->Noise(fresh, 0))
+    : Displaced(generator, data.Tables, this->ReconstructionStart);
+  const torch::Tensor reconstruction = ReconstructionLoss(reconstructed, data.Real);
+  (this->Options.ReconstructionWeight * reconstruction + adversarial).backward();
+  const double share = 1.0 / static_cast<double>(this->Options.GeneratorSteps);
+  step.AdversarialLoss += share * adversarial.item<double>();
+  step.ReconstructionLoss += share * reconstruction.item<double>();
+  this->TakeStep(*this->GeneratorAdam, generator, step.AdversarialLoss + step.ReconstructionLoss);
+}
+
+GeometricTextureTrainingStep GeometricTextureTrainer::Internals::Step()
+{
+  if (this->Done() >= this->Iterations())
+  {
+    throw InvalidInput("GeometricTextureTrainer: all " + std::to_string(this->Iterations()) +
+      " iterations are done; expected no further step.");
+  }
+  GeometricTextureTrainingStep step;
+  step.Iteration = this->Done() + 1;
+  step.Level = this->LevelOf(this->Done());
+  step.LearningRate = this->LearningRateAt(this->Done());
+  if (this->Current != step.Level)
+  {
+    if (this->SameChannelsAsBelow(step.Level))
+    {
+      const auto level = static_cast<std::size_t>(step.Level);
+      CopyParameters(this->Generator->Level(level - 1), this->Generator->Level(level));
+      CopyParameters(this->Discriminator->Level(level - 1), this->Discriminator->Level(level));
+    }
+    this->BeginLevel(step.Level);
+  }
+  SetLearningRate(*this->GeneratorAdam, step.LearningRate);
+  SetLearningRate(*this->DiscriminatorAdam, step.LearningRate);
+  for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
+  {
+    this->DiscriminatorStep(k, step);
+  }
+  for (std::int64_t k = 0; k < this->Options.GeneratorSteps; ++k)
+  {
+    this->GeneratorStep(this->Options.DiscriminatorSteps + k, step);
+  }
+  // As precise as a checkpoint holds them, so that a table is the same with and without one.
+  for (double* loss : { &step.CriticLoss, &step.GradientPenalty, &step.AdversarialLoss, &step.ReconstructionLoss })
+  {
+    *loss = static_cast<float>(*loss);
+  }
+  this->History.push_back(step);
+  return step;
+}
+
+GeometricTextureTrainer::GeometricTextureTrainer(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options)
+{
+  CheckOptions(options);
+  CheckDataset(dataset);
+  CheckOptions(WithLevels(options.Network, dataset.Levels.size()));
+  this->Impl = std::make_unique<Internals>(dataset, options);
+}
+
+GeometricTextureTrainer::~GeometricTextureTrainer() = default;
+GeometricTextureTrainer::GeometricTextureTrainer(GeometricTextureTrainer&&) noexcept = default;
+GeometricTextureTrainer& GeometricTextureTrainer::operator=(GeometricTextureTrainer&&) noexcept = default;
+
+GeometricTextureTrainingStep GeometricTextureTrainer::Step() { return this->Impl->Step(); }
+
+std::int64_t GeometricTextureTrainer::Iteration() const { return this->Impl->Done(); }
+
+std::int64_t GeometricTextureTrainer::Iterations() const { return this->Impl->Iterations(); }
+
+const std::vector<GeometricTextureTrainingStep>& GeometricTextureTrainer::History() const { return this->Impl->History; }
+
+std::string GeometricTextureTrainer::DeviceName() const { return this->Impl->Where.is_cuda() ? "CUDA" : "CPU"; }
+
+void GeometricTextureTrainer::SaveCheckpoint(const std::string& path) const
+{
+  WriteCheckpoint(path, this->Impl->Checkpoint());
+}
+
+void GeometricTextureTrainer::LoadCheckpoint(const std::string& path)
+{
+  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
+  RequireSameRecipe(path, this->Impl->Recipe(), checkpoint.Recipe);
+  this->Impl->Restore(path, checkpoint);
+}
+
+GeometricTextureModel GeometricTextureTrainer::Model() const
+{
+  GeometricTextureModel model;
+  model.Options = this->Impl->Options.Network;
+  model.Name = this->Impl->Options.Name;
+  model.Generator = GeometricTextureTensorsOf(*this->Impl->Generator);
+  model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
+  model.Template = this->Impl->Levels.Template;
+  model.ReconstructionNoise = this->Impl->ReconstructionNoise;
+  return model;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The state of a training of textures: what its steps change, and its checkpoints hold. Private to the training.
+#pragma once
+
+#include "Learning/Networks/GeometricTextureNetworks.h"
+#include "Learning/Training/GeometricTextureLevels.h"
+#include "Learning/Training/GeometricTextureTrainer.h"
+#include "Learning/Training/TrainingCheckpoint.h"
+
+#include <torch/torch.h>
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+class GeometricTextureTrainer::Internals
+{
+public:
+  Internals(const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options);
+
+  GeometricTextureTrainingStep Step();
+  std::int64_t Done() const { return static_cast<std::int64_t>(this->History.size()); }
+  std::int64_t Iterations() const { return this->Options.Network.Levels * this->Options.IterationsPerLevel; }
+  std::map<std::string, std::string> Recipe() const;
+  TrainingCheckpoint Checkpoint();
+  void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
+
+  GeometricTextureTrainingOptions Options;
+  std::uint64_t DatasetHash;
+  torch::Device Where;
+  GeometricTextureLevels Levels;
+  SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
+  GeometricTextureNetwork Generator;
+  GeometricTextureNetwork Discriminator;
+  std::vector<GeometricTextureTrainingStep> History;
+
+private:
+  std::int64_t LevelOf(std::int64_t iteration) const { return iteration / this->Options.IterationsPerLevel; }
+  double LearningRateAt(std::int64_t iteration) const;
+  bool SameChannelsAsBelow(std::int64_t level) const;
+  void BeginLevel(std::int64_t level);
+  torch::Tensor Noise(std::int64_t slot, std::int64_t level) const;
+  torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
+  torch::Tensor CoarseSurface(std::int64_t slot);
+  void TakeStep(torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const;
+  void DiscriminatorStep(std::int64_t slot, GeometricTextureTrainingStep& step);
+  void GeneratorStep(std::int64_t slot, GeometricTextureTrainingStep& step);
+
+  GeometricTextureLevelData& Data() { return this->Levels.Data[static_cast<std::size_t>(*this->Current)]; }
+  GeometricTextureLevelNetworkImpl& LevelGenerator() { return this->Generator->Level(static_cast<std::size_t>(*this->Current)); }
+  GeometricTextureLevelNetworkImpl& Critic() { return this->Discriminator->Level(static_cast<std::size_t>(*this->Current)); }
+
+  std::optional<std::int64_t> Current; ///< the level that what follows is of
+  std::unique_ptr<torch::optim::Adam> GeneratorAdam;
+  std::unique_ptr<torch::optim::Adam> DiscriminatorAdam;
+  torch::Tensor ReconstructionStart; ///< what the frozen levels make of the noise that reconstructs; of levels above 0
+};
+
+} // namespace surfsynth

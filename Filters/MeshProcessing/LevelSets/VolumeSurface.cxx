@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "MeshProcessing/LevelSets/VolumeSurface.h"
+
+#include "MeshProcessing/LevelSets/LevelSets.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Common/Text.h"
+#include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/SeparateSheets.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <Eigen/Geometry>
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace surfsynth
+{
+
+namespace
+{
+using Grid = openvdb::FloatGrid;
+
+/// Voxels along a side that OpenVDB's coordinates, and single precision in them, can tell apart.
+constexpr double LargestSide = 1 << 20;
+
+/// Lengths whose fourth powers, in areas of triangles, neither overflow nor vanish.
+constexpr double SmallestLength = 1e-60;
+constexpr double LargestLength = 1e60;
+
+/// Calls @p work with as many of TBB's threads as the core may use, and no more than TBB has.
+template <typename Work>
+TriangleMesh WithThreads(const Work& work)
+{
+  static const bool initialized = (openvdb::initialize(), true);
+  static_cast<void>(initialized);
+  TriangleMesh result;
+  const std::size_t available = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(std::min<std::size_t>(MaximumThreads(), available)));
+  arena.execute([&] { result = work(); });
+  return result;
+}
+
+double AreaOf(const TriangleMesh& mesh)
+{
+  double doubleArea = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+    doubleArea += a.cross(b).norm();
+  }
+  return 0.5 * doubleArea;
+}
+
+double SignedVolume(const TriangleMesh& mesh)
+{
+  double sum = 0.0;
+  const Eigen::Vector3d origin = mesh.Points.row(mesh.Triangles(0, 0)).transpose();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto corner = [&](int k) -> Eigen::Vector3d
+    { return mesh.Points.row(mesh.Triangles(f, k)).transpose() - origin; };
+    sum += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  return sum / 6.0;
+}
+
+/// Throws when a narrow band of @p halfWidth voxels of side @p voxelSize to either side of @p mesh holds too many, before
+/// any memory is taken for it.
+void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWidth, const LevelSetOptions& options)
+{
+  const double side = ComputeBoundingBox(mesh).LongestSide();
+  const double voxels = 2.0 * (halfWidth + 1.0) * AreaOf(mesh) / (voxelSize * voxelSize) + side / voxelSize;
+  if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide)
+  {
+    return;
+  }
+  // The number falls with the square of the size; a little on top, so that the size that is named does fit.
+  const double fitting = 1.05 *
+    std::max(voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)), side / LargestSide);
+  throw InvalidInput("About " + Text(voxels) + " voxels of size " + Text(voxelSize) +
+    " would be needed along the surface, " + Text(side / voxelSize) + " along its longest side; at most " +
+    Text(options.MaximumNumberOfVoxels) + " and " + Text(LargestSide) + " are allowed. A VoxelSize of " + Text(fitting) +
+    " fits; MaximumNumberOfVoxels raises the limit.");
+}
+
+TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Eigen::RowVector3d& offset)
+{
+  mesh.Points = (mesh.Points.array().rowwise() * scale.array()).rowwise() + offset.array();
+  return mesh;
+}
+
+/// Without defects, in the precision that points are stored with.
+TriangleMesh MadeManifold(TriangleMesh mesh, bool singlePrecision)
+{
+  if (singlePrecision)
+  {
+    mesh.Points = mesh.Points.cast<float>().cast<double>();
+  }
+  return SeparateSheets(RemoveDegenerateTriangles(mesh));
+}
+
+void SelectParts(Grid& grid, const LevelSetOptions& options)
+{
+  if (options.FillCavities)
+  {
+    FillCavities(grid);
+  }
+  if (options.LargestComponent)
+  {
+    KeepLargestPart(grid);
+  }
+}
+
+/// What follows the level set of the input; @p closing is what is still to be closed, in voxels.
+TriangleMesh Finish(
+  Grid& grid, double voxelSize, double closing, const LevelSetOptions& options, StopInterrupter& interrupter)
+{
+  MoveSurface(grid, closing, interrupter);
+  MoveSurface(grid, -closing, interrupter);
+  Smooth(grid, options.Smoothing, options.SmoothingIterations, interrupter);
+  MoveSurface(grid, options.Offset / voxelSize, interrupter);
+  SelectParts(grid, options);
+  interrupter.Check();
+  return MeshOfGrid(grid, 0.0, options.Adaptivity);
+}
+
+/// Parts that are wound inwards and lie within no other's bounding box turn the outside into a solid.
+bool HasInvertedPart(const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  const MeshComponents parts = ComputeComponents(topology, Eigen::VectorXd::Zero(mesh.NumberOfPoints()));
+  std::vector<double> volume(static_cast<std::size_t>(parts.Count), 0.0);
+  std::vector<Eigen::AlignedBox3d> box(volume.size());
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const Index part = parts.OfVertex[mesh.Triangles(f, 0)];
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k)
+    {
+      corners.col(k) = mesh.Points.row(mesh.Triangles(f, k)).transpose();
+      box[part].extend(corners.col(k));
+    }
+    volume[part] += corners.col(0).dot(corners.col(1).cross(corners.col(2)));
+  }
+  for (std::size_t inner = 0; inner < volume.size(); ++inner)
+  {
+    const auto holds = [&](std::size_t outer) { return volume[outer] > 0.0 && box[outer].contains(box[inner]); };
+    bool held = volume[inner] > 0.0;
+    for (std::size_t outer = 0; !held && outer < volume.size(); ++outer)
+    {
+      held = holds(outer);
+    }
+    if (!held)
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The level set of a mesh whose winding tells inside from outside; null when it does not.
+Grid::Ptr TrustingTheWinding(TriangleMesh mesh, StopInterrupter& interrupter)
+{
+  MeshRequirements closed;
+  closed.ManifoldVertices = closed.ConsistentWinding = closed.Closed = true;
+  if (!CheckMesh(mesh, closed).empty())
+  {
+    return nullptr;
+  }
+  if (SignedVolume(mesh) < 0.0)
+  {
+    mesh.Triangles.col(1).swap(mesh.Triangles.col(2));
+  }
+  if (HasInvertedPart(mesh, MeshTopology(mesh)))
+  {
+    return nullptr;
+  }
+  Grid::Ptr grid = LevelSetOfOrientedMesh(mesh, interrupter);
+  return IsConsistent(*grid) ? grid : nullptr;
+}
+
+/// The triangles of @p mesh that have an area, however small.
+TriangleMesh WithArea(const TriangleMesh& mesh)
+{
+  TriangleMesh result;
+  result.Points = mesh.Points;
+  result.Triangles.resize(mesh.NumberOfTriangles(), 3);
+  Index kept = 0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+    if (a.cross(b).norm() > 1e-14 * std::max(a.squaredNorm(), b.squaredNorm()))
+    {
+      result.Triangles.row(kept++) = t;
+    }
+  }
+  result.Triangles.conservativeResize(kept, 3);
+  return result;
+}
+}
+
+TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions& options, const StopFlag& stop)
+{
+  return WithThreads(
+    [&]() -> TriangleMesh
+    {
+      StopInterrupter interrupter(stop);
+      const Grid::Ptr grid = GridOfSamples(samples);
+      interrupter.Check();
+      const Eigen::RowVector3d spacing = samples.Spacing.transpose();
+      const Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();
+      if (options.LeavesLevelSetAlone())
+      {
+        SelectParts(*grid, options);
+        interrupter.Check();
+        const TriangleMesh mesh = MeshOfGrid(*grid, 0.0, options.Adaptivity);
+        return MadeManifold(Mapped(mesh, spacing, origin), options.SinglePrecision);
+      }
+      const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : samples.Spacing.minCoeff();
+      const TriangleMesh surface = MadeManifold(Mapped(MeshOfGrid(*grid, 0.0, 0.0), spacing, origin), false);
+      if (surface.NumberOfTriangles() == 0)
+      {
+        return surface;
+      }
+      RequireFewVoxels(surface, voxelSize, HalfWidth, options);
+      interrupter.Check();
+      const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
+      const Grid::Ptr levelSet = LevelSetOfOrientedMesh(Mapped(surface, scale.cwiseInverse(), origin), interrupter);
+      const TriangleMesh mesh = Finish(*levelSet, voxelSize, options.Closing / voxelSize, options, interrupter);
+      return MadeManifold(Mapped(mesh, scale, origin), options.SinglePrecision);
+    });
+}
+
+TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& options, const StopFlag& stop)
+{
+  const BoundingBox box = ComputeBoundingBox(mesh);
+  const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : box.LongestSide() / 128.0;
+  if (!(box.LongestSide() > SmallestLength && box.LongestSide() < LargestLength && voxelSize > SmallestLength))
+  {
+    throw InvalidInput("The points of the surface span a box of longest side " + Text(box.LongestSide()) +
+      ", to be divided into voxels of size " + Text(voxelSize) + "; lengths from " + Text(SmallestLength) + " to " +
+      Text(LargestLength) + " are needed. vtkTransformPolyDataFilter scales the surface.");
+  }
+  const double closing = options.Closing / voxelSize;
+  RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);
+  return WithThreads(
+    [&]() -> TriangleMesh
+    {
+      StopInterrupter interrupter(stop);
+      const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
+      const Eigen::RowVector3d lower = box.Lower.transpose();
+      TriangleMesh scaled = mesh;
+      scaled.Points = (mesh.Points.rowwise() - lower) / voxelSize;
+      scaled = WithArea(scaled);
+      if (scaled.NumberOfTriangles() == 0)
+      {
+        throw InvalidInput("No triangle of the surface has an area; the solid that it bounds is empty.");
+      }
+      Grid::Ptr grid = TrustingTheWinding(scaled, interrupter);
+      const bool trusted = grid != nullptr;
+      if (!trusted)
+      {
+        grid = LevelSetOfSoup(scaled, closing, interrupter);
+      }
+      const TriangleMesh surface = Finish(*grid, voxelSize, trusted ? closing : 0.0, options, interrupter);
+      return MadeManifold(Mapped(surface, scale, lower), options.SinglePrecision);
+    });
+}
+
+} // namespace surfsynth

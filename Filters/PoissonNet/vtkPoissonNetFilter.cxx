@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkPoissonNetFilter.h"
+
+#include "BlockCache.h"
+#include "FileCache.h"
+#include "NetworkInput.h"
+#include "PredictionArrays.h"
+#include "SurfaceBridge.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/UsedPoints.h"
+
+#include <vtkDataObject.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+
+#include <algorithm>
+#include <exception>
+#include <optional>
+#include <utility>
+
+using surfsynth::Surface;
+
+vtkStandardNewMacro(vtkPoissonNetFilter);
+
+namespace
+{
+std::string Described(const surfsynth::PoissonNetModel& model)
+{
+  const surfsynth::PoissonNetOptions& options = model.Options;
+  const bool gradients = options.Head == surfsynth::PoissonNetHead::GradientDomain;
+  const bool atFaces = options.Domain == surfsynth::PoissonNetDomain::Faces;
+  const bool global = options.Domain == surfsynth::PoissonNetDomain::Global;
+  return std::string(gradients      ? "positions"
+             : model.IsClassifier() ? "classifier"
+                                    : "features") +
+    " at the " +
+    (global       ? "whole surface"
+        : atFaces ? "faces"
+                  : "points") +
+    ", " + std::to_string(options.ResultChannels()) + " channels; " + std::to_string(options.Blocks) +
+    " blocks, width " + std::to_string(options.Width) + ", " + std::to_string(options.InputChannels) +
+    " input channels, " + std::to_string(options.ExtraFeatures) + " conditions";
+}
+
+/// The network on one mesh. The operators outlive a change of the model.
+struct PreparedBlock
+{
+  surfsynth::InputNormalisation Normalisation = surfsynth::InputNormalisation::None;
+  surfsynth::MeshNormalisation Coordinates;
+  surfsynth::PointMatrix Points; ///< those that triangles use, normalised
+  surfsynth::PoissonOperators Operators;
+  std::shared_ptr<const surfsynth::PoissonNetModel> Model;
+  std::optional<surfsynth::PoissonNetEvaluator> Evaluator;
+};
+} // namespace
+
+/// The model and the meshes of the last update.
+class vtkPoissonNetFilter::Internals
+{
+public:
+  explicit Internals(vtkPoissonNetFilter* self)
+    : Self(self)
+  {}
+
+  /// Reads the model file where that is needed. @throws what the reader throws.
+  void Begin()
+  {
+    if (this->Self->ModelFileName.empty())
+    {
+      throw surfsynth::InvalidInput(
+        "ModelFileName is empty; the path of a PoissonNet in safetensors format is needed.");
+    }
+    this->Model.reset();
+    this->Model = this->File.Get(this->Self->ModelFileName);
+    this->Blocks.Begin();
+  }
+
+  void AddPrediction(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    const surfsynth::UsedPoints used(surface.Mesh);
+    const surfsynth::TriangleMesh mesh = used.Compact(surface.Mesh);
+    const surfsynth::MeshNormalisation coordinates = surfsynth::ComputeNormalisation(mesh, this->Normalisation());
+    // What is wrong with the input is said before the operators, which take long, are made.
+    const surfsynth::PoissonNetInput input = surfsynth::MakeNetworkInput(
+      *this->Model, this->Request(), output, used, coordinates);
+    PreparedBlock* prepared = this->Find(surface);
+    const double begin = prepared ? 0.0 : 0.3;
+    if (!prepared)
+    {
+      prepared = &this->Build(surface, mesh, coordinates, surfsynth::SubProgress(progress, 0.0, begin));
+    }
+    const surfsynth::PoissonNetEvaluator& evaluator = this->EvaluatorOf(*prepared);
+    const surfsynth::PoissonNetPrediction prediction = evaluator.Evaluate(
+      input, surfsynth::SubProgress(progress, begin, 1.0));
+    surfsynth::AddPredictionArrays(
+      { surface, used, *this->Model, prepared->Coordinates }, prediction, this->Names(), output);
+  }
+
+  /// What is held of this block from an earlier update, or null; mesh and normalisation must be the same.
+  PreparedBlock* Find(const Surface& surface)
+  {
+    PreparedBlock* found = this->Blocks.Find(surface);
+    return found && found->Normalisation == this->Normalisation() ? found : nullptr;
+  }
+
+  std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
+  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::FileCache<surfsynth::PoissonNetModel> File{
+    [](const std::string& path) { return surfsynth::ReadPoissonNet(path); },
+    "A PoissonNet in safetensors format is needed; \"python3 -m surfacesynthesis convert\" makes one of a PyTorch "
+    "checkpoint." };
+  vtkTypeInt64 NumberOfFactorizations = 0;
+
+private:
+  surfsynth::InputNormalisation Normalisation() const
+  {
+    switch (this->Self->InputNormalisation)
+    {
+      case NONE:
+        return surfsynth::InputNormalisation::None;
+      case SURFACE_AREA:
+        return surfsynth::InputNormalisation::SurfaceArea;
+      case UNIT_SPHERE:
+        return surfsynth::InputNormalisation::UnitSphere;
+      default:
+        return this->Model->Normalisation;
+    }
+  }
+
+  surfsynth::NetworkInputRequest Request() const
+  {
+    return { this->Self->Conditions, this->Self->ConditionArrayName, this->Self->SignalArrayName };
+  }
+
+  surfsynth::PredictionNames Names() const
+  {
+    return { this->Self->PredictionArrayName, this->Self->LabelArrayName, this->Self->ClassNamesArrayName,
+      this->Self->DisplacementArrayName };
+  }
+
+  /// @param mesh the points of @p surface that triangles use.
+  PreparedBlock& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
+    const surfsynth::MeshNormalisation& coordinates, const surfsynth::Progress& progress)
+  {
+    this->Blocks.Drop(surface);
+    // The tables that the check has made hold for the whole mesh, stray points included.
+    const bool isWhole = surface.Topology && mesh.NumberOfPoints() == surface.Mesh.NumberOfPoints();
+    std::optional<surfsynth::MeshTopology> own;
+    if (!isWhole)
+    {
+      own = surfsynth::RequireValidMesh(mesh, surfsynth::PoissonNetEvaluator::Requirements());
+    }
+    const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
+    PreparedBlock prepared;
+    prepared.Normalisation = this->Normalisation();
+    prepared.Coordinates = coordinates;
+    const surfsynth::TriangleMesh normalised = surfsynth::Normalised(mesh, coordinates);
+    prepared.Points = normalised.Points;
+    prepared.Operators = surfsynth::BuildPoissonOperators(normalised, topology, progress);
+    ++this->NumberOfFactorizations;
+    for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalisation()))
+    {
+      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
+    }
+    return this->Blocks.Insert(surface, std::move(prepared));
+  }
+
+  const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedBlock& prepared) const
+  {
+    if (prepared.Model != this->Model)
+    {
+      prepared.Evaluator.reset(); // first, so that the weights of two models are never held
+      prepared.Model = this->Model;
+      prepared.Evaluator.emplace(this->Model, prepared.Operators, prepared.Points);
+    }
+    return *prepared.Evaluator;
+  }
+
+  vtkPoissonNetFilter* Self;
+};
+
+vtkPoissonNetFilter::vtkPoissonNetFilter()
+  : Impl(std::make_unique<Internals>(this))
+{}
+
+vtkPoissonNetFilter::~vtkPoissonNetFilter() = default;
+
+void vtkPoissonNetFilter::SetText(std::string& property, const char* text)
+{
+  const std::string wanted = text ? text : "";
+  if (property != wanted)
+  {
+    property = wanted;
+    this->Modified();
+  }
+}
+
+void vtkPoissonNetFilter::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+
+void vtkPoissonNetFilter::SetConditionArrayName(const char* name) { this->SetText(this->ConditionArrayName, name); }
+
+void vtkPoissonNetFilter::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+
+void vtkPoissonNetFilter::SetPredictionArrayName(const char* name) { this->SetText(this->PredictionArrayName, name); }
+
+void vtkPoissonNetFilter::SetLabelArrayName(const char* name) { this->SetText(this->LabelArrayName, name); }
+
+void vtkPoissonNetFilter::SetClassNamesArrayName(const char* name) { this->SetText(this->ClassNamesArrayName, name); }
+
+void vtkPoissonNetFilter::SetDisplacementArrayName(const char* name)
+{
+  this->SetText(this->DisplacementArrayName, name);
+}
+
+void vtkPoissonNetFilter::SetNumberOfConditions(int number)
+{
+  const auto wanted = static_cast<std::size_t>(std::max(number, 0));
+  if (this->Conditions.size() != wanted)
+  {
+    this->Conditions.resize(wanted, 0.0);
+    this->Modified();
+  }
+}
+
+void vtkPoissonNetFilter::SetCondition(int index, double value)
+{
+  if (index < 0 || index >= this->GetNumberOfConditions())
+  {
+    return;
+  }
+  double& condition = this->Conditions[static_cast<std::size_t>(index)];
+  if (condition != value)
+  {
+    condition = value;
+    this->Modified();
+  }
+}
+
+double vtkPoissonNetFilter::GetCondition(int index) const
+{
+  return index >= 0 && index < this->GetNumberOfConditions() ? this->Conditions[static_cast<std::size_t>(index)] : 0.0;
+}
+
+int vtkPoissonNetFilter::FillInputPortInformation(int, vtkInformation* info) { return surfsynth::AcceptSurfaces(info); }
+
+int vtkPoissonNetFilter::RequestDataObject(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!vtkDataObject::GetData(inputVector[0]))
+  {
+    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    return 0;
+  }
+  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+}
+
+int vtkPoissonNetFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  try
+  {
+    for (const std::string* name :
+      { &this->PredictionArrayName, &this->LabelArrayName, &this->ClassNamesArrayName, &this->DisplacementArrayName })
+    {
+      if (name->empty())
+      {
+        throw surfsynth::InvalidInput("The name of an output array is empty; PredictionArrayName, LabelArrayName, "
+                                      "ClassNamesArrayName and DisplacementArrayName must not be.");
+      }
+    }
+    this->Impl->Begin();
+  }
+  catch (const std::exception& error)
+  {
+    vtkErrorMacro(<< error.what());
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
+  const auto predict = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
+    this->Impl->AddPrediction(surface, output, progress);
+  };
+  const auto isPrepared = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
+  const int success = surfsynth::ProcessSurfaces(
+    this, inputVector, outputVector, surfsynth::PoissonNetEvaluator::Requirements(), predict, isPrepared);
+  if (success && !this->GetAbortExecute())
+  {
+    this->Impl->Blocks.DropUnused();
+  }
+  return success;
+}
+
+std::string vtkPoissonNetFilter::GetModelDescription() const
+{
+  return this->Impl->Model ? Described(*this->Impl->Model) : "";
+}
+
+vtkTypeInt64 vtkPoissonNetFilter::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+
+vtkTypeInt64 vtkPoissonNetFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+
+void vtkPoissonNetFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
+  os << indent << "InputNormalisation: " << this->InputNormalisation << "\n";
+  os << indent << "Conditions:";
+  for (const double condition : this->Conditions)
+  {
+    os << " " << condition;
+  }
+  os << "\n";
+  os << indent << "ConditionArrayName: " << this->ConditionArrayName << "\n";
+  os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
+  os << indent << "PredictionArrayName: " << this->PredictionArrayName << "\n";
+  os << indent << "LabelArrayName: " << this->LabelArrayName << "\n";
+  os << indent << "ClassNamesArrayName: " << this->ClassNamesArrayName << "\n";
+  os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
+  os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
+  os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkPoissonNetFilter
+ * @brief   Evaluates a trained PoissonNet on surfaces: segmentation, classification, features, predicted shapes
+ *
+ * PoissonNet is a network on triangle meshes whose blocks alternate between a small network at each point, one at each
+ * triangle that works on gradients, and a Poisson equation that joins them ("PoissonNet: A Local-Global Approach for
+ * Learning on Surfaces", Maesumi et al. 2025; "Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes",
+ * section 4). This filter reads a model file and evaluates whatever network it describes; nothing about the task is
+ * built in.
+ *
+ * @par Model file
+ * safetensors, with the tensors under their published names and the architecture in the metadata (keys `config`,
+ * `head`, `C_in`, `C_out`, `C_width`, `n_blocks`, `extra_features`, `outputs_at`, `last_activation`, `classes`,
+ * `input_normalisation`). `python3 -m surfacesynthesis convert` makes one of a PyTorch checkpoint. Files are checked
+ * before anything is taken from them; a file that is damaged, or is not such a model, is an error that says why. A
+ * file is read once, and again in an update after its size or time of modification has changed.
+ *
+ * @par Input
+ * vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite dataset of
+ * such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines are ignored, and so
+ * are points that no polygon or strip uses. The mesh must have finite points, no degenerate triangle, no edge with
+ * more than two triangles, consistent winding (the network is not mirror-invariant) and one component (a Poisson
+ * equation leaves the constant on each further component undetermined; split a mesh with vtkPolyDataConnectivityFilter
+ * and give its parts as blocks). The error message names what is wrong, the first offending cell or point and the
+ * filter that repairs it. A warning is given where good answers are unlikely: for a closed surface whose faces point
+ * inwards, and for an area below 0.1 or above 10 that is not normalised. A composite input is processed block by
+ * block; a block that cannot be processed is reported and left empty, the others are not affected. Empty input gives
+ * empty output.
+ *
+ * @par Optional arrays of the input
+ * The point array ConditionArrayName, any numeric type, with as many components as the model takes conditions. The
+ * point array SignalArrayName, any numeric type, with as many components as the model takes input channels.
+ *
+ * @par Output
+ * The input, untouched, plus, as the model's head says:
+ *  - a linear head at the vertices: the point array PredictionArrayName, float32, a component for each output channel;
+ *  - a linear head at the faces: the cell array of that name. A polygon or strip gets the mean of its triangles,
+ *    weighted by area (of a classifier: of their logits);
+ *  - a linear head that averages over the surface: the field-data array of that name, one tuple;
+ *  - a gradient-domain head: the point array of that name, float64, 3 components: predicted positions. Positions are
+ *    those of the network, mapped back to the coordinates of the input where it was normalised; their centroid is then
+ *    that of the input, and the origin when nothing was normalised. And the point array DisplacementArrayName,
+ *    float64, 3 components: what moves the points there with the centroid of the surface left where it is.
+ *
+ * A classifier (a model whose last activation is the logarithm of softmax, or whose metadata name `classes`) also gives
+ * LabelArrayName, int32, the class of the largest component, beside the prediction, which holds log-probabilities then;
+ * and, where the file names the classes, the field-data string array ClassNamesArrayName, whose value k is the name of
+ * class k. Points and cells that the network has not seen get 0, and the label -1.
+ *
+ * @par Cost
+ * One sparse factorisation for each mesh and normalisation, kept until one of them changes. An evaluation is linear in
+ * the number of triangles, the number of blocks and the square of the width, but for a solve in each block. The same
+ * model, mesh and conditions give the same bits for every number of threads.
+ *
+ * @sa vtkSurfaceRepairFilter, vtkPolyDataNormals, vtkWarpVector, vtkMaternNoiseFilter
+ */
+
+#ifndef vtkPoissonNetFilter_h
+#define vtkPoissonNetFilter_h
+
+#include "vtkPassInputTypeAlgorithm.h"
+#include "vtkSurfaceSynthesisPoissonNetModule.h" // For export macro
+
+#include <memory> // For std::unique_ptr
+#include <string> // For std::string
+#include <vector> // For std::vector
+
+class VTKSURFACESYNTHESISPOISSONNET_EXPORT vtkPoissonNetFilter : public vtkPassInputTypeAlgorithm
+{
+public:
+  static vtkPoissonNetFilter* New();
+  vtkTypeMacro(vtkPoissonNetFilter, vtkPassInputTypeAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// What the mesh goes through before the network sees it.
+  enum InputNormalisations
+  {
+    MODEL = 0,        ///< what the model file says; nothing when it says nothing, as published files do
+    NONE = 1,         ///< nothing
+    SURFACE_AREA = 2, ///< moved to the area-weighted centroid and scaled to area 1
+    UNIT_SPHERE = 3   ///< moved to the area-weighted centroid and scaled to the largest distance 1 from it
+  };
+
+  ///@{
+  /**
+   * Path of the model file. Must be set. Default "".
+   */
+  void SetModelFileName(const char* name);
+  vtkGetCharFromStdStringMacro(ModelFileName);
+  ///@}
+
+  ///@{
+  /**
+   * What the mesh goes through before the network sees it, which should be what meshes went through in training:
+   * networks depend on size and place. Default MODEL.
+   */
+  vtkSetClampMacro(InputNormalisation, int, MODEL, UNIT_SPHERE);
+  vtkGetMacro(InputNormalisation, int);
+  void SetInputNormalisationToModel() { this->SetInputNormalisation(MODEL); }
+  void SetInputNormalisationToNone() { this->SetInputNormalisation(NONE); }
+  void SetInputNormalisationToSurfaceArea() { this->SetInputNormalisation(SURFACE_AREA); }
+  void SetInputNormalisationToUnitSphere() { this->SetInputNormalisation(UNIT_SPHERE); }
+  ///@}
+
+  ///@{
+  /**
+   * The conditions (extra features) of the model, the same for all points: finite numbers, as many as the model takes,
+   * in the units of its training; for instance a time in [0, 1]. SetNumberOfConditions() clamps to 0 and more and
+   * fills up with 0; SetCondition() does nothing for an index out of range, and GetCondition() returns 0. Default
+   * none.
+   */
+  void SetNumberOfConditions(int number);
+  int GetNumberOfConditions() const { return static_cast<int>(this->Conditions.size()); }
+  void SetCondition(int index, double value);
+  double GetCondition(int index) const;
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array that holds the conditions of each point; it goes before the numbers of SetCondition().
+   * Default "": none.
+   */
+  void SetConditionArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(ConditionArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array that the network takes in place of the positions; needed by models with another number of
+   * input channels than 3. For a gradient-domain head these are positions, and are normalised with the mesh. Default
+   * "": the positions.
+   */
+  void SetSignalArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(SignalArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the array with the network's output; not empty. Default "Prediction".
+   */
+  void SetPredictionArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(PredictionArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the array with the most probable classes; not empty. Default "Label".
+   */
+  void SetLabelArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(LabelArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the field-data array with the names of the classes; not empty. Default "ClassNames".
+   */
+  void SetClassNamesArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(ClassNamesArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array with the displacement to predicted positions; not empty. Default "Displacement".
+   */
+  void SetDisplacementArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(DisplacementArrayName);
+  ///@}
+
+  /**
+   * One line about the model of the last update: head, blocks, width, what it takes and gives. Empty before there is
+   * one.
+   */
+  std::string GetModelDescription() const;
+
+  /**
+   * Number of model files read since this object was made. Stays the same while the file does.
+   */
+  vtkTypeInt64 GetNumberOfModelLoads() const;
+
+  /**
+   * Number of meshes assembled and factored since this object was made. Stays the same while only the model, conditions
+   * or names change.
+   */
+  vtkTypeInt64 GetNumberOfFactorizations() const;
+
+protected:
+  vtkPoissonNetFilter();
+  ~vtkPoissonNetFilter() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkPoissonNetFilter(const vtkPoissonNetFilter&) = delete;
+  void operator=(const vtkPoissonNetFilter&) = delete;
+
+  void SetText(std::string& property, const char* text);
+
+  std::string ModelFileName;
+  int InputNormalisation = MODEL;
+  std::vector<double> Conditions;
+  std::string ConditionArrayName;
+  std::string SignalArrayName;
+  std::string PredictionArrayName = "Prediction";
+  std::string LabelArrayName = "Label";
+  std::string ClassNamesArrayName = "ClassNames";
+  std::string DisplacementArrayName = "Displacement";
+
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+#endif

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkGeometricTextureDistance.h"
+
+#include "JointProcessing.h"
+#include "NewArray.h"
+#include "SurfaceBridge.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Statistics/GeometricTextureDistance.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
+
+#include <vtkDoubleArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkTable.h>
+
+#include <string>
+
+using surfsynth::InvalidInput;
+using surfsynth::TriangleMesh;
+
+vtkStandardNewMacro(vtkGeometricTextureDistance);
+
+namespace
+{
+/// The datasets of one update; an empty one is null.
+struct Pair
+{
+  explicit Pair(vtkInformationVector** inputVector)
+    : Surface(NotEmpty(vtkPolyData::GetData(inputVector[0])))
+    , Reference(NotEmpty(vtkPolyData::GetData(inputVector[1])))
+  {}
+
+  vtkPolyData* Surface;
+  vtkPolyData* Reference;
+
+private:
+  static vtkPolyData* NotEmpty(vtkPolyData* given)
+  {
+    return given && (given->GetNumberOfPoints() > 0 || given->GetNumberOfCells() > 0) ? given : nullptr;
+  }
+};
+
+/// @param name begins messages
+TriangleMesh MeshOf(vtkPolyData* given, const std::string& name)
+{
+  if (!given)
+  {
+    throw InvalidInput(name + " is empty; a surface with at least one triangle is needed.");
+  }
+  try
+  {
+    return surfsynth::ToSurface(given, surfsynth::GeometricTextureSampler::Requirements()).Mesh;
+  }
+  catch (const InvalidInput& error)
+  {
+    throw InvalidInput(name + ": " + error.what());
+  }
+}
+
+template <typename Array, typename Value>
+void AddColumn(vtkTable* table, const char* name, Value value)
+{
+  auto column = surfsynth::NewArray<Array>(name, 1, 1);
+  column->SetValue(0, value);
+  table->AddColumn(column);
+}
+
+void FillTable(
+  vtkTable* table, const surfsynth::TextureDistance& found, const TriangleMesh& surface, const TriangleMesh& reference)
+{
+  AddColumn<vtkDoubleArray>(table, "Distance", found.Distance);
+  AddColumn<vtkDoubleArray>(table, "StandardError", found.StandardError);
+  AddColumn<vtkDoubleArray>(table, "MeanEdgeLength", found.MeanEdgeLength);
+  AddColumn<vtkDoubleArray>(table, "ReferenceMeanEdgeLength", found.ReferenceMeanEdgeLength);
+  AddColumn<vtkIdTypeArray>(table, "NumberOfTriangles", surface.NumberOfTriangles());
+  AddColumn<vtkIdTypeArray>(table, "NumberOfReferenceTriangles", reference.NumberOfTriangles());
+}
+} // namespace
+
+vtkGeometricTextureDistance::vtkGeometricTextureDistance() { this->SetNumberOfInputPorts(2); }
+
+vtkGeometricTextureDistance::~vtkGeometricTextureDistance() = default;
+
+int vtkGeometricTextureDistance::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  return 1;
+}
+
+int vtkGeometricTextureDistance::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  this->Distance = this->StandardError = 0.0;
+  const auto compare = [&](const surfsynth::Progress& progress) {
+    const Pair pair(inputVector);
+    if (!pair.Surface && !pair.Reference)
+    {
+      return;
+    }
+    const TriangleMesh surface = MeshOf(pair.Surface, "The surface on port 0");
+    const TriangleMesh reference = MeshOf(pair.Reference, "The reference on port 1");
+    surfsynth::GeometricTextureDistanceOptions options;
+    options.UnitLength = this->UnitLength;
+    options.ReferenceUnitLength = this->ReferenceUnitLength;
+    options.Projections = this->NumberOfProjections;
+    options.Seed = static_cast<std::uint64_t>(this->Seed);
+    const surfsynth::TextureDistance found = surfsynth::CompareGeometricTextures(surface, reference, options, progress);
+    FillTable(vtkTable::GetData(outputVector, 0), found, surface, reference);
+    this->Distance = found.Distance;
+    this->StandardError = found.StandardError;
+  };
+  return surfsynth::ProcessJointly(this, inputVector, outputVector, compare);
+}
+
+void vtkGeometricTextureDistance::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "UnitLength: " << this->UnitLength << "\n";
+  os << indent << "ReferenceUnitLength: " << this->ReferenceUnitLength << "\n";
+  os << indent << "NumberOfProjections: " << this->NumberOfProjections << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "Distance: " << this->Distance << "\n";
+  os << indent << "StandardError: " << this->StandardError << "\n";
+}

@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkFlowMatchingTrainer
+ * @brief   Trains a flow matching model on deformations of surfaces, or on other signals on them
+ *
+ * Trains a PoissonNet as the velocity field that carries Matérn noise to samples of a distribution ("Matérn Noise for
+ * Triangulation-Agnostic Flow Matching on Meshes", section 4): rectified flow f_t = (1 - t) f_0 + t f_1 with f_0
+ * noise, f_1 a sample and t uniform in [0, 1), and the loss of equation 12, in velocities and in their gradients. The
+ * model file serves surfaces with any triangulation; vtkFlowMatchingSampler and vtkFlowMatchingDeformer draw samples
+ * of it.
+ *
+ * @par Input
+ * Port 0: the source, a vtkPolyData with triangles, polygons or strips, float or double points; or a composite
+ * dataset, whose leaves in order are several sources. Polygons and strips are triangulated; points that no polygon or
+ * strip uses are left out. A source must have finite points, no degenerate triangle, no edge with more than two
+ * triangles, consistent winding and one component.
+ * @par
+ * Port 1: the samples. With one source each surface here is a sample: a vtkPolyData, or the leaves of a composite
+ * dataset in order. With several sources this must be a composite dataset with as many blocks, and block k, a surface
+ * or composite itself, holds the samples of source k. Where port 1 has time steps, the filter requests each of them
+ * in turn, and each adds its samples; a source that changes in time is taken as it is at the first. Samples have the
+ * points and polygons of their source, in the same order; empty ones are left out. Without SignalArrayName a sample
+ * is the positions of its points, in the coordinates of the source; where it lies is not learnt, only its shape, size
+ * and orientation. Values must be finite at the points that polygons use.
+ * @par
+ * Several sources of different shape need a positional encoding, which EncoderIterations trains first and
+ * EncoderFileName names.
+ * @par
+ * Optional arrays on port 1: the point array SignalArrayName, any numeric type, any number of components.
+ * @par
+ * Both ports may be left unconnected when DatasetFileName is set, and are not used then. Two empty inputs give an
+ * empty table and no file.
+ *
+ * @par Output
+ * A vtkTable with a row for each iteration, those before a checkpoint included, and the columns iteration
+ * (vtkIdType), loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate (float64);
+ * loss is VertexWeight vertex_loss + JacobianWeight jacobian_loss.
+ *
+ * @par Files
+ * The model is written to ModelFileName at the end, and as it then is with every checkpoint. A checkpoint is written
+ * every CheckpointInterval iterations, at the end, and when the update is aborted; an interrupted training loses at
+ * most what came after the last one, and the next update goes on from there. A file is replaced only when the new one
+ * is complete: a full disk, which is an error, loses no earlier checkpoint. A checkpoint of other data or another
+ * recipe (anything but Iterations, Milestones, Device and the names and times of files) is an error that names what
+ * differs.
+ *
+ * @par Cost
+ * Iterations times BatchSize evaluations of the network and of its derivative, each linear in the number of triangles
+ * and quadratic in Width. Memory grows with BatchSize / SourcesPerBatch, Width, Blocks and the number of points.
+ * Everything random is a pure function of the seed and the iteration: the same seed gives the same bits with the same
+ * number of threads on the same machine, interrupted or not. An update whose checkpoint is complete only reads it.
+ *
+ * @par Errors
+ * One error and an empty table for: no input, or no model file name; a source or sample as above; an option out of
+ * its range; SourcesPerBatch that does not divide BatchSize; samples that do not vary; several sources of different
+ * shape without an encoder; EncoderIterations with one source, or with sources that have other polygons than the first;
+ * CUDA asked for and absent; a file that is damaged, cannot be written, or would be written over another of the
+ * training's; a loss that is not finite. Inputs on several MPI ranks are an error on all of them.
+ *
+ * @sa vtkMaternNoiseFilter, vtkEnsembleMetrics, vtkGroupDataSetsFilter
+ */
+
+#ifndef vtkFlowMatchingTrainer_h
+#define vtkFlowMatchingTrainer_h
+
+#include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
+#include "vtkTableAlgorithm.h"
+
+#include <memory> // For std::unique_ptr
+#include <string> // For std::string
+#include <vector> // For std::vector
+
+class VTKSURFACESYNTHESISTRAINING_EXPORT vtkFlowMatchingTrainer : public vtkTableAlgorithm
+{
+public:
+  static vtkFlowMatchingTrainer* New();
+  vtkTypeMacro(vtkFlowMatchingTrainer, vtkTableAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// The distributions of noise; see vtkMaternNoiseFilter.
+  enum NoiseModels
+  {
+    MATERN = 0,     ///< Matérn noise: independent of the triangulation
+    PER_VERTEX = 1, ///< for comparison: depends on the triangulation
+    WHITE = 2,      ///< for comparison
+    UNSCREENED = 3, ///< for comparison
+    SPECTRAL = 4    ///< for comparison
+  };
+
+  /// Where the network is trained.
+  enum Devices
+  {
+    AUTO = 0, ///< CUDA where LibTorch finds a device, else the processor
+    CPU = 1,
+    CUDA = 2
+  };
+
+  ///@{
+  /**
+   * Path of the model file that is written. Must be set. Model files are in safetensors format. Default "".
+   */
+  void SetModelFileName(const char* name);
+  vtkGetCharFromStdStringMacro(ModelFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Path of the checkpoint. Empty (the default) stands for ModelFileName with .checkpoint after it.
+   */
+  void SetCheckpointFileName(const char* name);
+  vtkGetCharFromStdStringMacro(CheckpointFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Path of a table of the losses in comma-separated values, with the columns of the output, written with each
+   * checkpoint. Default "": none.
+   */
+  void SetLossTableFileName(const char* name);
+  vtkGetCharFromStdStringMacro(LossTableFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations from one checkpoint to the next; at least 1. Default 500.
+   */
+  vtkSetClampMacro(CheckpointInterval, int, 1, VTK_INT_MAX);
+  vtkGetMacro(CheckpointInterval, int);
+  ///@}
+
+  ///@{
+  /**
+   * Whether an update goes on from the checkpoint where there is one. Off: it begins anew, and the checkpoint is
+   * replaced. Default on.
+   */
+  vtkSetMacro(Resume, bool);
+  vtkGetMacro(Resume, bool);
+  vtkBooleanMacro(Resume, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Path of a dataset file that is trained on in place of the inputs. Dataset files are in safetensors format and hold
+   * one signal on one surface or several; the Python package and the library write them. Default "".
+   */
+  void SetDatasetFileName(const char* name);
+  vtkGetCharFromStdStringMacro(DatasetFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array of the samples that is learnt, with any number of components. A surface without an array of
+   * this name has a sample in each of the arrays called SignalArrayName_0, SignalArrayName_1 and so on, as
+   * vtkMaternNoiseFilter names its samples. Empty (the default) stands for the positions; an array called Position is
+   * taken for deformed positions, too.
+   */
+  void SetSignalArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(SignalArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Path of a PoissonNet model file that predicts a positional encoding from positions (section 5.1.2 of the paper); it
+   * becomes part of the model. Needed for several sources of different shape only. Read when EncoderIterations is 0,
+   * else written. Default "": none, or with EncoderIterations ModelFileName with .encoder after it.
+   */
+  void SetEncoderFileName(const char* name);
+  vtkGetCharFromStdStringMacro(EncoderFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations in which an encoder is trained before the model, at least 0. The sources must correspond
+   * then: all have the polygons of the first, the reference. The encoder learns to predict the lowest eigenfunctions of
+   * the Laplacian of the reference from positions, on BatchSize surfaces in an iteration: sources, and samples that are
+   * positions. The sizes of its network, LearningRate and LearningRateFactor, GradientClip, WeightAveraging, Seed,
+   * Device, Resume and CheckpointInterval are those of the model. Its checkpoint is EncoderFileName with .checkpoint
+   * after it, and where LossTableFileName is set, its losses go to EncoderFileName with .csv after it. A model depends
+   * on its encoder: train on with the same number; a larger one is an error before either is trained. Default 0: none is
+   * trained.
+   */
+  vtkSetClampMacro(EncoderIterations, int, 0, 100000000);
+  vtkGetMacro(EncoderIterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of eigenfunctions that the encoder which is trained predicts, at least 1; the reference must have two points
+   * more. Default 64, as in the paper.
+   */
+  vtkSetClampMacro(NumberOfEigenfunctions, int, 1, 10000);
+  vtkGetMacro(NumberOfEigenfunctions, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of hidden channels, at least 1; the paper has 128. Time grows with its square. Default 64.
+   */
+  vtkSetClampMacro(Width, int, 1, 100000);
+  vtkGetMacro(Width, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of blocks of the network, at least 1; the paper has 5. Default 4.
+   */
+  vtkSetClampMacro(Blocks, int, 1, 1000);
+  vtkGetMacro(Blocks, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of layers of the maps between gradients in each block, at least 1. Default 3.
+   */
+  vtkSetClampMacro(ComplexLayers, int, 1, 100);
+  vtkGetMacro(ComplexLayers, int);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the maps at the points see inner products of gradients. With them a model serves triangulations other than
+   * that of its training less well: they grow with the gradients of the noise, and jump at creases. Default off.
+   */
+  vtkSetMacro(InnerProducts, bool);
+  vtkGetMacro(InnerProducts, bool);
+  vtkBooleanMacro(InnerProducts, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The distribution of the noise that the flow begins with. Only Matérn noise gives a model that does not depend on
+   * the triangulation; the others are for comparison. Default MATERN.
+   */
+  vtkSetClampMacro(NoiseModel, int, MATERN, SPECTRAL);
+  vtkGetMacro(NoiseModel, int);
+  void SetNoiseModelToMatern() { this->SetNoiseModel(MATERN); }
+  void SetNoiseModelToPerVertex() { this->SetNoiseModel(PER_VERTEX); }
+  void SetNoiseModelToWhite() { this->SetNoiseModel(WHITE); }
+  void SetNoiseModelToUnscreened() { this->SetNoiseModel(UNSCREENED); }
+  void SetNoiseModelToSpectral() { this->SetNoiseModel(SPECTRAL); }
+  ///@}
+
+  ///@{
+  /**
+   * The screening term tau of MATERN and SPECTRAL noise on the surface scaled to area 1, larger than 0; larger is
+   * rougher. Default 100, the value of the paper.
+   */
+  vtkSetClampMacro(Screening, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(Screening, double);
+  ///@}
+
+  ///@{
+  /**
+   * How much MATERN noise f is smoothed, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
+   * 1 / (1 + s lambda), with s this number of squared mean edge lengths of the first surface. The network sees gradients;
+   * those of noise that is not smoothed grow with the number of vertices, and a model that was trained on a coarse
+   * triangulation then tears finer ones apart. 0 is the noise of the paper. Default 1.
+   */
+  vtkSetClampMacro(NoiseSmoothing, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(NoiseSmoothing, double);
+  ///@}
+
+  ///@{
+  /**
+   * What the noise is multiplied by, at least 0. 0 (the default) stands for the factor that lets noise vary as much as
+   * the samples do about their mean.
+   */
+  vtkSetClampMacro(NoiseScale, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(NoiseScale, double);
+  ///@}
+
+  ///@{
+  /**
+   * Number of eigenpairs of SPECTRAL noise, at least 1. Default 256.
+   */
+  vtkSetClampMacro(NumberOfEigenpairs, int, 1, 1000000);
+  vtkGetMacro(NumberOfEigenpairs, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations in all, those of a checkpoint included, at least 1; the paper has 160,000. Iterations times
+   * BatchSize must be below 2^32. Default 20000.
+   */
+  vtkSetClampMacro(Iterations, int, 1, 100000000);
+  vtkGetMacro(Iterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of samples in an iteration, at least 1; the paper has 32. Default 8.
+   */
+  vtkSetClampMacro(BatchSize, int, 1, 100000);
+  vtkGetMacro(BatchSize, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of sources that the samples of an iteration come from, at least 1; must divide BatchSize. Default 1.
+   */
+  vtkSetClampMacro(SourcesPerBatch, int, 1, 100000);
+  vtkGetMacro(SourcesPerBatch, int);
+  ///@}
+
+  ///@{
+  /**
+   * The learning rate of Adam, larger than 0. Default 5e-4.
+   */
+  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(LearningRate, double);
+  ///@}
+
+  ///@{
+  /**
+   * The iterations after which the learning rate is multiplied by LearningRateFactor, at least 0 each. None stands for
+   * one after a quarter of all iterations. SetNumberOfMilestones() clamps to 0 and more and fills up with 0;
+   * SetMilestone() does nothing for an index out of range, and GetMilestone() returns 0. Default none.
+   */
+  void SetNumberOfMilestones(int number);
+  int GetNumberOfMilestones() const { return static_cast<int>(this->Milestones.size()); }
+  void SetMilestone(int index, int iteration);
+  int GetMilestone(int index) const;
+  ///@}
+
+  ///@{
+  /**
+   * What the learning rate is multiplied by at each milestone, larger than 0 and at most 1. Default 0.2.
+   */
+  vtkSetClampMacro(LearningRateFactor, double, 1e-300, 1.0);
+  vtkGetMacro(LearningRateFactor, double);
+  ///@}
+
+  ///@{
+  /**
+   * The largest norm of the gradient of all weights together, at least 0; longer ones are scaled down to it. 0 stands
+   * for no limit. Default 1.
+   */
+  vtkSetClampMacro(GradientClip, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(GradientClip, double);
+  ///@}
+
+  ///@{
+  /**
+   * The weight of the loss in velocities, at least 0. Default 1.
+   */
+  vtkSetClampMacro(VertexWeight, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(VertexWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * The weight of the loss in the gradients of velocities, at least 0; one of both weights must be larger than 0.
+   * Default 1.
+   */
+  vtkSetClampMacro(JacobianWeight, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(JacobianWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * How much of the average of earlier weights the model keeps in each iteration, at least 0 and below 1, for instance
+   * 0.999; 0 stands for the last weights themselves, as in the paper. Default 0.
+   */
+  vtkSetClampMacro(WeightAveraging, double, 0.0, 0.9999999);
+  vtkGetMacro(WeightAveraging, double);
+  ///@}
+
+  ///@{
+  /**
+   * The seed of the first weights, the noise, and the order of the samples. Any integer; the same seed gives the same
+   * model. Default 0.
+   */
+  vtkSetMacro(Seed, int);
+  vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /**
+   * Where the network is trained. AUTO takes CUDA where LibTorch finds a device, else the processor; CUDA without a
+   * device is an error. Default AUTO.
+   */
+  vtkSetClampMacro(Device, int, AUTO, CUDA);
+  vtkGetMacro(Device, int);
+  void SetDeviceToAuto() { this->SetDevice(AUTO); }
+  void SetDeviceToCPU() { this->SetDevice(CPU); }
+  void SetDeviceToCUDA() { this->SetDevice(CUDA); }
+  ///@}
+
+  ///@{
+  /**
+   * Take the source, or the samples, away again: for ParaView, which cannot name a port in doing so.
+   */
+  void RemoveSource() { this->SetInputConnection(0, nullptr); }
+  void RemoveSamples() { this->SetInputConnection(1, nullptr); }
+  ///@}
+
+  /**
+   * Number of iterations that the model of the last update has been trained for, those of a checkpoint included; 0 when
+   * there is none.
+   */
+  vtkTypeInt64 GetNumberOfIterationsDone() const;
+
+  /**
+   * Mean loss of the last twentieth of the iterations of the encoder that the last update has trained, those of a
+   * checkpoint included: the mean squared error of eigenfunctions whose mean square is 1. -1 when it has trained none.
+   */
+  double GetEncoderLoss() const;
+
+  /**
+   * The device of the last update, "CPU" or "CUDA"; empty when there was none.
+   */
+  const char* GetDeviceInUse() const;
+
+protected:
+  vtkFlowMatchingTrainer();
+  ~vtkFlowMatchingTrainer() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestInformation(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestUpdateExtent(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkFlowMatchingTrainer(const vtkFlowMatchingTrainer&) = delete;
+  void operator=(const vtkFlowMatchingTrainer&) = delete;
+
+  void SetText(std::string& property, const char* text);
+
+  std::string ModelFileName;
+  std::string CheckpointFileName;
+  std::string LossTableFileName;
+  int CheckpointInterval = 500;
+  bool Resume = true;
+  std::string DatasetFileName;
+  std::string SignalArrayName;
+  std::string EncoderFileName;
+  int EncoderIterations = 0;
+  int NumberOfEigenfunctions = 64;
+  int Width = 64;
+  int Blocks = 4;
+  int ComplexLayers = 3;
+  bool InnerProducts = false;
+  int NoiseModel = MATERN;
+  double Screening = 100.0;
+  double NoiseSmoothing = 1.0;
+  double NoiseScale = 0.0;
+  int NumberOfEigenpairs = 256;
+  int Iterations = 20000;
+  int BatchSize = 8;
+  int SourcesPerBatch = 1;
+  double LearningRate = 5e-4;
+  std::vector<int> Milestones;
+  double LearningRateFactor = 0.2;
+  double GradientClip = 1.0;
+  double VertexWeight = 1.0;
+  double JacobianWeight = 1.0;
+  double WeightAveraging = 0.0;
+  int Seed = 0;
+  int Device = AUTO;
+
+  class Internals;
+  std::unique_ptr<Internals> Impl;
+};
+
+#endif

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkMultiscaleMeshFitter
+ * @brief   Makes meshes of one surface at several scales
+ *
+ * What a geometric texture is learnt from is one surface as meshes at several scales, each with the triangles of the
+ * one before cut into four. This filter makes them of any surface ("Deep Geometric Texture Synthesis", Hertz et al.
+ * 2020, section 4): a template of the same topology is fitted to it by Adam, in turns by steps that keep triangles even
+ * and by steps that bring random samples of both surfaces, and their normals, closer; then it is subdivided at the
+ * midpoints of its edges, fitted again, and so on.
+ *
+ * @par Input
+ * Port 0: the reference, vtkPolyData with triangles, polygons or strips of finite points and none of them degenerate.
+ * It need not be manifold, closed or of one component, but only what has the topology of the template can be fitted
+ * well. Port 1, for the template GIVEN: the template, vtkPolyData with manifold edges and consistent winding, wound as
+ * the reference is; for instance a simplified reference (vtkIsotropicRemeshFilter). An empty reference gives empty
+ * outputs and no error.
+ *
+ * @par Output
+ * Port 0: a vtkMultiBlockDataSet with a vtkPolyData of triangles with double-precision points for each level, coarse to
+ * fine, in blocks that are named "Level 0", "Level 1", ..., in the coordinates of the reference. Each has two field
+ * arrays of one value: "MeanDistance" and "LargestDistance", of its points from the reference, world units.
+ * Port 1: the template as the fit began with it, moved and scaled to the box of the reference, with the triangles of
+ * level 0: what a texture grows from without input.
+ *
+ * @par Cost
+ * Iterations x NumberOfLevels x (TriangulationSteps + ChamferSteps) steps, each over all vertices and Samples x
+ * (level + 1) samples: with the defaults a few minutes. The recipe of the paper, 3000 iterations with a LearningRate of
+ * 1e-4 and a LearningRateDecay of 1, takes ten times as long. The same seed gives the same meshes on the same machine
+ * with the same number of threads.
+ *
+ * @sa vtkGeometricTextureSynthesizer, vtkIsotropicRemeshFilter
+ */
+
+#ifndef vtkMultiscaleMeshFitter_h
+#define vtkMultiscaleMeshFitter_h
+
+#include "vtkMultiBlockDataSetAlgorithm.h"
+#include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
+
+#include <string> // For std::string
+
+class VTKSURFACESYNTHESISTRAINING_EXPORT vtkMultiscaleMeshFitter : public vtkMultiBlockDataSetAlgorithm
+{
+public:
+  static vtkMultiscaleMeshFitter* New();
+  vtkTypeMacro(vtkMultiscaleMeshFitter, vtkMultiBlockDataSetAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// The mesh that is fitted.
+  enum Templates
+  {
+    ICOSPHERE = 0, ///< for surfaces of genus 0
+    TORUS = 1,     ///< for surfaces of genus 1, around the z axis
+    GIVEN = 2      ///< the mesh on port 1
+  };
+
+  ///@{
+  /**
+   * Number of levels, from 1 to 10; each has four times the triangles of the one before. Default 5.
+   */
+  vtkSetClampMacro(NumberOfLevels, int, 1, 10);
+  vtkGetMacro(NumberOfLevels, int);
+  ///@}
+
+  ///@{
+  /**
+   * The mesh that is fitted: of the topology of the reference, and wound as it is. Default ICOSPHERE.
+   */
+  vtkSetClampMacro(Template, int, ICOSPHERE, GIVEN);
+  vtkGetMacro(Template, int);
+  void SetTemplateToIcosphere() { this->SetTemplate(ICOSPHERE); }
+  void SetTemplateToTorus() { this->SetTemplate(TORUS); }
+  void SetTemplateToGiven() { this->SetTemplate(GIVEN); }
+  ///@}
+
+  ///@{
+  /**
+   * How often the triangles of the icosahedron are cut into four for the template ICOSPHERE, from 0 to 6. Default 2.
+   */
+  vtkSetClampMacro(IcosphereLevel, int, 0, 6);
+  vtkGetMacro(IcosphereLevel, int);
+  ///@}
+
+  ///@{
+  /**
+   * Pairs of triangles around the axis of the template TORUS, from 3 to 1000; around its tube there are a third as
+   * many, but at least 3. Default 24.
+   */
+  vtkSetClampMacro(TorusSegments, int, 3, 1000);
+  vtkGetMacro(TorusSegments, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations at each level, from 0 to 1000000. Default 300.
+   */
+  vtkSetClampMacro(Iterations, int, 0, 1000000);
+  vtkGetMacro(Iterations, int);
+  ///@}
+
+  ///@{
+  /**
+   * Steps in each iteration that keep triangles even, from 0 to 1000. Default 3.
+   */
+  vtkSetClampMacro(TriangulationSteps, int, 0, 1000);
+  vtkGetMacro(TriangulationSteps, int);
+  ///@}
+
+  ///@{
+  /**
+   * Steps in each iteration that bring the surfaces closer, from 0 to 1000. Default 2.
+   */
+  vtkSetClampMacro(ChamferSteps, int, 0, 1000);
+  vtkGetMacro(ChamferSteps, int);
+  ///@}
+
+  ///@{
+  /**
+   * The learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
+   * each level as those are; larger than 0. Default 1e-2.
+   */
+  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(LearningRate, double);
+  ///@}
+
+  ///@{
+  /**
+   * The learning rate of a level's last iteration over that of its first, from 1e-6 to 1; it falls geometrically. 1
+   * keeps it as it is, as published. Default 0.1.
+   */
+  vtkSetClampMacro(LearningRateDecay, double, 1e-6, 1.0);
+  vtkGetMacro(LearningRateDecay, double);
+  ///@}
+
+  ///@{
+  /**
+   * Number of samples on each surface at level 0, from 1 to 1000000; at level l there are l + 1 times as many. Default
+   * 3000.
+   */
+  vtkSetClampMacro(Samples, int, 1, 1000000);
+  vtkGetMacro(Samples, int);
+  ///@}
+
+  ///@{
+  /**
+   * Whether normals are compared as in the published code: it pairs unrelated ones in one of the two directions. For
+   * comparison. Default off.
+   */
+  vtkSetMacro(PublishedNormals, bool);
+  vtkGetMacro(PublishedNormals, bool);
+  vtkBooleanMacro(PublishedNormals, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The seed of the samples. Any integer. Default 0.
+   */
+  vtkSetMacro(Seed, int);
+  vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /**
+   * Path of a dataset file that levels and template are written to, in safetensors format, for training without VTK.
+   * Default "": none.
+   */
+  void SetDatasetFileName(const char* name);
+  vtkGetCharFromStdStringMacro(DatasetFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Take the reference, or the template, away again: for ParaView, which cannot name a port in doing so.
+   */
+  void RemoveReference() { this->SetInputConnection(0, nullptr); }
+  void RemoveTemplate() { this->SetInputConnection(1, nullptr); }
+  ///@}
+
+protected:
+  vtkMultiscaleMeshFitter();
+  ~vtkMultiscaleMeshFitter() override;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int FillOutputPortInformation(int port, vtkInformation* info) override;
+  int RequestData(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+
+private:
+  vtkMultiscaleMeshFitter(const vtkMultiscaleMeshFitter&) = delete;
+  void operator=(const vtkMultiscaleMeshFitter&) = delete;
+
+  class Internals;
+
+  int NumberOfLevels = 5;
+  int Template = ICOSPHERE;
+  int IcosphereLevel = 2;
+  int TorusSegments = 24;
+  int Iterations = 300;
+  int TriangulationSteps = 3;
+  int ChamferSteps = 2;
+  double LearningRate = 1e-2;
+  double LearningRateDecay = 0.1;
+  int Samples = 3000;
+  bool PublishedNormals = false;
+  int Seed = 0;
+  std::string DatasetFileName;
+};
+
+#endif

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// R5 (how often vtkGeometricTextureSynthesizer executes), what an execution costs, R7 (the same bits for every number
+// of threads), R9 and R10 (abort and progress), R12 (two filters on two threads).
+#include "GeometricTextureTesting.h"
+
+#include "Core/Common/Parallel.h"
+#include "RandomGeometricTexture.h"
+
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkSMPTools.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+using namespace surfsynth;
+using namespace surfsynthtest;
+using Filter = vtkGeometricTextureSynthesizer;
+
+namespace
+{
+constexpr double AbortLimit = 1.0; // seconds
+
+/// Models read and textures grown by one more update.
+struct Cost
+{
+  vtkTypeInt64 Loads;
+  vtkTypeInt64 Growths;
+  bool operator==(const Cost& other) const { return this->Loads == other.Loads && this->Growths == other.Growths; }
+};
+
+std::ostream& operator<<(std::ostream& os, const Cost& cost)
+{
+  return os << cost.Loads << " loads, " << cost.Growths << " growths";
+}
+
+Cost CostOf(Filter* filter, const std::function<void(Filter*)>& change, double time = -1.0)
+{
+  change(filter);
+  const Cost before{ filter->GetNumberOfModelLoads(), filter->GetNumberOfSyntheses() };
+  EXPECT_TRUE(time < 0.0 ? Update(filter) : filter->UpdateTimeStep(time));
+  return { filter->GetNumberOfModelLoads() - before.Loads, filter->GetNumberOfSyntheses() - before.Growths };
+}
+
+void Unchanged(Filter*) {}
+
+vtkDataArray* PointsOf(vtkAlgorithm* filter)
+{
+  return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPoints()->GetData();
+}
+
+/// A network of the published width, five levels on a ball: seconds of work.
+vtkSmartPointer<Filter> LargeFilter()
+{
+  GeometricTextureOptions options;
+  options.Levels = 5;
+  WriteGeometricTexture("large.model", surfsynth::test::RandomGeometricTexture(options));
+  return SynthesizerOn(Icosphere(4).ToPolyData(), "large.model");
+}
+} // namespace
+
+TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("one.model"));
+  ASSERT_TRUE(Update(filter));
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Executions, 0) << "nothing has changed";
+  EXPECT_TRUE(filter->UpdateTimeStep(0.5));
+  EXPECT_EQ(events.Executions, 0) << "without an animation, time is of no interest";
+  WriteRandomGeometricTexture("two.model", 2);
+  const std::vector<std::pair<const char*, std::function<void(Filter*)>>> changes = {
+    { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
+    { "Seed", [](Filter* f) { f->SetSeed(3); } },
+    { "SecondSeed", [](Filter* f) { f->SetSecondSeed(3); } },
+    { "Interpolation", [](Filter* f) { f->SetInterpolation(0.5); } },
+    { "NoiseAmplitude", [](Filter* f) { f->SetNoiseAmplitude(0.2); } },
+    { "LevelsWithoutNoise", [](Filter* f) { f->SetLevelsWithoutNoise("0"); } },
+    { "EndLevel", [](Filter* f) { f->SetEndLevel(0); } },
+    { "StartLevel", [](Filter* f) { f->SetStartLevel(1); } },
+    { "TargetPreparation", [](Filter* f) { f->SetTargetPreparationToSubdivide(); } },
+    { "TextureScale", [](Filter* f) { f->SetTextureScale(0.5); } },
+    { "MaskArrayName", [](Filter* f) { f->SetMaskArrayName("Mask"); } },
+    { "MaskFalloff", [](Filter* f) { f->SetMaskFalloff(0.5); } },
+    { "RandomFromLevel", [](Filter* f) { f->SetRandomFromLevel(1); } },
+    { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("A"); } },
+    { "LevelArrayName", [](Filter* f) { f->SetLevelArrayName("B"); } },
+    { "Animation", [](Filter* f) { f->SetAnimationToLevels(); } },
+    { "OutputLevels", [](Filter* f) { f->OutputLevelsOn(); } },
+  };
+  for (const auto& change : changes)
+  {
+    events.Executions = 0;
+    change.second(filter);
+    EXPECT_TRUE(Update(filter));
+    EXPECT_EQ(events.Executions, 1) << change.first;
+    change.second(filter);
+    EXPECT_TRUE(Update(filter));
+    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
+  }
+}
+
+TEST(GeometricTextureCaching, WhatIsTheSameDoesNotGrowAgain)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("kept.model"));
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 1, 1 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetDisplacementArrayName("Motion"); }), (Cost{ 0, 0 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetSeed(1); }), (Cost{ 0, 1 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetInterpolation(0.5); }), (Cost{ 0, 1 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetTextureScale(0.5); }), (Cost{ 0, 0 })) << "not used";
+  AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  target->Modified();
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 0 })) << "another array, the same mesh";
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetMaskArrayName("Mask"); }), (Cost{ 0, 1 }));
+  AddPointField(target, "Mask", [](const double* p) { return p[1] > 0.0 ? 1.0 : 0.0; });
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 })) << "another mask of that name";
+  target->GetPoints()->SetPoint(0, 0.0, 0.0, 1.1);
+  target->GetPoints()->Modified();
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 }));
+}
+
+TEST(GeometricTextureCaching, GoingThroughLevelsCostsNoGrowth)
+{
+  const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("flow.model"));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetAnimationToLevels(); }), (Cost{ 1, 1 }));
+  EventRecorder events(filter);
+  for (const double time : { 0.0, 0.25, 1.0, 2.0, 1.5 })
+  {
+    EXPECT_EQ(CostOf(filter, Unchanged, time), (Cost{ 0, 0 })) << time;
+  }
+  EXPECT_EQ(events.Executions, 5);
+  EXPECT_EQ(CostOf(
+              filter, [](Filter* f) { f->OutputLevelsOn(); }, 1.5),
+    (Cost{ 0, 0 }));
+  EXPECT_EQ(CostOf(filter,
+              [](Filter* f) {
+                f->OutputLevelsOff();
+                f->SetAnimationToNoAnimation();
+              }),
+    (Cost{ 0, 0 }));
+  EXPECT_EQ(CostOf(
+              filter, [](Filter* f) { f->SetAnimationToSeeds(); }, 0.5),
+    (Cost{ 0, 1 }));
+}
+
+TEST(GeometricTextureCaching, AFileThatHasChangedIsReadAgain)
+{
+  const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("changing.model"));
+  ASSERT_TRUE(Update(filter));
+  const vtkSmartPointer<vtkDataArray> before = PointsOf(filter);
+  WriteRandomGeometricTexture("changing.model", 5);
+  const auto time = std::filesystem::last_write_time("changing.model");
+  std::filesystem::last_write_time("changing.model", time + std::chrono::seconds(2));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->Modified(); }), (Cost{ 1, 1 }));
+  EXPECT_FALSE(SameBits(PointsOf(filter), before));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->Modified(); }), (Cost{ 0, 0 }));
+}
+
+TEST(GeometricTextureCaching, BlocksAreKeptOneByOne)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, Icosphere(1).ToPolyData());
+  blocks->SetBlock(1, Icosphere(2).ToPolyData());
+  const auto filter = SynthesizerOn(blocks, WriteRandomGeometricTexture("kept_blocks.model"));
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 1, 2 })) << "one model for all blocks";
+  blocks->SetBlock(1, Icosphere(1).ToPolyData());
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 })) << "only the new block";
+  blocks->SetBlock(1, nullptr);
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 0 }));
+}
+
+TEST(GeometricTextureCaching, BitsDoNotDependOnThreads)
+{
+  const auto target = Icosphere(IsSanitized() ? 2 : 4).ToPolyData();
+  AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  const std::string model = WriteRandomGeometricTexture("threads.model");
+  vtkSmartPointer<vtkDataArray> reference;
+  for (int threads = 1; threads <= 4; ++threads)
+  {
+    vtkSMPTools::Initialize(threads);
+    const ThreadScope scope(threads);
+    for (int repeat = 0; repeat < 3; ++repeat)
+    {
+      const auto filter = SynthesizerOn(target, model);
+      filter->SetMaskArrayName("Mask");
+      filter->SetMaskFalloff(0.5);
+      ASSERT_TRUE(Update(filter));
+      reference = reference ? reference.Get() : PointsOf(filter);
+      EXPECT_TRUE(SameBits(PointsOf(filter), reference)) << threads << " threads";
+    }
+  }
+  vtkSMPTools::Initialize(0);
+}
+
+TEST(GeometricTextureCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
+{
+  const std::string model = WriteRandomGeometricTexture("two_threads.model");
+  const auto first = SynthesizerOn(Icosphere(3).ToPolyData(), model);
+  const auto second = SynthesizerOn(Icosphere(2).ToPolyData(), model);
+  bool firstDone = false;
+  bool secondDone = false;
+  std::thread one([&] { firstDone = Update(first); });
+  std::thread two([&] { secondDone = Update(second); });
+  one.join();
+  two.join();
+  ASSERT_TRUE(firstDone && secondDone);
+  const auto alone = SynthesizerOn(Icosphere(2).ToPolyData(), model);
+  ASSERT_TRUE(Update(alone));
+  EXPECT_TRUE(SameBits(PointsOf(second), PointsOf(alone)));
+}
+
+TEST(GeometricTextureCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
+{
+  for (const bool levels : { false, true })
+  {
+    for (const double place : { 0.0, 0.2, 0.6 })
+    {
+      const auto filter = LargeFilter();
+      filter->SetOutputLevels(levels);
+      {
+        EventRecorder events(filter);
+        events.AbortAt = place;
+        EXPECT_TRUE(Update(filter)) << "an abort is no failure";
+        EXPECT_TRUE(events.Errors.empty());
+        ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
+        EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
+      }
+      EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+      if (place > 0.5)
+      {
+        EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 }));
+        EXPECT_GT(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 600000);
+      }
+    }
+  }
+}
+
+TEST(GeometricTextureCaching, ProgressIsMonotoneFrequentAndOnTheCallingThread)
+{
+  const auto filter = LargeFilter();
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end()));
+  EXPECT_GE(events.Progress.size(), 20u) << "R10";
+  EXPECT_EQ(events.Progress.back(), 1.0);
+  EXPECT_FALSE(events.ForeignThread);
+}

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Model files of flow matching: what is written is read, and what does not fit is named.
+#include "RandomFlowMatching.h"
+#include "RandomPoissonNet.h"
+#include "TestMeshes.h"
+
+#include "Core/Common/Errors.h"
+#include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+
+using namespace surfsynth;
+using testing::AllOf;
+using testing::HasSubstr;
+
+namespace
+{
+
+using Tensors = std::map<std::string, TensorData>;
+using Metadata = std::map<std::string, std::string>;
+
+constexpr const char* Path = "FlowMatchingModel.safetensors";
+
+FlowMatchingModel SmallModel()
+{
+  FlowMatchingModel model = test::RandomSignalModel(test::Icosphere(1), 2);
+  test::AddRandomEncoder(model, 3);
+  return model;
+}
+
+/// The file of a small model after @p change; what reading it says.
+std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
+{
+  WriteFlowMatchingModel(Path, SmallModel());
+  Tensors tensors;
+  Metadata metadata;
+  {
+    const SafetensorsFile file(Path);
+    metadata = file.Metadata();
+    for (const auto& [name, entry] : file.Tensors())
+    {
+      tensors[name] = TensorData::FromFloat32(entry.Shape, file.Float32(name));
+    }
+  }
+  change(tensors, metadata);
+  WriteSafetensors(Path, tensors, metadata);
+  try
+  {
+    ReadFlowMatchingModel(Path);
+  }
+  catch (const ModelMismatch& error)
+  {
+    return std::string("ModelMismatch ") + error.what();
+  }
+  catch (const FormatError& error)
+  {
+    return std::string("FormatError ") + error.what();
+  }
+  return "accepted";
+}
+
+/// The same after the text @p from in the description of the signal and noise has become @p to.
+std::string MessageWith(const std::string& from, const std::string& to)
+{
+  return MessageAfter(
+    [&](Tensors&, Metadata& metadata)
+    {
+      std::string& text = metadata["flow_matching"];
+      const std::size_t place = text.find(from);
+      ASSERT_NE(place, std::string::npos) << text;
+      text.replace(place, from.size(), to);
+    });
+}
+
+std::string MessageOfCheck(const std::function<void(FlowMatchingModel&)>& change)
+{
+  FlowMatchingModel model = SmallModel();
+  change(model);
+  try
+  {
+    CheckModel(model);
+  }
+  catch (const InvalidInput& error)
+  {
+    return error.what();
+  }
+  return "accepted";
+}
+
+} // namespace
+
+TEST(FlowMatchingModel, WhatIsWrittenIsRead)
+{
+  for (const NoiseModel noise : { NoiseModel::Matern, NoiseModel::PerVertex, NoiseModel::White, NoiseModel::Unscreened,
+         NoiseModel::Spectral })
+  {
+    FlowMatchingModel model = SmallModel();
+    model.Noise.Model = noise;
+    model.Noise.Screening = 12.5;
+    model.Noise.Eigenpairs = 17;
+    model.Noise.Scale = 0.1;
+    model.Noise.Smoothing = 0.003;
+    model.Shape.Spread = 0.3;
+    model.Iterations = 4321;
+    model.Metadata["note"] = "kept";
+    WriteFlowMatchingModel(Path, model);
+    const FlowMatchingModel read = ReadFlowMatchingModel(Path);
+    EXPECT_EQ(read.SignalName, "Mixture");
+    EXPECT_EQ(read.SignalMean, model.SignalMean);
+    EXPECT_EQ(read.SignalScale, model.SignalScale);
+    EXPECT_EQ(read.Noise.Model, noise);
+    EXPECT_EQ(read.Noise.Screening, 12.5);
+    EXPECT_EQ(read.Noise.Eigenpairs, 17);
+    EXPECT_EQ(read.Noise.Scale, 0.1);
+    EXPECT_EQ(read.Noise.Smoothing, 0.003);
+    EXPECT_EQ(read.Shape.Mean, model.Shape.Mean);
+    EXPECT_EQ(read.Shape.Spread, 0.3);
+    EXPECT_EQ(read.Iterations, 4321);
+    EXPECT_EQ(read.Metadata.at("note"), "kept");
+    ASSERT_TRUE(read.Encoder);
+    using Networks = std::pair<const PoissonNetModel*, const PoissonNetModel*>;
+    for (const auto& [written, found] :
+      { Networks(&model.Velocity, &read.Velocity), Networks(&*model.Encoder, &*read.Encoder) })
+    {
+      EXPECT_EQ(MetadataFromOptions(found->Options), MetadataFromOptions(written->Options));
+      ASSERT_EQ(found->Tensors.size(), written->Tensors.size());
+      for (const auto& [name, tensor] : written->Tensors)
+      {
+        EXPECT_EQ(found->Tensors.at(name).Shape, tensor.Shape) << name;
+        EXPECT_EQ(found->Tensors.at(name).Values, tensor.Values) << name;
+      }
+    }
+  }
+}
+
+TEST(FlowMatchingModel, DeformersAreReadToo)
+{
+  WriteFlowMatchingModel(Path, test::RandomDeformer(test::Icosphere(1)));
+  const FlowMatchingModel read = ReadFlowMatchingModel(Path);
+  EXPECT_TRUE(read.GeneratesPositions());
+  EXPECT_FALSE(read.Encoder);
+  EXPECT_THAT(read.Description(),
+    AllOf(HasSubstr("deformations from matern noise"), HasSubstr("2 blocks of width 16"), HasSubstr("for one surface")));
+}
+
+TEST(FlowMatchingModel, TheDescriptionCountsInSingularAndPlural)
+{
+  FlowMatchingModel model;
+  model.SignalName = "Heat";
+  model.Velocity.Options.InputChannels = 1;
+  model.Velocity.Options.Blocks = 1;
+  model.Iterations = 1;
+  EXPECT_THAT(model.Description(), HasSubstr("\"Heat\", 1 component from matern noise; 1 block of width "));
+  EXPECT_THAT(model.Description(), HasSubstr("; 1 iteration of training"));
+  model.Velocity.Options.InputChannels = 2;
+  model.Velocity.Options.Blocks = 3;
+  model.Iterations = 20;
+  EXPECT_THAT(model.Description(), HasSubstr("\"Heat\", 2 components from matern noise; 3 blocks of width "));
+  EXPECT_THAT(model.Description(), HasSubstr("; 20 iterations of training"));
+}
+
+TEST(FlowMatchingModel, AFileThatWasNotChangedIsAccepted)
+{
+  EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
+}
+
+TEST(FlowMatchingModel, AnotherArchitectureOrVersion)
+{
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["architecture"] = "poissonnet"; }),
+    AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr("flow_matching"), HasSubstr(Path)));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("architecture"); }),
+    HasSubstr("\"architecture\" is missing"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "2"; }),
+    AllOf(HasSubstr("\"format_version\" is \"2\""), HasSubstr("expected \"1\"")));
+}
+
+TEST(FlowMatchingModel, AMissingOrBrokenDescription)
+{
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("flow_matching"); }),
+    HasSubstr("\"flow_matching\" is missing"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "{"; }),
+    HasSubstr("no JSON object"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "[]"; }),
+    HasSubstr("no JSON object"));
+}
+
+TEST(FlowMatchingModel, EachKeyOfTheDescriptionIsNeeded)
+{
+  for (const std::string key : { "signal_name", "signal_mean", "signal_scale", "noise", "noise_screening",
+         "noise_eigenpairs", "noise_scale", "iterations", "shape_moments", "shape_spread" })
+  {
+    EXPECT_THAT(MessageWith("\"" + key + "\"", "\"another\""),
+      AllOf(HasSubstr("ModelMismatch"), HasSubstr("\"" + key + "\""), HasSubstr("is missing; expected")));
+  }
+}
+
+TEST(FlowMatchingModel, ValuesOfAnotherKindAreNamed)
+{
+  EXPECT_THAT(MessageWith("\"Mixture\"", "7"), AllOf(HasSubstr("\"signal_name\""), HasSubstr("is 7; expected a name")));
+  EXPECT_THAT(MessageWith("\"Mixture\"", "\"\""), HasSubstr("expected a name"));
+  EXPECT_THAT(MessageWith("\"matern\"", "\"pink\""), AllOf(HasSubstr("\"pink\""), HasSubstr("spectral")));
+  EXPECT_THAT(MessageWith("\"noise_screening\":100.0", "\"noise_screening\":\"much\""), HasSubstr("expected a number"));
+  EXPECT_THAT(MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":2.5"), HasSubstr("expected a whole number"));
+  EXPECT_THAT(MessageWith("\"iterations\":0", "\"iterations\":-1"), HasSubstr("expected a whole number"));
+  EXPECT_THAT(MessageWith("\"signal_mean\":[2.0,", "\"signal_mean\":[null,"), HasSubstr("an array of numbers"));
+  EXPECT_THAT(MessageWith("\"shape_moments\":[", "\"shape_moments\":[1.0,"), HasSubstr("has 7 numbers; expected 6"));
+}
+
+TEST(FlowMatchingModel, ValuesOutOfTheirRangeAreNamed)
+{
+  EXPECT_THAT(MessageWith("\"signal_mean\":[2.0,", "\"signal_mean\":["), HasSubstr("2 finite ones each"));
+  EXPECT_THAT(MessageWith("\"signal_scale\":[0.5,", "\"signal_scale\":[0.0,"), HasSubstr("the scales above 0"));
+  EXPECT_THAT(MessageWith("\"noise_screening\":100.0", "\"noise_screening\":0"), HasSubstr("screening 0"));
+  EXPECT_THAT(MessageWith("\"noise_scale\":1.0", "\"noise_scale\":-1"), HasSubstr("scale -1"));
+  EXPECT_THAT(MessageWith("\"noise_smoothing\":0.0", "\"noise_smoothing\":-1"), HasSubstr("smoothing of the noise is -1"));
+  EXPECT_THAT(MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":0"), HasSubstr("0 eigenpairs"));
+  EXPECT_THAT(MessageWith("\"shape_spread\":0.0", "\"shape_spread\":-1"), HasSubstr("spread of at least 0"));
+}
+
+TEST(FlowMatchingModel, TensorsThatDoNotFitAreNamed)
+{
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors.erase("velocity.proj_in.bias"); }),
+    AllOf(HasSubstr("(velocity)"), HasSubstr("\"proj_in.bias\" [16] is missing")));
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
+                { tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 4 }, std::vector<float>(4)); }),
+    HasSubstr("\"proj_in.bias\" is [4] instead of [16]"));
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
+                { tensors["encoder.more"] = TensorData::FromFloat32({ 1 }, { 1.0F }); }),
+    AllOf(HasSubstr("(encoder)"), HasSubstr("\"more\" does not belong to it")));
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
+                { tensors["proj_in.bias"] = TensorData::FromFloat32({ 1 }, { 1.0F }); }),
+    HasSubstr("\"proj_in.bias\" does not belong to a flow matching model"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("encoder"); }),
+    HasSubstr("does not belong to a flow matching model"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("velocity"); }),
+    HasSubstr("\"velocity\" is missing"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["velocity"] = "{\"n_blocks\": 2}"; }),
+    HasSubstr("expected a JSON object of strings"));
+}
+
+TEST(FlowMatchingModel, WeightsThatAreNotFiniteAreRefused)
+{
+  const float bad = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(MessageAfter([&](Tensors& tensors, Metadata&)
+                { tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 16 }, std::vector<float>(16, bad)); }),
+    AllOf(HasSubstr("FormatError"), HasSubstr("velocity.proj_in.bias")));
+}
+
+TEST(FlowMatchingModel, NetworksThatDoNotFitTogetherAreNamed)
+{
+  // As read from a file: the encoder has gone, and with it three conditions.
+  EXPECT_THAT(MessageAfter(
+                [](Tensors& tensors, Metadata& metadata)
+                {
+                  metadata.erase("encoder");
+                  for (auto entry = tensors.begin(); entry != tensors.end();)
+                  {
+                    entry = entry->first.rfind("encoder.", 0) == 0 ? tensors.erase(entry) : std::next(entry);
+                  }
+                }),
+    AllOf(HasSubstr("ModelMismatch"), HasSubstr("takes 7 conditions; expected 4")));
+  const auto withVelocity = [](const std::function<void(PoissonNetOptions&)>& change)
+  {
+    return MessageOfCheck(
+      [&](FlowMatchingModel& model)
+      {
+        PoissonNetOptions options = model.Velocity.Options;
+        change(options);
+        model.Velocity = test::RandomModel(options);
+      });
+  };
+  EXPECT_THAT(withVelocity([](PoissonNetOptions& options) { options.OutputChannels = 5; }),
+    HasSubstr("gives 5 channels for a signal of 2"));
+  EXPECT_THAT(withVelocity([](PoissonNetOptions& options) { options.Domain = PoissonNetDomain::Faces; }),
+    HasSubstr("at the vertices"));
+  EXPECT_THAT(withVelocity([](PoissonNetOptions& options) { options.Activation = LastActivation::LogSoftmax; }),
+    HasSubstr("without a last activation"));
+  EXPECT_THAT(MessageOfCheck([](FlowMatchingModel& model) { model.SignalName = "Position"; }),
+    HasSubstr("positions have 2 channels; expected 3"));
+  EXPECT_THAT(MessageOfCheck(
+                [](FlowMatchingModel& model)
+                {
+                  PoissonNetOptions options = model.Encoder->Options;
+                  options.ExtraFeatures = 1;
+                  model.Encoder = test::RandomModel(options);
+                }),
+    HasSubstr("the encoder takes 3 channels and 1 conditions"));
+}
+
+TEST(FlowMatchingModel, AFileThatIsNotThere)
+{
+  EXPECT_THROW(ReadFlowMatchingModel("nowhere.safetensors"), InvalidInput);
+}
+
+// --- Moments --------------------------------------------------------------------------------------------------------
+
+// A square of side 1: the second moment along a side is 1/12.
+TEST(ShapeMoments, OfASquareAreKnown)
+{
+  for (const TriangleMesh& square : { test::PlanePatch(1, 1), test::PlanePatch(9, 7, 1.0, 1.0, 0.2),
+         test::Translated(test::PlanePatch(3, 3), { 1e6, -2e6, 5.0 }) })
+  {
+    Eigen::Matrix<double, 1, 6> expected;
+    expected << 1.0 / 12.0, 0.0, 0.0, 1.0 / 12.0, 0.0, 0.0;
+    EXPECT_LE((SecondMoments(square) - expected).cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(ShapeMoments, DoNotDependOnTheTriangulationAndNoticeATurn)
+{
+  const auto moments = [](const TriangleMesh& mesh)
+  { return SecondMoments(Normalised(mesh, FlowNormalisation(mesh))); };
+  const TriangleMesh torus = test::Torus(16, 10);
+  EXPECT_LE(MomentDistance(moments(torus), moments(test::Subdivide(torus))), 1e-12);
+  TriangleMesh turned = torus;
+  turned.Points.col(1).swap(turned.Points.col(2));
+  turned.Points.col(1) *= -1.0;
+  EXPECT_GT(MomentDistance(moments(torus), moments(turned)), 0.3);
+}

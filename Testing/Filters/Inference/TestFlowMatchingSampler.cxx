@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The plain sampler of flow matching models: integrators, units, invariances, errors.
+#include "RandomFlowMatching.h"
+#include "TestMeshes.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+using namespace surfsynth;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+namespace
+{
+
+const TriangleMesh& Surface()
+{
+  static const TriangleMesh mesh = test::BumpySurface(2);
+  return mesh;
+}
+
+std::shared_ptr<const FlowMatchingModel> Shared(FlowMatchingModel model)
+{
+  return std::make_shared<const FlowMatchingModel>(std::move(model));
+}
+
+FlowMatchingSampler Deformer(const TriangleMesh& mesh = Surface())
+{
+  return FlowMatchingSampler(Shared(test::RandomDeformer(Surface())), mesh);
+}
+
+FlowMatchingSampler SignalSampler(std::int64_t components)
+{
+  return FlowMatchingSampler(Shared(test::RandomSignalModel(Surface(), components)), Surface());
+}
+
+FlowSampleRequest Request(int steps, FlowIntegrator integrator = FlowIntegrator::Midpoint)
+{
+  FlowSampleRequest request;
+  request.Steps = steps;
+  request.Integrator = integrator;
+  return request;
+}
+
+FeatureMatrix Sampled(const FlowMatchingSampler& sampler, const FlowSampleRequest& request)
+{
+  return sampler.Integrate(sampler.InitialNoise(request), request);
+}
+
+bool SameBits(const FeatureMatrix& a, const FeatureMatrix& b)
+{
+  return a.rows() == b.rows() && a.cols() == b.cols() &&
+    std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(float)) == 0;
+}
+
+double Difference(const FeatureMatrix& a, const FeatureMatrix& b)
+{
+  return (a - b).cast<double>().norm() / b.cast<double>().norm();
+}
+
+template <typename Call>
+std::string MessageOf(const Call& call)
+{
+  try
+  {
+    call();
+  }
+  catch (const InvalidInput& error)
+  {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.
+FeatureMatrix StepOf(const FlowMatchingSampler& sampler, FlowIntegrator integrator, const FeatureMatrix& state,
+  double time, double step)
+{
+  const auto h = static_cast<float>(step);
+  const FeatureMatrix a = sampler.Velocity(state, time);
+  if (integrator == FlowIntegrator::Euler)
+  {
+    return state + h * a;
+  }
+  const FeatureMatrix b = sampler.Velocity(state + h / 2 * a, time + step / 2);
+  if (integrator == FlowIntegrator::Midpoint)
+  {
+    return state + h * b;
+  }
+  const FeatureMatrix c = sampler.Velocity(state + h / 2 * b, time + step / 2);
+  const FeatureMatrix d = sampler.Velocity(state + h * c, time + step);
+  return state + h / 6 * (a + 2 * b + 2 * c + d);
+}
+
+constexpr FlowIntegrator Integrators[] = { FlowIntegrator::Euler, FlowIntegrator::Midpoint,
+  FlowIntegrator::RungeKutta4 };
+
+} // namespace
+
+// --- Integration ----------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, IntegratorsTakeTheStepsOfTheirDefinitions)
+{
+  const FlowMatchingSampler sampler = SignalSampler(2);
+  for (const FlowIntegrator integrator : Integrators)
+  {
+    const FeatureMatrix noise = sampler.InitialNoise({});
+    FeatureMatrix expected = noise;
+    for (int k = 0; k < 4; ++k)
+    {
+      expected = StepOf(sampler, integrator, expected, 0.25 * k, 0.25);
+    }
+    EXPECT_LE(Difference(sampler.Integrate(noise, Request(4, integrator)), expected), 1e-6);
+  }
+}
+
+// The error against a fine reference falls as h^order; between 8 and 16 steps rounding is far below it for the first two,
+// and the fourth order reaches rounding at once.
+TEST(FlowMatchingSampler, IntegratorsConvergeAtTheirOrder)
+{
+  const FlowMatchingSampler sampler = SignalSampler(2);
+  const FeatureMatrix reference = Sampled(sampler, Request(128, FlowIntegrator::RungeKutta4));
+  const auto error = [&](int steps, FlowIntegrator integrator)
+  { return Difference(Sampled(sampler, Request(steps, integrator)), reference); };
+  const double euler = std::log2(error(8, FlowIntegrator::Euler) / error(16, FlowIntegrator::Euler));
+  EXPECT_NEAR(euler, 1.0, 0.15);
+  const double midpoint = std::log2(error(4, FlowIntegrator::Midpoint) / error(8, FlowIntegrator::Midpoint));
+  EXPECT_NEAR(midpoint, 2.0, 0.3);
+  const double rungeKutta = std::log2(error(1, FlowIntegrator::RungeKutta4) / error(2, FlowIntegrator::RungeKutta4));
+  EXPECT_NEAR(rungeKutta, 4.0, 0.8);
+  EXPECT_LT(error(8, FlowIntegrator::RungeKutta4), error(8, FlowIntegrator::Midpoint) / 10.0);
+}
+
+TEST(FlowMatchingSampler, TheObserverSeesTheStateAfterEachStep)
+{
+  const FlowMatchingSampler sampler = Deformer();
+  const FeatureMatrix noise = sampler.InitialNoise({});
+  for (const FlowIntegrator integrator : Integrators)
+  {
+    std::vector<double> times;
+    std::vector<FeatureMatrix> states;
+    const FeatureMatrix end = sampler.Integrate(noise, Request(4, integrator),
+      [&](double time, const FeatureMatrix& state)
+      {
+        times.push_back(time);
+        states.push_back(state);
+      });
+    EXPECT_THAT(times, ElementsAre(0.0, 0.25, 0.5, 0.75, 1.0));
+    EXPECT_TRUE(SameBits(states.front(), noise));
+    EXPECT_TRUE(SameBits(states.back(), end));
+    EXPECT_LE(Difference(states[2], StepOf(sampler, integrator, states[1], 0.25, 0.25)), 1e-6);
+    EXPECT_GT(Difference(states[2], states[1]), 1e-3) << "something moves";
+  }
+}
+
+TEST(FlowMatchingSampler, EvaluationsAreThoseOfTheIntegrator)
+{
+  EXPECT_EQ(EvaluationsPerStep(FlowIntegrator::Euler), 1);
+  EXPECT_EQ(EvaluationsPerStep(FlowIntegrator::Midpoint), 2);
+  EXPECT_EQ(EvaluationsPerStep(FlowIntegrator::RungeKutta4), 4);
+}
+
+// --- What a sample depends on ---------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, BitsAreTheSameForEveryNumberOfThreads)
+{
+  std::unique_ptr<FeatureMatrix> first;
+  for (const int threads : { 1, 2, 3 })
+  {
+    const ThreadScope scope(threads);
+    const FeatureMatrix sample = Sampled(Deformer(), Request(3));
+    first = first ? std::move(first) : std::make_unique<FeatureMatrix>(sample);
+    EXPECT_TRUE(SameBits(sample, *first)) << threads;
+  }
+}
+
+TEST(FlowMatchingSampler, SeedSampleAndStreamGiveOtherNoise)
+{
+  const FlowMatchingSampler sampler = Deformer();
+  const FeatureMatrix noise = sampler.InitialNoise({});
+  EXPECT_TRUE(SameBits(sampler.InitialNoise(Request(7, FlowIntegrator::Euler)), noise)) << "steps do not matter";
+  FlowSampleRequest seed;
+  seed.Seed = 1;
+  FlowSampleRequest sample;
+  sample.Sample = 1;
+  FlowSampleRequest stream;
+  stream.Stream = 1;
+  for (const FlowSampleRequest& other : { seed, sample, stream })
+  {
+    EXPECT_GT(Difference(sampler.InitialNoise(other), noise), 0.5);
+  }
+}
+
+TEST(FlowMatchingSampler, PositionsCommuteWithTranslationAndUniformScale)
+{
+  const FlowMatchingSampler here = Deformer();
+  const Eigen::MatrixXd expected = here.ToSignal(Sampled(here, Request(4)));
+  const double size = test::BumpySurface(2).Points.rowwise().norm().maxCoeff();
+  for (const double factor : { 1e-6, 100.0 })
+  {
+    const Eigen::Vector3d offset = factor * Eigen::Vector3d(3.0, -2.0, 1.0);
+    const FlowMatchingSampler there = Deformer(test::Translated(test::Scaled(Surface(), factor), offset));
+    const Eigen::MatrixXd found = there.ToSignal(Sampled(there, Request(4)));
+    const Eigen::MatrixXd difference = (found.rowwise() - offset.transpose()) / factor - expected;
+    EXPECT_LE(difference.cwiseAbs().maxCoeff() / size, 1e-4) << factor;
+  }
+}
+
+TEST(FlowMatchingSampler, AnEncoderReachesTheVelocity)
+{
+  FlowMatchingModel model = test::RandomSignalModel(Surface(), 2);
+  test::AddRandomEncoder(model, 5);
+  const FeatureMatrix state = FeatureMatrix::Zero(Surface().NumberOfPoints(), 2);
+  const FlowMatchingSampler sampler(Shared(model), Surface());
+  const TriangleMesh normalised = Normalised(Surface(), FlowNormalisation(Surface()));
+  const PoissonNetEvaluator encoder(std::make_shared<const PoissonNetModel>(*model.Encoder), normalised);
+  const PoissonNetEvaluator velocity(
+    std::make_shared<const PoissonNetModel>(model.Velocity), encoder.Operators(), normalised.Points);
+  PoissonNetInput input;
+  input.Signal = state;
+  input.Extra.resize(state.rows(), 9);
+  input.Extra.col(0).setConstant(0.25F);
+  input.Extra.middleCols(1, 3) = normalised.Points.cast<float>();
+  input.Extra.rightCols(5) = encoder.Evaluate().Values;
+  EXPECT_LE(Difference(sampler.Velocity(state, 0.25), velocity.Evaluate(input).Values), 1e-5);
+}
+
+// --- Units ----------------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, SignalsGetTheMeanAndScaleOfTheTraining)
+{
+  const FlowMatchingSampler sampler = SignalSampler(2); // mean 2, 3; scale 0.5, 1
+  FeatureMatrix state = FeatureMatrix::Zero(Surface().NumberOfPoints(), 2);
+  state(3, 0) = 4.0F;
+  state(5, 1) = -1.0F;
+  const Eigen::MatrixXd signal = sampler.ToSignal(state);
+  EXPECT_EQ(signal(3, 0), 4.0);
+  EXPECT_EQ(signal(3, 1), 3.0);
+  EXPECT_EQ(signal(5, 0), 2.0);
+  EXPECT_EQ(signal(5, 1), 2.0);
+  const Eigen::MatrixXd deviation = sampler.ToDeviation(state);
+  EXPECT_EQ(deviation(3, 0), 2.0);
+  EXPECT_EQ(deviation(5, 1), -1.0);
+  EXPECT_EQ(deviation(0, 0), 0.0);
+}
+
+TEST(FlowMatchingSampler, PositionsAreAboutTheCentroidOfTheSurface)
+{
+  const TriangleMesh mesh = test::Translated(test::Scaled(Surface(), 3.0), { 5.0, 6.0, 7.0 });
+  const FlowMatchingSampler sampler = Deformer(mesh);
+  const Eigen::VectorXd mass = LumpedMass(mesh);
+  const auto mean = [&](const Eigen::MatrixXd& values)
+  { return Eigen::RowVectorXd(mass.transpose() * values / mass.sum()); };
+  const Eigen::RowVectorXd centroid = mean(mesh.Points);
+  const FeatureMatrix noise = sampler.InitialNoise({});
+  EXPECT_LE(mean(sampler.ToDeviation(noise)).norm(), 1e-6);
+  const FeatureMatrix state = sampler.Integrate(noise, Request(4));
+  EXPECT_LE((mean(sampler.ToSignal(state)) - centroid).norm(), 1e-5);
+  EXPECT_LE((sampler.ToSignal(state) - sampler.ToDeviation(state)).rowwise().norm().maxCoeff() - centroid.norm(), 1e-9);
+}
+
+TEST(FlowMatchingSampler, InitialNoiseIsTheFieldOfTheModel)
+{
+  FlowMatchingModel model = test::RandomSignalModel(Surface(), 2);
+  model.Noise.Screening = 30.0;
+  model.Noise.Scale = 2.5;
+  const FlowMatchingSampler sampler(Shared(model), Surface());
+  MaternFieldOptions options;
+  options.Mode = ScaleMode::Screening;
+  options.Screening = 30.0;
+  const MaternField field(Normalised(Surface(), FlowNormalisation(Surface())), options);
+  SampleRequest request;
+  request.Seed = 9;
+  request.FirstSample = 4;
+  request.NumberOfComponents = 2;
+  request.Stream = 6;
+  FlowSampleRequest flow;
+  flow.Seed = 9;
+  flow.Sample = 4;
+  flow.Stream = 6;
+  EXPECT_LE(Difference(sampler.InitialNoise(flow), FeatureMatrix((2.5 * field.Sample(request)).cast<float>())), 1e-5);
+}
+
+// --- Warnings -------------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, AnotherTriangulationOfTheShapeIsNoWarning)
+{
+  for (const TriangleMesh& mesh :
+    { Surface(), test::Subdivide(Surface()), test::RefineToSize(Surface(), 600), test::Scaled(Surface(), 40.0) })
+  {
+    EXPECT_THAT(Deformer(mesh).Warnings(), IsEmpty());
+  }
+}
+
+TEST(FlowMatchingSampler, AnotherShapeAndATurnedOneAreWarnings)
+{
+  const auto warnings = [](const FlowMatchingModel& model, const TriangleMesh& mesh)
+  { return FlowMatchingSampler(Shared(model), mesh).Warnings(); };
+  const TriangleMesh torus = test::Torus(16, 10);
+  const FlowMatchingModel model = test::RandomDeformer(torus);
+  EXPECT_THAT(warnings(model, torus), IsEmpty());
+  TriangleMesh turned = torus;
+  turned.Points.col(1).swap(turned.Points.col(2));
+  turned.Points.col(1) *= -1.0;
+  EXPECT_THAT(warnings(model, turned), ElementsAre(AllOf(HasSubstr("turned"), HasSubstr("second moments"))));
+  EXPECT_THAT(warnings(model, test::Icosphere(2)), ElementsAre(HasSubstr("shaped or turned unlike")));
+  TriangleMesh inwards = torus;
+  inwards.Triangles.col(0).swap(inwards.Triangles.col(1));
+  EXPECT_THAT(warnings(model, inwards), ElementsAre(HasSubstr("point inwards")));
+  FlowMatchingModel tolerant = model;
+  tolerant.Shape.Spread = 2.0;
+  EXPECT_THAT(warnings(tolerant, turned), IsEmpty()) << "its training surfaces differed as much";
+}
+
+// --- Errors ---------------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, WhatCannotBeSampledIsNamed)
+{
+  const FlowMatchingSampler sampler = Deformer();
+  const FeatureMatrix noise = sampler.InitialNoise({});
+  EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, Request(0)); }), HasSubstr("0 steps; expected at least 1"));
+  EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise.topRows(5), Request(2)); }), HasSubstr("signal is [5, 3]"));
+  EXPECT_THAT(MessageOf([&] { Deformer(test::Join(Surface(), Surface())); }), HasSubstr("component"));
+  EXPECT_THAT(MessageOf([&] { Deformer(test::MoebiusStrip(12, 3)); }), HasSubstr("wound in opposite senses"));
+  FlowMatchingModel incomplete = test::RandomDeformer(Surface());
+  incomplete.Velocity.Tensors.erase("proj_in.bias");
+  EXPECT_THAT(MessageOf([&] { FlowMatchingSampler(Shared(incomplete), Surface()); }), HasSubstr("proj_in.bias"));
+}
+
+TEST(FlowMatchingSampler, AStateThatGrowsWithoutBoundIsAnError)
+{
+  FlowMatchingModel model = test::RandomSignalModel(Surface(), 1);
+  model.Velocity.Tensors["head.bias"].Values = { 1e7F };
+  const FlowMatchingSampler sampler(Shared(model), Surface());
+  EXPECT_THAT(MessageOf([&] { Sampled(sampler, Request(3)); }), HasSubstr("grows without bound"));
+}
+
+TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
+{
+  const FlowMatchingSampler sampler = Deformer();
+  const FeatureMatrix noise = sampler.InitialNoise({});
+  std::vector<double> reports;
+  sampler.Integrate(noise, Request(3), {}, [&](double fraction) { reports.push_back(fraction); return true; });
+  EXPECT_GE(reports.size(), 30U);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_NEAR(reports.back(), 1.0, 1e-12);
+  for (const double stop : { 0.0, 0.4, 0.9 })
+  {
+    EXPECT_THROW(sampler.Integrate(noise, Request(3), {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+    EXPECT_THROW(FlowMatchingSampler(Shared(test::RandomDeformer(Surface())), Surface(), nullptr,
+                   [stop](double fraction) { return fraction < stop; }),
+      Cancelled);
+  }
+}

@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Geometric textures grown on meshes: invariances, levels, noise, masks, errors.
+#include "RandomGeometricTexture.h"
+#include "TestMeshes.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+using namespace surfsynth;
+using testing::HasSubstr;
+
+namespace
+{
+const TriangleMesh& Surface()
+{
+  static const TriangleMesh mesh = test::BumpySurface(1);
+  return mesh;
+}
+
+std::shared_ptr<const GeometricTextureModel> Model()
+{
+  return std::make_shared<const GeometricTextureModel>(test::RandomGeometricTexture());
+}
+
+const GeometricTextureSampler& Sampler()
+{
+  static const GeometricTextureSampler sampler(Model());
+  return sampler;
+}
+
+GeometricTextureLevel Synthesized(const TriangleMesh& mesh, const GeometricTextureRequest& request = {})
+{
+  return Sampler().Synthesize(mesh, request);
+}
+
+GeometricTextureRequest Seeded(std::uint64_t seed)
+{
+  GeometricTextureRequest request;
+  request.Seed = seed;
+  return request;
+}
+
+GeometricTextureRequest WithoutNoise()
+{
+  GeometricTextureRequest request;
+  request.NoiseAmplitude = 0.0;
+  return request;
+}
+
+TriangleMesh Finer(TriangleMesh mesh, int times)
+{
+  for (int k = 0; k < times; ++k)
+  {
+    mesh = SubdivideAtMidpoints(mesh).Mesh;
+  }
+  return mesh;
+}
+
+double MeanEdge(const TriangleMesh& mesh)
+{
+  double sum = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+    }
+  }
+  return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
+}
+
+template <typename Call>
+std::string MessageOf(const Call& call)
+{
+  try
+  {
+    call();
+  }
+  catch (const InvalidInput& error)
+  {
+    return error.what();
+  }
+  return "accepted";
+}
+} // namespace
+
+// --- Levels ---------------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, EachLevelButTheFirstRefines)
+{
+  std::vector<GeometricTextureLevel> levels;
+  const GeometricTextureLevel last = Sampler().Synthesize(Surface(), {}, [&](const GeometricTextureLevel& level) { levels.push_back(level); });
+  ASSERT_EQ(levels.size(), 2U);
+  for (int k = 0; k < 2; ++k)
+  {
+    const TriangleMesh base = Finer(Surface(), k);
+    EXPECT_EQ(levels[k].Level, k);
+    EXPECT_EQ(levels[k].Mesh.Triangles, base.Triangles);
+    EXPECT_LE((levels[k].Base - base.Points).cwiseAbs().maxCoeff(), 1e-15);
+  }
+  // Points are the base and the displacements of all levels, of which earlier ones are interpolated.
+  const TriangleMesh moved = Finer({ levels[0].Displacement, Surface().Triangles }, 1);
+  EXPECT_LE((levels[0].Mesh.Points - levels[0].Base - levels[0].Displacement).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LE(
+    (levels[1].Mesh.Points - levels[1].Base - levels[1].Displacement - moved.Points).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_EQ(last.Mesh.Points, levels[1].Mesh.Points);
+  EXPECT_GT(levels[0].Displacement.norm(), 1e-3) << "something has grown";
+  EXPECT_GT(levels[1].Displacement.norm(), 1e-3);
+}
+
+TEST(GeometricTextureSampler, FirstAndLastLevelCanBeChosen)
+{
+  GeometricTextureRequest request;
+  const auto levelsOf = [&](int start, int end)
+  {
+    request.StartLevel = start;
+    request.EndLevel = end;
+    std::vector<int> levels;
+    Sampler().Synthesize(Surface(), request, [&](const GeometricTextureLevel& level) { levels.push_back(level.Level); });
+    return levels;
+  };
+  EXPECT_EQ(levelsOf(0, -1), (std::vector<int>{ 0, 1 }));
+  EXPECT_EQ(levelsOf(0, 99), (std::vector<int>{ 0, 1 }));
+  EXPECT_EQ(levelsOf(0, 0), (std::vector<int>{ 0 }));
+  EXPECT_EQ(levelsOf(1, 1), (std::vector<int>{ 1 }));
+  EXPECT_EQ(levelsOf(1, 0), (std::vector<int>{ 0 })) << "a start above the end is the end";
+  EXPECT_EQ(levelsOf(7, -1), (std::vector<int>{ 1 }));
+  request.StartLevel = 1;
+  request.EndLevel = 1;
+  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Triangles, Surface().Triangles) << "the first level takes the mesh as it is";
+}
+
+// --- Invariances ----------------------------------------------------------------------------------------------------
+
+// With the noise of a mesh that is not turned a turned mesh grows another texture: without noise, it turns along.
+TEST(GeometricTextureSampler, TurnsAndMovesWithTheMesh)
+{
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  const Eigen::RowVector3d offset(3.0, -2.0, 5.0);
+  for (const TriangleMesh& mesh : { Surface(), test::PlanePatch(6, 5, 1.0, 1.0, 0.2), test::UvSphere(6, 30) })
+  {
+    TriangleMesh moved = mesh;
+    moved.Points = (mesh.Points * rotation.transpose()).rowwise() + offset;
+    const PointMatrix expected = (Synthesized(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() + offset;
+    EXPECT_LE((Synthesized(moved, WithoutNoise()).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(mesh));
+  }
+}
+
+TEST(GeometricTextureSampler, GrowsWithTheMesh)
+{
+  const PointMatrix expected = Synthesized(Surface()).Mesh.Points;
+  for (const double factor : { 1e-12, 0.25, 3.0, 1e12 })
+  {
+    const PointMatrix found = Synthesized(test::Scaled(Surface(), factor)).Mesh.Points / factor;
+    EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(Surface())) << factor;
+  }
+}
+
+TEST(GeometricTextureSampler, DoesNotDependOnTheOrderOfTriangles)
+{
+  TriangleMesh permuted = Surface();
+  const Index faces = permuted.NumberOfTriangles();
+  ASSERT_EQ(faces, 80);
+  for (Index f = 0; f < faces; ++f)
+  {
+    const Index from = static_cast<Index>((7 * std::int64_t(f) + 3) % faces); // 7 and 80 have no common divisor
+    const int turn = f % 3;
+    for (int k = 0; k < 3; ++k)
+    {
+      permuted.Triangles(f, k) = Surface().Triangles(from, (k + turn) % 3);
+    }
+  }
+  GeometricTextureRequest request;
+  request.LevelsWithoutNoise = { false, true }; // new vertices are numbered in another order
+  const GeometricTextureLevel expected = Synthesized(Surface(), request);
+  const GeometricTextureLevel found = Synthesized(permuted, request);
+  const Index old = Surface().NumberOfPoints();
+  EXPECT_LE((found.Mesh.Points - expected.Mesh.Points).topRows(old).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(Surface()));
+  EXPECT_NEAR(found.Mesh.Points.norm(), expected.Mesh.Points.norm(), 1e-4 * MeanEdge(Surface()));
+}
+
+TEST(GeometricTextureSampler, HasTheSameBitsForEveryNumberOfThreads)
+{
+  const TriangleMesh mesh = test::BumpySurface(3);
+  const auto with = [&](int threads)
+  {
+    const ThreadScope scope(threads);
+    return Synthesized(mesh, Seeded(4)).Mesh.Points;
+  };
+  const PointMatrix one = with(1);
+  EXPECT_EQ(with(2), one);
+  EXPECT_EQ(with(3), one);
+}
+
+// --- Noise ----------------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, SeedAndStreamGiveOtherNoise)
+{
+  const PointMatrix first = Synthesized(Surface(), Seeded(1)).Mesh.Points;
+  EXPECT_EQ(Synthesized(Surface(), Seeded(1)).Mesh.Points, first);
+  EXPECT_GT((Synthesized(Surface(), Seeded(2)).Mesh.Points - first).norm(), 1e-3);
+  GeometricTextureRequest stream = Seeded(1);
+  stream.Stream = 1;
+  EXPECT_GT((Synthesized(Surface(), stream).Mesh.Points - first).norm(), 1e-3);
+}
+
+TEST(GeometricTextureSampler, InterpolationEndsAtBothSeeds)
+{
+  GeometricTextureRequest request = Seeded(1);
+  request.SecondSeed = 2;
+  const PointMatrix first = Synthesized(Surface(), Seeded(1)).Mesh.Points;
+  const PointMatrix second = Synthesized(Surface(), Seeded(2)).Mesh.Points;
+  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Points, first);
+  request.Interpolation = 1.0;
+  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Points, second);
+  request.Interpolation = 0.5;
+  const PointMatrix between = Synthesized(Surface(), request).Mesh.Points;
+  EXPECT_GT((between - first).norm(), 1e-4);
+  EXPECT_GT((between - second).norm(), 1e-4);
+}
+
+TEST(GeometricTextureSampler, LevelsWithoutNoiseDoNotDependOnTheSeed)
+{
+  const auto levelsOf = [](std::uint64_t seed, const std::vector<bool>& without)
+  {
+    GeometricTextureRequest request = Seeded(seed);
+    request.LevelsWithoutNoise = without;
+    std::vector<PointMatrix> points;
+    Sampler().Synthesize(Surface(), request, [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
+    return points;
+  };
+  EXPECT_EQ(levelsOf(1, { true, true }), levelsOf(2, { true, true }));
+  EXPECT_EQ(levelsOf(1, { true })[0], levelsOf(2, { true })[0]);
+  EXPECT_NE(levelsOf(1, { true })[1], levelsOf(2, { true })[1]) << "later levels have noise";
+  EXPECT_NE(levelsOf(1, { false, true })[0], levelsOf(2, { false, true })[0]);
+  EXPECT_EQ(levelsOf(1, { true, true, true, true }).back(), Synthesized(Surface(), WithoutNoise()).Mesh.Points);
+}
+
+TEST(GeometricTextureSampler, TheAmplitudeIsThatOfTheModelUnlessGiven)
+{
+  GeometricTextureRequest request = Seeded(1);
+  const PointMatrix own = Synthesized(Surface(), request).Mesh.Points;
+  request.NoiseAmplitude = 0.1;
+  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Points, own);
+  request.NoiseAmplitude = 0.2;
+  EXPECT_GT((Synthesized(Surface(), request).Mesh.Points - own).norm(), 1e-4);
+}
+
+// --- Masks ----------------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, AMaskOfZeroLeavesTheMeshAndOneChangesNothing)
+{
+  GeometricTextureRequest request = Seeded(1);
+  const TriangleMesh far = test::Translated(Surface(), { 1e5, 0.1, -0.3 });
+  request.Mask = Eigen::VectorXf::Zero(far.NumberOfPoints());
+  EXPECT_EQ(Synthesized(far, request).Mesh.Points, Finer(far, 1).Points);
+  request.Mask.setOnes();
+  EXPECT_EQ(Synthesized(far, request).Mesh.Points, Synthesized(far, Seeded(1)).Mesh.Points);
+}
+
+TEST(GeometricTextureSampler, AMaskIsInterpolatedOnFinerLevels)
+{
+  GeometricTextureRequest request = Seeded(1);
+  request.Mask = Eigen::VectorXf::Ones(Surface().NumberOfPoints());
+  request.Mask[0] = 0.0F;
+  const GeometricTextureLevel grown = Synthesized(Surface(), request);
+  EXPECT_EQ(grown.Mesh.Points.row(0), Surface().Points.row(0));
+  const SubdividedMesh fine = SubdivideAtMidpoints(Surface());
+  for (std::size_t e = 0; e < fine.Parents.size(); ++e)
+  {
+    const Index v = Surface().NumberOfPoints() + static_cast<Index>(e);
+    EXPECT_GT(grown.Displacement.row(v).norm(), 0.0) << "beside the vertex it is a half";
+  }
+}
+
+// --- The template ---------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, ReconstructionDoesNotDependOnTheSeed)
+{
+  const int levels = 2;
+  const PointMatrix reconstruction = Sampler().Generate(levels, Seeded(1)).Mesh.Points;
+  EXPECT_EQ(Sampler().Generate(levels, Seeded(2)).Mesh.Points, reconstruction);
+  GeometricTextureModel other = test::RandomGeometricTexture();
+  other.ReconstructionNoise *= 2.0F;
+  const GeometricTextureSampler noisier(std::make_shared<const GeometricTextureModel>(other));
+  EXPECT_GT((noisier.Generate(levels, Seeded(1)).Mesh.Points - reconstruction).norm(), 1e-4)
+    << "depends on the stored noise";
+}
+
+TEST(GeometricTextureSampler, GenerationIsRandomFromTheLevelAskedFor)
+{
+  const auto levelsOf = [](int from, std::uint64_t seed)
+  {
+    std::vector<PointMatrix> points;
+    Sampler().Generate(from, Seeded(seed), [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
+    return points;
+  };
+  const auto reconstruction = levelsOf(2, 1);
+  EXPECT_EQ(levelsOf(1, 1)[0], reconstruction[0]);
+  EXPECT_NE(levelsOf(1, 1)[1], reconstruction[1]);
+  EXPECT_NE(levelsOf(1, 1)[1], levelsOf(1, 2)[1]);
+  EXPECT_NE(levelsOf(0, 1)[0], levelsOf(0, 2)[0]);
+}
+
+TEST(GeometricTextureSampler, AModelWithoutATemplateCannotGenerate)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  model.Template = {};
+  model.ReconstructionNoise.resize(0, 3);
+  const GeometricTextureSampler sampler(std::make_shared<const GeometricTextureModel>(model));
+  EXPECT_THAT(MessageOf([&] { sampler.Generate(0, {}); }), HasSubstr("no template"));
+  EXPECT_THAT(MessageOf([] { Sampler().Generate(-1, {}); }), HasSubstr("from level -1"));
+  EXPECT_THAT(MessageOf([] { Sampler().Generate(3, {}); }), HasSubstr("expected 0 to 2"));
+}
+
+// --- Meshes and errors ----------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, GrowsOnEveryMeshOfTheSuiteThatIsWoundConsistently)
+{
+  GeometricTextureRequest request;
+  request.EndLevel = 0;
+  int grown = 0;
+  for (const std::string& name : test::SuiteNames())
+  {
+    const test::SuiteMesh& suite = test::FromSuite(name);
+    if (suite.ConsistentWinding)
+    {
+      EXPECT_TRUE(Synthesized(suite.Mesh, request).Mesh.Points.allFinite()) << name;
+      ++grown;
+    }
+    else
+    {
+      EXPECT_THAT(MessageOf([&] { Synthesized(suite.Mesh, request); }), HasSubstr("opposite senses")) << name;
+    }
+  }
+  EXPECT_GT(grown, 5);
+}
+
+TEST(GeometricTextureSampler, UnusedVerticesStayEvenWhereTheyAreNoNumbers)
+{
+  TriangleMesh mesh = Surface();
+  const Index count = mesh.NumberOfPoints();
+  mesh.Points.conservativeResize(count + 1, 3);
+  mesh.Points.row(count).setConstant(std::numeric_limits<double>::quiet_NaN());
+  GeometricTextureRequest request = WithoutNoise();
+  request.EndLevel = 0;
+  EXPECT_EQ(Synthesized(mesh, request).Mesh.Points.topRows(count), Synthesized(Surface(), request).Mesh.Points);
+}
+
+TEST(GeometricTextureSampler, RequestsOutOfTheirRangeAreNamed)
+{
+  const auto message = [](const std::function<void(GeometricTextureRequest&)>& change)
+  {
+    GeometricTextureRequest request;
+    change(request);
+    return MessageOf([&] { Synthesized(Surface(), request); });
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message([](GeometricTextureRequest& r) { r.StartLevel = -1; }), HasSubstr("the first level is -1"));
+  EXPECT_THAT(
+    message([](GeometricTextureRequest& r) { r.Interpolation = 1.5; }), HasSubstr("the interpolation is 1.5"));
+  EXPECT_THAT(
+    message([](GeometricTextureRequest& r) { r.Interpolation = nan; }), HasSubstr("the interpolation is nan"));
+  EXPECT_THAT(message([](GeometricTextureRequest& r) { r.NoiseAmplitude = nan; }), HasSubstr("amplitude of the noise"));
+  EXPECT_THAT(message([](GeometricTextureRequest& r) { r.Mask = Eigen::VectorXf::Ones(3); }),
+    HasSubstr("the mask has 3 values; expected 42"));
+  for (const float bad : { -0.5F, 1.5F, std::numeric_limits<float>::quiet_NaN() })
+  {
+    EXPECT_THAT(message([bad](GeometricTextureRequest& r) { r.Mask = Eigen::VectorXf::Constant(42, bad); }),
+      HasSubstr("below 0 or above 1"));
+  }
+}
+
+TEST(GeometricTextureSampler, MeshesThatCannotBeUsedAreNamed)
+{
+  EXPECT_THAT(MessageOf([] { Synthesized({}); }), HasSubstr("no triangle"));
+  TriangleMesh mesh = Surface();
+  std::swap(mesh.Triangles(0, 0), mesh.Triangles(0, 1));
+  EXPECT_NE(MessageOf([&] { Synthesized(mesh); }), "accepted");
+  mesh = Surface();
+  mesh.Points(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_NE(MessageOf([&] { Synthesized(mesh); }), "accepted");
+}
+
+TEST(GeometricTextureSampler, ADisplacementThatIsNotFiniteIsAnError)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  model.Generator.at("levels.0.layers.3.conv.weight").Values.assign(36, 3e38F);
+  const GeometricTextureSampler sampler(std::make_shared<const GeometricTextureModel>(model));
+  EXPECT_THAT(MessageOf([&] { sampler.Synthesize(Surface(), {}); }), HasSubstr("not finite"));
+}
+
+TEST(GeometricTextureSampler, AModelThatDoesNotFitIsRefused)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  model.Options.Levels = 3;
+  EXPECT_THROW(GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model)), InvalidInput);
+}
+
+TEST(GeometricTextureSampler, ProgressRisesAndCanStop)
+{
+  std::vector<double> reports;
+  Sampler().Synthesize(Surface(), {}, {},
+    [&](double fraction)
+    {
+      reports.push_back(fraction);
+      return true;
+    });
+  EXPECT_GE(reports.size(), 20U);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_NEAR(reports.back(), 1.0, 1e-12);
+  for (const double stop : { 0.0, 0.4, 0.9 })
+  {
+    EXPECT_THROW(Sampler().Synthesize(Surface(), {}, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+  }
+}

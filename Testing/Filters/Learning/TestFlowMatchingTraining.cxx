@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TrainingData.h"
+
+#include "RandomPoissonNet.h"
+#include "TestMeshes.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Inference/FlowMatching/FlowMatchingSampler.h"
+#include "Learning/Training/FlowMatchingTrainer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+using namespace surfsynth;
+using namespace surfsynth::test;
+using ::testing::HasSubstr;
+
+namespace
+{
+/// Four hundred iterations of four copies of the same sample: seconds.
+FlowMatchingTrainingOptions QuickRecipe()
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(400);
+  options.Width = 16;
+  options.BatchSize = 4;
+  options.LearningRate = 1e-2;
+  options.Milestones = { 200, 300 };
+  options.Noise.Smoothing = 0.0; // these surfaces have edges as long as the noise has correlation
+  return options;
+}
+
+/// One sample is learnt: samples of the model are that sample, wherever their noise begins. @returns their relative error,
+/// weighted by mass, of deviations from the mean of each component.
+double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTrainingOptions& options)
+{
+  const FlowMatchingTrainer trainer = TrainFlowMatching(dataset, options, {});
+  const SignalSource& source = dataset.Sources[0];
+  const FlowMatchingSampler sampler(std::make_shared<FlowMatchingModel>(trainer.Model()), source.Mesh);
+  const Eigen::Index components = source.NumberOfComponents();
+  const Eigen::MatrixXd expected =
+    Eigen::Map<const SignalSamples>(source.Samples.data(), source.Mesh.NumberOfPoints(), components).cast<double>();
+  const Eigen::VectorXd mass = LumpedMass(source.Mesh, MeshTopology(source.Mesh));
+  const auto centred = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd {
+    return values.rowwise() - (mass.transpose() * values / mass.sum()).eval();
+  };
+  const auto squares = [&](const Eigen::MatrixXd& values) -> Eigen::RowVectorXd {
+    return mass.transpose() * values.cwiseAbs2();
+  };
+  double worst = 0.0;
+  for (std::uint32_t sample = 0; sample < 3; ++sample)
+  {
+    FlowSampleRequest request;
+    request.Seed = 99;
+    request.Sample = sample;
+    const Eigen::MatrixXd found = sampler.ToSignal(sampler.Integrate(sampler.InitialNoise(request), request));
+    const Eigen::RowVectorXd errors =
+      squares(centred(found) - centred(expected)).cwiseQuotient(squares(centred(expected))).cwiseSqrt();
+    worst = std::max(worst, errors.maxCoeff());
+  }
+  return worst;
+}
+
+/// The mean square of a model's noise on @p mesh.
+double NoiseSquares(const FlowMatchingModel& model, const TriangleMesh& mesh)
+{
+  const FlowMatchingSampler sampler(std::make_shared<FlowMatchingModel>(model), mesh);
+  constexpr std::uint32_t samples = 200;
+  double squares = 0.0;
+  for (std::uint32_t k = 0; k < samples; ++k)
+  {
+    FlowSampleRequest request;
+    request.Sample = k;
+    squares += sampler.InitialNoise(request).cast<double>().cwiseAbs2().mean() / samples;
+  }
+  return squares;
+}
+
+/// The unbiased variance of samples in the rows, in the mean over the columns.
+double MeanVariance(const Eigen::MatrixXd& samples)
+{
+  return (samples.rowwise() - samples.colwise().mean()).squaredNorm() /
+    static_cast<double>((samples.rows() - 1) * samples.cols());
+}
+} // namespace
+
+TEST_F(FlowMatchingTraining, TheSameSeedGivesTheSameWeightsAndAnotherSeedOthers)
+{
+  const SignalDataset dataset = DeformedSpheres(3);
+  FlowMatchingTrainingOptions options = TinyRecipe(5);
+  const FlowMatchingTrainer first = Trained(dataset, options, 5);
+  const FlowMatchingTrainer again = Trained(dataset, options, 5);
+  EXPECT_EQ(Weights(first), Weights(again));
+  EXPECT_EQ(Numbers(first.History()[4]), Numbers(again.History()[4]));
+  options.Seed = 1;
+  EXPECT_NE(Weights(first), Weights(Trained(dataset, options, 5)));
+}
+
+TEST_F(FlowMatchingTraining, EachStepSaysWhatTheLossIsMadeOf)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(8);
+  options.VertexWeight = 2.0;
+  options.JacobianWeight = 0.5;
+  options.LearningRate = 1e-3;
+  options.Milestones = { 1, 6 };
+  options.LearningRateFactor = 0.5;
+  const FlowMatchingTrainer trainer = Trained(DeformedSpheres(3), options, 8);
+  ASSERT_EQ(trainer.History().size(), 8u);
+  EXPECT_EQ(trainer.DeviceName(), "CPU");
+  const std::vector<double> rates = { 1e-3, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 2.5e-4, 2.5e-4 };
+  for (std::size_t k = 0; k < 8; ++k)
+  {
+    const TrainingStep& step = trainer.History()[k];
+    EXPECT_EQ(step.Iteration, static_cast<std::int64_t>(k + 1));
+    EXPECT_NEAR(step.Loss, 2.0 * step.VertexLoss + 0.5 * step.JacobianLoss, 1e-12);
+    EXPECT_GT(step.VertexLoss, 0.0);
+    EXPECT_GT(step.JacobianLoss, 0.0);
+    EXPECT_GT(step.GradientNorm, 0.0);
+    EXPECT_DOUBLE_EQ(step.LearningRate, rates[k]);
+  }
+}
+
+TEST_F(FlowMatchingTraining, WithoutMilestonesTheLearningRateFallsAfterAQuarter)
+{
+  const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), TinyRecipe(8), 3);
+  EXPECT_DOUBLE_EQ(trainer.History()[1].LearningRate, 5e-4);
+  EXPECT_DOUBLE_EQ(trainer.History()[2].LearningRate, 1e-4);
+}
+
+TEST_F(FlowMatchingTraining, TheLossTableHasARowForEachIteration)
+{
+  const FlowMatchingTrainer trainer = TrainFlowMatching(DeformedSpheres(2), TinyRecipe(6), this->Files("a"));
+  std::ifstream file(this->File("a.csv"));
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate");
+  for (const TrainingStep& step : trainer.History())
+  {
+    ASSERT_TRUE(std::getline(file, line));
+    std::istringstream row(line);
+    double found = 0.0;
+    char comma = 0;
+    row >> found >> comma >> found;
+    EXPECT_NEAR(found, step.Loss, 1e-8 * step.Loss);
+  }
+  EXPECT_FALSE(std::getline(file, line));
+}
+
+TEST_F(FlowMatchingTraining, OneShapeIsLearnt)
+{
+  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), QuickRecipe()), 0.08);
+}
+
+TEST_F(FlowMatchingTraining, OneSignalOfTwoComponentsIsLearnt)
+{
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipe()), 0.08);
+}
+
+TEST_F(FlowMatchingTraining, EachNoiseModelTrains)
+{
+  std::vector<std::map<std::string, std::vector<float>>> weights;
+  for (const NoiseModel model :
+    { NoiseModel::Matern, NoiseModel::PerVertex, NoiseModel::White, NoiseModel::Unscreened, NoiseModel::Spectral })
+  {
+    FlowMatchingTrainingOptions options = TinyRecipe(4);
+    options.Noise.Model = model;
+    options.Noise.Eigenpairs = 10;
+    const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), options, 4);
+    EXPECT_EQ(trainer.Model().Noise.Model, model);
+    EXPECT_GT(trainer.Model().Noise.Scale, 0.0);
+    for (const TrainingStep& step : trainer.History())
+    {
+      EXPECT_TRUE(std::isfinite(step.Loss) && step.Loss > 0.0) << static_cast<int>(model);
+    }
+    EXPECT_THAT(weights, ::testing::Not(::testing::Contains(Weights(trainer)))) << static_cast<int>(model);
+    weights.push_back(Weights(trainer));
+  }
+}
+
+TEST_F(FlowMatchingTraining, NoiseIsSmoothedInEdgeLengthsOfTheSurface)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const TriangleMesh& mesh = dataset.Sources.front().Mesh;
+  double lengths = 0.0; // the surface has area A: in units of sqrt(A)
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      lengths += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+    }
+  }
+  const double edge = lengths / static_cast<double>(mesh.Triangles.size());
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.Noise.Smoothing = 2.0;
+  const double found = FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing;
+  EXPECT_NEAR(found, 2.0 * edge * edge / FaceAreas(mesh).sum(), 1e-12);
+  options.Noise.Smoothing = 0.0;
+  EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing, 0.0);
+}
+
+TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  SignalDataset dataset = HeatOnSphere(4);
+  const TriangleMesh mesh = dataset.Sources[0].Mesh; // of both datasets
+  const FlowMatchingModel heat = FlowMatchingTrainer(dataset, options).Model();
+  Eigen::MatrixXd values = dataset.Sources[0].Samples.cast<double>();
+  for (Eigen::Index column = 0; column < values.cols(); ++column)
+  {
+    values.col(column) /= heat.SignalScale[column % 2];
+  }
+  EXPECT_NEAR(NoiseSquares(heat, mesh) / MeanVariance(values), 1.0, 0.15);
+
+  dataset = DeformedSpheres(4);
+  const Eigen::VectorXd mass = LumpedMass(mesh, MeshTopology(mesh));
+  values = dataset.Sources[0].Samples.cast<double>() / std::sqrt(FaceAreas(mesh).sum());
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    Eigen::MatrixXd columns = values(Eigen::all, Eigen::seq(axis, Eigen::last, 3));
+    columns.colwise() -= (columns * mass / mass.sum()).eval();
+    values(Eigen::all, Eigen::seq(axis, Eigen::last, 3)) = columns;
+  }
+  const double spread = NoiseSquares(FlowMatchingTrainer(dataset, options).Model(), mesh) / MeanVariance(values);
+  EXPECT_NEAR(spread, 1.0, 0.15) << "what all samples have in common does not count";
+
+  options.Noise.Scale = 2.5;
+  EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Scale, 2.5);
+}
+
+TEST_F(FlowMatchingTraining, WeightAveragingKeepsTheModelBehindTheWeights)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  FlowMatchingTrainingOptions options = TinyRecipe(10);
+  options.LearningRate = 1e-2;
+  const auto plain = Weights(Trained(dataset, options, 10));
+  const auto first = Weights(FlowMatchingTrainer(dataset, options));
+  options.WeightAveraging = 0.999;
+  const auto averaged = Weights(Trained(dataset, options, 10));
+  double moved = 0.0;
+  double movedOnAverage = 0.0;
+  for (const auto& [name, values] : first)
+  {
+    for (std::size_t k = 0; k < values.size(); ++k)
+    {
+      moved += std::pow(plain.at(name)[k] - values[k], 2);
+      movedOnAverage += std::pow(averaged.at(name)[k] - values[k], 2);
+    }
+  }
+  EXPECT_GT(movedOnAverage, 0.0);
+  EXPECT_LT(movedOnAverage, moved);
+}
+
+TEST_F(FlowMatchingTraining, SeveralTriangulationsOfOneShapeNeedNoEncoderAndSeveralShapesDo)
+{
+  SignalDataset dataset = DeformedSpheres(2, 1);
+  dataset.Sources.push_back(DeformedSpheres(3, 2).Sources[0]);
+  FlowMatchingTrainingOptions options = TinyRecipe(4);
+  options.SourcesPerBatch = 2;
+  EXPECT_EQ(Trained(dataset, options, 4).Iteration(), 4);
+
+  dataset.Sources[1].Mesh.Points.col(2) *= 2.0;
+  const std::string text = TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, options); });
+  EXPECT_THAT(text, HasSubstr("the 2 surfaces have different shapes"));
+  options.Encoder = RandomModel(TwoChannelEncoder());
+  const FlowMatchingTrainer trainer = Trained(dataset, options, 2);
+  EXPECT_EQ(trainer.Model().Velocity.Options.ExtraFeatures, FlowMatchingModel::PlainConditions + 2);
+  EXPECT_TRUE(trainer.Model().Encoder);
+}
+
+TEST_F(FlowMatchingTraining, TheModelIsReadAsItWasWritten)
+{
+  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(3), this->Files("a"));
+  const FlowMatchingModel model = ReadFlowMatchingModel(this->File("a.safetensors"));
+  EXPECT_EQ(model.Iterations, 3);
+  EXPECT_TRUE(model.GeneratesPositions());
+  WriteFlowMatchingModel(this->File("again.safetensors"), model);
+  EXPECT_EQ(BytesOf(this->File("again.safetensors")), BytesOf(this->File("a.safetensors")));
+}
+
+TEST_F(FlowMatchingTraining, SamplesThatDoNotVaryOrAreNotFiniteAreRefused)
+{
+  SignalDataset dataset = HeatOnSphere(2);
+  dataset.Sources[0].Samples.setConstant(300.0F);
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }),
+    HasSubstr("component 0 of the signal is the same number everywhere"));
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Samples.row(1) = dataset.Sources[0].Samples.row(0);
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("all the same"));
+  FlowMatchingTrainingOptions scaled = TinyRecipe(1);
+  scaled.Noise.Scale = 1.0;
+  EXPECT_EQ(Trained(dataset, scaled, 1).Iteration(), 1);
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Samples(1, 5) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("not finite"));
+  dataset = DeformedSpheres(2);
+  dataset.Sources[0].Mesh.Triangles.row(0).setConstant(3);
+  EXPECT_THAT(
+    TextOf<InvalidInput>([&] { FlowMatchingTrainer(dataset, TinyRecipe(1)); }), HasSubstr("Source 0 of the dataset: "));
+}
+
+TEST_F(FlowMatchingTraining, ALearningRateThatIsTooHighIsAnErrorAndNotAModel)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(50);
+  options.LearningRate = 1e30;
+  const std::string text = TextOf<SolverFailure>(
+    [&] { TrainFlowMatching(DeformedSpheres(2), options, this->Files("a")); });
+  EXPECT_THAT(text, HasSubstr("expected a lower learning rate"));
+  EXPECT_FALSE(std::filesystem::exists(this->File("a.safetensors")));
+}
+
+TEST_F(FlowMatchingTraining, PreparationIsCancelledByItsProgress)
+{
+  EXPECT_THROW(FlowMatchingTrainer(DeformedSpheres(2), TinyRecipe(4), [](double) { return false; }), Cancelled);
+  std::vector<double> reports;
+  TrainFlowMatching(DeformedSpheres(2), TinyRecipe(20), {}, {}, [&](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  });
+  EXPECT_GE(reports.size(), 20u);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_DOUBLE_EQ(reports.back(), 1.0);
+}
+
+TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
+{
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  using Options = FlowMatchingTrainingOptions;
+  const std::vector<std::pair<std::string, std::function<void(Options&)>>> cases = {
+    { "Width is 0; expected 1 to 100000", [](Options& o) { o.Width = 0; } },
+    { "Width is 100001", [](Options& o) { o.Width = 100001; } },
+    { "Blocks is 0", [](Options& o) { o.Blocks = 0; } },
+    { "ComplexLayers is -1", [](Options& o) { o.ComplexLayers = -1; } },
+    { "Iterations is 0", [](Options& o) { o.Iterations = 0; } },
+    { "BatchSize is 0", [](Options& o) { o.BatchSize = 0; } },
+    { "SourcesPerBatch is 0", [](Options& o) { o.SourcesPerBatch = 0; } },
+    { "SourcesPerBatch is 3; expected a number that divides BatchSize", [](Options& o) { o.SourcesPerBatch = 3; } },
+    { "Iterations * BatchSize is 5e+09",
+      [](Options& o) {
+        o.Iterations = 50000000;
+        o.BatchSize = 100;
+      } },
+    { "LearningRate is 0", [](Options& o) { o.LearningRate = 0.0; } },
+    { "LearningRate is nan", [=](Options& o) { o.LearningRate = nan; } },
+    { "LearningRateFactor is 0", [](Options& o) { o.LearningRateFactor = 0.0; } },
+    { "LearningRateFactor is 1.5", [](Options& o) { o.LearningRateFactor = 1.5; } },
+    { "WeightAveraging is 1; expected", [](Options& o) { o.WeightAveraging = 1.0; } },
+    { "WeightAveraging is -0.1", [](Options& o) { o.WeightAveraging = -0.1; } },
+    { "GradientClip is -1", [](Options& o) { o.GradientClip = -1.0; } },
+    { "VertexWeight is inf", [=](Options& o) { o.VertexWeight = infinity; } },
+    { "JacobianWeight is -2", [](Options& o) { o.JacobianWeight = -2.0; } },
+    { "VertexWeight + JacobianWeight is 0", [](Options& o) { o.VertexWeight = o.JacobianWeight = 0.0; } },
+    { "Noise.Screening is 0", [](Options& o) { o.Noise.Screening = 0.0; } },
+    { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
+    { "Noise.Smoothing is -1", [](Options& o) { o.Noise.Smoothing = -1.0; } },
+    { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
+    { "a milestone is -1",
+      [](Options& o) {
+        o.Milestones = { 3, -1 };
+      } },
+  };
+  EXPECT_NO_THROW(CheckOptions(Options()));
+  for (const auto& [expected, spoil] : cases)
+  {
+    Options options;
+    spoil(options);
+    EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(options); }), HasSubstr(expected));
+    EXPECT_THROW(FlowMatchingTrainer(DeformedSpheres(1), options), InvalidInput) << expected;
+  }
+}

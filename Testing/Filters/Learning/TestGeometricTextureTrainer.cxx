@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Training of geometric textures: seeds, checkpoints, files, and what is refused.
+#include "TestMeshes.h"
+#include "TrainingData.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "Learning/Training/GeometricTextureTrainer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+using namespace surfsynth;
+using namespace surfsynth::test;
+using ::testing::HasSubstr;
+
+namespace
+{
+
+/// A bumpy sphere of 20 triangles and its subdivisions, with the smooth one as template.
+MultiscaleDataset Bumps(int levels)
+{
+  MultiscaleDataset dataset;
+  dataset.Template = Icosphere(0, 3.0);
+  TriangleMesh mesh = dataset.Template;
+  for (int level = 0; level < levels; ++level)
+  {
+    if (level > 0)
+    {
+      mesh = SubdivideAtMidpoints(mesh).Mesh;
+    }
+    TriangleMesh bumpy = mesh;
+    for (Eigen::Index v = 0; v < bumpy.Points.rows(); ++v)
+    {
+      const double height = 1.0 + 0.2 * std::sin(3.0 * bumpy.Points(v, 0)) * std::cos(2.0 * bumpy.Points(v, 1) + 1.0);
+      bumpy.Points.row(v) *= 3.0 * height / bumpy.Points.row(v).norm();
+    }
+    dataset.Levels.push_back(bumpy);
+  }
+  return dataset;
+}
+
+GeometricTextureTrainingOptions TinyGeometricTexture()
+{
+  GeometricTextureTrainingOptions options;
+  options.Network.Layers = 4;
+  options.Network.StartChannels = 4;
+  options.Network.MinimumChannels = 4;
+  options.Network.MaximumChannels = 4;
+  options.IterationsPerLevel = 3;
+  options.LearningRateInterval = 2;
+  options.Device = TrainingDevice::CPU;
+  return options;
+}
+
+std::map<std::string, std::vector<float>> WeightsOf(const GeometricTextureTrainer& trainer)
+{
+  const GeometricTextureModel model = trainer.Model();
+  std::map<std::string, std::vector<float>> weights;
+  for (const auto& [name, tensor] : model.Generator)
+  {
+    weights["generator." + name] = tensor.Values;
+  }
+  for (const auto& [name, tensor] : model.Discriminator)
+  {
+    weights["discriminator." + name] = tensor.Values;
+  }
+  return weights;
+}
+
+GeometricTextureTrainer Trained(const GeometricTextureTrainingOptions& options, int levels, int iterations)
+{
+  GeometricTextureTrainer trainer(Bumps(levels), options);
+  for (int k = 0; k < iterations; ++k)
+  {
+    trainer.Step();
+  }
+  return trainer;
+}
+
+class GeometricTextureTraining : public ::testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    this->Folder = std::filesystem::path("GeometricTextureTraining") /
+      ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(this->Folder);
+    std::filesystem::create_directories(this->Folder);
+  }
+  TrainingFiles Files() const
+  {
+    TrainingFiles files;
+    files.Model = this->File("model.safetensors");
+    files.Checkpoint = this->File("checkpoint");
+    files.LossTable = this->File("losses.csv");
+    files.CheckpointInterval = 100;
+    return files;
+  }
+  std::string File(const std::string& name) const { return (this->Folder / name).string(); }
+
+  std::filesystem::path Folder;
+};
+
+} // namespace
+
+TEST_F(GeometricTextureTraining, TheSameSeedGivesTheSameWeightsAndAnotherOneOthers)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  const auto first = WeightsOf(Trained(options, 2, 4));
+  EXPECT_EQ(WeightsOf(Trained(options, 2, 4)), first);
+  options.Seed = 1;
+  EXPECT_NE(WeightsOf(Trained(options, 2, 4)), first);
+}
+
+TEST_F(GeometricTextureTraining, GoesOnFromAnyCheckpointAsIfItHadNotStopped)
+{
+  const GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  const GeometricTextureTrainer whole = Trained(options, 2, 6);
+  for (const int done : { 0, 1, 3, 4, 6 }) // before, within and between levels
+  {
+    Trained(options, 2, done).SaveCheckpoint(this->File("checkpoint"));
+    GeometricTextureTrainer resumed = Trained(options, 2, 5); // whose state is replaced
+    resumed.LoadCheckpoint(this->File("checkpoint"));
+    EXPECT_EQ(resumed.Iteration(), done);
+    while (resumed.Iteration() < resumed.Iterations())
+    {
+      resumed.Step();
+    }
+    EXPECT_EQ(WeightsOf(resumed), WeightsOf(whole)) << done;
+    for (std::size_t k = 0; k < 6; ++k)
+    {
+      const GeometricTextureTrainingStep& a = resumed.History()[k];
+      const GeometricTextureTrainingStep& b = whole.History()[k];
+      EXPECT_EQ(a.Level, b.Level);
+      EXPECT_EQ(a.CriticLoss, b.CriticLoss);
+      EXPECT_EQ(a.GradientPenalty, b.GradientPenalty);
+      EXPECT_EQ(a.AdversarialLoss, b.AdversarialLoss);
+      EXPECT_EQ(a.ReconstructionLoss, b.ReconstructionLoss);
+      EXPECT_EQ(a.LearningRate, b.LearningRate);
+    }
+  }
+}
+
+TEST_F(GeometricTextureTraining, LevelsBelowStayAndLevelsOfTheSameChannelsBeginWithTheirWeights)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.LearningRate = 1e-30; // steps that float32 does not see
+  const auto before = WeightsOf(Trained(options, 2, 0));
+  const auto copied = WeightsOf(Trained(options, 2, 4));
+  EXPECT_EQ(copied.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
+  EXPECT_NE(before.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
+  options.LearningRate = 5e-4;
+  const auto atTheEndOfLevel0 = WeightsOf(Trained(options, 2, 3));
+  const auto inLevel1 = WeightsOf(Trained(options, 2, 5));
+  for (const auto& [name, values] : inLevel1)
+  {
+    EXPECT_EQ(values == atTheEndOfLevel0.at(name), name.find("levels.0.") != std::string::npos) << name;
+  }
+}
+
+TEST_F(GeometricTextureTraining, TheLearningRateHalvesWithinEachLevel)
+{
+  const GeometricTextureTrainer trainer = Trained(TinyGeometricTexture(), 2, 6);
+  std::vector<double> rates;
+  for (const GeometricTextureTrainingStep& step : trainer.History())
+  {
+    rates.push_back(step.LearningRate);
+    EXPECT_TRUE(std::isfinite(step.CriticLoss + step.AdversarialLoss));
+    EXPECT_GT(step.GradientPenalty, 0.0);
+    EXPECT_GT(step.ReconstructionLoss, 0.0);
+  }
+  EXPECT_EQ(rates, (std::vector<double>{ 5e-4, 5e-4, 2.5e-4, 5e-4, 5e-4, 2.5e-4 }));
+}
+
+TEST_F(GeometricTextureTraining, LearnsToReconstructTheReference)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.Network.NoiseAmplitude = 0.01;
+  options.IterationsPerLevel = 60;
+  options.LearningRate = 1e-2;
+  options.LearningRateInterval = 60;
+  options.ReconstructionWeight = 100.0;
+  const GeometricTextureTrainer trainer = Trained(options, 1, 60);
+  EXPECT_LT(trainer.History().back().ReconstructionLoss, 0.5 * trainer.History().front().ReconstructionLoss);
+}
+
+TEST_F(GeometricTextureTraining, WritesAfterEachLevelAndItsModelIsComplete)
+{
+  const TrainingFiles files = this->Files();
+  int seen = 0;
+  const auto stop = [&](const GeometricTextureTrainingStep& step)
+  {
+    ++seen;
+    // The checkpoint of level 0 was written after its last iteration, long before the interval.
+    EXPECT_EQ(std::filesystem::exists(files.Checkpoint), step.Iteration > 3);
+    return step.Iteration < 5;
+  };
+  EXPECT_THROW(TrainGeometricTexture(Bumps(2), TinyGeometricTexture(), files, stop), Cancelled);
+  EXPECT_EQ(seen, 5);
+  const GeometricTextureTrainer trainer = TrainGeometricTexture(Bumps(2), TinyGeometricTexture(), files);
+  EXPECT_EQ(trainer.Iteration(), 6);
+  EXPECT_EQ(WeightsOf(trainer), WeightsOf(Trained(TinyGeometricTexture(), 2, 6)));
+  const GeometricTextureModel model = ReadGeometricTexture(files.Model);
+  EXPECT_EQ(model.Options.Levels, 2);
+  EXPECT_EQ(model.Template.NumberOfPoints(), 12);
+  EXPECT_EQ(model.ReconstructionNoise.rows(), 12);
+  EXPECT_EQ(model.Discriminator.size(), model.Generator.size());
+  const std::string table = BytesOf(files.LossTable);
+  EXPECT_THAT(table, HasSubstr("iteration,level,critic_loss,gradient_penalty,adversarial_loss,reconstruction_loss,"));
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7);
+}
+
+TEST_F(GeometricTextureTraining, RefusesCheckpointsOfAnotherRecipeOrDataset)
+{
+  Trained(TinyGeometricTexture(), 2, 2).SaveCheckpoint(this->File("checkpoint"));
+  GeometricTextureTrainingOptions other = TinyGeometricTexture();
+  other.PenaltyWeight = 1.0;
+  GeometricTextureTrainer trainer(Bumps(2), other);
+  EXPECT_THAT(TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); }),
+    HasSubstr("penalty_weight = 0.1"));
+  EXPECT_EQ(trainer.Iteration(), 0);
+  MultiscaleDataset dataset = Bumps(2);
+  dataset.Levels[1].Points(3, 1) += 0.01;
+  GeometricTextureTrainer moved(dataset, TinyGeometricTexture());
+  EXPECT_THAT(
+    TextOf<ModelMismatch>([&] { moved.LoadCheckpoint(this->File("checkpoint")); }), HasSubstr("with dataset ="));
+}
+
+TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
+{
+  const auto refusal = [](const auto& change)
+  {
+    GeometricTextureTrainingOptions options = TinyGeometricTexture();
+    change(options);
+    return TextOf<InvalidInput>([&] { GeometricTextureTrainer(Bumps(1), options); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal([](auto& o) { o.IterationsPerLevel = 0; }), HasSubstr("IterationsPerLevel is 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.GeneratorSteps = 1001; }), HasSubstr("GeneratorSteps is 1001"));
+  EXPECT_THAT(refusal([&](auto& o) { o.LearningRate = nan; }), HasSubstr("LearningRate is nan"));
+  EXPECT_THAT(refusal([](auto& o) { o.LearningRateFactor = 1.5; }), HasSubstr("LearningRateFactor is 1.5"));
+  EXPECT_THAT(refusal([](auto& o) { o.PenaltyWeight = -1.0; }), HasSubstr("PenaltyWeight is -1"));
+  EXPECT_THAT(refusal([](auto& o) { o.Name.clear(); }), HasSubstr("Name is empty"));
+}
+
+TEST_F(GeometricTextureTraining, RefusesDatasetsThatAreNoLevelsOfOneAnother)
+{
+  const auto refusal = [](const MultiscaleDataset& dataset)
+  { return TextOf<InvalidInput>([&] { GeometricTextureTrainer(dataset, TinyGeometricTexture()); }); };
+  EXPECT_THAT(refusal({}), HasSubstr("has no level"));
+  MultiscaleDataset skipped = Bumps(3);
+  skipped.Levels.erase(skipped.Levels.begin() + 1);
+  EXPECT_THAT(refusal(skipped), HasSubstr("level 1 has other triangles"));
+  MultiscaleDataset other = Bumps(1);
+  other.Template = Tetrahedron();
+  EXPECT_THAT(refusal(other), HasSubstr("the template has other triangles"));
+  MultiscaleDataset broken = Bumps(2);
+  broken.Levels[1].Points(5, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(refusal(broken), HasSubstr("level 1 has 80 triangles"));
+  MultiscaleDataset flat = Bumps(1);
+  flat.Levels[0].Points.row(0) = flat.Levels[0].Points.row(5);
+  EXPECT_THAT(refusal(flat), HasSubstr("level 0: "));
+}
+
+TEST_F(GeometricTextureTraining, StopsWhenALossIsNotFinite)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.LearningRate = 1e30;
+  EXPECT_THAT(TextOf<SolverFailure>([&] { Trained(options, 1, 3); }), HasSubstr("is not finite"));
+}

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// surfacesynthesis-train from outside: arguments, files, exit status, signals.
+#include "TestMeshes.h"
+#include "TrainingData.h"
+
+#include "IO/Datasets/MultiscaleDataset.h"
+#include "IO/Datasets/SignalDataset.h"
+#include "Inference/FlowMatching/FlowMatchingModel.h"
+#include "Inference/GeometricTexture/GeometricTextureModel.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+using namespace surfsynth;
+using namespace surfsynth::test;
+using ::testing::HasSubstr;
+
+namespace
+{
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+/// A run of the program, with what it prints in a file.
+class ProgramRun
+{
+public:
+  ProgramRun(const Arguments& arguments, std::string output)
+    : Output(std::move(output))
+  {
+    Arguments line = { SURFSYNTH_TRAIN_PROGRAM };
+    line.insert(line.end(), arguments.begin(), arguments.end());
+    std::vector<char*> pointers;
+    for (std::string& argument : line)
+    {
+      pointers.push_back(argument.data());
+    }
+    pointers.push_back(nullptr);
+    this->Process = fork();
+    if (this->Process == 0)
+    {
+      const int file = open(this->Output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+      dup2(file, STDOUT_FILENO);
+      dup2(file, STDERR_FILENO);
+      execv(pointers[0], pointers.data());
+      _exit(127);
+    }
+  }
+  ~ProgramRun()
+  {
+    if (!this->Ended)
+    {
+      kill(this->Process, SIGKILL);
+      waitpid(this->Process, nullptr, 0);
+    }
+  }
+  ProgramRun(const ProgramRun&) = delete;
+  ProgramRun& operator=(const ProgramRun&) = delete;
+
+  void Signal(int number) const { kill(this->Process, number); }
+  /// The exit status; -1 when a signal ended the program.
+  int Status()
+  {
+    int status = 0;
+    EXPECT_EQ(waitpid(this->Process, &status, 0), this->Process);
+    this->Ended = true;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string Text() const { return BytesOf(this->Output); }
+
+private:
+  std::string Output;
+  pid_t Process = -1;
+  bool Ended = false;
+};
+
+class TrainProgram : public ::testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    this->Folder = fs::path("TrainProgram") / ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(this->Folder);
+    fs::create_directories(this->Folder);
+    WriteSignalDataset(this->File("data.safetensors"), DeformedSpheres(3));
+  }
+  std::string File(const std::string& name) const { return (this->Folder / name).string(); }
+
+  /// The arguments of a training of a tiny network.
+  Arguments Training(const std::string& model, const Arguments& more) const
+  {
+    Arguments arguments = { "flow-matching", this->File("data.safetensors"), this->File(model), "--width", "8",
+      "--blocks", "2", "--layers", "2", "--batch", "2", "--device", "cpu", "--milestone", "2" };
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+
+  void Expect(const Arguments& arguments, int status, const std::string& text) const
+  {
+    ProgramRun run(arguments, this->File("output"));
+    EXPECT_EQ(run.Status(), status) << run.Text();
+    EXPECT_THAT(run.Text(), HasSubstr(text));
+  }
+
+  fs::path Folder;
+};
+} // namespace
+
+TEST_F(TrainProgram, HelpNamesEachOptionWithItsDefault)
+{
+  ProgramRun run({ "--help" }, this->File("output"));
+  EXPECT_EQ(run.Status(), 0);
+  for (const char* text : { "usage: surfacesynthesis-train flow-matching DATASET MODEL", "--iterations ", "(20000)",
+         "--noise ", "--device ", "--resume ", "--checkpoint-interval ", "(500)", "--encoder " })
+  {
+    EXPECT_THAT(run.Text(), HasSubstr(text));
+  }
+}
+
+TEST_F(TrainProgram, WrongArgumentsAreStatus2)
+{
+  this->Expect({}, 2, "expected flow-matching");
+  this->Expect({ "texture" }, 2, "expected flow-matching");
+  this->Expect({ "flow-matching", this->File("data.safetensors") }, 2, "the dataset or the model is missing");
+  this->Expect(this->Training("m", { "--depth", "3" }), 2, "--depth is not known");
+  this->Expect(this->Training("m", { "--seed" }), 2, "--seed has no value");
+  this->Expect(this->Training("m", { "--seed", "-1" }), 2, "--seed is \"-1\"; expected a whole number of at least 0");
+  this->Expect(this->Training("m", { "--iterations", "1.5" }), 2, "--iterations is \"1.5\"; expected a whole number");
+  this->Expect(this->Training("m", { "--learning-rate", "fast" }), 2, "expected a number");
+  this->Expect(this->Training("m", { "--noise", "pink" }), 2, "expected one of matern, per-vertex, spectral");
+  EXPECT_FALSE(fs::exists(this->File("m")));
+}
+
+TEST_F(TrainProgram, ErrorsAreStatus1)
+{
+  this->Expect({ "flow-matching", this->File("absent"), this->File("m") }, 1, "absent");
+  this->Expect(this->Training("m", { "--width", "0" }), 1, "Width is 0; expected 1 to 100000");
+  this->Expect(this->Training("absent/m", {}), 1, "the file of the model");
+  const std::string data = BytesOf(this->File("data.safetensors"));
+  this->Expect(this->Training("data.safetensors", {}), 1, "is one that the training is made from");
+  this->Expect(this->Training("m", { "--losses", this->File("data.safetensors") }), 1, "the file of the loss table");
+  EXPECT_EQ(BytesOf(this->File("data.safetensors")), data);
+  this->Expect(this->Training("m", { "--encoder", this->File("data.safetensors") }), 1, "data.safetensors");
+  EXPECT_FALSE(fs::exists(this->File("m")));
+}
+
+TEST_F(TrainProgram, TrainsAndResumesToTheBytesOfAnUninterruptedTraining)
+{
+  this->Expect(this->Training("parts", { "--iterations", "4" }), 0, "wrote " + this->File("parts"));
+  EXPECT_EQ(ReadFlowMatchingModel(this->File("parts")).Iterations, 4);
+  this->Expect(this->Training("parts", { "--iterations", "7" }), 0, "iteration 7 of 7, loss ");
+  this->Expect(this->Training("whole", { "--iterations", "7" }), 0, "wrote ");
+  for (const char* kind : { "", ".checkpoint", ".csv" })
+  {
+    EXPECT_EQ(BytesOf(this->File(std::string("parts") + kind)), BytesOf(this->File(std::string("whole") + kind)))
+      << kind;
+  }
+  this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1" }), 1, "seed = 0; expected 1");
+  this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1", "--resume", "no" }), 0, "wrote ");
+}
+
+TEST_F(TrainProgram, ASignalLeavesACheckpointToGoOnFrom)
+{
+  for (const int number : { SIGINT, SIGTERM })
+  {
+    fs::remove(this->File("m.csv"));
+    fs::remove(this->File("m.checkpoint"));
+    ProgramRun run(this->Training("m", { "--iterations", "100000000", "--batch", "2", "--checkpoint-interval", "1" }),
+      this->File("output"));
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(100);
+    while (!fs::exists(this->File("m.csv")) && std::chrono::steady_clock::now() < end)
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    run.Signal(number);
+    EXPECT_EQ(run.Status(), 3) << run.Text();
+    EXPECT_THAT(run.Text(), HasSubstr("stopped after iteration "));
+    EXPECT_THAT(run.Text(), HasSubstr("The same command goes on from there."));
+    EXPECT_TRUE(fs::exists(this->File("m.checkpoint")));
+    const std::int64_t done = ReadFlowMatchingModel(this->File("m")).Iterations;
+    EXPECT_GE(done, 1);
+    this->Expect(this->Training("m", { "--iterations", std::to_string(done + 1) }), 0, "wrote ");
+  }
+}
+
+TEST_F(TrainProgram, TrainsAGeometricTexture)
+{
+  MultiscaleDataset dataset;
+  dataset.Levels = { Icosphere(0) };
+  WriteMultiscaleDataset(this->File("levels.safetensors"), dataset);
+  this->Expect({ "geometric-texture", this->File("levels.safetensors"), this->File("texture.safetensors"), "--iterations",
+                 "2", "--name", "bumps", "--start-channels", "4", "--least-channels", "4", "--device", "cpu" },
+    0, "wrote ");
+  EXPECT_EQ(ReadGeometricTexture(this->File("texture.safetensors")).Name, "bumps");
+  this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,
+    "expected \"multiscale_surface\"");
+}

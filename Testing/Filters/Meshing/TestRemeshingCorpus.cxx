@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// R1, R2, R3 and R6 of the filters that CGAL is behind, on the corpus of malformed inputs.
+#include "MalformedCorpus.h"
+
+#include "vtkIsotropicRemeshFilter.h"
+#include "vtkPoseEnsembleFilter.h"
+#include "vtkSurfaceRepairFilter.h"
+
+#include <gtest/gtest.h>
+
+using namespace surfsynthtest;
+
+namespace
+{
+vtkSmartPointer<vtkAlgorithm> MakeRemesh() { return vtkSmartPointer<vtkIsotropicRemeshFilter>::New(); }
+vtkSmartPointer<vtkAlgorithm> MakeRepair() { return vtkSmartPointer<vtkSurfaceRepairFilter>::New(); }
+
+vtkSmartPointer<vtkAlgorithm> MakePoses()
+{
+  auto filter = vtkSmartPointer<vtkPoseEnsembleFilter>::New();
+  filter->SetNumberOfSamples(2);
+  return filter;
+}
+
+/// Remeshing needs consistent winding and manifold points beyond a sound surface.
+FilterTraits RemeshTraits()
+{
+  FilterTraits traits;
+  traits.AcceptsEveryValidSurface = false;
+  return traits;
+}
+
+FilterTraits RepairTraits()
+{
+  FilterTraits traits;
+  traits.RefusesEveryDefect = false;
+  return traits;
+}
+
+class MalformedSurface : public ::testing::TestWithParam<MalformedCase>
+{};
+} // namespace
+
+TEST_P(MalformedSurface, ToIsotropicRemesh) { CheckAlone(GetParam(), MakeRemesh, RemeshTraits()); }
+
+TEST_P(MalformedSurface, BetweenGoodBlocksToIsotropicRemesh) { CheckAsBlock(GetParam(), MakeRemesh, RemeshTraits()); }
+
+// Posing needs one component and room for handles, too.
+TEST_P(MalformedSurface, ToPoseEnsemble) { CheckAlone(GetParam(), MakePoses, RemeshTraits()); }
+
+TEST_P(MalformedSurface, BetweenGoodBlocksToPoseEnsemble) { CheckAsBlock(GetParam(), MakePoses, RemeshTraits()); }
+
+TEST_P(MalformedSurface, ToSurfaceRepair) { CheckAlone(GetParam(), MakeRepair, RepairTraits()); }
+
+TEST_P(MalformedSurface, BetweenGoodBlocksToSurfaceRepair) { CheckAsBlock(GetParam(), MakeRepair, RepairTraits()); }
+
+INSTANTIATE_TEST_SUITE_P(Corpus, MalformedSurface, ::testing::ValuesIn(MalformedCorpus()),
+  [](const auto& info) { return info.param.Name; });

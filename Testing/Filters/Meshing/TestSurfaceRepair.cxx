@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What vtkSurfaceRepairFilter mends, and what it says of it.
+#include "MeshingTesting.h"
+
+#include "MalformedCorpus.h"
+
+#include "vtkSurfaceRepairFilter.h"
+
+#include <vtkCellData.h>
+#include <vtkDataObjectTree.h>
+#include <vtkFieldData.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkStringArray.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+using namespace surfsynthtest;
+using Repair = vtkSurfaceRepairFilter;
+using surfsynth::MeshDefect;
+
+namespace
+{
+const double Infinity = std::numeric_limits<double>::infinity();
+
+/// Two unit cubes that share the edge x = y = 1.
+Soup TwoCubesOnAnEdge()
+{
+  Soup soup = Cube(2);
+  const Soup second = Cube(2);
+  std::vector<vtkIdType> ids;
+  for (vtkIdType p = 0; p < second.NumberOfPoints(); ++p)
+  {
+    const double x = second.Points[3 * p] + 1.0;
+    const double y = second.Points[3 * p + 1] + 1.0;
+    const double z = second.Points[3 * p + 2];
+    vtkIdType id = -1;
+    for (vtkIdType q = 0; q < Cube(2).NumberOfPoints() && x == 1.0 && y == 1.0; ++q)
+    {
+      id = soup.Points[3 * q] == x && soup.Points[3 * q + 1] == y && soup.Points[3 * q + 2] == z ? q : id;
+    }
+    ids.push_back(id >= 0 ? id : soup.AddPoint(x, y, z));
+  }
+  for (auto cell : second.Polys)
+  {
+    std::transform(cell.begin(), cell.end(), cell.begin(), [&](vtkIdType id) { return ids[id]; });
+    soup.Polys.push_back(cell);
+  }
+  return soup;
+}
+
+/// A surface with one kind of defect, and the phrase by which the report says that it was mended.
+struct DefectCase
+{
+  MeshDefect Defect;
+  std::function<Soup()> Make;
+  std::string Phrase;
+  std::string Name;
+};
+
+std::vector<DefectCase> DefectCases()
+{
+  const auto change = [](const std::function<void(Soup&)>& edit)
+  {
+    return [edit]
+    {
+      Soup soup = Icosphere(2);
+      edit(soup);
+      return soup;
+    };
+  };
+  return {
+    { MeshDefect::IndexOutOfRange, change([](Soup& s) { s.Polys.push_back({ 0, 1, 1000000 }); }),
+      "name a point which does not exist", "IndexOutOfRange" },
+    { MeshDefect::NonFinitePoint, change([](Soup& s) { s.Points[30] = Infinity; }), "NaN or infinite", "NonFinitePoint" },
+    { MeshDefect::RepeatedVertex, change([](Soup& s) { s.Polys.push_back({ 4, 4, 5 }); }),
+      "without three different points", "RepeatedVertex" },
+    { MeshDefect::DegenerateTriangle,
+      change(
+        [](Soup& s)
+        {
+          // The middle of an edge as a corner of its own.
+          const auto cell = s.Polys[0];
+          const double* a = &s.Points[3 * cell[0]];
+          const double* b = &s.Points[3 * cell[1]];
+          const vtkIdType middle = s.AddPoint(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]));
+          s.Polys[0] = { cell[0], middle, cell[2] };
+          s.Polys.push_back({ middle, cell[1], cell[2] });
+          s.Polys.push_back({ cell[0], cell[1], middle });
+        }),
+      "triangles without area removed", "DegenerateTriangle" },
+    { MeshDefect::NonManifoldEdge,
+      change(
+        [](Soup& s)
+        {
+          const auto cell = s.Polys[0];
+          s.Polys.push_back({ cell[0], cell[1], s.AddPoint(0, 0, 0) });
+        }),
+      "sheets met there", "NonManifoldEdge" },
+    { MeshDefect::NonManifoldVertex,
+      change(
+        [](Soup& s)
+        {
+          const vtkIdType a = s.AddPoint(3, 0, 0);
+          s.Polys.push_back({ 0, a, s.AddPoint(3, 1, 0) });
+        }),
+      "points copied", "NonManifoldVertex" },
+    { MeshDefect::InconsistentWinding, change([](Soup& s) { std::reverse(s.Polys[7].begin(), s.Polys[7].end()); }),
+      "triangles turned around", "InconsistentWinding" },
+    { MeshDefect::BoundaryEdge, change([](Soup& s) { s.Polys.resize(s.Polys.size() - 3); }), "holes closed",
+      "BoundaryEdge" },
+    { MeshDefect::SeveralComponents,
+      change(
+        [](Soup& s)
+        {
+          const vtkIdType a = s.AddPoint(3, 0, 0);
+          const vtkIdType b = s.AddPoint(4, 0, 0);
+          s.Polys.push_back({ a, b, s.AddPoint(3, 1, 0) });
+        }),
+      "components removed", "SeveralComponents" },
+  };
+}
+
+surfsynth::MeshRequirements Everything()
+{
+  surfsynth::MeshRequirements all = ValidSurface(true);
+  all.SingleComponent = true;
+  return all;
+}
+
+class RepairOfDefect : public ::testing::TestWithParam<DefectCase>
+{};
+
+class RepairOfCorpus : public ::testing::TestWithParam<MalformedCase>
+{};
+} // namespace
+
+TEST_P(RepairOfDefect, LeavesASphereThatTheGateAccepts)
+{
+  const auto input = GetParam().Make().ToPolyData();
+  vtkNew<Repair> filter;
+  filter->SetHoleFillingToAll();
+  filter->KeepLargestComponentOn();
+  const auto output = OutputOf(filter, input);
+  ASSERT_TRUE(output);
+  const auto findings = surfsynth::CheckMesh(MeshOf(output), Everything());
+  EXPECT_TRUE(findings.empty()) << surfsynth::DescribeFindings(findings);
+  EXPECT_EQ(EulerCharacteristic(output), 2);
+  EXPECT_NEAR(VolumeOf(output), VolumeOf(Icosphere(2).ToPolyData()), 0.05);
+  EXPECT_NE(std::string(filter->GetReport()).find(GetParam().Phrase), std::string::npos) << filter->GetReport();
+}
+
+TEST_P(RepairOfDefect, IsWhatTheGateRecommends)
+{
+  const std::string text = surfsynth::DescribeFindings({ { GetParam().Defect, 1, 0 } });
+  EXPECT_NE(text.find("vtkSurfaceRepairFilter"), std::string::npos) << text;
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryDefect, RepairOfDefect, ::testing::ValuesIn(DefectCases()),
+  [](const auto& info) { return info.param.Name; });
+
+/// What can be repaired is sound afterwards, and closed when asked; what cannot is refused.
+TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
+{
+  const vtkSmartPointer<vtkDataObject> input = GetParam().Make();
+  for (const int holes : { Repair::NO_HOLES, Repair::ALL_HOLES })
+  {
+    vtkNew<Repair> filter;
+    filter->SetHoleFilling(holes);
+    EventRecorder events(filter);
+    filter->SetInputDataObject(input);
+    const bool succeeded = Update(filter);
+    auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
+    if (succeeded && output && output->GetNumberOfCells() > 0)
+    {
+      ExpectValid(output, holes == Repair::ALL_HOLES);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Corpus, RepairOfCorpus, ::testing::ValuesIn(MalformedCorpus()),
+  [](const auto& info) { return info.param.Name; });
+
+TEST(SurfaceRepair, ValidSurfacesStayBitForBit)
+{
+  const auto sphere = Icosphere(3).ToPolyData();
+  AddPointArray(sphere, "x", [](const double* p) { return p[0]; });
+  vtkNew<Repair> filter;
+  const auto output = OutputOf(filter, sphere);
+  EXPECT_STREQ(filter->GetReport(), "");
+  EXPECT_TRUE(SameBits(output->GetPoints()->GetData(), sphere->GetPoints()->GetData()));
+  EXPECT_TRUE(SameBits(output->GetPointData()->GetArray("x"), sphere->GetPointData()->GetArray("x")));
+  EXPECT_EQ(MeshOf(output).Triangles.rows(), MeshOf(sphere).Triangles.rows());
+  EXPECT_EQ(output->GetFieldData()->GetAbstractArray("RepairAction")->GetNumberOfTuples(), 0);
+}
+
+TEST(SurfaceRepair, CubesThatShareAnEdgeBecomeTwoClosedCubes)
+{
+  vtkNew<Repair> filter;
+  filter->SetHoleFillingToNone();
+  const auto output = OutputOf(filter, TwoCubesOnAnEdge().ToPolyData());
+  ExpectValid(output, true);
+  EXPECT_EQ(EulerCharacteristic(output), 4) << "two spheres";
+  EXPECT_NEAR(VolumeOf(output), 2.0, 0.03) << "moved apart a little";
+  vtkNew<Repair> again; // as a file without connectivity would be read
+  EXPECT_EQ(OutputOf(again, output)->GetNumberOfPoints(), output->GetNumberOfPoints());
+  EXPECT_STREQ(again->GetReport(), "");
+}
+
+TEST(SurfaceRepair, HolesUpToTheLimitAreClosedAndMarked)
+{
+  Soup soup = Icosphere(3);
+  soup.Polys.pop_back(); // a hole of one triangle
+  soup.Polys.erase(std::remove_if(soup.Polys.begin(), soup.Polys.end(),
+                     [&](const auto& cell) { return soup.Points[3 * cell[0] + 2] > 0.8; }),
+    soup.Polys.end()); // and a cap
+  const auto sphere = soup.ToPolyData();
+  vtkNew<Repair> filter;
+  const auto small = OutputOf(filter, sphere);
+  ExpectValid(small, false);
+  EXPECT_NE(std::string(filter->GetReport()).find("1: holes closed"), std::string::npos) << filter->GetReport();
+  EXPECT_NE(std::string(filter->GetReport()).find("1: boundaries left open"), std::string::npos);
+
+  filter->SetMaximumHoleSize(2.0);
+  const auto all = OutputOf(filter, sphere);
+  ExpectValid(all, true);
+  EXPECT_NEAR(VolumeOf(all), VolumeOf(Icosphere(3).ToPolyData()), 0.1) << "the cap continues the curvature";
+  vtkDataArray* filled = all->GetCellData()->GetArray("FilledHole");
+  double marked = 0.0;
+  for (vtkIdType c = 0; c < filled->GetNumberOfTuples(); ++c)
+  {
+    marked += filled->GetTuple1(c);
+  }
+  EXPECT_EQ(marked, static_cast<double>(all->GetNumberOfCells() - sphere->GetNumberOfCells()));
+}
+
+TEST(SurfaceRepair, SmallComponentsGoWhenAsked)
+{
+  Soup soup = Icosphere(2);
+  const vtkIdType first = soup.AddPoint(5, 0, 0);
+  soup.AddPoint(5.01, 0, 0);
+  soup.AddPoint(5, 0.01, 0);
+  soup.Polys.push_back({ first, first + 1, first + 2 });
+  vtkNew<Repair> filter;
+  filter->SetHoleFillingToNone();
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfCells(), 321);
+  filter->SetMinimumComponentFraction(0.01);
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfCells(), 320);
+}
+
+TEST(SurfaceRepair, ClosedSurfacesFaceOutwardAndOpenOnesStay)
+{
+  Soup inward = Icosphere(2);
+  for (auto& cell : inward.Polys)
+  {
+    std::reverse(cell.begin(), cell.end());
+  }
+  vtkNew<Repair> filter;
+  EXPECT_GT(VolumeOf(OutputOf(filter, inward.ToPolyData())), 4.0);
+  filter->OrientOutwardOff();
+  EXPECT_LT(VolumeOf(OutputOf(filter, inward.ToPolyData())), -4.0);
+
+  Soup open = Grid(6);
+  std::reverse(open.Polys[0].begin(), open.Polys[0].end()); // the first decides nothing, the majority does
+  const auto output = OutputOf(filter, open.ToPolyData());
+  const auto mesh = MeshOf(output);
+  const Eigen::Vector3d a = (mesh.Points.row(mesh.Triangles(0, 1)) - mesh.Points.row(mesh.Triangles(0, 0))).transpose();
+  const Eigen::Vector3d b = (mesh.Points.row(mesh.Triangles(0, 2)) - mesh.Points.row(mesh.Triangles(0, 0))).transpose();
+  EXPECT_GT(a[0] * b[1] - a[1] * b[0], 0.0);
+}
+
+TEST(SurfaceRepair, CavitiesFaceInward)
+{
+  Soup soup = Icosphere(2);
+  const Soup inner = Icosphere(2);
+  for (const auto& cell : inner.Polys)
+  {
+    std::vector<vtkIdType> moved;
+    for (const vtkIdType id : cell)
+    {
+      moved.push_back(id + inner.NumberOfPoints());
+    }
+    soup.Polys.push_back(moved);
+  }
+  for (vtkIdType p = 0; p < inner.NumberOfPoints(); ++p)
+  {
+    soup.AddPoint(0.5 * inner.Points[3 * p], 0.5 * inner.Points[3 * p + 1], 0.5 * inner.Points[3 * p + 2]);
+  }
+  vtkNew<Repair> filter;
+  const double sphere = VolumeOf(Icosphere(2).ToPolyData());
+  EXPECT_NEAR(VolumeOf(OutputOf(filter, soup.ToPolyData())), sphere * (1.0 - 0.125), 1e-9);
+}
+
+TEST(SurfaceRepair, MergeToleranceClosesGaps)
+{
+  Soup soup;
+  for (const double gap : { 0.0, 1e-4 })
+  {
+    const vtkIdType first = soup.NumberOfPoints();
+    for (const double y : { 0.0, 1.0 })
+    {
+      soup.AddPoint(gap > 0.0 ? 1.0 + gap : 0.0, y, 0.0);
+      soup.AddPoint(gap > 0.0 ? 2.0 : 1.0, y, 0.0);
+    }
+    soup.Polys.push_back({ first, first + 1, first + 3, first + 2 });
+  }
+  vtkNew<Repair> filter;
+  filter->SetHoleFillingToNone();
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfPoints(), 8);
+  filter->SetMergeTolerance(1e-3);
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfPoints(), 6);
+  filter->MergePointsOff();
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfPoints(), 8);
+}
+
+TEST(SurfaceRepair, SelfIntersectionsGoWhenAsked)
+{
+  Soup soup = Icosphere(3);
+  // One point pulled through the other side.
+  const double p[3] = { soup.Points[300], soup.Points[301], soup.Points[302] };
+  for (int k = 0; k < 3; ++k)
+  {
+    soup.Points[300 + k] = -1.2 * p[k];
+  }
+  vtkNew<Repair> filter;
+  filter->RemoveSelfIntersectionsOn();
+  const auto output = OutputOf(filter, soup.ToPolyData());
+  ExpectValid(output, true);
+  EXPECT_NE(std::string(filter->GetReport()).find("self-intersections removed"), std::string::npos)
+    << filter->GetReport();
+  EXPECT_EQ(std::string(filter->GetReport()).find("could not be removed"), std::string::npos) << filter->GetReport();
+  EXPECT_LT(LargestDistance(output, Icosphere(3).ToPolyData()), 0.5) << "the spike is gone";
+}
+
+TEST(SurfaceRepair, ReportIsFieldDataAndText)
+{
+  Soup soup = Icosphere(1);
+  soup.Polys.push_back(soup.Polys[0]);
+  soup.Polys.push_back(soup.Polys[1]);
+  vtkNew<Repair> filter;
+  const auto output = OutputOf(filter, soup.ToPolyData());
+  auto* actions = vtkStringArray::SafeDownCast(output->GetFieldData()->GetAbstractArray("RepairAction"));
+  vtkDataArray* counts = output->GetFieldData()->GetArray("RepairCount");
+  ASSERT_TRUE(actions && counts);
+  ASSERT_EQ(actions->GetNumberOfValues(), 1);
+  EXPECT_EQ(actions->GetValue(0), "duplicate triangles removed");
+  EXPECT_EQ(counts->GetTuple1(0), 2.0);
+  EXPECT_STREQ(filter->GetReport(), "2: duplicate triangles removed\n");
+
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, soup.ToPolyData());
+  filter->SetInputDataObject(blocks);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_STREQ(filter->GetReport(), "Block 1: 2: duplicate triangles removed\n");
+}
+
+TEST(SurfaceRepair, ArraysComeAlong)
+{
+  Soup soup = Icosphere(3);
+  soup.Polys.erase(soup.Polys.begin(), soup.Polys.begin() + 4);
+  const auto sphere = soup.ToPolyData();
+  AddPointArray(sphere, "z", [](const double* p) { return p[2]; });
+  AddPointArray(sphere, "side", [](const double* p) { return p[2] > 0.0; }, VTK_INT);
+  vtkNew<Repair> filter;
+  filter->SetHoleFillingToAll();
+  const auto output = OutputOf(filter, sphere);
+  ExpectValid(output, true);
+  for (vtkIdType p = 0; p < output->GetNumberOfPoints(); ++p)
+  {
+    EXPECT_NEAR(output->GetPointData()->GetArray("z")->GetTuple1(p), output->GetPoint(p)[2], 0.05);
+  }
+  EXPECT_TRUE(output->GetPointData()->GetArray("side"));
+}
+
+TEST(SurfaceRepair, NothingLeftIsAnError)
+{
+  Soup soup;
+  soup.AddPoint(0, 0, 0);
+  soup.AddPoint(1, 0, 0);
+  soup.AddPoint(2, 0, 0);
+  soup.Polys.push_back({ 0, 1, 2 });
+  vtkNew<Repair> filter;
+  ExpectRefusal(filter, soup.ToPolyData(), { "No sound triangle is left" });
+}
+
+TEST(SurfaceRepair, ParametersAreClampedAndPrinted)
+{
+  vtkNew<Repair> filter;
+  filter->SetHoleFilling(17);
+  filter->SetMergeTolerance(-2.0);
+  filter->SetMinimumComponentFraction(3.0);
+  EXPECT_EQ(filter->GetHoleFilling(), Repair::ALL_HOLES);
+  EXPECT_EQ(filter->GetMergeTolerance(), 0.0);
+  EXPECT_EQ(filter->GetMinimumComponentFraction(), 1.0);
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* name : { "MergePoints: 1", "MergeTolerance: 0", "HoleFilling: 2", "MaximumHoleSize: 0",
+         "KeepLargestComponent: 0", "MinimumComponentFraction: 1", "RemoveSelfIntersections: 0", "OrientOutward: 1" })
+  {
+    EXPECT_NE(text.str().find(name), std::string::npos) << name;
+  }
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// R1 to R6 on the corpus of malformed inputs, ranges and Print.
+#include "MalformedCorpus.h"
+#include "TestSurfaces.h"
+
+#include "vtkTetrahedralizeFilter.h"
+
+#include <vtkCellData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+using namespace surfsynthtest;
+using ::testing::HasSubstr;
+using Tetrahedralize = vtkTetrahedralizeFilter;
+
+namespace
+{
+vtkSmartPointer<vtkAlgorithm> MakeTetrahedralize() { return vtkSmartPointer<Tetrahedralize>::New(); }
+
+class MalformedInput : public ::testing::TestWithParam<MalformedCase>
+{};
+
+FilterTraits Traits()
+{
+  FilterTraits traits;
+  traits.AcceptsEveryValidSurface = false;
+  traits.NeedsClosedSurfaces = true;
+  return traits;
+}
+
+INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()),
+  [](const ::testing::TestParamInfo<MalformedCase>& info) { return info.param.Name; });
+} // namespace
+
+TEST_P(MalformedInput, ToTetrahedra) { CheckAlone(GetParam(), MakeTetrahedralize, Traits()); }
+
+TEST_P(MalformedInput, BetweenGoodBlocksToTetrahedra) { CheckAsBlock(GetParam(), MakeTetrahedralize, Traits()); }
+
+TEST(Tetrahedralize, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
+{
+  vtkNew<Tetrahedralize> filter;
+  filter->SetInputDataObject(Icosphere(1).ToPolyData());
+  ASSERT_TRUE(Update(filter));
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Executions, 0) << "nothing has changed";
+  using Change = std::pair<const char*, std::function<void(Tetrahedralize*)>>;
+  const std::vector<Change> changes = {
+    { "QualityRatio", [](Tetrahedralize* f) { f->SetQualityRatio(1.8); } },
+    { "MinimumDihedralAngle", [](Tetrahedralize* f) { f->SetMinimumDihedralAngle(5.0); } },
+    { "MaximumVolume", [](Tetrahedralize* f) { f->SetMaximumVolume(0.1); } },
+    { "TargetEdgeLength", [](Tetrahedralize* f) { f->SetTargetEdgeLength(1.0); } },
+    { "PreserveSurface", [](Tetrahedralize* f) { f->PreserveSurfaceOff(); } },
+    { "InnerSurfaces", [](Tetrahedralize* f) { f->SetInnerSurfacesToHoles(); } },
+    { "SurfaceTriangles", [](Tetrahedralize* f) { f->SurfaceTrianglesOn(); } },
+    { "TimeLimit", [](Tetrahedralize* f) { f->SetTimeLimit(60.0); } },
+    { "MemoryLimit", [](Tetrahedralize* f) { f->SetMemoryLimit(4000); } },
+    { "RegionArrayName", [](Tetrahedralize* f) { f->SetRegionArrayName("Part"); } },
+    { "SurfaceArrayName", [](Tetrahedralize* f) { f->SetSurfaceArrayName("Skin"); } },
+  };
+  for (const Change& change : changes)
+  {
+    events.Executions = 0;
+    change.second(filter);
+    EXPECT_TRUE(Update(filter)) << events.AllErrors();
+    EXPECT_EQ(events.Executions, 1) << change.first;
+    change.second(filter);
+    EXPECT_TRUE(Update(filter));
+    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
+  }
+  auto* grid = vtkUnstructuredGrid::SafeDownCast(filter->GetOutputDataObject(0));
+  EXPECT_TRUE(grid->GetCellData()->GetArray("Part"));
+  EXPECT_TRUE(grid->GetPointData()->GetArray("Skin"));
+}
+
+TEST(Tetrahedralize, RangesAndPrint)
+{
+  vtkNew<Tetrahedralize> filter;
+  filter->SetQualityRatio(-1.0);
+  EXPECT_EQ(filter->GetQualityRatio(), 0.0);
+  filter->SetMinimumDihedralAngle(80.0);
+  EXPECT_EQ(filter->GetMinimumDihedralAngle(), 60.0);
+  filter->SetInnerSurfaces(9);
+  EXPECT_EQ(filter->GetInnerSurfaces(), Tetrahedralize::HOLES);
+  filter->SetMemoryLimit(-1);
+  EXPECT_EQ(filter->GetMemoryLimit(), 0);
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* property : { "QualityRatio", "MinimumDihedralAngle", "MaximumVolume", "TargetEdgeLength",
+         "PreserveSurface", "InnerSurfaces", "SurfaceTriangles", "TimeLimit", "MemoryLimit", "RegionArrayName: Region",
+         "SurfaceArrayName: OnSurface" })
+  {
+    EXPECT_THAT(text.str(), HasSubstr(property));
+  }
+}

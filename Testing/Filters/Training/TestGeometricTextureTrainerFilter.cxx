@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// vtkGeometricTextureTrainer: the model of the plain training, its table, resuming, messages.
+#include "GeometricTextureTesting.h"
+
+#include "vtkGeometricTextureTrainer.h"
+
+#include "Core/Mesh/MidpointSubdivision.h"
+#include "IO/Datasets/MultiscaleDataset.h"
+#include "Learning/Training/GeometricTextureTrainer.h"
+#include "SurfaceArrays.h"
+#include "SurfaceBridge.h"
+
+#include <vtkDataArray.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkTable.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <utility>
+
+using namespace surfsynth;
+using namespace surfsynthtest;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+namespace
+{
+constexpr int Iterations = 3; // of each of two levels
+
+/// A dented ball at two scales, and a round one as the template.
+MultiscaleDataset Dents()
+{
+  MultiscaleDataset dataset;
+  dataset.Levels.push_back(ConvertSurface(Icosphere(1).ToPolyData()).Mesh);
+  dataset.Levels.push_back(SubdivideAtMidpoints(dataset.Levels[0]).Mesh);
+  dataset.Template = dataset.Levels[0];
+  for (TriangleMesh& level : dataset.Levels)
+  {
+    for (Eigen::Index v = 0; v < level.Points.rows(); ++v)
+    {
+      level.Points.row(v) *= 1.0 + 0.1 * std::sin(5.0 * level.Points(v, 0)) * std::cos(4.0 * level.Points(v, 1));
+    }
+  }
+  return dataset;
+}
+
+vtkSmartPointer<vtkPolyData> PolyDataOf(const TriangleMesh& mesh)
+{
+  auto surface = vtkSmartPointer<vtkPolyData>::New();
+  SetGeometry(surface, mesh, true);
+  return surface;
+}
+
+vtkSmartPointer<vtkMultiBlockDataSet> BlocksOf(const MultiscaleDataset& dataset)
+{
+  auto blocks = vtkSmartPointer<vtkMultiBlockDataSet>::New();
+  for (const TriangleMesh& level : dataset.Levels)
+  {
+    blocks->SetBlock(blocks->GetNumberOfBlocks(), PolyDataOf(level));
+  }
+  return blocks;
+}
+
+/// A training of a second that begins anew and writes <name>.
+vtkSmartPointer<vtkGeometricTextureTrainer> TrainerFor(const std::string& name, bool hasInputs = true)
+{
+  std::filesystem::remove(name);
+  std::filesystem::remove(name + ".checkpoint");
+  auto filter = vtkSmartPointer<vtkGeometricTextureTrainer>::New();
+  const MultiscaleDataset dataset = Dents();
+  if (hasInputs)
+  {
+    filter->SetInputDataObject(0, BlocksOf(dataset));
+    filter->SetInputDataObject(1, PolyDataOf(dataset.Template));
+  }
+  filter->SetModelFileName(name.c_str());
+  filter->SetTextureName("dents");
+  filter->SetIterationsPerLevel(Iterations);
+  filter->SetStartChannels(8);
+  filter->SetMinimumChannels(4);
+  filter->SetMaximumChannels(8);
+  filter->SetLayers(4);
+  filter->SetDeviceToCPU();
+  return filter;
+}
+
+GeometricTextureTrainingOptions SameOptions()
+{
+  GeometricTextureTrainingOptions options;
+  options.Name = "dents";
+  options.IterationsPerLevel = Iterations;
+  options.Network.StartChannels = 8;
+  options.Network.MinimumChannels = 4;
+  options.Network.MaximumChannels = 8;
+  options.Network.Layers = 4;
+  options.Device = TrainingDevice::CPU;
+  return options;
+}
+
+std::string BytesOf(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+vtkTable* TableOf(vtkAlgorithm* filter) { return vtkTable::SafeDownCast(filter->GetOutputDataObject(0)); }
+
+void ExpectQuiet(vtkGeometricTextureTrainer* filter)
+{
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_THAT(events.Errors, IsEmpty());
+  EXPECT_THAT(events.Warnings, IsEmpty());
+}
+
+std::string ErrorOf(vtkGeometricTextureTrainer* filter)
+{
+  EventRecorder events(filter);
+  EXPECT_FALSE(Update(filter));
+  EXPECT_THAT(events.Errors, SizeIs(1));
+  EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
+  EXPECT_EQ(filter->GetNumberOfIterationsDone(), 0);
+  return events.AllErrors();
+}
+} // namespace
+
+TEST(GeometricTextureTrainerFilter, ModelAndTableAreThoseOfThePlainTraining)
+{
+  const auto filter = TrainerFor("inputs.model");
+  filter->SetLossTableFileName("inputs.csv");
+  ExpectQuiet(filter);
+  EXPECT_EQ(filter->GetNumberOfIterationsDone(), 2 * Iterations);
+  EXPECT_STREQ(filter->GetDeviceInUse(), "CPU");
+  TrainingFiles files;
+  files.Model = "plain.model";
+  files.LossTable = "plain.csv";
+  const GeometricTextureTrainer plain = TrainGeometricTexture(Dents(), SameOptions(), files);
+  EXPECT_EQ(BytesOf("inputs.model"), BytesOf("plain.model"));
+  EXPECT_EQ(BytesOf("inputs.csv"), BytesOf("plain.csv"));
+  vtkTable* table = TableOf(filter);
+  ASSERT_EQ(table->GetNumberOfRows(), 2 * Iterations);
+  ASSERT_EQ(table->GetNumberOfColumns(), 7);
+  for (vtkIdType k = 0; k < table->GetNumberOfRows(); ++k)
+  {
+    const GeometricTextureTrainingStep& step = plain.History()[static_cast<std::size_t>(k)];
+    EXPECT_EQ(table->GetValueByName(k, "iteration").ToInt(), k + 1);
+    EXPECT_EQ(table->GetValueByName(k, "level").ToInt(), k / Iterations);
+    EXPECT_EQ(table->GetValueByName(k, "critic_loss").ToDouble(), step.CriticLoss);
+    EXPECT_EQ(table->GetValueByName(k, "gradient_penalty").ToDouble(), step.GradientPenalty);
+    EXPECT_EQ(table->GetValueByName(k, "adversarial_loss").ToDouble(), step.AdversarialLoss);
+    EXPECT_EQ(table->GetValueByName(k, "reconstruction_loss").ToDouble(), step.ReconstructionLoss);
+    EXPECT_EQ(table->GetValueByName(k, "learning_rate").ToDouble(), 5e-4);
+  }
+}
+
+TEST(GeometricTextureTrainerFilter, TheModelGrowsOnOtherSurfaces)
+{
+  ExpectQuiet(TrainerFor("grows.model"));
+  const auto synthesizer = SynthesizerOn(Icosphere(2).ToPolyData(), "grows.model");
+  EXPECT_EQ(SurfaceOf(synthesizer)->GetNumberOfPolys(), 4 * 320);
+  EXPECT_THAT(synthesizer->GetModelDescription(), HasSubstr("\"dents\": 2 levels"));
+  const auto onTemplate = SynthesizerOn(nullptr, "grows.model");
+  EXPECT_EQ(SurfaceOf(onTemplate)->GetNumberOfPolys(), 4 * 80);
+}
+
+TEST(GeometricTextureTrainerFilter, ADatasetFileTakesThePlaceOfTheInputs)
+{
+  ExpectQuiet(TrainerFor("from_inputs.model"));
+  WriteMultiscaleDataset("dents.dataset", Dents());
+  const auto filter = TrainerFor("from_file.model", false);
+  filter->SetDatasetFileName("dents.dataset");
+  ExpectQuiet(filter);
+  EXPECT_EQ(BytesOf("from_file.model"), BytesOf("from_inputs.model"));
+}
+
+TEST(GeometricTextureTrainerFilter, WithoutATemplateItIsTheFirstLevel)
+{
+  const auto filter = TrainerFor("level0.model");
+  filter->SetInputDataObject(1, nullptr);
+  ExpectQuiet(filter);
+  MultiscaleDataset bare = Dents();
+  bare.Template = {};
+  TrainingFiles files;
+  files.Model = "bare.model";
+  TrainGeometricTexture(bare, SameOptions(), files);
+  EXPECT_EQ(BytesOf("level0.model"), BytesOf("bare.model"));
+}
+
+TEST(GeometricTextureTrainerFilter, AnInterruptedTrainingGoesOn)
+{
+  ExpectQuiet(TrainerFor("whole.model"));
+  const auto filter = TrainerFor("parts.model");
+  for (const double place : { 0.1, 0.6 })
+  {
+    EventRecorder events(filter);
+    events.AbortAt = place;
+    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
+    EXPECT_THAT(events.Errors, IsEmpty());
+    ASSERT_GE(events.SecondsAfterAbort, 0.0);
+    EXPECT_LT(events.SecondsAfterAbort, 1.0) << "R9";
+    EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
+    EXPECT_TRUE(std::filesystem::exists("parts.model.checkpoint"));
+  }
+  ExpectQuiet(filter);
+  EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 2 * Iterations);
+  EXPECT_EQ(BytesOf("parts.model"), BytesOf("whole.model"));
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Executions, 0) << "nothing has changed";
+  filter->SetReconstructionWeight(4.0);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("reconstruction_weight"));
+  filter->ResumeOff();
+  ExpectQuiet(filter);
+  EXPECT_NE(BytesOf("parts.model"), BytesOf("whole.model"));
+}
+
+TEST(GeometricTextureTrainerFilter, ProgressIsMonotone)
+{
+  const auto filter = TrainerFor("progress.model");
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end()));
+  EXPECT_EQ(events.Progress.back(), 1.0);
+  EXPECT_FALSE(events.ForeignThread);
+}
+
+TEST(GeometricTextureTrainerFilter, Messages)
+{
+  const auto unnamed = TrainerFor("refused.model");
+  unnamed->SetModelFileName("");
+  EXPECT_THAT(ErrorOf(unnamed), HasSubstr("ModelFileName is empty"));
+  const auto nameless = TrainerFor("refused.model");
+  nameless->SetTextureName("");
+  EXPECT_THAT(ErrorOf(nameless), HasSubstr("TextureName is empty"));
+  EXPECT_THAT(ErrorOf(TrainerFor("refused.model", false)), HasSubstr("There are no levels on port 0"));
+  const auto nowhere = TrainerFor("nowhere/refused.model");
+  EXPECT_THAT(ErrorOf(nowhere), HasSubstr("nowhere"));
+  const auto missing = TrainerFor("refused.model", false);
+  missing->SetDatasetFileName("none.dataset");
+  EXPECT_THAT(ErrorOf(missing), HasSubstr("none.dataset"));
+
+  const auto filter = TrainerFor("refused.model");
+  MultiscaleDataset swapped = Dents();
+  std::swap(swapped.Levels[0], swapped.Levels[1]);
+  filter->SetInputDataObject(0, BlocksOf(swapped));
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("evel 1"));
+  Soup broken = Icosphere(1);
+  broken.Polys[3] = { 0, 0, 1 };
+  filter->SetInputDataObject(0, broken.ToPolyData());
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("Level 0"), HasSubstr("cell 3")));
+  filter->SetInputDataObject(0, BlocksOf(Dents()));
+  filter->SetInputDataObject(1, Icosphere(0).ToPolyData());
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("emplate"));
+  vtkNew<vtkMultiBlockDataSet> grids;
+  vtkNew<vtkUnstructuredGrid> grid;
+  grids->SetBlock(0, grid);
+  filter->SetInputDataObject(0, grids);
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("Level 0 is a vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+  EXPECT_FALSE(std::filesystem::exists("refused.model"));
+}
+
+TEST(GeometricTextureTrainerFilter, EmptyLevelsAreNoError)
+{
+  const auto filter = TrainerFor("empty.model");
+  vtkNew<vtkMultiBlockDataSet> none;
+  filter->SetInputDataObject(0, none);
+  ExpectQuiet(filter);
+  EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
+  EXPECT_FALSE(std::filesystem::exists("empty.model"));
+}
+
+TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
+{
+  vtkNew<vtkGeometricTextureTrainer> filter;
+  filter->SetIterationsPerLevel(0);
+  EXPECT_EQ(filter->GetIterationsPerLevel(), 1);
+  filter->SetLayers(2);
+  EXPECT_EQ(filter->GetLayers(), 3);
+  filter->SetLearningRateFactor(2.0);
+  EXPECT_EQ(filter->GetLearningRateFactor(), 1.0);
+  filter->SetDevice(9);
+  EXPECT_EQ(filter->GetDevice(), vtkGeometricTextureTrainer::CUDA);
+  const vtkMTimeType before = filter->GetMTime();
+  filter->SetModelFileName(nullptr);
+  filter->SetCheckpointFileName("");
+  filter->SetLossTableFileName("");
+  filter->SetDatasetFileName("");
+  filter->SetTextureName("texture");
+  EXPECT_EQ(filter->GetMTime(), before);
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* line : { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n",
+         "CheckpointInterval: 500", "Resume: 1", "DatasetFileName: \n", "TextureName: texture", "IterationsPerLevel: 1",
+         "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005", "LearningRateInterval: 500",
+         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32",
+         "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0", "Device: 2",
+         "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
+  {
+    EXPECT_THAT(text.str(), HasSubstr(line));
+  }
+}

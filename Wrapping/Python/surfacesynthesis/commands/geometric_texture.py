@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``texture``."""
+
+import os
+import time
+
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
+
+_DESCRIPTION = """\
+Grows the relief that a model has learned from one mesh on another, of any shape and genus. Without INPUT it grows on
+the template in the model file: samples of the mesh that the model was trained on."""
+_EPILOG = """\
+files: the format follows from the extension.
+  .vtp .vtk               keep displacement, level and the arrays of the input
+  .ply                    keeps the arrays of the points
+  .stl .obj .off          keep the shape only
+  .vtm (.vtk)             composite datasets, processed block by block
+
+With --levels the surfaces after each level go to OUTPUT_0, OUTPUT_1, ..., numbered as the levels are, which ParaView
+opens as a series in time.
+
+examples:
+  %(prog)s bunny.ply scaly.ply --model scales.safetensors --start-level 2 --seed 3
+  %(prog)s bunny.ply large.ply --model scales.safetensors --prepare remesh --scale 2
+  %(prog)s bunny.ply growing.vtp --model scales.safetensors --levels
+  %(prog)s sample.ply --model scales.safetensors --random-from 1
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "texture", "[INPUT] OUTPUT --model FILE", "grow a learned relief", _DESCRIPTION, _EPILOG
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", nargs="?", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
+    texture = parser.add_argument_group("texture")
+    texture.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")
+    texture.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    texture.add_argument("--start-level", type=int, default=0, metavar="L", help="first generator level (default: 0)")
+    texture.add_argument("--end-level", type=int, metavar="L", help="last generator level (default: the model's last)")
+    texture.add_argument(
+        "--noise-amplitude", type=float, metavar="A", help="in mean edge lengths (default: that of the training)"
+    )
+    texture.add_argument(
+        "--levels-without-noise", type=int, nargs="+", default=[], metavar="L", help="levels that get no noise"
+    )
+    texture.add_argument(
+        "--second-seed", type=int, default=1, metavar="N", help="where --interpolation leads (default: 1)"
+    )
+    texture.add_argument(
+        "--interpolation", type=float, default=0.0, metavar="T", help="from seed to second seed, 0 to 1 (default: 0)"
+    )
+    texture.add_argument(
+        "--scale", type=float, metavar="S", help="size of the texture over that on the input as it is (default: 1)"
+    )
+    texture.add_argument(
+        "--prepare",
+        choices=["as_is", "subdivide", "remesh"],
+        metavar="HOW",
+        help="what is done with the input first, so that the texture gets the size --scale: subdivide (default with "
+        "--scale; halves it as often as comes nearest), remesh (even triangles, for any size), as_is (default)",
+    )
+    texture.add_argument("--mask", metavar="NAME", help="point array, 0 to 1: where the texture grows")
+    texture.add_argument(
+        "--mask-falloff", type=float, default=0.0, metavar="D", help="distance over which it rises from where it is 0"
+    )
+    texture.add_argument(
+        "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
+    )
+    output = parser.add_argument_group("output")
+    output.add_argument("--levels", action="store_true", help="write the surfaces after each level, by number")
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``texture``; returns the line to print."""
+    from .. import files
+    from ..geometric_texture import configured_synthesizer
+
+    started = time.monotonic()
+    algorithm = as_usage(
+        configured_synthesizer,
+        arguments.model,
+        seed=arguments.seed,
+        start_level=arguments.start_level,
+        end_level=arguments.end_level,
+        noise_amplitude=arguments.noise_amplitude,
+        levels_without_noise=arguments.levels_without_noise,
+        second_seed=arguments.second_seed,
+        interpolation=arguments.interpolation,
+        scale=arguments.scale,
+        prepare=arguments.prepare,
+        mask_name=arguments.mask,
+        mask_falloff=arguments.mask_falloff,
+        random_from=arguments.random_from,
+        levels=arguments.levels,
+    )
+    if arguments.input is None and arguments.mask is not None:
+        raise UsageError("--mask needs INPUT: the template has no arrays")
+    mesh = None
+    as_usage(files.extension, arguments.output)
+    if arguments.input is not None:
+        as_usage(files.extension, arguments.input)
+        mesh = read_surface(arguments.input)
+        as_usage(files.check_writable, mesh, arguments.output)
+    output = run_filter(algorithm, mesh, arguments)
+    if not arguments.levels:
+        files.write_meshes([(output, arguments.output)])
+        return f"{algorithm.GetModelDescription()}: " + surface_summary(
+            output, arguments.output, time.monotonic() - started
+        )
+    written = _by_level(output, arguments.output)
+    files.write_meshes(written)
+    shown = f"{written[0][1]} ... {written[-1][1]}"
+    return f"{algorithm.GetModelDescription()}: " + surface_summary(written[-1][0], shown, time.monotonic() - started)
+
+
+def _by_level(output, path):
+    """Each block with the name of its file, numbered as its level is."""
+    stem, kind = os.path.splitext(path)
+    named = []
+    for k in range(output.GetNumberOfBlocks()):
+        level = output.GetMetaData(k).Get(output.NAME()).split()[-1]
+        named.append((output.GetBlock(k), f"{stem}_{level}{kind}"))
+    return named

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``texture-distance``."""
+
+from .common import add_command, add_running_options, as_usage, read_surface, run_filter
+
+_DESCRIPTION = """\
+Says how alike the relief of two surfaces is, whatever their shape: the sliced Wasserstein distance of what their
+triangles see of their neighbours, in mean edge lengths. Compare surfaces whose triangles were made in the same way,
+for instance a grown texture with a level of the meshes that it was learned from, beside the bare target subdivided as
+often."""
+_EXAMPLES = """\
+examples:
+  %(prog)s grown_2.ply levels_2.ply
+  %(prog)s grown_2.ply levels_2.ply --unit-length 0.01 --reference-unit-length 0.02 --csv
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "texture-distance", "MESH REFERENCE", "compare the relief of two surfaces", _DESCRIPTION, _EXAMPLES
+    )
+    parser.set_defaults(run=run)
+    formats = ".stl .ply .obj .off .vtp .vtk"
+    parser.add_argument("mesh", metavar="MESH", help=f"surface to read: {formats}")
+    parser.add_argument("reference", metavar="REFERENCE", help="surface to compare it with: the same formats")
+    comparison = parser.add_argument_group("comparison")
+    comparison.add_argument(
+        "--unit-length",
+        type=float,
+        metavar="LENGTH",
+        help="what lengths of MESH are divided by (default: its mean edge length)",
+    )
+    comparison.add_argument(
+        "--reference-unit-length",
+        type=float,
+        metavar="LENGTH",
+        help="what lengths of REFERENCE are divided by, likewise",
+    )
+    comparison.add_argument(
+        "--projections", type=int, default=128, metavar="N", help="number of random directions (default: 128)"
+    )
+    comparison.add_argument("--seed", type=int, default=0, metavar="N", help="of the directions (default: 0)")
+    output = parser.add_argument_group("output")
+    output.add_argument("--csv", action="store_true", help="comma-separated values instead of a line")
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``texture-distance``; returns the text to print."""
+    from .. import files
+    from ..geometric_texture import configured_distance, give_reference
+
+    algorithm = as_usage(
+        configured_distance,
+        arguments.unit_length,
+        arguments.reference_unit_length,
+        arguments.projections,
+        arguments.seed,
+    )
+    for path in (arguments.mesh, arguments.reference):
+        as_usage(files.extension, path)
+    mesh, reference = (_read(path) for path in (arguments.mesh, arguments.reference))
+    give_reference(algorithm, reference)
+    table = run_filter(algorithm, mesh, arguments)
+    row = {table.GetColumnName(k): table.GetColumn(k).GetValue(0) for k in range(table.GetNumberOfColumns())}
+    if arguments.csv:
+        return "\n".join(",".join(map(str, line)) for line in (row.keys(), map(repr, row.values())))
+    triangles = f"{row['NumberOfTriangles']:,} and {row['NumberOfReferenceTriangles']:,} triangles"
+    return f"distance {row['Distance']:.6g}, standard error {row['StandardError']:.2g}, of {triangles}"
+
+
+def _read(path):
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    from ..errors import FormatError
+
+    mesh = read_surface(path)
+    if not isinstance(mesh, vtkPolyData):
+        raise FormatError(f"{path}: one surface is compared with another, not a {mesh.GetClassName()}")
+    return mesh

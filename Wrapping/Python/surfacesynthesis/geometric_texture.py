@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometric textures: functions around vtkGeometricTextureSynthesizer and vtkGeometricTextureDistance."""
+
+import math
+import os
+import warnings
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from .arguments import (
+    INT_MIN,
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    positive,
+    progress_callback,
+)
+from .datasets import as_type_of, given_dataset
+from .errors import SurfaceSynthesisWarning
+from .pipeline import apply_filter
+from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
+from .vtkSurfaceSynthesisStatistics import vtkGeometricTextureDistance
+
+#: What can be done with a target before a texture grows, by the name that ``prepare`` takes.
+PREPARATIONS = {
+    "as_is": vtkGeometricTextureSynthesizer.AS_IS,
+    "subdivide": vtkGeometricTextureSynthesizer.SUBDIVIDE,
+    "remesh": vtkGeometricTextureSynthesizer.REMESH,
+}
+
+
+def geometric_texture(
+    mesh,
+    model,
+    seed=0,
+    start_level=0,
+    end_level=None,
+    noise_amplitude=None,
+    levels_without_noise=(),
+    second_seed=1,
+    interpolation=0.0,
+    scale=None,
+    prepare=None,
+    mask_name=None,
+    mask_falloff=0.0,
+    random_from=0,
+    levels=False,
+    displacement_name="Displacement",
+    level_name="Level",
+    progress=None,
+):
+    """Grows the relief that a model has learned from one mesh on another.
+
+    Parameters
+    ----------
+    mesh : vtkPolyData, composite dataset (vtkDataObjectTree), pair (points, triangles) or None
+        The target, of any genus: triangles, polygons or strips, float or double points, open or closed, any number of
+        components. The mesh must have finite points, no degenerate triangle, no edge with more than two triangles and
+        consistent winding; triangles should be of even size and shape, and the texture is as large as they are. A
+        composite dataset is processed block by block, with noise that differs between blocks. A pair is an array of
+        points [V, 3] and an integer array of triangles [F, 3]. The mesh is never modified. None: the template in the
+        model file.
+    model : path
+        The model file, safetensors, as the training of geometric textures writes it.
+    seed : int
+        Any integer of 32 bits with sign; each gives another sample of the texture. Default 0.
+    start_level : int
+        The generator level that works on the target as it is, at least 0. Default 0.
+    end_level : int, optional
+        The last generator level, at least 0. Default: the model's last.
+    noise_amplitude : float, optional
+        Standard deviation of the noise on each coordinate, in mean edge lengths of a level, from 0, no noise, to 1e6.
+        Default: that of the training.
+    levels_without_noise : iterable of int
+        The generator levels that get no noise. Default ().
+    second_seed : int
+        The seed of the noise that ``interpolation`` leads to. Default 1.
+    interpolation : float
+        From the noise of ``seed`` at 0 to that of ``second_seed`` at 1. Default 0.
+    scale : float, optional
+        Size of the texture over that on the target as it is, from 0.001 to 1000. Default: 1.
+    prepare : str, optional
+        What is done with the target before the texture grows: "as_is", nothing, and ``scale`` must not be given;
+        "subdivide", triangles are cut into four, each time of which halves the texture, as often as comes nearest to
+        ``scale``; "remesh", even triangles with ``scale`` times the mean edge length of the target take their place, as
+        remesh() makes them, and above 1 the texture gets larger, which needs CGAL. Default: "subdivide" when ``scale``
+        is given, else "as_is".
+    mask_name : str, optional
+        Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with.
+        Default: the texture grows everywhere.
+    mask_falloff : float
+        Distance from points whose mask is 0 over which the texture rises to its full strength, along edges, in world
+        units, at least 0. Default 0.
+    random_from : int
+        For ``mesh`` None: the first generator level with noise of the seed; below it the noise is what reconstructs the
+        reference of the training. Default 0.
+    levels : bool
+        Whether to return the surfaces after each level, coarse to fine, instead of the last one. Default False.
+    displacement_name, level_name : str
+        Names of the point arrays with the displacement of each point and the level with which it came. Default
+        "Displacement" and "Level".
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+
+    Returns
+    -------
+    dataset of the type of ``mesh``
+        Triangles, four times as many for each level after the first, with the target's arrays interpolated and those
+        above; without normals. A vtkPolyData for None. With ``levels`` a list of such datasets.
+    pair of numpy.ndarray, for a pair
+        Points [V, 3], float64, and triangles [F, 3], int64. With ``levels`` a list of such pairs.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The text says what is wrong with the model file or with the mesh, the first cell or point, and the filter that
+        repairs it; for a composite dataset it holds a line for each bad block.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    algorithm = configured_synthesizer(
+        model,
+        seed=seed,
+        start_level=start_level,
+        end_level=end_level,
+        noise_amplitude=noise_amplitude,
+        levels_without_noise=levels_without_noise,
+        second_seed=second_seed,
+        interpolation=interpolation,
+        scale=scale,
+        prepare=prepare,
+        mask_name=mask_name,
+        mask_falloff=mask_falloff,
+        random_from=random_from,
+        levels=levels,
+        displacement_name=displacement_name,
+        level_name=level_name,
+    )
+    dataset = None if mesh is None else given_dataset(mesh)
+    output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    if not levels:
+        return _returned(mesh, output)
+    return [_returned(mesh, output.GetBlock(k)) for k in range(output.GetNumberOfBlocks())]
+
+
+def configured_synthesizer(
+    model,
+    seed=0,
+    start_level=0,
+    end_level=None,
+    noise_amplitude=None,
+    levels_without_noise=(),
+    second_seed=1,
+    interpolation=0.0,
+    scale=None,
+    prepare=None,
+    mask_name=None,
+    mask_falloff=0.0,
+    random_from=0,
+    levels=False,
+    displacement_name="Displacement",
+    level_name="Level",
+):
+    """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
+    algorithm = vtkGeometricTextureSynthesizer()
+    model = os.fspath(model)
+    algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
+    algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    algorithm.SetStartLevel(integer("start_level", start_level, 0))
+    algorithm.SetEndLevel(-1 if end_level is None else integer("end_level", end_level, 0))
+    amplitude = -1.0 if noise_amplitude is None else in_range("noise_amplitude", noise_amplitude, 0.0, 1e6)
+    algorithm.SetNoiseAmplitude(amplitude)
+    without_noise = [integer("levels_without_noise", level, 0) for level in levels_without_noise]
+    algorithm.SetLevelsWithoutNoise(" ".join(map(str, without_noise)))
+    algorithm.SetSecondSeed(integer("second_seed", second_seed, INT_MIN))
+    algorithm.SetInterpolation(in_range("interpolation", interpolation, 0.0, 1.0))
+    if prepare is None:
+        prepare = "as_is" if scale is None else "subdivide"
+    algorithm.SetTargetPreparation(choice("prepare", prepare, PREPARATIONS))
+    if scale is not None:
+        if prepare == "as_is":
+            raise ValueError('scale is of no use with prepare "as_is"; "subdivide" or "remesh" changes the size')
+        algorithm.SetTextureScale(in_range("scale", scale, 0.001, 1000.0))
+    if mask_name is not None:
+        algorithm.SetMaskArrayName(array_name("mask_name", mask_name))
+    algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))
+    algorithm.SetRandomFromLevel(integer("random_from", random_from, 0))
+    algorithm.SetOutputLevels(flag("levels", levels))
+    algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
+    algorithm.SetLevelArrayName(array_name("level_name", level_name))
+    return algorithm
+
+
+def texture_distance(
+    mesh, reference, unit_length=None, reference_unit_length=None, projections=128, seed=0, progress=None
+):
+    """How alike the relief of two surfaces is, whatever their shape.
+
+    The sliced Wasserstein-1 distance of what the triangles of both see of their neighbours: of the 12 features for each
+    triangle that the networks of geometric textures know. It is 0 for the same triangulated surface moved, turned and,
+    without unit lengths, scaled. It sees the triangulation: compare surfaces whose triangles were made in the same way,
+    for instance level k of a grown texture with level k of the reference, beside the bare target subdivided as often.
+
+    Parameters
+    ----------
+    mesh, reference : vtkPolyData or pair (points, triangles)
+        Surfaces with finite points, no degenerate triangle, no edge with more than two triangles and consistent
+        winding. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. None of them is modified.
+    unit_length, reference_unit_length : float, optional
+        What lengths of ``mesh`` and of ``reference`` are divided by, world units, larger than 0. A grown texture has
+        longer edges than the bare target: to compare it as the network sees it, give the mean edge length of the target
+        as the texture begins on it, over 2^k for what is subdivided k times; and for level k of the meshes that the
+        texture was trained on the mean edge length of level 0 over 2^k
+        (``topology_report(mesh)["edge_length_mean"]``). Default: the own mean edge length.
+    projections : int
+        Number of random directions, from 1 to 1,000,000. The standard error falls with its square root. Default 128.
+    seed : int
+        The seed of the directions: any integer of 32 bits with sign. Distances with the same seed share their
+        directions. Default 0.
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+
+    Returns
+    -------
+    float
+        The distance in unit lengths, at least 0; low is alike. NaN for two empty surfaces.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The text says which of both is empty or not sound, the first cell or point, and the filter that repairs it.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    algorithm = configured_distance(unit_length, reference_unit_length, projections, seed)
+    surface, other = (
+        given_dataset(given, (vtkPolyData,), "a vtkPolyData or a pair of arrays") for given in (mesh, reference)
+    )
+    give_reference(algorithm, other)
+    table, remarks = apply_filter(algorithm, surface, progress_callback(progress))
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return table.GetColumnByName("Distance").GetValue(0) if table.GetNumberOfRows() > 0 else math.nan
+
+
+def configured_distance(unit_length=None, reference_unit_length=None, projections=128, seed=0):
+    """A vtkGeometricTextureDistance with the parameters of texture_distance(); raises TypeError and ValueError."""
+    algorithm = vtkGeometricTextureDistance()
+    if unit_length is not None:
+        algorithm.SetUnitLength(positive("unit_length", unit_length))
+    if reference_unit_length is not None:
+        algorithm.SetReferenceUnitLength(positive("reference_unit_length", reference_unit_length))
+    algorithm.SetNumberOfProjections(at_most("projections", integer("projections", projections, 1), 1000000))
+    algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    return algorithm
+
+
+def give_reference(algorithm, reference):
+    """Makes a vtkPolyData, which stays untouched, the reference of a vtkGeometricTextureDistance."""
+    given = vtkPolyData()  # what pipelines leave on their inputs goes to this copy
+    given.ShallowCopy(reference)
+    algorithm.SetInputDataObject(1, given)
+
+
+def _returned(mesh, output):
+    """``output`` in the form of ``mesh``."""
+    if not isinstance(mesh, (tuple, list)):
+        return output if mesh is None else as_type_of(mesh, output)
+    if output.GetNumberOfPoints() == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    triangles = vtk_to_numpy(output.GetPolys().GetConnectivityArray()).astype(np.int64).reshape(-1, 3)
+    return vtk_to_numpy(output.GetPoints().GetData()).astype(np.float64), triangles

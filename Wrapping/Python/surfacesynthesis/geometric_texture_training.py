@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What makes geometric textures: functions around vtkMultiscaleMeshFitter and vtkGeometricTextureTrainer."""
+
+import collections
+import warnings
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+
+from .arguments import (
+    INT_MIN,
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    optional_path,
+    positive,
+    progress_callback,
+)
+from .datasets import given_dataset
+from .errors import SurfaceSynthesisWarning
+from .pipeline import run_algorithm
+from .vtkSurfaceSynthesisTraining import vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
+
+#: The mesh that is fitted, by the name that ``template`` takes.
+TEMPLATES = {"icosphere": vtkMultiscaleMeshFitter.ICOSPHERE, "torus": vtkMultiscaleMeshFitter.TORUS}
+
+_DEVICES = {
+    "auto": vtkGeometricTextureTrainer.AUTO,
+    "cpu": vtkGeometricTextureTrainer.CPU,
+    "cuda": vtkGeometricTextureTrainer.CUDA,
+}
+_COLUMNS = (
+    "iteration",
+    "level",
+    "critic_loss",
+    "gradient_penalty",
+    "adversarial_loss",
+    "reconstruction_loss",
+    "learning_rate",
+)
+_SURFACE = "a vtkPolyData or a pair of arrays (points, triangles)"
+
+#: What fit_levels() returns: the levels, coarse to fine, and the template, each a vtkPolyData; and the mean and the
+#: largest distance of the points of each level from the reference, world units.
+FittedLevels = collections.namedtuple("FittedLevels", "levels template mean_distances largest_distances")
+
+
+def fit_levels(reference, progress=None, **options):
+    """Makes meshes of one surface at several scales, which a geometric texture is learnt from.
+
+    Parameters
+    ----------
+    reference : vtkPolyData or pair (points, triangles)
+        The surface, of finite points and no degenerate triangle. It need not be manifold, closed or of one component, but
+        only what has the topology of the template can be fitted well. It is not modified.
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    levels : int
+        Number of levels, from 1 to 10; each has four times the triangles of the one before. Default 5.
+    template : str, vtkPolyData or pair (points, triangles)
+        The mesh that is fitted, of the topology of the reference and wound as it is: "icosphere", "torus", around the z
+        axis, or a mesh. Default "icosphere".
+    icosphere_level : int
+        How often the triangles of the icosahedron are cut into four, from 0 to 6. Default 2.
+    torus_segments : int
+        Pairs of triangles around the axis of the torus, from 3 to 1000. Default 24.
+    iterations : int
+        Number of iterations at each level, from 0 to 1000000. Default 300.
+    triangulation_steps, chamfer_steps : int
+        Steps in each iteration that keep triangles even, and that bring the surfaces closer, from 0 to 1000. Default 3
+        and 2.
+    learning_rate : float
+        The learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
+        each level as those are. Default 1e-2.
+    learning_rate_decay : float
+        The learning rate of a level's last iteration over that of its first, from 1e-6 to 1. Default 0.1.
+    samples : int
+        Number of samples on each surface at level 0, from 1 to 1000000; at level l there are l + 1 times as many.
+        Default 3000.
+    published_normals : bool
+        Whether normals are compared as in the published code, for comparison. Default False.
+    seed : int
+        Any integer of 32 bits with sign. Default 0.
+    dataset : path, optional
+        A dataset file that is written, safetensors. Default: none.
+
+    Returns
+    -------
+    FittedLevels
+        The named tuple (levels, template, mean_distances, largest_distances); empty lists for an empty reference.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The text says what is wrong with the reference, the template or the file.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    progress_callback(progress)
+    algorithm = configured_fitter(**options)
+    algorithm.SetInputDataObject(0, _surface("reference", reference))
+    for text in run_algorithm(algorithm, progress):
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return fitted_levels(algorithm)
+
+
+def configured_fitter(
+    levels=5,
+    template="icosphere",
+    icosphere_level=2,
+    torus_segments=24,
+    iterations=300,
+    triangulation_steps=3,
+    chamfer_steps=2,
+    learning_rate=1e-2,
+    learning_rate_decay=0.1,
+    samples=3000,
+    published_normals=False,
+    seed=0,
+    dataset=None,
+):
+    """A vtkMultiscaleMeshFitter with the parameters of fit_levels(), which raises TypeError and ValueError."""
+    algorithm = vtkMultiscaleMeshFitter()
+    algorithm.SetNumberOfLevels(at_most("levels", integer("levels", levels, 1), 10))
+    if isinstance(template, str):
+        algorithm.SetTemplate(choice("template", template, TEMPLATES))
+    else:
+        algorithm.SetTemplateToGiven()
+        algorithm.SetInputDataObject(1, _surface("template", template))
+    algorithm.SetIcosphereLevel(at_most("icosphere_level", integer("icosphere_level", icosphere_level, 0), 6))
+    algorithm.SetTorusSegments(at_most("torus_segments", integer("torus_segments", torus_segments, 3), 1000))
+    algorithm.SetIterations(at_most("iterations", integer("iterations", iterations, 0), 1000000))
+    steps = at_most("triangulation_steps", integer("triangulation_steps", triangulation_steps, 0), 1000)
+    algorithm.SetTriangulationSteps(steps)
+    algorithm.SetChamferSteps(at_most("chamfer_steps", integer("chamfer_steps", chamfer_steps, 0), 1000))
+    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRateDecay(in_range("learning_rate_decay", learning_rate_decay, 1e-6, 1.0))
+    algorithm.SetSamples(at_most("samples", integer("samples", samples, 1), 1000000))
+    algorithm.SetPublishedNormals(flag("published_normals", published_normals))
+    algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    return algorithm
+
+
+def fitted_levels(algorithm):
+    """What fit_levels() returns, from a filter that has run."""
+    blocks = algorithm.GetOutputDataObject(0)
+    levels = [_copy(blocks.GetBlock(k)) for k in range(blocks.GetNumberOfBlocks())]
+    distances = [
+        [level.GetFieldData().GetArray(name).GetTuple1(0) for level in levels]
+        for name in ("MeanDistance", "LargestDistance")
+    ]
+    return FittedLevels(levels, _copy(algorithm.GetOutputDataObject(1)), *distances)
+
+
+def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
+    """Learns a geometric texture from one surface at several scales.
+
+    Parameters
+    ----------
+    levels : sequence of surfaces or composite dataset, optional
+        The surface at several scales, coarse to fine, each a vtkPolyData or a pair (points, triangles), with the
+        triangles of the one before cut into four at the midpoints of edges: ``fit_levels(...).levels``.
+    template : vtkPolyData or pair, optional
+        What a texture grows from without a target, with the triangles of the first level. Default: the first level.
+    model : path
+        The model file that is written, safetensors.
+    dataset : path, optional
+        A dataset file that is trained on in place of ``levels`` and ``template``.
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the training stops, and a
+        checkpoint is written first.
+    name : str
+        Name of the texture, for people. Default "texture".
+    checkpoint : path, optional
+        The checkpoint. Default: ``model`` with .checkpoint after it.
+    losses : path, optional
+        A table of the losses in comma-separated values, written with each checkpoint. Default: none.
+    checkpoint_interval : int
+        Number of iterations from one checkpoint to the next. Default 500.
+    resume : bool
+        Whether the training goes on from the checkpoint where there is one. Default True.
+    iterations : int
+        Number of iterations of each level. Default 2000.
+    discriminator_steps, generator_steps : int
+        Steps of each network in an iteration, from 1 to 1000. Default 2 and 3.
+    learning_rate, learning_rate_interval, learning_rate_factor : float, int, float
+        The learning rate of Adam, and after how many iterations of a level it is multiplied by what, each time. Default
+        5e-4, 500 and 0.5.
+    penalty_weight, reconstruction_weight : float
+        Weights of the gradient penalty and of the squared distance from the reference. Default 0.1 and 5.
+    layers, start_channels, least_channels, most_channels : int
+        Layers of each network, input and output included; channels of the first hidden layer at level 0, and of a hidden
+        layer at least and at most. Default 7, 32, 32 and 128.
+    noise_amplitude : float
+        Standard deviation of the noise on each coordinate, in mean edge lengths of a level. Default 0.1.
+    seed : int
+        Any integer of 32 bits. Default 0.
+    device : str
+        "auto", "cpu" or "cuda". Default "auto".
+
+    Returns
+    -------
+    dict of arrays
+        "iteration", "level", "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss" and
+        "learning_rate", with a number for each iteration of all levels.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The text says what is wrong with the surfaces, the options together, or a file.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    progress_callback(progress)
+    algorithm = configured_trainer(model, dataset, **options)
+    _connect(algorithm, levels, template)
+    for text in run_algorithm(algorithm, progress):
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return texture_losses(algorithm)
+
+
+def configured_trainer(
+    model,
+    dataset=None,
+    name="texture",
+    checkpoint=None,
+    losses=None,
+    checkpoint_interval=500,
+    resume=True,
+    iterations=2000,
+    discriminator_steps=2,
+    generator_steps=3,
+    learning_rate=5e-4,
+    learning_rate_interval=500,
+    learning_rate_factor=0.5,
+    penalty_weight=0.1,
+    reconstruction_weight=5.0,
+    layers=7,
+    start_channels=32,
+    least_channels=32,
+    most_channels=128,
+    noise_amplitude=0.1,
+    seed=0,
+    device="auto",
+):
+    """A vtkGeometricTextureTrainer with the parameters of train_geometric_texture(); raises TypeError and ValueError."""
+    algorithm = vtkGeometricTextureTrainer()
+    algorithm.SetModelFileName(optional_path("model", model))
+    algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetCheckpointFileName(optional_path("checkpoint", checkpoint))
+    algorithm.SetLossTableFileName(optional_path("losses", losses))
+    algorithm.SetTextureName(array_name("name", name))
+    algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
+    algorithm.SetResume(flag("resume", resume))
+    algorithm.SetIterationsPerLevel(_count("iterations", iterations, 1, 100000000))
+    algorithm.SetDiscriminatorSteps(_count("discriminator_steps", discriminator_steps, 1, 1000))
+    algorithm.SetGeneratorSteps(_count("generator_steps", generator_steps, 1, 1000))
+    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRateInterval(_count("learning_rate_interval", learning_rate_interval, 1, 100000000))
+    factor = positive("learning_rate_factor", learning_rate_factor)
+    algorithm.SetLearningRateFactor(at_most("learning_rate_factor", factor, 1))
+    algorithm.SetPenaltyWeight(at_least_0("penalty_weight", penalty_weight))
+    algorithm.SetReconstructionWeight(at_least_0("reconstruction_weight", reconstruction_weight))
+    algorithm.SetLayers(_count("layers", layers, 3, 32))
+    algorithm.SetStartChannels(_count("start_channels", start_channels, 1, 4096))
+    algorithm.SetMinimumChannels(_count("least_channels", least_channels, 1, 4096))
+    algorithm.SetMaximumChannels(_count("most_channels", most_channels, 1, 4096))
+    algorithm.SetNoiseAmplitude(in_range("noise_amplitude", noise_amplitude, 0.0, 1e6))
+    algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    algorithm.SetDevice(choice("device", device, _DEVICES))
+    return algorithm
+
+
+def texture_losses(algorithm):
+    """What train_geometric_texture() returns, from a filter that has run."""
+    table = algorithm.GetOutputDataObject(0)
+    columns = {name: table.GetColumnByName(name) for name in _COLUMNS}
+    return {name: np.zeros(0) if column is None else vtk_to_numpy(column).copy() for name, column in columns.items()}
+
+
+def _connect(algorithm, levels, template):
+    """Gives a vtkGeometricTextureTrainer its inputs, which are not modified."""
+    if algorithm.GetDatasetFileName():
+        if levels is not None or template is not None:
+            raise TypeError("a dataset is trained on in place of levels and template, which must not be given with it")
+        return
+    if levels is None:
+        raise TypeError("levels are needed, or a dataset")
+    if isinstance(levels, (tuple, list)):
+        blocks = vtkMultiBlockDataSet()
+        for number, level in enumerate(levels):
+            blocks.SetBlock(number, _surface("each level", level))
+        levels = blocks
+    algorithm.SetInputDataObject(0, _copy(given_dataset(levels, text="a sequence of surfaces or a composite dataset")))
+    if template is not None:
+        algorithm.SetInputDataObject(1, _surface("template", template))
+
+
+def _count(name, value, smallest, largest):
+    return at_most(name, integer(name, value, smallest), largest)
+
+
+def _surface(name, mesh):
+    """A shallow copy of a vtkPolyData, which takes what pipelines leave on their inputs, or a pair as one."""
+    if not isinstance(mesh, (vtkPolyData, tuple, list)):
+        raise TypeError(f"{name} must be {_SURFACE}, not {type(mesh).__name__}")
+    return _copy(given_dataset(mesh))
+
+
+def _copy(dataset):
+    copy = dataset.NewInstance()
+    copy.ShallowCopy(dataset)
+    return copy
