@@ -4,8 +4,7 @@
 /// hold however the test is started. Only reports that lie entirely in third-party libraries may be suppressed, each
 /// with its reason.
 
-extern "C"
-{
+extern "C" {
 
 // detect_stack_use_after_return is on because worker threads receive references to the caller's stack.
 const char* __asan_default_options()
@@ -13,20 +12,11 @@ const char* __asan_default_options()
   return "detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1";
 }
 
-const char* __ubsan_default_options()
-{
-  return "print_stacktrace=1:halt_on_error=1";
-}
+const char* __ubsan_default_options() { return "print_stacktrace=1:halt_on_error=1"; }
 
-const char* __tsan_default_options()
-{
-  return "halt_on_error=0:second_deadlock_stack=1:history_size=4";
-}
+const char* __tsan_default_options() { return "halt_on_error=0:second_deadlock_stack=1:history_size=4"; }
 
-const char* __lsan_default_suppressions()
-{
-  return "";
-}
+const char* __lsan_default_suppressions() { return ""; }
 
 const char* __tsan_default_suppressions()
 {
@@ -41,5 +31,4 @@ const char* __tsan_default_suppressions()
     "race:libopenvdb\n"
     "race:openvdb::\n";
 }
-
 }

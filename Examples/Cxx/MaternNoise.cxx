@@ -129,8 +129,8 @@ void PrintStatistics(vtkMaternNoiseFilter* filter)
   double count = 0.0;
   for (int sample = 0; sample < filter->GetNumberOfSamples(); ++sample)
   {
-    vtkDataArray* values =
-      data->GetArray(filter->GetNumberOfSamples() == 1 ? name.c_str() : (name + "_" + std::to_string(sample)).c_str());
+    vtkDataArray* values = data->GetArray(
+      filter->GetNumberOfSamples() == 1 ? name.c_str() : (name + "_" + std::to_string(sample)).c_str());
     for (vtkIdType i = 0; i < values->GetNumberOfTuples(); ++i)
     {
       const double value = values->GetTuple1(i);
@@ -159,7 +159,8 @@ int main(int argc, char* argv[])
     noise->SetNumberOfSamples(arguments.Samples);
     noise->SetSeed(arguments.Seed);
     noise->Update(); // errors go to VTK's output window
-    if (!vtkPolyData::SafeDownCast(noise->GetOutput()) || noise->GetOutput()->GetNumberOfElements(vtkDataObject::POINT) == 0)
+    if (!vtkPolyData::SafeDownCast(noise->GetOutput()) ||
+      noise->GetOutput()->GetNumberOfElements(vtkDataObject::POINT) == 0)
     {
       throw std::runtime_error("no noise was made");
     }

@@ -104,8 +104,8 @@ void Train(const std::string& model, const std::string& losses, int steps, const
     static_cast<torch::optim::AdamOptions&>(optimiser.param_groups()[0].options())
       .lr(1e-5 + 3e-3 * 0.5 * (1.0 + std::cos(3.14159265358979 * done)));
     optimiser.zero_grad();
-    const torch::Tensor error =
-      RelativeError(surface, network->forward(surface.Mesh, surface.Points.matmul(RandomRotation().t())).Values);
+    const torch::Tensor error = RelativeError(
+      surface, network->forward(surface.Mesh, surface.Points.matmul(RandomRotation().t())).Values);
     error.backward();
     torch::nn::utils::clip_grad_norm_(network->parameters(), 1.0);
     optimiser.step();

@@ -45,8 +45,8 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptBlocks(vtkInformation* info, const Bl
 
 /// RequestDataObject: the output is of types.Output, or for a composite input of the input's class. An error, and 0, when
 /// there is no input.
-VTKSURFACESYNTHESISBRIDGE_EXPORT int RequestBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector,
-  vtkInformationVector* outputVector, const BlockTypes& types);
+VTKSURFACESYNTHESISBRIDGE_EXPORT int RequestBlocks(
+  vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector, const BlockTypes& types);
 
 /// RequestData. Calls @p worker for each dataset of the input that is not empty, and
 ///  - binds progress to UpdateProgress() and cancellation to AbortExecute;

@@ -95,8 +95,7 @@ public:
   void Tree(vtkDataObjectTree* input, vtkDataObjectTree* output)
   {
     std::vector<std::int64_t> sizes;
-    EachLeaf(input,
-      [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
+    EachLeaf(input, [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
     std::vector<bool> shared(sizes.size(), false);
     if (this->Controller)
     {
@@ -109,14 +108,12 @@ public:
     const double total = static_cast<double>(sizes.size()) + std::accumulate(sizes.begin(), sizes.end(), 0.0);
     double done = 0.0;
     std::size_t leaf = 0;
-    EachLeaf(input,
-      [&](vtkDataObjectTreeIterator* place)
-      {
-        const double before = done / total;
-        const bool isShared = shared[leaf];
-        done += 1.0 + static_cast<double>(sizes[leaf++]);
-        this->Leaf(place, isShared, output, this->Steps.Within(before, done / total));
-      });
+    EachLeaf(input, [&](vtkDataObjectTreeIterator* place) {
+      const double before = done / total;
+      const bool isShared = shared[leaf];
+      done += 1.0 + static_cast<double>(sizes[leaf++]);
+      this->Leaf(place, isShared, output, this->Steps.Within(before, done / total));
+    });
   }
 
 private:
@@ -154,15 +151,13 @@ private:
   std::string Attempted(
     vtkDataObject* input, vtkDataObject* output, unsigned int flatIndex, const Progress& progress) const
   {
-    return Attempt(input,
-      [&]
+    return Attempt(input, [&] {
+      Report(progress, 0.0);
+      if (SizeOf(input) > 0)
       {
-        Report(progress, 0.0);
-        if (SizeOf(input) > 0)
-        {
-          this->Worker({ input, output, flatIndex, BlockName(flatIndex) }, progress);
-        }
-      });
+        this->Worker({ input, output, flatIndex, BlockName(flatIndex) }, progress);
+      }
+    });
   }
 
   /// Reports @p error, if there is one, and then empties @p output.
@@ -187,8 +182,7 @@ private:
   void RejectPieces(std::int64_t owners, unsigned int flatIndex) const
   {
     ReportError(this->Self, BlockName(flatIndex),
-      "The dataset lies in pieces on " + std::to_string(owners) +
-        (flatIndex > 0 ? " or more" : "") +
+      "The dataset lies in pieces on " + std::to_string(owners) + (flatIndex > 0 ? " or more" : "") +
         " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
         "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
   }
@@ -212,8 +206,8 @@ int AcceptBlocks(vtkInformation* info, const BlockTypes& types)
   return 1;
 }
 
-int RequestBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const BlockTypes& types)
+int RequestBlocks(
+  vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector, const BlockTypes& types)
 {
   vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
   if (!input)
@@ -233,23 +227,21 @@ int RequestBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInf
 int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
   const BlockTypes& types, const BlockWorker& worker)
 {
-  return RunGuarded(self, outputVector,
-    [&]
+  return RunGuarded(self, outputVector, [&] {
+    vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+    vtkDataObject* output = vtkDataObject::GetData(outputVector);
+    BlockProcessing processing(self, types, worker);
+    auto* tree = vtkDataObjectTree::SafeDownCast(input);
+    if (!tree)
     {
-      vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-      vtkDataObject* output = vtkDataObject::GetData(outputVector);
-      BlockProcessing processing(self, types, worker);
-      auto* tree = vtkDataObjectTree::SafeDownCast(input);
-      if (!tree)
-      {
-        return processing.Dataset(input, output);
-      }
-      auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
-      outputTree->CopyStructure(tree);
-      outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
-      processing.Tree(tree, outputTree);
-      return true;
-    });
+      return processing.Dataset(input, output);
+    }
+    auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
+    outputTree->CopyStructure(tree);
+    outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
+    processing.Tree(tree, outputTree);
+    return true;
+  });
 }
 
 } // namespace surfsynth

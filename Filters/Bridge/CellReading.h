@@ -56,8 +56,7 @@ void EachCell(vtkCellArray* cells, const Visit& visit)
 template <typename Id>
 bool InRange(const Id* ids, std::int64_t size, std::int64_t points)
 {
-  return std::all_of(
-    ids, ids + size, [points](Id id) { return id >= 0 && static_cast<std::int64_t>(id) < points; });
+  return std::all_of(ids, ids + size, [points](Id id) { return id >= 0 && static_cast<std::int64_t>(id) < points; });
 }
 
 } // namespace surfsynth

@@ -28,15 +28,9 @@ vtkMultiProcessController* Ranks::Several()
   return controller && controller->GetNumberOfProcesses() > 1 ? controller : nullptr;
 }
 
-int Ranks::Rank() const
-{
-  return this->Controller ? this->Controller->GetLocalProcessId() : 0;
-}
+int Ranks::Rank() const { return this->Controller ? this->Controller->GetLocalProcessId() : 0; }
 
-int Ranks::Count() const
-{
-  return this->Controller ? this->Controller->GetNumberOfProcesses() : 1;
-}
+int Ranks::Count() const { return this->Controller ? this->Controller->GetNumberOfProcesses() : 1; }
 
 std::vector<std::vector<std::int64_t>> Ranks::Gather(const std::vector<std::int64_t>& values) const
 {
@@ -178,10 +172,7 @@ vtkSmartPointer<vtkPolyData> Geometry(vtkPolyData* piece)
   return geometry;
 }
 
-std::int64_t Surfaces(vtkPolyData* piece)
-{
-  return piece->GetNumberOfPolys() + piece->GetNumberOfStrips();
-}
+std::int64_t Surfaces(vtkPolyData* piece) { return piece->GetNumberOfPolys() + piece->GetNumberOfStrips(); }
 
 using PieceList = std::vector<vtkSmartPointer<vtkPolyData>>;
 
@@ -285,8 +276,9 @@ void MergeCells(vtkCellArray* source, vtkDataArray* globalIds, vtkIdType firstCe
       continue;
     }
     added.insert(std::move(key));
-    cell.GlobalId =
-      globalIds ? static_cast<std::int64_t>(globalIds->GetTuple1(firstCell + iterator->GetCurrentCellId())) : 0;
+    cell.GlobalId = globalIds
+      ? static_cast<std::int64_t>(globalIds->GetTuple1(firstCell + iterator->GetCurrentCellId()))
+      : 0;
     cells.push_back(std::move(cell));
   }
 }
@@ -295,8 +287,8 @@ vtkSmartPointer<vtkCellArray> ToCellArray(std::vector<MergedCell>& cells, bool s
 {
   if (sort)
   {
-    std::stable_sort(cells.begin(), cells.end(),
-      [](const MergedCell& a, const MergedCell& b) { return a.GlobalId < b.GlobalId; });
+    std::stable_sort(
+      cells.begin(), cells.end(), [](const MergedCell& a, const MergedCell& b) { return a.GlobalId < b.GlobalId; });
   }
   auto array = vtkSmartPointer<vtkCellArray>::New();
   for (const MergedCell& cell : cells)
@@ -326,8 +318,8 @@ vtkSmartPointer<vtkPolyData> Merge(const PieceList& pieces, const PointMerge& me
     std::set<std::vector<vtkIdType>> added;
     vtkDataArray* globalIds = pieces[p]->GetCellData()->GetGlobalIds();
     MergeCells(pieces[p]->GetPolys(), globalIds, 0, merge.WholeOfPiece[p], known, added, polys);
-    MergeCells(pieces[p]->GetStrips(), globalIds, pieces[p]->GetNumberOfPolys(), merge.WholeOfPiece[p], known, added,
-      strips);
+    MergeCells(
+      pieces[p]->GetStrips(), globalIds, pieces[p]->GetNumberOfPolys(), merge.WholeOfPiece[p], known, added, strips);
     known.merge(added);
   }
   whole->SetPoints(points);
@@ -348,7 +340,7 @@ PieceList GatherAll(const Ranks& ranks, vtkPolyData* geometry)
   }
   return pieces;
 }
-}
+} // namespace
 
 bool RepeatsGlobalIds(vtkPolyData* piece)
 {
@@ -393,7 +385,8 @@ GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece)
     if (lastOwner == ranks.Rank())
     {
       gathered.WholeOfLocal.resize(static_cast<std::size_t>(geometry->GetNumberOfPoints()));
-      std::generate(gathered.WholeOfLocal.begin(), gathered.WholeOfLocal.end(), [id = std::int64_t(0)]() mutable { return id++; });
+      std::generate(
+        gathered.WholeOfLocal.begin(), gathered.WholeOfLocal.end(), [id = std::int64_t(0)]() mutable { return id++; });
     }
     return gathered;
   }

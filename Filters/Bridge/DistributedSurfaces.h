@@ -28,8 +28,7 @@ public:
   /// @param controller null for a pipeline that runs in one process.
   explicit Ranks(vtkMultiProcessController* controller)
     : Controller(controller)
-  {
-  }
+  {}
   int Rank() const;
   int Count() const;
 
@@ -49,10 +48,10 @@ private:
 /// A surface of which each rank holds a piece, whole on every rank.
 struct GatheredSurface
 {
-  vtkSmartPointer<vtkPolyData> Whole;   ///< points, polygons and strips; no arrays
+  vtkSmartPointer<vtkPolyData> Whole;     ///< points, polygons and strips; no arrays
   std::vector<std::int64_t> WholeOfLocal; ///< for each point of this rank's piece, its id in Whole
-  int Owners = 0;                       ///< ranks with at least one polygon or strip
-  int TakenFrom = -1;                   ///< the rank whose piece is the whole surface as it is; -1 when there is none
+  int Owners = 0;                         ///< ranks with at least one polygon or strip
+  int TakenFrom = -1;                     ///< the rank whose piece is the whole surface as it is; -1 when there is none
 };
 
 /// Puts the pieces of all ranks together, so that every rank has the same.

@@ -41,7 +41,8 @@ struct VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble
 /// With an empty @p arrayName the sample of a surface is its points. Else it is the point array of that name where the
 /// surface has one, and otherwise the arrays <arrayName>_0, <arrayName>_1 and so on, in order of these numbers.
 /// @throws InvalidInput when a leaf is no vtkPolyData or lacks the array, or an array is too short
-VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble ReadEnsemble(vtkDataObject* input, const std::string& role, const std::string& arrayName);
+VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble ReadEnsemble(
+  vtkDataObject* input, const std::string& role, const std::string& arrayName);
 
 /// What all samples must have the points and cells of.
 struct SharedSurface
@@ -52,7 +53,8 @@ struct SharedSurface
 
 /// Expects that the samples lie on @p shared and have @p components components.
 /// @throws InvalidInput
-VTKSURFACESYNTHESISBRIDGE_EXPORT void RequireOneTriangulation(const Ensemble& ensemble, const SharedSurface& shared, int components);
+VTKSURFACESYNTHESISBRIDGE_EXPORT void RequireOneTriangulation(
+  const Ensemble& ensemble, const SharedSurface& shared, int components);
 
 /// Lumped barycentric mass of the points.
 /// @throws InvalidInput when the surface is not sound

@@ -24,6 +24,7 @@ using LevelSurfaces = std::map<unsigned int, std::vector<vtkSmartPointer<vtkPoly
 /// Fills @p output with a block for each level, named "Level 2" and so on from @p firstLevel: the surface of that
 /// level, or where @p held, which has the structure of the input, is composite a tree of them. What has no surfaces
 /// stays empty.
-VTKSURFACESYNTHESISBRIDGE_EXPORT void ArrangeLevels(const LevelSurfaces& surfaces, vtkDataObject* held, int firstLevel, vtkMultiBlockDataSet* output);
+VTKSURFACESYNTHESISBRIDGE_EXPORT void ArrangeLevels(
+  const LevelSurfaces& surfaces, vtkDataObject* held, int firstLevel, vtkMultiBlockDataSet* output);
 
 } // namespace surfsynth

@@ -29,7 +29,8 @@ struct NetworkInputRequest
 /// of positions and goes through it.
 /// @throws InvalidInput, in terms of the filter's properties, when the model takes another number of conditions or
 /// channels, an array is missing or has another shape, or a number is not finite.
-VTKSURFACESYNTHESISBRIDGE_EXPORT PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInputRequest& request, vtkPolyData* surface,
-  const UsedPoints& points, const MeshNormalisation& normalisation);
+VTKSURFACESYNTHESISBRIDGE_EXPORT PoissonNetInput MakeNetworkInput(const PoissonNetModel& model,
+  const NetworkInputRequest& request, vtkPolyData* surface, const UsedPoints& points,
+  const MeshNormalisation& normalisation);
 
 } // namespace surfsynth

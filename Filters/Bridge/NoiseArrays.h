@@ -19,12 +19,15 @@ namespace surfsynth
 {
 
 /// An uninitialised array. @throws std::bad_alloc, which vtkDoubleArray's own allocation need not.
-VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDoubleArray> NewNoiseArray(const std::string& name, vtkIdType tuples, int components);
+VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDoubleArray> NewNoiseArray(
+  const std::string& name, vtkIdType tuples, int components);
 
 /// The name of a sample's array: @p name, or name_sample where there are several samples.
-VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(const std::string& name, int numberOfSamples, std::uint32_t sample);
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
+  const std::string& name, int numberOfSamples, std::uint32_t sample);
 
 /// Adds the arrays to the points of @p output; the first becomes the active scalars where there are none.
-VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
+VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
+  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
 
 } // namespace surfsynth

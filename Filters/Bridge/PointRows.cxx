@@ -16,7 +16,7 @@ std::string Counted(std::int64_t count, const std::string& thing)
 {
   return (count == 0 ? "no" : std::to_string(count)) + " " + thing + (count == 1 ? "" : "s");
 }
-}
+} // namespace
 
 PointRows ReadPointRows(
   vtkPolyData* surface, const UsedPoints& points, const NamedPointArray& array, std::int64_t components)

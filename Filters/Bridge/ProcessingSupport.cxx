@@ -44,10 +44,7 @@ Progress PipelineProgress::Within(double begin, double end)
   };
 }
 
-std::string BlockName(unsigned int flatIndex)
-{
-  return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex);
-}
+std::string BlockName(unsigned int flatIndex) { return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex); }
 
 void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text)
 {
@@ -124,8 +121,8 @@ std::vector<bool> SharedLeaves(
   EachLeaf(tree, [&](vtkDataObjectTreeIterator* place) { indices.push_back(place->GetCurrentFlatIndex()); });
   const auto counts = ranks.Gather({ static_cast<std::int64_t>(indices.size()) });
   const auto sameCount = [&](const auto& count) { return count == counts[0]; };
-  const auto structures =
-    std::all_of(counts.begin(), counts.end(), sameCount) ? ranks.Gather(indices) : decltype(counts)();
+  const auto structures = std::all_of(counts.begin(), counts.end(), sameCount) ? ranks.Gather(indices)
+                                                                               : decltype(counts)();
   const auto sameStructure = [&](const auto& structure) { return structure == structures[0]; };
   if (structures.empty() || !std::all_of(structures.begin(), structures.end(), sameStructure))
   {
@@ -138,8 +135,8 @@ std::vector<bool> SharedLeaves(
   std::vector<bool> shared(sizes.size());
   for (std::size_t leaf = 0; leaf < sizes.size(); ++leaf)
   {
-    shared[leaf] = std::count_if(sizesOfRank.begin(), sizesOfRank.end(),
-                     [&](const auto& of) { return of[leaf] > 0; }) > 1;
+    shared[leaf] = std::count_if(sizesOfRank.begin(), sizesOfRank.end(), [&](const auto& of) { return of[leaf] > 0; }) >
+      1;
   }
   return shared;
 }

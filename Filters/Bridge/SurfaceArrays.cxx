@@ -3,8 +3,8 @@
 
 #include "Core/Common/Parallel.h"
 
-#include <vtkAbstractArray.h>
 #include <vtkAOSDataArrayTemplate.h>
+#include <vtkAbstractArray.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>

@@ -34,8 +34,8 @@ public:
     this->Surface.PointComponents = array ? array->GetNumberOfComponents() : 3;
     if (this->Surface.Points > std::numeric_limits<Index>::max())
     {
-      throw InvalidInput("The mesh has " + std::to_string(this->Surface.Points) +
-        " points; at most 2147483647 are allowed.");
+      throw InvalidInput(
+        "The mesh has " + std::to_string(this->Surface.Points) + " points; at most 2147483647 are allowed.");
     }
     PointMatrix& points = this->Surface.Mesh.Points;
     points.resize(this->Surface.PointComponents == 3 ? this->Surface.Points : 0, 3);
@@ -69,8 +69,8 @@ public:
     first += CountCells(this->Input->GetPolys());
     EachCell(this->Input->GetStrips(),
       [&](std::int64_t cell, const auto* ids, std::int64_t size) { this->ReadStrip(first + cell, ids, size); });
-    surface.Mesh.Triangles =
-      Eigen::Map<const TriangleMatrix>(this->Corners.data(), static_cast<Eigen::Index>(this->Corners.size() / 3), 3);
+    surface.Mesh.Triangles = Eigen::Map<const TriangleMatrix>(
+      this->Corners.data(), static_cast<Eigen::Index>(this->Corners.size() / 3), 3);
   }
 
 private:
@@ -125,8 +125,8 @@ private:
       return;
     }
     const PointMatrix& points = this->Surface.Mesh.Points;
-    const bool finite =
-      std::all_of(this->Polygon.begin(), this->Polygon.end(), [&](Index id) { return points.row(id).allFinite(); });
+    const bool finite = std::all_of(
+      this->Polygon.begin(), this->Polygon.end(), [&](Index id) { return points.row(id).allFinite(); });
     this->Cut.resize(static_cast<std::size_t>(3 * (size - 2)));
     if (!finite)
     {
@@ -173,8 +173,7 @@ private:
   template <typename Id>
   void AddTriangle(std::int64_t cell, Id a, Id b, Id c)
   {
-    this->Corners.insert(
-      this->Corners.end(), { static_cast<Index>(a), static_cast<Index>(b), static_cast<Index>(c) });
+    this->Corners.insert(this->Corners.end(), { static_cast<Index>(a), static_cast<Index>(b), static_cast<Index>(c) });
     this->Surface.CellOfTriangle.push_back(cell);
   }
 

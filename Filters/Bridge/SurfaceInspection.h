@@ -22,10 +22,7 @@ struct CellFault
   std::int64_t Count = 0;
   std::int64_t First = -1;
 
-  void Add(std::int64_t cell)
-  {
-    this->First = this->Count++ == 0 ? cell : this->First;
-  }
+  void Add(std::int64_t cell) { this->First = this->Count++ == 0 ? cell : this->First; }
 };
 
 /// What could be read of a surface.
@@ -45,12 +42,12 @@ struct InspectedSurface
   std::int64_t Polygons = 0; ///< with five corners or more
   std::int64_t Strips = 0;
 
-  CellFault Unreadable;     ///< offsets that do not fit the connectivity
-  CellFault OutOfRange;     ///< polygons and strips that name a point that does not exist
-  CellFault TooFewPoints;   ///< polygons and strips with fewer than three points
-  CellFault RepeatedPoint;  ///< polygons of four corners or more that use a point twice
-  CellFault Uncut;          ///< polygons that cannot be cut into triangles
-  CellFault IgnoredCells;   ///< vertices and lines with one of the first two faults; filters on surfaces ignore them
+  CellFault Unreadable;    ///< offsets that do not fit the connectivity
+  CellFault OutOfRange;    ///< polygons and strips that name a point that does not exist
+  CellFault TooFewPoints;  ///< polygons and strips with fewer than three points
+  CellFault RepeatedPoint; ///< polygons of four corners or more that use a point twice
+  CellFault Uncut;         ///< polygons that cannot be cut into triangles
+  CellFault IgnoredCells;  ///< vertices and lines with one of the first two faults; filters on surfaces ignore them
 };
 
 VTKSURFACESYNTHESISBRIDGE_EXPORT InspectedSurface InspectSurface(vtkPolyData* input);

@@ -48,8 +48,7 @@ public:
   /// @throws Cancelled
   bool Polygons(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
   {
-    const std::string error =
-      Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
+    const std::string error = Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
     return this->Conclude(error, flatIndex, output);
   }
 
@@ -59,8 +58,7 @@ public:
     const Ranks& ranks, vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
   {
     // A piece that is broken in itself is not sent around.
-    const auto convert = [&]
-    {
+    const auto convert = [&] {
       if (input->GetNumberOfPolys() + input->GetNumberOfStrips() > 0)
       {
         ConvertSurface(input);
@@ -90,29 +88,27 @@ public:
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
     double done = 0.0;
     std::size_t leaf = 0;
-    EachBlock(input,
-      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
+    EachBlock(input, [&](vtkDataObjectTreeIterator* place, vtkPolyData* block) {
+      if ((isWanted && !isWanted(leaf++)) || !place->GetCurrentDataObject())
       {
-        if ((isWanted && !isWanted(leaf++)) || !place->GetCurrentDataObject())
-        {
-          return;
-        }
-        if (!block)
-        {
-          this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
-              " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
-            BlockName(place->GetCurrentFlatIndex()));
-          return;
-        }
-        const double before = done / cells;
-        done += Weight(block);
-        vtkNew<vtkPolyData> result;
-        const Progress progress = this->Steps.Within(before, done / cells);
-        RepeatsGlobalIds(block)
-          ? this->DistributedPolygons(Ranks(nullptr), block, result, place->GetCurrentFlatIndex(), progress)
-          : this->Polygons(block, result, place->GetCurrentFlatIndex(), progress);
-        output->SetDataSet(place, result);
-      });
+        return;
+      }
+      if (!block)
+      {
+        this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
+            " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
+          BlockName(place->GetCurrentFlatIndex()));
+        return;
+      }
+      const double before = done / cells;
+      done += Weight(block);
+      vtkNew<vtkPolyData> result;
+      const Progress progress = this->Steps.Within(before, done / cells);
+      RepeatsGlobalIds(block)
+        ? this->DistributedPolygons(Ranks(nullptr), block, result, place->GetCurrentFlatIndex(), progress)
+        : this->Polygons(block, result, place->GetCurrentFlatIndex(), progress);
+      output->SetDataSet(place, result);
+    });
   }
 
   /// The same when each rank holds some of the blocks, or pieces of blocks. Blocks that lie on one rank are worked on
@@ -120,9 +116,9 @@ public:
   void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, vtkDataObjectTree* output)
   {
     std::vector<std::int64_t> cells;
-    EachBlock(input,
-      [&](vtkDataObjectTreeIterator*, vtkPolyData* block)
-      { cells.push_back(block ? block->GetNumberOfPolys() + block->GetNumberOfStrips() : 0); });
+    EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) {
+      cells.push_back(block ? block->GetNumberOfPolys() + block->GetNumberOfStrips() : 0);
+    });
     const std::vector<bool> shared = SharedLeaves(this->Self, ranks, input, cells);
     if (shared.size() != cells.size())
     {
@@ -139,21 +135,19 @@ public:
     }
     CancelTogether(ranks, cancelled);
     std::size_t leaf = 0;
-    EachBlock(input,
-      [&](vtkDataObjectTreeIterator* place, vtkPolyData* block)
+    EachBlock(input, [&](vtkDataObjectTreeIterator* place, vtkPolyData* block) {
+      if (shared[leaf++])
       {
-        if (shared[leaf++])
+        vtkNew<vtkPolyData> empty;
+        vtkNew<vtkPolyData> result;
+        this->DistributedPolygons(
+          ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
+        if (block)
         {
-          vtkNew<vtkPolyData> empty;
-          vtkNew<vtkPolyData> result;
-          this->DistributedPolygons(
-            ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
-          if (block)
-          {
-            output->SetDataSet(place, result);
-          }
+          output->SetDataSet(place, result);
         }
-      });
+      }
+    });
   }
 
 private:
@@ -163,8 +157,9 @@ private:
   template <typename Visit>
   static void EachBlock(vtkDataObjectTree* tree, const Visit& visit)
   {
-    EachLeaf(tree, [&](vtkDataObjectTreeIterator* place)
-      { visit(place, vtkPolyData::SafeDownCast(place->GetCurrentDataObject())); });
+    EachLeaf(tree, [&](vtkDataObjectTreeIterator* place) {
+      visit(place, vtkPolyData::SafeDownCast(place->GetCurrentDataObject()));
+    });
   }
 
   /// Converts, checks and works on one surface.
@@ -199,8 +194,7 @@ private:
     const bool works = inPlace ? ranks.Rank() == gathered.TakenFrom : ranks.Rank() < workers;
     vtkNew<vtkPolyData> whole;
     bool cancelled = false;
-    const auto work = [&]
-    {
+    const auto work = [&] {
       try
       {
         inPlace ? this->Work(input, output, flatIndex, { 0, 1 }, progress)
@@ -252,8 +246,7 @@ private:
 
   /// Gives each rank its part of the point arrays that the workers have added to @p whole, part by part, and the field
   /// data that the first one has.
-  static void HandBack(
-    const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, vtkPolyData* output)
+  static void HandBack(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, vtkPolyData* output)
   {
     std::vector<vtkDataArray*> made;
     for (int k = 0; k < whole->GetPointData()->GetNumberOfArrays(); ++k)
@@ -348,13 +341,10 @@ int AcceptSurfaces(vtkInformation* info)
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
   const MeshRequirements& requirements, const SurfaceWorker& worker, const ValidSurface& isKnownValid, int parts)
 {
-  return RunGuarded(self, outputVector,
-    [&]
-    {
-      Processing processing(self, requirements, worker, isKnownValid, parts);
-      return Process(
-        processing, self, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
-    });
+  return RunGuarded(self, outputVector, [&] {
+    Processing processing(self, requirements, worker, isKnownValid, parts);
+    return Process(processing, self, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
+  });
 }
 
 } // namespace surfsynth

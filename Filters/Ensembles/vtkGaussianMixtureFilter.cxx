@@ -73,15 +73,13 @@ public:
     }
     const GaussianMixtures& mixtures = *this->Blocks.at(surface.FlatIndex).Mixtures;
     std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
-    const auto newArray = [&](std::uint32_t sample)
-    {
+    const auto newArray = [&](std::uint32_t sample) {
       arrays.push_back(surfsynth::NewNoiseArray(
         surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
         output->GetNumberOfPoints(), 1));
       return arrays.back()->GetPointer(0);
     };
-    mixtures.SampleInto(
-      this->Request(surface), newArray, surfsynth::SubProgress(progress, held ? 0.0 : factored, 1.0));
+    mixtures.SampleInto(this->Request(surface), newArray, surfsynth::SubProgress(progress, held ? 0.0 : factored, 1.0));
     surfsynth::AddNoiseArrays(arrays, output);
     this->StandardDeviation = mixtures.StandardDeviation();
   }
@@ -98,8 +96,7 @@ private:
     bool InUse = false;
   };
 
-  static bool SameMixtures(
-    const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
+  static bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
   {
     return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
   }
@@ -118,8 +115,8 @@ private:
     const int samples = this->Self->NumberOfSamples - surface.Part.Index;
     surfsynth::GaussianMixtureRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample =
-      static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(surface.Part.Index);
+    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample) +
+      static_cast<std::uint32_t>(surface.Part.Index);
     request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
     request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
     request.Stream = surface.FlatIndex;
@@ -133,8 +130,7 @@ private:
     block.MeshHash = surfsynth::ContentHash(surface.Mesh);
     block.Options = this->Options();
     block.InUse = true;
-    block.Mixtures =
-      std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, block.Options, progress);
+    block.Mixtures = std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, block.Options, progress);
     ++this->NumberOfFactorizations;
     this->Blocks.insert_or_assign(surface.FlatIndex, std::move(block));
   }
@@ -185,8 +181,9 @@ int vtkGaussianMixtureFilter::RequestData(
     return 0;
   }
   this->Impl->Begin();
-  const auto addMixtures = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
-  { this->Impl->AddMixtures(surface, output, progress); };
+  const auto addMixtures = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
+    this->Impl->AddMixtures(surface, output, progress);
+  };
   const auto isHeld = [this](const Surface& surface) { return this->Impl->Holds(surface); };
   const int success = surfsynth::ProcessSurfaces(
     this, inputVector, outputVector, surfsynth::MeshRequirements(), addMixtures, isHeld, this->NumberOfSamples);
@@ -199,10 +196,7 @@ int vtkGaussianMixtureFilter::RequestData(
 
 double vtkGaussianMixtureFilter::GetStandardDeviation() const { return this->Impl->StandardDeviation; }
 
-vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const
-{
-  return this->Impl->NumberOfFactorizations;
-}
+vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
 
 void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
 {

@@ -2,9 +2,9 @@
 #include "vtkPoseEnsembleFilter.h"
 
 #include "BlockBridge.h"
+#include "MeshProcessing/Poses/SurfacePoses.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
-#include "MeshProcessing/Poses/SurfacePoses.h"
 
 #include "Core/Common/Errors.h"
 
@@ -91,16 +91,16 @@ public:
   {
     auto* input = vtkPolyData::SafeDownCast(block.Input);
     const Surface surface = surfsynth::ToSurface(input, Requirements());
-    const SurfacePoses& poses =
-      this->PosesOf(surface, block.FlatIndex, surfsynth::SubProgress(progress, 0.02, 0.1));
+    const SurfacePoses& poses = this->PosesOf(surface, block.FlatIndex, surfsynth::SubProgress(progress, 0.02, 0.1));
     surfsynth::PoseRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
     request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample);
     request.NumberOfSamples = static_cast<std::uint32_t>(this->Self->NumberOfSamples);
     request.Stream = block.FlatIndex;
     std::vector<PointMatrix> points(request.NumberOfSamples);
-    const auto keep = [&](std::uint32_t sample, PointMatrix pose)
-    { points[sample - request.FirstSample] = std::move(pose); };
+    const auto keep = [&](std::uint32_t sample, PointMatrix pose) {
+      points[sample - request.FirstSample] = std::move(pose);
+    };
     poses.Sample(request, keep, surfsynth::SubProgress(progress, 0.1, 0.98));
     this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
   }
@@ -161,8 +161,7 @@ private:
       return *cached.Poses;
     }
     const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
-    const auto work = [mesh, shape, key = cached.Of, made]
-    {
+    const auto work = [mesh, shape, key = cached.Of, made] {
       const PoseHandles handles(shape->Mesh, *shape->Topology, key.Handles, surfsynth::FindNearestPlaces);
       *made = std::make_shared<const SurfacePoses>(mesh->Mesh, handles, key.Options);
     };
@@ -277,9 +276,10 @@ int vtkPoseEnsembleFilter::RequestData(
     return 0;
   }
   this->Impl->Begin(vtkPolyData::GetData(inputVector[1]));
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
-    [this](const surfsynth::Block& block, const surfsynth::Progress& progress)
-    { this->Impl->MakePoses(block, progress); });
+  return surfsynth::ProcessBlocks(
+    this, inputVector, outputVector, Types, [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+      this->Impl->MakePoses(block, progress);
+    });
 }
 
 vtkTypeInt64 vtkPoseEnsembleFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }

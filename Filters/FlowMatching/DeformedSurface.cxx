@@ -47,10 +47,9 @@ vtkSmartPointer<Array> MovedCoordinates(vtkPolyData* surface, vtkDoubleArray* di
   }
   return moved;
 }
-}
+} // namespace
 
-vtkSmartPointer<vtkDoubleArray> AreaRatios(
-  vtkPolyData* surface, vtkDoubleArray* displacement, const std::string& name)
+vtkSmartPointer<vtkDoubleArray> AreaRatios(vtkPolyData* surface, vtkDoubleArray* displacement, const std::string& name)
 {
   auto ratios = NewArray<vtkDoubleArray>(name, surface->GetNumberOfCells(), 1);
   ratios->FillValue(1.0);

@@ -82,8 +82,7 @@ void FlowSamples::Draw(const FlowSampleRequest& request, bool everyStep, const P
   FeatureMatrix noise = this->GivenNoise.size() > 0
     ? this->GivenNoise
     : this->Flow.InitialNoise(request, SubProgress(progress, 0.0, NoiseShare));
-  const auto keep = [&](double time, const FeatureMatrix& state)
-  {
+  const auto keep = [&](double time, const FeatureMatrix& state) {
     if (everyStep || time == 0.0 || time == 1.0)
     {
       states.push_back(state);

@@ -26,8 +26,8 @@ std::string HeldName(std::int64_t number, const char* what)
 
 vtkSmartPointer<vtkDoubleArray> TakeArray(vtkPolyData* surface, const std::string& name)
 {
-  vtkSmartPointer<vtkDoubleArray> array =
-    vtkDoubleArray::SafeDownCast(surface->GetPointData()->GetAbstractArray(name.c_str()));
+  vtkSmartPointer<vtkDoubleArray> array = vtkDoubleArray::SafeDownCast(
+    surface->GetPointData()->GetAbstractArray(name.c_str()));
   surface->GetPointData()->RemoveArray(name.c_str());
   return array;
 }
@@ -80,7 +80,7 @@ std::vector<vtkSmartPointer<vtkPolyData>> FinishSurface(
   }
   return results;
 }
-}
+} // namespace
 
 void HoldSample(vtkPolyData* surface, std::int64_t number, const SampleArrays& sample)
 {
@@ -90,8 +90,7 @@ void HoldSample(vtkPolyData* surface, std::int64_t number, const SampleArrays& s
   surface->GetPointData()->AddArray(sample.Noise);
 }
 
-void ArrangeSamples(
-  vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish)
+void ArrangeSamples(vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish)
 {
   const auto targets = MakeTargets(held, range, output);
   auto* tree = vtkDataObjectTree::SafeDownCast(held);

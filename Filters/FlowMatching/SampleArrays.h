@@ -38,7 +38,6 @@ using SampleFinisher = std::function<void(vtkPolyData* output, const SampleArray
 /// Fills @p output from @p held, a surface or a tree of surfaces to which HoldSample() has added all samples of @p range:
 /// for one sample with a copy of @p held; for several, @p output being a vtkMultiBlockDataSet, with such a copy for each, in
 /// blocks named "Sample 5". Surfaces that hold no sample, which are those that failed and empty ones, are copied.
-void ArrangeSamples(
-  vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish);
+void ArrangeSamples(vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish);
 
 } // namespace surfsynth

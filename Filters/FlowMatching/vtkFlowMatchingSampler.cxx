@@ -68,7 +68,8 @@ public:
     if (this->Self->GeneratesDisplacements() && !this->Model->GeneratesPositions())
     {
       throw surfsynth::InvalidInput("The model generates \"" + this->Model->SignalName + "\", " +
-        std::to_string(this->Model->Components()) + " component(s) at each point; a model that generates positions is "
+        std::to_string(this->Model->Components()) +
+        " component(s) at each point; a model that generates positions is "
         "needed. vtkFlowMatchingSampler takes models of any signal.");
     }
     this->CheckNames();

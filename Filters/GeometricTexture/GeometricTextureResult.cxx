@@ -58,8 +58,8 @@ bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureReque
 }
 } // namespace
 
-GeometricTextureResult::GeometricTextureResult(std::shared_ptr<const GeometricTextureModel> model, const TriangleMesh& mesh,
-  const GeometricTextureSettings& settings, const Progress& progress)
+GeometricTextureResult::GeometricTextureResult(std::shared_ptr<const GeometricTextureModel> model,
+  const TriangleMesh& mesh, const GeometricTextureSettings& settings, const Progress& progress)
   : Model(std::move(model))
   , Settings(settings)
 {

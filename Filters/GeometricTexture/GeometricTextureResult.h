@@ -20,11 +20,11 @@ namespace surfsynth
 struct GeometricTextureSettings
 {
   GeometricTextureRequest Request; ///< but for the mask
-  int Subdivisions = 0;           ///< how often the surface is cut at midpoints first
-  Eigen::VectorXf Mask;           ///< of the used points of the surface, in [0, 1]; empty for 1
-  double MaskFalloff = 0.0;       ///< see SoftenMask()
-  std::optional<int> RandomFrom;  ///< the surface is the model's template: see GeometricTextureSampler::Generate()
-  bool AllLevels = false;         ///< whether all levels are to be kept, or only the last
+  int Subdivisions = 0;            ///< how often the surface is cut at midpoints first
+  Eigen::VectorXf Mask;            ///< of the used points of the surface, in [0, 1]; empty for 1
+  double MaskFalloff = 0.0;        ///< see SoftenMask()
+  std::optional<int> RandomFrom;   ///< the surface is the model's template: see GeometricTextureSampler::Generate()
+  bool AllLevels = false;          ///< whether all levels are to be kept, or only the last
 };
 
 class GeometricTextureResult

@@ -65,8 +65,8 @@ void CarryArrays(vtkPolyData* input, const Surface& surface, const GeometricText
 }
 } // namespace
 
-void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture, int step, double part,
-  const GeometricTextureArrayNames& names, vtkPolyData* output)
+void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture,
+  int step, double part, const GeometricTextureArrayNames& names, vtkPolyData* output)
 {
   const GeometricTextureLevel& level = texture.Level(step);
   TriangleMesh mesh = level.Mesh;

@@ -25,7 +25,7 @@ struct GeometricTextureArrayNames
 /// @param input what the texture was grown on; its points are stored as those of the output are.
 /// @param surface @p input, converted
 /// @param part of the displacement of this step that has taken place, in [0, 1]
-void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture, int step, double part,
-  const GeometricTextureArrayNames& names, vtkPolyData* output);
+void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture,
+  int step, double part, const GeometricTextureArrayNames& names, vtkPolyData* output);
 
 } // namespace surfsynth

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "GeometricTextureSynthesizerInternals.h"
 
-#include "LevelList.h"
-#include "SurfaceArrays.h"
 #include "GeometricTextureMask.h"
 #include "GeometricTextureSurface.h"
+#include "LevelList.h"
+#include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
 
@@ -23,8 +23,8 @@
 
 using surfsynth::GeometricTextureRequest;
 using surfsynth::GeometricTextureResult;
-using surfsynth::Surface;
 using surfsynth::GeometricTextureSettings;
+using surfsynth::Surface;
 
 namespace
 {
@@ -232,7 +232,8 @@ vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   return remeshed;
 }
 
-GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtkPolyData* input, const Surface& surface) const
+GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
+  vtkPolyData* input, const Surface& surface) const
 {
   const vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureSettings settings;
@@ -261,7 +262,8 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(vtk
 }
 
 /// What is held of this block from an earlier update, or null; all that a texture depends on must be the same.
-GeometricTextureResult* vtkGeometricTextureSynthesizer::Internals::Find(const Surface& surface, const GeometricTextureSettings& settings)
+GeometricTextureResult* vtkGeometricTextureSynthesizer::Internals::Find(
+  const Surface& surface, const GeometricTextureSettings& settings)
 {
   std::unique_ptr<GeometricTextureResult>* found = this->Textures.Find(surface);
   return found && (*found)->Is(*this->Model, settings) ? found->get() : nullptr;
@@ -289,9 +291,10 @@ int vtkGeometricTextureSynthesizer::Internals::StepAtTime(int steps) const
   return static_cast<int>(std::clamp(std::ceil(this->LevelsAtTime()) - 1.0, 0.0, steps - 1.0));
 }
 
-void vtkGeometricTextureSynthesizer::Internals::Fill(
-  vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture, int step, vtkPolyData* output) const
+void vtkGeometricTextureSynthesizer::Internals::Fill(vtkPolyData* input, const Surface& surface,
+  const GeometricTextureResult& texture, int step, vtkPolyData* output) const
 {
-  surfsynth::FillGeometricTextureSurface(input, surface, texture, step, std::clamp(this->LevelsAtTime() - step, 0.0, 1.0),
+  surfsynth::FillGeometricTextureSurface(input, surface, texture, step,
+    std::clamp(this->LevelsAtTime() - step, 0.0, 1.0),
     { this->Self->DisplacementArrayName, this->Self->LevelArrayName }, output);
 }

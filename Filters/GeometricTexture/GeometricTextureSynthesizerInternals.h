@@ -71,13 +71,14 @@ private:
   vtkSmartPointer<vtkPolyData> Remesh(
     vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);
   surfsynth::GeometricTextureSettings Settings(vtkPolyData* input, const surfsynth::Surface& surface) const;
-  surfsynth::GeometricTextureResult* Find(const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings);
-  surfsynth::GeometricTextureResult& Compute(
-    const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings, const surfsynth::Progress& progress);
+  surfsynth::GeometricTextureResult* Find(
+    const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings);
+  surfsynth::GeometricTextureResult& Compute(const surfsynth::Surface& surface,
+    const surfsynth::GeometricTextureSettings& settings, const surfsynth::Progress& progress);
   double LevelsAtTime() const;
   int StepAtTime(int steps) const;
-  void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GeometricTextureResult& texture, int step,
-    vtkPolyData* output) const;
+  void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GeometricTextureResult& texture,
+    int step, vtkPolyData* output) const;
 
   vtkGeometricTextureSynthesizer* Self;
   surfsynth::BlockCache<std::unique_ptr<surfsynth::RemeshedTarget>> Targets; ///< with REMESH

@@ -121,8 +121,7 @@ std::vector<SurfacePlace> PlacesOf(
 }
 
 /// The point arrays of the surface: interpolated, and the very bits on its own points.
-void AddPointArrays(
-  vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const UsedSurface& used,
+void AddPointArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const UsedSurface& used,
   std::vector<SurfacePlace> places)
 {
   TriangleMesh original; // the triangles by the ids that the arrays have
@@ -133,14 +132,13 @@ void AddPointArrays(
   PickArrays(input->GetPointData(), used.Points, exact);
   for (int k = 0; k < target->GetNumberOfArrays() && k < exact->GetNumberOfArrays(); ++k)
   {
-    target->GetAbstractArray(k)->InsertTuples(0, exact->GetAbstractArray(k)->GetNumberOfTuples(), 0,
-      exact->GetAbstractArray(k));
+    target->GetAbstractArray(k)->InsertTuples(
+      0, exact->GetAbstractArray(k)->GetNumberOfTuples(), 0, exact->GetAbstractArray(k));
   }
 }
 
 /// The cell arrays of the surface on its triangles, after zeros for the tetrahedra.
-void AddCellArrays(
-  vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const TetrahedralMesh& mesh)
+void AddCellArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const TetrahedralMesh& mesh)
 {
   std::vector<std::int64_t> cells;
   for (const Index f : mesh.Triangles)
@@ -197,8 +195,8 @@ void AddOnSurface(
 UsedSurface::UsedSurface(const TriangleMesh& surface)
 {
   std::vector<Index> newId(static_cast<std::size_t>(surface.NumberOfPoints()), -1);
-  std::for_each(surface.Triangles.data(), surface.Triangles.data() + surface.Triangles.size(),
-    [&](Index p) { newId[p] = 0; });
+  std::for_each(
+    surface.Triangles.data(), surface.Triangles.data() + surface.Triangles.size(), [&](Index p) { newId[p] = 0; });
   for (Index p = 0; p < surface.NumberOfPoints(); ++p)
   {
     if (newId[p] == 0)

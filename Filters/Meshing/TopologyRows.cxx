@@ -95,8 +95,8 @@ void RowWriter::Defects()
   }
   this->AddFault("UnreadableCells", this->Surface.Unreadable, WriteAgain);
   this->AddFault("CellsWithMissingPoints", this->Surface.OutOfRange, RepairOf(MeshDefect::IndexOutOfRange));
-  this->AddFault(
-    "CellsWithTooFewPoints", this->Surface.TooFewPoints, "vtkSurfaceRepairFilter leaves them out, vtkCleanPolyData turns them into lines and vertices.");
+  this->AddFault("CellsWithTooFewPoints", this->Surface.TooFewPoints,
+    "vtkSurfaceRepairFilter leaves them out, vtkCleanPolyData turns them into lines and vertices.");
   this->AddFault("BrokenVerticesAndLines", this->Surface.IgnoredCells,
     std::string("filters on surfaces ignore them; ") + WriteAgain);
   this->AddFinding("NonFinitePoints", MeshDefect::NonFinitePoint);
@@ -115,9 +115,11 @@ void RowWriter::Defects()
   this->AddDefect("CoincidentPoints", this->Statistics.CoincidentPoints.Count, this->Statistics.CoincidentPoints.First,
     "vtkSurfaceRepairFilter or vtkCleanPolyData merges points in one place.");
   this->AddDefect("UnreferencedPoints", this->Statistics.UnreferencedPoints.Count,
-    this->Statistics.UnreferencedPoints.First, "no triangle uses them; vtkSurfaceRepairFilter or vtkCleanPolyData removes them.");
+    this->Statistics.UnreferencedPoints.First,
+    "no triangle uses them; vtkSurfaceRepairFilter or vtkCleanPolyData removes them.");
   this->AddDefect("SmallComponents", this->Statistics.SmallComponents.Count, this->Statistics.SmallComponents.First,
-    "fewer than 1 % of the triangles of the largest one; vtkSurfaceRepairFilter with a MinimumComponentFraction removes them.");
+    "fewer than 1 % of the triangles of the largest one; vtkSurfaceRepairFilter with a MinimumComponentFraction "
+    "removes them.");
 }
 
 void RowWriter::Counts()
@@ -132,7 +134,8 @@ void RowWriter::Counts()
   this->Add("StripCells", this->Surface.Strips);
   const bool partial = this->Statistics.ProperTriangles < this->Statistics.Triangles;
   const bool leftOut = this->Surface.Unreadable.Count + this->Surface.OutOfRange.Count +
-      this->Surface.TooFewPoints.Count + this->Surface.RepeatedPoint.Count + this->Surface.Uncut.Count > 0;
+      this->Surface.TooFewPoints.Count + this->Surface.RepeatedPoint.Count + this->Surface.Uncut.Count >
+    0;
   this->Add("Triangles", this->Statistics.ProperTriangles,
     partial || leftOut ? "the sound part, which all that follows is about: broken cells are left out" : "");
   this->Add("Edges", this->Statistics.Edges);

@@ -158,8 +158,8 @@ ImageLattice::ImageLattice(vtkImageData* image, bool onCells)
   const double deviation = (directions.transpose() * directions - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (deviation > DirectionTolerance)
   {
-    throw InvalidInput("The direction matrix of the image is not orthogonal (its columns deviate by " + Text(deviation) +
-      "): it is sheared or scaled; resample it on orthogonal axes with vtkImageReslice first.");
+    throw InvalidInput("The direction matrix of the image is not orthogonal (its columns deviate by " +
+      Text(deviation) + "): it is sheared or scaled; resample it on orthogonal axes with vtkImageReslice first.");
   }
   this->Axes = directions * spacing.asDiagonal();
   this->Origin += this->Axes * first;
@@ -176,9 +176,8 @@ ValueRange FiniteRange(vtkDataArray* values, const Progress& progress)
 {
   ValueRange range{ std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() };
   std::mutex mutex;
-  ForValues(values, values->GetNumberOfTuples(), progress,
-    [&](std::int64_t begin, std::int64_t end, const auto& value)
-    {
+  ForValues(
+    values, values->GetNumberOfTuples(), progress, [&](std::int64_t begin, std::int64_t end, const auto& value) {
       ValueRange part{ std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() };
       for (std::int64_t i = begin; i < end; ++i)
       {
@@ -207,9 +206,8 @@ double OtsuThreshold(vtkDataArray* values, const ValueRange& range, const Progre
   }
   std::vector<std::int64_t> histogram(Bins, 0);
   std::mutex mutex;
-  ForValues(values, values->GetNumberOfTuples(), progress,
-    [&](std::int64_t begin, std::int64_t end, const auto& value)
-    {
+  ForValues(
+    values, values->GetNumberOfTuples(), progress, [&](std::int64_t begin, std::int64_t end, const auto& value) {
       std::vector<std::int64_t> part(Bins, 0);
       for (std::int64_t i = begin; i < end; ++i)
       {
@@ -262,16 +260,14 @@ VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, dou
     ? 1.0
     : std::clamp(largest, std::numeric_limits<double>::min(), std::numeric_limits<double>::max());
   const double sign = insideIsBelow ? 1.0 : -1.0;
-  ForValues(values, CountOf(lattice), progress,
-    [&](std::int64_t begin, std::int64_t end, const auto& value)
+  ForValues(values, CountOf(lattice), progress, [&](std::int64_t begin, std::int64_t end, const auto& value) {
+    for (std::int64_t i = begin; i < end; ++i)
     {
-      for (std::int64_t i = begin; i < end; ++i)
-      {
-        const double v = value(i);
-        samples.Values[i] =
-          std::isnan(v) ? 1.0F : static_cast<float>(std::clamp(sign * (v - isoValue) / farthest, -1.0, 1.0));
-      }
-    });
+      const double v = value(i);
+      samples.Values[i] = std::isnan(v) ? 1.0F
+                                        : static_cast<float>(std::clamp(sign * (v - isoValue) / farthest, -1.0, 1.0));
+    }
+  });
   return samples;
 }
 

@@ -40,11 +40,11 @@ public:
   void Remesh(const surfsynth::Block& block, const surfsynth::Progress& progress) const
   {
     auto* input = vtkPolyData::SafeDownCast(block.Input);
-    const auto surface =
-      std::make_shared<const Surface>(surfsynth::ToSurface(input, surfsynth::RemeshingRequirements()));
+    const auto surface = std::make_shared<const Surface>(
+      surfsynth::ToSurface(input, surfsynth::RemeshingRequirements()));
     const auto options = std::make_shared<const RemeshingOptions>(this->Options(input, *surface));
-    const surfsynth::RemeshedSurface remeshed =
-      surfsynth::RemeshSurface(surface, options, surfsynth::SubProgress(progress, 0.05, 0.95));
+    const surfsynth::RemeshedSurface remeshed = surfsynth::RemeshSurface(
+      surface, options, surfsynth::SubProgress(progress, 0.05, 0.95));
     surfsynth::FillRemeshed(input, *surface, remeshed, vtkPolyData::SafeDownCast(block.Output));
     this->Self->MeanEdgeLength = surfsynth::MeanEdgeLength(remeshed.Mesh);
   }
@@ -54,8 +54,8 @@ private:
   {
     const vtkIsotropicRemeshFilter* self = this->Self;
     RemeshingOptions options;
-    options.EdgeLength =
-      self->TargetEdgeLength > 0.0 ? self->TargetEdgeLength : surfsynth::MeanEdgeLength(surface.Mesh);
+    options.EdgeLength = self->TargetEdgeLength > 0.0 ? self->TargetEdgeLength
+                                                      : surfsynth::MeanEdgeLength(surface.Mesh);
     options.NumberOfPoints = self->TargetNumberOfPoints;
     options.PointEdgeLengths = this->PointEdgeLengths(input);
     options.FeatureAngle = self->KeepFeatureEdges ? self->FeatureAngle : 180.0;

@@ -2,9 +2,9 @@
 #include "vtkSurfaceRepairFilter.h"
 
 #include "BlockBridge.h"
-#include "UncheckedSurface.h"
-#include "SurfaceArrays.h"
 #include "MeshProcessing/Repair/SurfaceRepair.h"
+#include "SurfaceArrays.h"
+#include "UncheckedSurface.h"
 
 #include "Core/Common/Errors.h"
 
@@ -23,9 +23,9 @@
 #include <limits>
 #include <memory>
 
-using surfsynth::UncheckedSurface;
 using surfsynth::RepairedSurface;
 using surfsynth::RepairOptions;
+using surfsynth::UncheckedSurface;
 
 vtkStandardNewMacro(vtkSurfaceRepairFilter);
 
@@ -93,8 +93,9 @@ public:
     const auto surface = std::make_shared<const UncheckedSurface>(surfsynth::ConvertUnchecked(input));
     const auto options = std::make_shared<const RepairOptions>(this->Options(surface->Usable.Mesh));
     const auto repaired = std::make_shared<RepairedSurface>();
-    const auto work = [surface, options, repaired](const std::atomic<bool>& stop)
-    { *repaired = surfsynth::RepairSurface(surface->Usable.Mesh, surface->Losses, *options, &stop); };
+    const auto work = [surface, options, repaired](const std::atomic<bool>& stop) {
+      *repaired = surfsynth::RepairSurface(surface->Usable.Mesh, surface->Losses, *options, &stop);
+    };
     const double expectedSeconds = 0.2 + 1e-5 * surface->Usable.Mesh.NumberOfTriangles();
     surfsynth::RunCancellable(work, expectedSeconds, surfsynth::SubProgress(progress, 0.05, 0.95));
     Fill(input, *surface, *repaired, vtkPolyData::SafeDownCast(block.Output));
@@ -120,8 +121,7 @@ private:
     if (self->HoleFilling == SMALL_HOLES)
     {
       const surfsynth::BoundingBox box = surfsynth::ComputeBoundingBox(mesh);
-      options.LargestHole =
-        self->MaximumHoleSize > 0.0 ? self->MaximumHoleSize : 0.1 * (box.Upper - box.Lower).norm();
+      options.LargestHole = self->MaximumHoleSize > 0.0 ? self->MaximumHoleSize : 0.1 * (box.Upper - box.Lower).norm();
     }
     else if (self->HoleFilling == ALL_HOLES)
     {

@@ -2,10 +2,10 @@
 #include "vtkTetrahedralizeFilter.h"
 
 #include "BlockBridge.h"
+#include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "TetrahedralGrid.h"
-#include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -51,11 +51,11 @@ public:
     const surfsynth::Surface surface = surfsynth::ToSurface(input, closed);
     const surfsynth::UsedSurface used(surface.Mesh);
     const auto cellOfTriangle = [&](std::int64_t f) { return surface.Cell(f); };
-    const surfsynth::TetrahedralMesh mesh =
-      surfsynth::Tetrahedralize(used.Mesh, this->Options(), cellOfTriangle, surfsynth::SubProgress(progress, 0.0, 0.9));
+    const surfsynth::TetrahedralMesh mesh = surfsynth::Tetrahedralize(
+      used.Mesh, this->Options(), cellOfTriangle, surfsynth::SubProgress(progress, 0.0, 0.9));
     surfsynth::GridNames names{ this->Self->RegionArrayName, this->Self->SurfaceArrayName };
-    surfsynth::FillGrid(vtkUnstructuredGrid::SafeDownCast(block.Output), names, input, surface, used, mesh,
-      this->Self->SurfaceTriangles);
+    surfsynth::FillGrid(
+      vtkUnstructuredGrid::SafeDownCast(block.Output), names, input, surface, used, mesh, this->Self->SurfaceTriangles);
     surfsynth::Report(progress, 1.0);
   }
 

@@ -74,8 +74,7 @@ public:
   {
     const auto surface = surfsynth::InspectSurface(vtkPolyData::SafeDownCast(block.Input));
     surfsynth::Report(progress, 0.1);
-    const auto statistics =
-      surfsynth::ComputeMeshStatistics(surface.Mesh, surfsynth::SubProgress(progress, 0.1, 1.0));
+    const auto statistics = surfsynth::ComputeMeshStatistics(surface.Mesh, surfsynth::SubProgress(progress, 0.1, 1.0));
     const auto rows = surfsynth::ReportRows(block.FlatIndex, surface, statistics, components);
     this->Rows.insert(this->Rows.end(), rows.begin(), rows.end());
   }

@@ -2,10 +2,10 @@
 #include "vtkVDBSurfaceFilter.h"
 
 #include "BlockBridge.h"
+#include "MeshProcessing/LevelSets/VolumeSurface.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "VolumeImages.h"
-#include "MeshProcessing/LevelSets/VolumeSurface.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Text.h"
@@ -71,8 +71,7 @@ void RequireFinite(const char* name, double value)
 {
   if (!std::isfinite(value))
   {
-    throw surfsynth::InvalidInput(
-      std::string(name) + " is " + surfsynth::Text(value) + "; a finite number is needed.");
+    throw surfsynth::InvalidInput(std::string(name) + " is " + surfsynth::Text(value) + "; a finite number is needed.");
   }
 }
 
@@ -132,10 +131,11 @@ private:
       ? surfsynth::OtsuThreshold(scalars, range, SubProgress(progress, 0.05, 0.1))
       : this->Self->IsoValue;
     this->EffectiveIsoValue = isoValue;
-    const auto samples = std::make_shared<surfsynth::VolumeSamples>(surfsynth::MakeSamples(lattice, scalars, isoValue,
-      this->Self->InsideRule == BELOW, range, SubProgress(progress, 0.1, 0.15)));
-    TriangleMesh mesh = Interruptible([samples, options = this->Options(false)](const surfsynth::StopFlag& stop)
-      { return surfsynth::SurfaceOfVolume(*samples, options, stop); },
+    const auto samples = std::make_shared<surfsynth::VolumeSamples>(surfsynth::MakeSamples(
+      lattice, scalars, isoValue, this->Self->InsideRule == BELOW, range, SubProgress(progress, 0.1, 0.15)));
+    TriangleMesh mesh = Interruptible(
+      [samples, options = this->Options(false)](
+        const surfsynth::StopFlag& stop) { return surfsynth::SurfaceOfVolume(*samples, options, stop); },
       static_cast<double>(samples->Values.size()) / SamplesPerSecond, SubProgress(progress, 0.15, 0.95));
     if (mesh.NumberOfTriangles() == 0)
     {
@@ -160,8 +160,7 @@ private:
     const bool doublePrecision = surfsynth::HasDoublePoints(input);
     const auto places = std::make_shared<std::vector<surfsynth::SurfacePlace>>();
     const TriangleMesh result = Interruptible(
-      [mesh, places, options = this->Options(!doublePrecision)](const surfsynth::StopFlag& stop)
-      {
+      [mesh, places, options = this->Options(!doublePrecision)](const surfsynth::StopFlag& stop) {
         TriangleMesh made = surfsynth::SurfaceOfMesh(*mesh, options, stop);
         *places = surfsynth::NearestPlaces(*mesh).Find(made.Points);
         return made;
@@ -191,8 +190,8 @@ private:
     }
     if (scalars->GetNumberOfComponents() != 1 || scalars->GetNumberOfTuples() != needed)
     {
-      throw surfsynth::InvalidInput("The array '" + std::string(scalars->GetName() ? scalars->GetName() : "") + "' has " +
-        std::to_string(scalars->GetNumberOfTuples()) + " values of " +
+      throw surfsynth::InvalidInput("The array '" + std::string(scalars->GetName() ? scalars->GetName() : "") +
+        "' has " + std::to_string(scalars->GetNumberOfTuples()) + " values of " +
         std::to_string(scalars->GetNumberOfComponents()) + " component(s); " + std::to_string(needed) +
         " of one component are needed. vtkArrayCalculator makes one of several.");
     }
@@ -262,14 +261,13 @@ int vtkVDBSurfaceFilter::RequestUpdateExtent(vtkInformation*, vtkInformationVect
 int vtkVDBSurfaceFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  const auto work = [this](const Block& block, const surfsynth::Progress& progress) { this->Impl->Process(block, progress); };
+  const auto work = [this](const Block& block, const surfsynth::Progress& progress) {
+    this->Impl->Process(block, progress);
+  };
   return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, work);
 }
 
-double vtkVDBSurfaceFilter::GetEffectiveIsoValue() const
-{
-  return this->Impl->EffectiveIsoValue;
-}
+double vtkVDBSurfaceFilter::GetEffectiveIsoValue() const { return this->Impl->EffectiveIsoValue; }
 
 void vtkVDBSurfaceFilter::PrintSelf(ostream& os, vtkIndent indent)
 {

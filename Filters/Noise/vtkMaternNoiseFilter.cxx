@@ -163,8 +163,8 @@ private:
     const int samples = this->Self->NumberOfSamples - surface.Part.Index;
     surfsynth::SampleRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample =
-      static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(surface.Part.Index);
+    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample) +
+      static_cast<std::uint32_t>(surface.Part.Index);
     request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
     request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
     request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
@@ -206,9 +206,9 @@ private:
     std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
     const auto newArray = [&](std::uint32_t sample) {
       const int components = static_cast<int>(request.NumberOfComponents);
-      arrays.push_back(
-        surfsynth::NewNoiseArray(surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
-          output->GetNumberOfPoints(), components));
+      arrays.push_back(surfsynth::NewNoiseArray(
+        surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
+        output->GetNumberOfPoints(), components));
       return arrays.back()->GetPointer(0);
     };
     field.SampleInto(request, newArray, progress);

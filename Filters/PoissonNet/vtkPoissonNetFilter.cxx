@@ -109,8 +109,9 @@ public:
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
   surfsynth::BlockCache<PreparedBlock> Blocks;
-  surfsynth::FileCache<surfsynth::PoissonNetModel> File{
-    [](const std::string& path) { return surfsynth::ReadPoissonNet(path); },
+  surfsynth::FileCache<surfsynth::PoissonNetModel> File{ [](const std::string& path) {
+                                                          return surfsynth::ReadPoissonNet(path);
+                                                        },
     "A PoissonNet in safetensors format is needed; \"python3 -m surfacesynthesis convert\" makes one of a PyTorch "
     "checkpoint." };
   vtkTypeInt64 NumberOfFactorizations = 0;

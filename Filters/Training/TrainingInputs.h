@@ -24,7 +24,7 @@ std::vector<double> TimeSteps(vtkInformation* info);
 /// @param progressShare the part of the progress of @p self that reading the time steps takes.
 /// @return nothing when both inputs are empty.
 /// @throws InvalidInput as TrainingReader, and naming what is missing or the time step that is wrong; Cancelled.
-std::optional<SignalDataset> ReadTrainingInputs(vtkAlgorithm* self, vtkInformationVector** inputVector,
-  const std::string& arrayName, double progressShare);
+std::optional<SignalDataset> ReadTrainingInputs(
+  vtkAlgorithm* self, vtkInformationVector** inputVector, const std::string& arrayName, double progressShare);
 
 } // namespace surfsynth

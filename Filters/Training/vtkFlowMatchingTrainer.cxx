@@ -125,8 +125,8 @@ private:
     const std::int64_t iterations = CheckpointIterations(this->EncoderFiles());
     if (HasCheckpoint(model) && iterations > 0 && iterations < this->Self->EncoderIterations)
     {
-      throw surfsynth::ModelMismatch(model.Checkpoint + ": the checkpoint is of an encoder of " + std::to_string(iterations) +
-        " iterations; expected the " + std::to_string(this->Self->EncoderIterations) +
+      throw surfsynth::ModelMismatch(model.Checkpoint + ": the checkpoint is of an encoder of " +
+        std::to_string(iterations) + " iterations; expected the " + std::to_string(this->Self->EncoderIterations) +
         " of EncoderIterations. Ask for as many as before, or begin the model anew with another checkpoint file.");
     }
   }

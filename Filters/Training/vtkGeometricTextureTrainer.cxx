@@ -26,10 +26,10 @@
 #include <utility>
 #include <vector>
 
-using surfsynth::InvalidInput;
-using surfsynth::MultiscaleDataset;
 using surfsynth::GeometricTextureTrainingOptions;
 using surfsynth::GeometricTextureTrainingStep;
+using surfsynth::InvalidInput;
+using surfsynth::MultiscaleDataset;
 using surfsynth::TriangleMesh;
 
 vtkStandardNewMacro(vtkGeometricTextureTrainer);

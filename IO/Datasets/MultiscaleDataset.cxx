@@ -17,10 +17,7 @@ constexpr const char* Content = "multiscale_surface";
 constexpr const char* FormatVersion = "1";
 constexpr const char* TemplatePoints = "template.points";
 
-std::string TensorName(std::size_t level, const char* part)
-{
-  return "levels." + std::to_string(level) + "." + part;
-}
+std::string TensorName(std::size_t level, const char* part) { return "levels." + std::to_string(level) + "." + part; }
 
 void RequireMetadata(const SafetensorsFile& file, const std::string& key, const std::string& expected)
 {
@@ -90,7 +87,7 @@ void RequireTriangles(const TriangleMesh& mesh, const std::string& what)
       " triangles and " + std::to_string(mesh.NumberOfPoints()) + " points; expected triangles on finite points.");
   }
 }
-}
+} // namespace
 
 void CheckDataset(const MultiscaleDataset& dataset)
 {
@@ -188,8 +185,8 @@ void WriteMultiscaleDataset(const std::string& path, const MultiscaleDataset& da
   {
     tensors[TemplatePoints] = PointData(dataset.Template.Points);
   }
-  WriteSafetensors(path, tensors,
-    { { "content", Content }, { "format_version", FormatVersion }, { "producer", "SurfaceSynthesis" } });
+  WriteSafetensors(
+    path, tensors, { { "content", Content }, { "format_version", FormatVersion }, { "producer", "SurfaceSynthesis" } });
 }
 
 } // namespace surfsynth

@@ -111,7 +111,7 @@ void CheckSource(const SignalDataset& dataset, std::size_t number)
     throw InvalidInput(where + " has a sample with a number that is not finite; expected finite numbers.");
   }
 }
-}
+} // namespace
 
 std::int64_t SignalDataset::NumberOfSamples() const
 {
@@ -171,9 +171,9 @@ void WriteSignalDataset(const std::string& path, const SignalDataset& dataset)
       { vertices, 3 }, std::vector<double>(begin(source.Mesh.Points), end(source.Mesh.Points)));
     tensors[TensorName(k, "triangles")] = TensorData::FromInt64({ source.Mesh.NumberOfTriangles(), 3 },
       std::vector<std::int64_t>(begin(source.Mesh.Triangles), end(source.Mesh.Triangles)));
-    tensors[TensorName(k, "signals")] =
-      TensorData::FromFloat32({ source.NumberOfSamples(), vertices, source.NumberOfComponents() },
-        std::vector<float>(begin(source.Samples), end(source.Samples)));
+    tensors[TensorName(k, "signals")] = TensorData::FromFloat32(
+      { source.NumberOfSamples(), vertices, source.NumberOfComponents() },
+      std::vector<float>(begin(source.Samples), end(source.Samples)));
   }
   WriteSafetensors(path, tensors,
     { { "content", Content }, { "format_version", FormatVersion }, { "signal_name", dataset.SignalName },

@@ -25,8 +25,7 @@ public:
   CountingIterator(const char* at, std::uint64_t* consumed)
     : At(at)
     , Consumed(consumed)
-  {
-  }
+  {}
   const char& operator*() const { return *this->At; }
   CountingIterator& operator++()
   {
@@ -54,8 +53,7 @@ class HeaderEvents
 public:
   explicit HeaderEvents(const std::string& file)
     : File(file)
-  {
-  }
+  {}
 
   SafetensorsHeader Header;
   std::uint64_t Consumed = 0;
@@ -315,7 +313,7 @@ private:
   bool SeenOffsets = false;
   int OffsetsRead = 0;
 };
-}
+} // namespace
 
 SafetensorsHeader HeaderParser::Parse(std::string_view text) const
 {

@@ -18,8 +18,7 @@ class HeaderParser
 public:
   explicit HeaderParser(std::string file)
     : File(std::move(file))
-  {
-  }
+  {}
   /// @throws FormatError
   SafetensorsHeader Parse(std::string_view text) const;
 

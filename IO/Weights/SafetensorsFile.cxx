@@ -30,12 +30,12 @@ std::uint64_t RegularFileSize(const std::string& path)
   const std::uintmax_t size = error ? 0 : std::filesystem::file_size(path, error);
   if (error)
   {
-    throw InvalidInput("SafetensorsFile: cannot read " + path + ": " + error.message() +
-      "; expected a safetensors file.");
+    throw InvalidInput(
+      "SafetensorsFile: cannot read " + path + ": " + error.message() + "; expected a safetensors file.");
   }
   return size;
 }
-}
+} // namespace
 
 SafetensorsFile::SafetensorsFile(const std::string& path, const SafetensorsLimits& limits)
   : File(path)
@@ -44,11 +44,10 @@ SafetensorsFile::SafetensorsFile(const std::string& path, const SafetensorsLimit
   std::ifstream stream(path, std::ios::binary);
   if (!stream)
   {
-    throw InvalidInput("SafetensorsFile: cannot open " + path + ": " + std::strerror(errno) +
-      "; expected a readable file.");
+    throw InvalidInput(
+      "SafetensorsFile: cannot open " + path + ": " + std::strerror(errno) + "; expected a readable file.");
   }
-  const auto read = [&](std::uint64_t offset, std::uint64_t count, void* to)
-  {
+  const auto read = [&](std::uint64_t offset, std::uint64_t count, void* to) {
     stream.read(static_cast<char*>(to), static_cast<std::streamsize>(count));
     if (static_cast<std::uint64_t>(stream.gcount()) != count)
     {
@@ -64,8 +63,7 @@ SafetensorsFile::SafetensorsFile(
   : File(name)
 {
   const auto* from = static_cast<const unsigned char*>(bytes);
-  const auto read = [from](std::uint64_t offset, std::uint64_t count, void* to)
-  {
+  const auto read = [from](std::uint64_t offset, std::uint64_t count, void* to) {
     if (count > 0)
     {
       std::memcpy(to, from + offset, static_cast<std::size_t>(count));
@@ -80,8 +78,8 @@ void SafetensorsFile::Load(const ReadBytes& read, std::uint64_t size, const Safe
 {
   unsigned char length[HeaderStart] = {};
   read(0, std::min(size, HeaderStart), length);
-  const std::uint64_t headerLength =
-    DecodeHeaderLength(this->File, length, size, std::min(limits.HeaderBytes, LongestHeader));
+  const std::uint64_t headerLength = DecodeHeaderLength(
+    this->File, length, size, std::min(limits.HeaderBytes, LongestHeader));
   std::string text(static_cast<std::size_t>(headerLength), '\0');
   read(HeaderStart, headerLength, text.data());
 

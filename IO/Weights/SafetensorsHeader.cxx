@@ -49,10 +49,8 @@ std::string FormatShape(const std::vector<std::int64_t>& shape)
 void CheckLayout(
   const std::string& file, const SafetensorsHeader& header, std::uint64_t dataStart, std::uint64_t dataSize)
 {
-  const auto fail = [&](std::int64_t offset, const std::string& found, const std::string& expected)
-  {
-    ThrowFormatError(
-      file, dataStart + static_cast<std::uint64_t>(offset), SafetensorsRule::Layout, found, expected);
+  const auto fail = [&](std::int64_t offset, const std::string& found, const std::string& expected) {
+    ThrowFormatError(file, dataStart + static_cast<std::uint64_t>(offset), SafetensorsRule::Layout, found, expected);
   };
   using Named = std::pair<const std::string, TensorEntry>;
   std::vector<const Named*> inOrder;
@@ -61,8 +59,9 @@ void CheckLayout(
     inOrder.push_back(&tensor);
   }
   // Empty tensors lie before the tensor that begins where they end.
-  std::sort(inOrder.begin(), inOrder.end(), [](const Named* a, const Named* b)
-    { return std::make_pair(a->second.Begin, a->second.End) < std::make_pair(b->second.Begin, b->second.End); });
+  std::sort(inOrder.begin(), inOrder.end(), [](const Named* a, const Named* b) {
+    return std::make_pair(a->second.Begin, a->second.End) < std::make_pair(b->second.Begin, b->second.End);
+  });
   std::int64_t end = 0;
   for (const Named* tensor : inOrder)
   {
@@ -87,11 +86,13 @@ void CheckLayout(
   }
   if (static_cast<std::uint64_t>(end) != dataSize)
   {
-    fail(0, "the header describes " + std::to_string(end) + " bytes of tensors and the file holds " +
-        std::to_string(dataSize), "equal numbers");
+    fail(0,
+      "the header describes " + std::to_string(end) + " bytes of tensors and the file holds " +
+        std::to_string(dataSize),
+      "equal numbers");
   }
 }
-}
+} // namespace
 
 void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule, const std::string& found,
   const std::string& expected)
@@ -113,8 +114,9 @@ std::int64_t TensorEntry::NumberOfElements() const
 std::uint64_t DecodeHeaderLength(
   const std::string& file, const unsigned char* bytes, std::uint64_t fileSize, std::uint64_t largest)
 {
-  const auto fail = [&file](const std::string& found, const std::string& expected)
-  { ThrowFormatError(file, 0, SafetensorsRule::HeaderLength, found, expected); };
+  const auto fail = [&file](const std::string& found, const std::string& expected) {
+    ThrowFormatError(file, 0, SafetensorsRule::HeaderLength, found, expected);
+  };
   if (fileSize < HeaderStart)
   {
     fail("the file has " + std::to_string(fileSize) + " bytes", "8 bytes that tell the length of the header");

@@ -28,8 +28,8 @@ std::string Quoted(const std::string& text)
   std::size_t bad = 0;
   if (!IsUtf8(text, bad))
   {
-    throw InvalidInput("SerializeSafetensors: a name or text is not UTF-8 at byte " + std::to_string(bad) +
-      "; expected UTF-8.");
+    throw InvalidInput(
+      "SerializeSafetensors: a name or text is not UTF-8 at byte " + std::to_string(bad) + "; expected UTF-8.");
   }
   return nlohmann::json(text).dump();
 }
@@ -43,8 +43,8 @@ void CheckTensor(const std::string& name, const TensorData& tensor)
       "; expected another name of 1 to 1024 bytes without control characters.");
   }
   std::int64_t bytes = 0;
-  const bool negative =
-    std::any_of(tensor.Shape.begin(), tensor.Shape.end(), [](std::int64_t extent) { return extent < 0; });
+  const bool negative = std::any_of(
+    tensor.Shape.begin(), tensor.Shape.end(), [](std::int64_t extent) { return extent < 0; });
   if (tensor.Shape.size() > LargestRank || negative || !CountBytes(tensor.Type, tensor.Shape, bytes))
   {
     throw InvalidInput(prefix + " has a shape that cannot be written; expected at most 8 dimensions of 0 or more.");
@@ -172,7 +172,7 @@ private:
   int Descriptor = -1;
   bool Committed = false;
 };
-}
+} // namespace
 
 TensorData TensorData::FromFloat32(std::vector<std::int64_t> shape, const std::vector<float>& values)
 {
@@ -201,8 +201,8 @@ std::vector<unsigned char> SerializeSafetensors(
   }
   if (inOrder.size() > MaximumNumberOfTensors)
   {
-    throw InvalidInput("SerializeSafetensors: there are " + std::to_string(inOrder.size()) +
-      " tensors; expected at most 100000.");
+    throw InvalidInput(
+      "SerializeSafetensors: there are " + std::to_string(inOrder.size()) + " tensors; expected at most 100000.");
   }
   std::stable_sort(inOrder.begin(), inOrder.end(),
     [](const Named* a, const Named* b) { return ElementSize(a->second.Type) > ElementSize(b->second.Type); });

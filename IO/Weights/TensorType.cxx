@@ -65,17 +65,11 @@ double DecodeHalf(std::uint64_t bits)
   // Subnormal numbers have the exponent of the smallest normal ones and no leading 1.
   return exponent == 0 ? sign * std::ldexp(fraction, -24) : sign * std::ldexp(1024.0 + fraction, exponent - 25);
 }
-}
+} // namespace
 
-std::size_t ElementSize(TensorType type)
-{
-  return Types[static_cast<std::size_t>(type)].Size;
-}
+std::size_t ElementSize(TensorType type) { return Types[static_cast<std::size_t>(type)].Size; }
 
-std::string_view TypeName(TensorType type)
-{
-  return Types[static_cast<std::size_t>(type)].Name;
-}
+std::string_view TypeName(TensorType type) { return Types[static_cast<std::size_t>(type)].Name; }
 
 bool TypeFromName(std::string_view name, TensorType& type)
 {

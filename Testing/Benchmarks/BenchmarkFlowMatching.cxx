@@ -60,8 +60,7 @@ void FlowMatchingSample(benchmark::State& state, const TriangleMesh& mesh)
   state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
 
   const TriangleMesh normalised = Normalised(mesh, FlowNormalisation(mesh));
-  const PoissonNetEvaluator evaluator(
-    std::shared_ptr<const PoissonNetModel>(model, &model->Velocity), normalised);
+  const PoissonNetEvaluator evaluator(std::shared_ptr<const PoissonNetModel>(model, &model->Velocity), normalised);
   PoissonNetInput input;
   input.Extra = FeatureMatrix::Constant(mesh.NumberOfPoints(), FlowMatchingModel::PlainConditions, 0.5F);
   benchmark::DoNotOptimize(evaluator.Evaluate(input).Values.data()); // the first one touches fresh memory

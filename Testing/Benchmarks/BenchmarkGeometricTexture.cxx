@@ -70,8 +70,8 @@ void GeometricTexture(benchmark::State& state, const TriangleMesh& mesh)
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   state.counters["TrianglesOut"] = triangles;
-  state.counters["NanosecondsPerTriangle"] =
-    1e9 * seconds.count() / (static_cast<double>(state.iterations()) * triangles);
+  state.counters["NanosecondsPerTriangle"] = 1e9 * seconds.count() /
+    (static_cast<double>(state.iterations()) * triangles);
   state.counters["PeakMiB"] = memory.PeakMiB();
   state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
   CountOperations(state, mesh, seconds.count());

@@ -20,11 +20,10 @@ extern "C" void sgemm_(const char* transa, const char* transb, const int* m, con
   const int* ldc);
 #endif
 
-extern "C"
-{
-  // Present when the BLAS in use is OpenBLAS.
-  __attribute__((weak)) void openblas_set_num_threads(int threads);
-  __attribute__((weak)) int openblas_get_num_threads();
+extern "C" {
+// Present when the BLAS in use is OpenBLAS.
+__attribute__((weak)) void openblas_set_num_threads(int threads);
+__attribute__((weak)) int openblas_get_num_threads();
 }
 
 namespace surfsynth::bench
@@ -114,15 +113,9 @@ void PeakMemory::Restart()
   this->Start = StatusMiB("VmRSS");
 }
 
-double PeakMemory::PeakMiB() const
-{
-  return StatusMiB("VmHWM");
-}
+double PeakMemory::PeakMiB() const { return StatusMiB("VmHWM"); }
 
-double PeakMemory::AboveStartMiB() const
-{
-  return this->PeakMiB() - this->Start;
-}
+double PeakMemory::AboveStartMiB() const { return this->PeakMiB() - this->Start; }
 
 void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes)
 {
@@ -132,8 +125,7 @@ void Register(const std::string& name, const Body& body, const std::vector<Index
     {
       const std::string full = name + "/vertices:" + std::to_string(points) + "/threads:" + std::to_string(threads);
       benchmark::RegisterBenchmark(full.c_str(),
-        [body, points, threads](benchmark::State& state)
-        {
+        [body, points, threads](benchmark::State& state) {
           const TriangleMesh& mesh = MeshOfSize(points);
           const Threads limit(threads);
           body(state, mesh);

@@ -45,7 +45,7 @@ class PeakMemory
 {
 public:
   void Restart();
-  double PeakMiB() const;      ///< of the whole process
+  double PeakMiB() const;       ///< of the whole process
   double AboveStartMiB() const; ///< beyond what was resident at Restart()
 
 private:

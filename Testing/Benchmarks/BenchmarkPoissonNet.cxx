@@ -64,8 +64,8 @@ void PoissonNetEvaluation(benchmark::State& state, const TriangleMesh& mesh)
     benchmark::DoNotOptimize(evaluator.Evaluate(input).Values.data());
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const double rate =
-    StraightforwardOperations(model->Options, mesh) * static_cast<double>(state.iterations()) / seconds.count();
+  const double rate = StraightforwardOperations(model->Options, mesh) * static_cast<double>(state.iterations()) /
+    seconds.count();
   state.counters["GFLOP"] = 1e-9 * StraightforwardOperations(model->Options, mesh);
   state.counters["GFLOPperSecond"] = 1e-9 * rate;
 #ifdef SURFACE_SYNTHESIS_CHOLMOD

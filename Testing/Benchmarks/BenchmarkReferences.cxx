@@ -159,17 +159,15 @@ void MachineTriad(benchmark::State& state, int threads)
   const std::vector<double> c(a.size(), 3.0);
   for ([[maybe_unused]] auto step : state)
   {
-    ParallelFor(count, 1 << 16,
-      [&](std::int64_t begin, std::int64_t end)
+    ParallelFor(count, 1 << 16, [&](std::int64_t begin, std::int64_t end) {
+      double* to = a.data();
+      const double* from = b.data();
+      const double* other = c.data();
+      for (std::int64_t i = begin; i < end; ++i)
       {
-        double* to = a.data();
-        const double* from = b.data();
-        const double* other = c.data();
-        for (std::int64_t i = begin; i < end; ++i)
-        {
-          to[i] = from[i] + 0.5 * other[i];
-        }
-      });
+        to[i] = from[i] + 0.5 * other[i];
+      }
+    });
     benchmark::ClobberMemory();
   }
   state.SetBytesProcessed(state.iterations() * count * 24);
@@ -193,8 +191,8 @@ void RegisterReferences()
       [threads](benchmark::State& state) { MachineMatrixProduct(state, threads); })
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime();
-    benchmark::RegisterBenchmark(("MachineTriad" + suffix).c_str(),
-      [threads](benchmark::State& state) { MachineTriad(state, threads); })
+    benchmark::RegisterBenchmark(
+      ("MachineTriad" + suffix).c_str(), [threads](benchmark::State& state) { MachineTriad(state, threads); })
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime();
   }

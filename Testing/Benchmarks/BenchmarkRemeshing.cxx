@@ -76,7 +76,8 @@ void Filter(benchmark::State& state, bool withArray)
     filter->SetInputData(surface);
     filter->KeepFeatureEdgesOff();
     filter->Update();
-    state.counters["points"] = static_cast<double>(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT));
+    state.counters["points"] = static_cast<double>(
+      filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT));
   }
 }
 
@@ -102,8 +103,8 @@ void CgalAlone(benchmark::State& state)
       }
     }
     state.ResumeTiming();
-    CGAL::Polygon_mesh_processing::isotropic_remeshing(surface.faces(), sum / (3.0 * mesh.NumberOfTriangles()), surface,
-      CGAL::parameters::number_of_iterations(3));
+    CGAL::Polygon_mesh_processing::isotropic_remeshing(
+      surface.faces(), sum / (3.0 * mesh.NumberOfTriangles()), surface, CGAL::parameters::number_of_iterations(3));
     state.counters["points"] = static_cast<double>(surface.number_of_vertices());
   }
 }
@@ -143,8 +144,8 @@ void BrainToSurface(benchmark::State& state)
     remesh->SetTargetNumberOfPoints(30000);
     remesh->KeepFeatureEdgesOff();
     remesh->Update();
-    state.counters["triangles"] =
-      static_cast<double>(remesh->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::CELL));
+    state.counters["triangles"] = static_cast<double>(
+      remesh->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::CELL));
   }
 }
 #endif
@@ -152,8 +153,9 @@ void BrainToSurface(benchmark::State& state)
 
 int main(int argc, char** argv)
 {
-  const auto measure = [](const std::string& name, const auto& body)
-  { return benchmark::RegisterBenchmark(name.c_str(), body)->Unit(benchmark::kMillisecond)->UseRealTime(); };
+  const auto measure = [](const std::string& name, const auto& body) {
+    return benchmark::RegisterBenchmark(name.c_str(), body)->Unit(benchmark::kMillisecond)->UseRealTime();
+  };
   measure("Remesh/CGAL alone", CgalAlone);
   measure("Remesh/filter", [](benchmark::State& state) { Filter(state, false); })->ArgName("threads")->Arg(1)->Arg(2);
   measure("Remesh/filter with a point array", [](benchmark::State& state) { Filter(state, true); })

@@ -156,8 +156,9 @@ int main(int argc, char** argv)
   openvdb::initialize();
   for (const BenchmarkVolume& volume : Volumes())
   {
-    for (const auto& entry : { std::make_pair("SurfaceOfVolume", &Filter),
-           std::make_pair("SurfaceThroughLevelSet", &FilterWithLevelSet), std::make_pair("ReferenceOpenVDB", &BareOpenVDB) })
+    for (const auto& entry :
+      { std::make_pair("SurfaceOfVolume", &Filter), std::make_pair("SurfaceThroughLevelSet", &FilterWithLevelSet),
+        std::make_pair("ReferenceOpenVDB", &BareOpenVDB) })
     {
       benchmark::RegisterBenchmark((std::string(entry.first) + "/" + volume.Name).c_str(),
         [&volume, run = entry.second](benchmark::State& state) { run(state, volume); })

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Training of geometric textures against the published implementation: a step of the discriminator and one of the generator
 // of two levels, and the losses of the fit at several scales, all in float64.
-#include "Fixtures.h"
 #include "FixtureTensors.h"
+#include "Fixtures.h"
 
-#include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
+#include "Learning/Losses/MeshFitLosses.h"
 
 #include <gtest/gtest.h>
 
@@ -77,7 +77,10 @@ protected:
     const std::string name = this->Name("noise_" + pass + std::to_string(level));
     return this->File->Contains(name) ? this->Tensor(name) : torch::Tensor();
   }
-  GeometricTextureLevelNetworkImpl& Of(GeometricTextureNetwork& network) { return network->Level(static_cast<std::size_t>(this->Level)); }
+  GeometricTextureLevelNetworkImpl& Of(GeometricTextureNetwork& network)
+  {
+    return network->Level(static_cast<std::size_t>(this->Level));
+  }
   const FaceTables& Faces() const { return this->Tables[this->Level]; }
 
   /// A pass through all levels up to this one, with the noise of that name.
@@ -133,8 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Published, GeometricTextureStep, testing::Values(0, 1),
 
 torch::optim::Adam OptimiserOf(torch::nn::Module& network)
 {
-  return torch::optim::Adam(
-    network.parameters(), torch::optim::AdamOptions(5e-4).betas(std::make_tuple(0.5, 0.99)));
+  return torch::optim::Adam(network.parameters(), torch::optim::AdamOptions(5e-4).betas(std::make_tuple(0.5, 0.99)));
 }
 
 } // namespace
@@ -210,8 +212,8 @@ protected:
   SampledSurface Sampled(const std::string& mesh, const torch::Tensor& positions) const
   {
     const torch::Tensor faces = torch::tensor(this->File->Integers("smp." + mesh + ".face"), torch::kInt64);
-    return EvaluateSamples(this->TablesOf(mesh), positions,
-      { faces, ToTensor(*this->File, "smp." + mesh + ".uvw", torch::kFloat64) });
+    return EvaluateSamples(
+      this->TablesOf(mesh), positions, { faces, ToTensor(*this->File, "smp." + mesh + ".uvw", torch::kFloat64) });
   }
   void Expect(const torch::Tensor& found, const std::string& name, Eigen::Index row) const
   {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PoissonNet against the numbers of the published implementation: `ref.*` of the fixtures, computed there in float64
 // from float32 weights and operators. README.md tables the limits.
-#include "Fixtures.h"
 #include "FixtureTensors.h"
+#include "Fixtures.h"
 
-#include "Learning/Networks/PoissonNet.h"
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
+#include "Learning/Networks/PoissonNet.h"
 
 #include <gtest/gtest.h>
 
@@ -26,10 +26,7 @@ struct Fixture
   std::string Prefix;
 };
 
-void PrintTo(const Fixture& fixture, std::ostream* stream)
-{
-  *stream << fixture.Name;
-}
+void PrintTo(const Fixture& fixture, std::ostream* stream) { *stream << fixture.Name; }
 
 const Fixture Fixtures[] = {
   { "crumpling", "poissonnet/crumpling__three_peaks", "" },
@@ -45,8 +42,7 @@ protected:
   void SetUp() override
   {
     const std::string path = FindFixture(GetParam().Weights);
-    const std::string weights =
-      GetParam().Prefix.empty() ? FindFixture("poissonnet/weights/" + GetParam().Name) : path;
+    const std::string weights = GetParam().Prefix.empty() ? FindFixture("poissonnet/weights/" + GetParam().Name) : path;
     if (path.empty() || weights.empty())
     {
       GTEST_SKIP() << GetParam().Weights << " lies neither in Testing/Data/Parity nor in SURFACE_SYNTHESIS_PARITY_DIR";
@@ -56,8 +52,7 @@ protected:
   }
 
   /// The network's output with these operators in that type.
-  PoissonNetOutput Run(
-    const PoissonOperators& operators, torch::ScalarType type, const std::string& suffix = "") const
+  PoissonNetOutput Run(const PoissonOperators& operators, torch::ScalarType type, const std::string& suffix = "") const
   {
     PoissonNet network = MakePoissonNet(*this->Model);
     network->eval();
@@ -170,8 +165,9 @@ TEST_P(PoissonNetParity, BlockOutputs)
   network->to(torch::kFloat64);
   const torch::NoGradGuard noGradients;
   const auto modules = network->named_modules("", false);
-  const auto linear = [&](const std::string& name, const torch::Tensor& x)
-  { return modules[name]->as<torch::nn::Linear>()->forward(x); };
+  const auto linear = [&](const std::string& name, const torch::Tensor& x) {
+    return modules[name]->as<torch::nn::Linear>()->forward(x);
+  };
 
   torch::Tensor x = linear("proj_in", ToTensor(*this->File, "in.x", torch::kFloat64));
   EXPECT_LE(RelativeError(ToMatrix(x), ReadMatrix(*this->File, "ref.proj_in.out")), 1e-6);
@@ -205,8 +201,9 @@ TEST_P(PoissonNetSteps, OfTheFirstBlock)
   PoissonNet network = MakePoissonNet(*this->Model);
   network->to(torch::kFloat64);
   const torch::NoGradGuard noGradients;
-  const auto expect = [&](const torch::Tensor& found, const std::string& name)
-  { EXPECT_LE(RelativeError(ToMatrix(found), ReadMatrix(*this->File, "ref.block0." + name)), 1e-6) << name; };
+  const auto expect = [&](const torch::Tensor& found, const std::string& name) {
+    EXPECT_LE(RelativeError(ToMatrix(found), ReadMatrix(*this->File, "ref.block0." + name)), 1e-6) << name;
+  };
 
   const torch::Tensor x = network->named_modules("", false)["proj_in"]->as<torch::nn::Linear>()->forward(
     ToTensor(*this->File, "in.x", torch::kFloat64));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Training steps of PoissonNet against the published implementation: losses, gradients, and parameters after three
 // steps of Adam (learning rate 5e-4), all in float64.
-#include "Fixtures.h"
 #include "FixtureTensors.h"
+#include "Fixtures.h"
 
 #include "Learning/Networks/PoissonNet.h"
 
@@ -16,10 +16,7 @@ using namespace surfsynth::test;
 namespace
 {
 
-torch::Tensor Centred(const torch::Tensor& positions)
-{
-  return positions - positions.mean(-2, true);
-}
+torch::Tensor Centred(const torch::Tensor& positions) { return positions - positions.mean(-2, true); }
 
 /// sum of mass * difference^2 / (sum of mass * channels)
 torch::Tensor MassWeightedError(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& mass)
@@ -34,10 +31,7 @@ struct TrainingCase
   std::string Name;
 };
 
-void PrintTo(const TrainingCase& training, std::ostream* stream)
-{
-  *stream << training.Name;
-}
+void PrintTo(const TrainingCase& training, std::ostream* stream) { *stream << training.Name; }
 
 class PoissonNetTraining : public testing::TestWithParam<TrainingCase>
 {
@@ -59,8 +53,8 @@ protected:
   std::vector<torch::Tensor> Losses()
   {
     const torch::Tensor x = ToTensor(*this->File, "in.x", torch::kFloat64);
-    const torch::Tensor extra =
-      this->File->Contains("in.extra") ? ToTensor(*this->File, "in.extra", torch::kFloat64) : torch::Tensor();
+    const torch::Tensor extra = this->File->Contains("in.extra") ? ToTensor(*this->File, "in.extra", torch::kFloat64)
+                                                                 : torch::Tensor();
     const PoissonNetOutput output = this->Network->forward(this->Mesh, x, extra);
     if (GetParam().Name == "nll")
     {
@@ -90,8 +84,8 @@ protected:
     double norm = 0.0;
     for (const auto& parameter : this->Network->named_parameters())
     {
-      const FixtureMatrix expected =
-        ReadMatrix(*this->File, "train." + GetParam().Name + "." + what + "." + parameter.key());
+      const FixtureMatrix expected = ReadMatrix(
+        *this->File, "train." + GetParam().Name + "." + what + "." + parameter.key());
       const FixtureMatrix found = ToMatrix(value(parameter.value()));
       ASSERT_EQ(found.size(), expected.size());
       difference += (found - expected).squaredNorm();

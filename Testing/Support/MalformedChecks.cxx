@@ -134,7 +134,8 @@ bool AreStrayPoints(vtkDataArray* points, vtkDataObject* output, vtkDataObject* 
     {
       continue;
     }
-    const auto source = std::find_if(sources.begin(), sources.end(), [&](const auto& s) { return s.first == leaf.first; });
+    const auto source = std::find_if(
+      sources.begin(), sources.end(), [&](const auto& s) { return s.first == leaf.first; });
     auto* old = source == sources.end() ? nullptr : vtkPointSet::SafeDownCast(source->second);
     for (vtkIdType p = 0; old && p < points->GetNumberOfTuples(); ++p)
     {

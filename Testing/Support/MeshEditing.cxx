@@ -91,8 +91,8 @@ public:
     {
       for (std::size_t c = 0; c < 3; ++c)
       {
-        mesh.Triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(c)) =
-          ids[static_cast<std::size_t>(left[f][c])];
+        mesh.Triangles(
+          static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(c)) = ids[static_cast<std::size_t>(left[f][c])];
       }
     }
     return mesh;
@@ -148,8 +148,8 @@ private:
       {
         continue;
       }
-      const Eigen::Matrix4d quadric =
-        this->Quadrics[static_cast<std::size_t>(v)] + this->Quadrics[static_cast<std::size_t>(w)];
+      const Eigen::Matrix4d quadric = this->Quadrics[static_cast<std::size_t>(v)] +
+        this->Quadrics[static_cast<std::size_t>(w)];
       Candidate edge{ std::numeric_limits<double>::max(), v, w, this->Stamp(v) + this->Stamp(w), {} };
       for (const double t : { 0.0, 0.25, 0.5, 0.75, 1.0 })
       {
@@ -203,8 +203,8 @@ private:
       }
       const Eigen::Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
       const Eigen::Vector3d before = this->Normal(corners);
-      const double longest =
-        std::max({ (p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm() });
+      const double longest = std::max(
+        { (p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm() });
       if (normal.dot(before) < 0.3 * normal.norm() * before.norm() || normal.norm() < 0.1 * longest)
       {
         return false;
@@ -254,8 +254,7 @@ private:
 };
 
 /// Cuts the triangle @p v at the middles of its edges: m[c] lies between v[c] and v[c + 1], -1 for none.
-void AppendPieces(
-  std::array<Index, 3> v, std::array<Index, 3> m, std::vector<std::array<Index, 3>>& triangles)
+void AppendPieces(std::array<Index, 3> v, std::array<Index, 3> m, std::vector<std::array<Index, 3>>& triangles)
 {
   const auto split = 3 - std::count(m.begin(), m.end(), -1);
   // Turn the triangle so that the split edges come first, or the unsplit one last.
@@ -321,8 +320,7 @@ TriangleMesh RefineWhere(const TriangleMesh& mesh, const std::function<bool(Inde
     for (std::size_t c = 0; c < 3; ++c)
     {
       v[c] = mesh.Triangles(f, static_cast<Eigen::Index>(c));
-      const auto middle =
-        middles.find(EdgeKey(v[c], mesh.Triangles(f, static_cast<Eigen::Index>((c + 1) % 3))));
+      const auto middle = middles.find(EdgeKey(v[c], mesh.Triangles(f, static_cast<Eigen::Index>((c + 1) % 3))));
       m[c] = middle == middles.end() ? -1 : middle->second;
     }
     AppendPieces(v, m, triangles);

@@ -35,7 +35,7 @@ FlowMatchingModel ModelOf(const PoissonNetOptions& options, const TriangleMesh& 
   model.Shape.Mean = SecondMoments(Normalised(shape, FlowNormalisation(shape)));
   return model;
 }
-}
+} // namespace
 
 FlowMatchingModel RandomDeformer(const TriangleMesh& shape, std::uint64_t seed)
 {

@@ -15,6 +15,7 @@ GeometricTextureOptions SmallGeometricTexture();
 
 /// Weights uniform in +-1 / sqrt(inputs) and biases in +-1 / sqrt(their number), but those of the last convolution of a
 /// generator a tenth of that.
-GeometricTextureModel RandomGeometricTexture(const GeometricTextureOptions& options = SmallGeometricTexture(), std::uint64_t seed = 1);
+GeometricTextureModel RandomGeometricTexture(
+  const GeometricTextureOptions& options = SmallGeometricTexture(), std::uint64_t seed = 1);
 
 } // namespace surfsynth::test

@@ -99,10 +99,7 @@ std::uint32_t Mix(std::uint64_t a, std::uint64_t b)
   return static_cast<std::uint32_t>(x >> 32);
 }
 
-double Uniform(std::uint64_t a, std::uint64_t b)
-{
-  return static_cast<double>(Mix(a, b)) / 2147483648.0 - 1.0;
-}
+double Uniform(std::uint64_t a, std::uint64_t b) { return static_cast<double>(Mix(a, b)) / 2147483648.0 - 1.0; }
 
 TriangleMesh Icosphere(int level, double radius)
 {
@@ -271,16 +268,14 @@ TriangleMesh LocallyRefinedSphere(int level)
   TriangleMesh mesh = Icosphere(level);
   for (const double height : { 0.3, 0.6, 0.85 })
   {
-    mesh = RefineWhere(mesh,
-      [&](Index f)
+    mesh = RefineWhere(mesh, [&](Index f) {
+      double z = 0.0;
+      for (int c = 0; c < 3; ++c)
       {
-        double z = 0.0;
-        for (int c = 0; c < 3; ++c)
-        {
-          z += mesh.Points(mesh.Triangles(f, c), 2) / 3.0;
-        }
-        return z > height;
-      });
+        z += mesh.Points(mesh.Triangles(f, c), 2) / 3.0;
+      }
+      return z > height;
+    });
     ProjectToSphere(mesh, 1.0);
   }
   return mesh;

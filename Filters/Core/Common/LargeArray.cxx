@@ -14,7 +14,7 @@ namespace
 {
 constexpr std::size_t CacheLine = 64;
 constexpr std::size_t HugePage = std::size_t(1) << 21;
-}
+} // namespace
 
 void* AllocateLarge(std::size_t bytes)
 {
@@ -38,9 +38,6 @@ void* AllocateLarge(std::size_t bytes)
   return memory;
 }
 
-void FreeLarge(void* memory)
-{
-  std::free(memory);
-}
+void FreeLarge(void* memory) { std::free(memory); }
 
 } // namespace surfsynth

@@ -21,8 +21,7 @@ thread_local int ScopedThreads = 0;
 
 int DefaultThreads()
 {
-  static const int threads = []
-  {
+  static const int threads = [] {
     const char* text = std::getenv("SURFACE_SYNTHESIS_THREADS");
     const long asked = text ? std::strtol(text, nullptr, 10) : 0;
     const long available = static_cast<long>(std::thread::hardware_concurrency());
@@ -80,15 +79,13 @@ public:
     ++this->Running;
     try
     {
-      this->Threads.emplace_back(
-        [this, work]
-        {
-          const ThreadScope alone(1);
-          work();
-          std::lock_guard<std::mutex> lock(this->Mutex);
-          --this->Running;
-          this->Ended.notify_all();
-        });
+      this->Threads.emplace_back([this, work] {
+        const ThreadScope alone(1);
+        work();
+        std::lock_guard<std::mutex> lock(this->Mutex);
+        --this->Running;
+        this->Ended.notify_all();
+      });
     }
     catch (...)
     {
@@ -122,28 +119,23 @@ void RunOnThreads(int threads, const std::function<void(int)>& work, const std::
   FirstFailure failure;
   {
     Helpers helpers;
-    failure.Catch(
-      [&]
+    failure.Catch([&] {
+      for (int t = 1; t < threads; ++t)
       {
-        for (int t = 1; t < threads; ++t)
-        {
-          helpers.Start([&failure, &work, t] { failure.Catch([&] { work(t); }); });
-        }
-        work(0);
-        if (heartbeat)
-        {
-          helpers.Wait(heartbeat);
-        }
-      });
+        helpers.Start([&failure, &work, t] { failure.Catch([&] { work(t); }); });
+      }
+      work(0);
+      if (heartbeat)
+      {
+        helpers.Wait(heartbeat);
+      }
+    });
   }
   failure.Rethrow();
 }
-}
+} // namespace
 
-int MaximumThreads()
-{
-  return ScopedThreads > 0 ? ScopedThreads : DefaultThreads();
-}
+int MaximumThreads() { return ScopedThreads > 0 ? ScopedThreads : DefaultThreads(); }
 
 ThreadScope::ThreadScope(int threads)
   : Previous(ScopedThreads)
@@ -151,10 +143,7 @@ ThreadScope::ThreadScope(int threads)
   ScopedThreads = std::max(threads, 1);
 }
 
-ThreadScope::~ThreadScope()
-{
-  ScopedThreads = this->Previous;
-}
+ThreadScope::~ThreadScope() { ScopedThreads = this->Previous; }
 
 void ParallelFor(std::int64_t count, std::int64_t grain, const std::function<void(std::int64_t, std::int64_t)>& body)
 {
@@ -162,8 +151,7 @@ void ParallelFor(std::int64_t count, std::int64_t grain, const std::function<voi
   {
     return;
   }
-  const std::int64_t ranges =
-    std::clamp<std::int64_t>(count / std::max<std::int64_t>(grain, 1), 1, MaximumThreads());
+  const std::int64_t ranges = std::clamp<std::int64_t>(count / std::max<std::int64_t>(grain, 1), 1, MaximumThreads());
   if (ranges == 1)
   {
     body(0, count);
@@ -177,8 +165,7 @@ void ParallelTasks(
 {
   std::atomic<std::int64_t> next{ 0 };
   const int threads = static_cast<int>(std::clamp<std::int64_t>(count, 1, MaximumThreads()));
-  const auto takeTasks = [&](int t)
-  {
+  const auto takeTasks = [&](int t) {
     try
     {
       for (std::int64_t k = next++; k < count; k = next++)

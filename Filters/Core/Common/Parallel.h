@@ -36,7 +36,7 @@ void ParallelFor(std::int64_t count, std::int64_t grain, const std::function<voi
 /// (for tasks of unequal cost). The calling thread calls @p heartbeat after each of its own tasks, and about twenty times
 /// a second while it only waits for the others; when that throws, no further task starts and the exception is rethrown
 /// once the running ones have ended.
-void ParallelTasks(std::int64_t count, const std::function<void(std::int64_t)>& task,
-  const std::function<void()>& heartbeat = {});
+void ParallelTasks(
+  std::int64_t count, const std::function<void(std::int64_t)>& task, const std::function<void()>& heartbeat = {});
 
 } // namespace surfsynth

@@ -3,7 +3,6 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Parallel.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -96,7 +95,7 @@ AbandonedThreads& TheAbandonedThreads()
   static AbandonedThreads threads;
   return threads;
 }
-}
+} // namespace
 
 void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress)
 {
@@ -106,24 +105,22 @@ void RunCancellable(const std::function<void()>& work, double expectedSeconds, c
     return;
   }
   auto run = std::make_shared<CancellableRun>();
-  std::thread worker(
-    [run, work, threads = MaximumThreads()]
+  std::thread worker([run, work, threads = MaximumThreads()] {
+    const ThreadScope scope(threads);
+    std::exception_ptr failure;
+    try
     {
-      const ThreadScope scope(threads);
-      std::exception_ptr failure;
-      try
-      {
-        work();
-      }
-      catch (...)
-      {
-        failure = std::current_exception();
-      }
-      std::lock_guard<std::mutex> lock(run->Mutex);
-      run->Failure = failure;
-      run->Done = true;
-      run->Ended.notify_all();
-    });
+      work();
+    }
+    catch (...)
+    {
+      failure = std::current_exception();
+    }
+    std::lock_guard<std::mutex> lock(run->Mutex);
+    run->Failure = failure;
+    run->Done = true;
+    run->Ended.notify_all();
+  });
 
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
@@ -151,8 +148,8 @@ void RunCancellable(const std::function<void()>& work, double expectedSeconds, c
   }
 }
 
-void RunCancellable(const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds,
-  const Progress& progress)
+void RunCancellable(
+  const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds, const Progress& progress)
 {
   const auto stop = std::make_shared<std::atomic<bool>>(false);
   try

@@ -30,7 +30,7 @@ Progress SubProgress(const Progress& progress, double begin, double end);
 void RunCancellable(const std::function<void()>& work, double expectedSeconds, const Progress& progress);
 
 /// The same for work in steps: @p work gets a flag that becomes true on cancellation, so that it can end early.
-void RunCancellable(const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds,
-  const Progress& progress);
+void RunCancellable(
+  const std::function<void(const std::atomic<bool>& stop)>& work, double expectedSeconds, const Progress& progress);
 
 } // namespace surfsynth

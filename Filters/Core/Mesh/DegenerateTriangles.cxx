@@ -61,20 +61,18 @@ std::vector<Index> FindFlat(const TriangleMesh& mesh)
 {
   std::vector<Index> flat;
   std::mutex mutex;
-  ParallelFor(mesh.NumberOfTriangles(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Index> part;
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      std::vector<Index> part;
-      for (std::int64_t f = begin; f < end; ++f)
+      if (Shape(mesh, f).IsFlat())
       {
-        if (Shape(mesh, f).IsFlat())
-        {
-          part.push_back(static_cast<Index>(f));
-        }
+        part.push_back(static_cast<Index>(f));
       }
-      std::lock_guard<std::mutex> lock(mutex);
-      flat.insert(flat.end(), part.begin(), part.end());
-    });
+    }
+    std::lock_guard<std::mutex> lock(mutex);
+    flat.insert(flat.end(), part.begin(), part.end());
+  });
   std::sort(flat.begin(), flat.end());
   return flat;
 }
@@ -132,8 +130,9 @@ void Flip(TriangleMesh& mesh, const std::vector<Index>& flat)
   {
     const HalfEdge h = 3 * HalfEdge(f) + Shape(mesh, f).Longest;
     const std::int64_t e = edgeOf[h];
-    const HalfEdge* other = std::find_if(edges.Begin(e), edges.End(e),
-      [&](HalfEdge g) { return !changed[g / 3] && g / 3 != f && !changed[f] && IsForward(mesh, g) != IsForward(mesh, h); });
+    const HalfEdge* other = std::find_if(edges.Begin(e), edges.End(e), [&](HalfEdge g) {
+      return !changed[g / 3] && g / 3 != f && !changed[f] && IsForward(mesh, g) != IsForward(mesh, h);
+    });
     if (other == edges.End(e))
     {
       continue; // next to a triangle that has changed: in the next round
@@ -145,7 +144,7 @@ void Flip(TriangleMesh& mesh, const std::vector<Index>& flat)
     changed[f] = changed[g] = 1;
   }
 }
-}
+} // namespace
 
 TriangleMesh RemoveDegenerateTriangles(const TriangleMesh& mesh)
 {
@@ -155,8 +154,8 @@ TriangleMesh RemoveDegenerateTriangles(const TriangleMesh& mesh)
   std::vector<Index> flat = FindFlat(result);
   for (int round = 0; !flat.empty(); ++round)
   {
-    const auto rest = std::stable_partition(flat.begin(), flat.end(),
-      [&](Index f) { return round >= FlippingRounds || Shape(result, f).IsNeedle(); });
+    const auto rest = std::stable_partition(
+      flat.begin(), flat.end(), [&](Index f) { return round >= FlippingRounds || Shape(result, f).IsNeedle(); });
     if (rest == flat.begin())
     {
       Flip(result, flat);

@@ -23,8 +23,9 @@ void RequireValidIds(const TriangleMesh& mesh)
   {
     if (t.row(f).minCoeff() < 0 || t.row(f).maxCoeff() >= mesh.NumberOfPoints())
     {
-      throw InvalidInput("EdgeGroups: triangle " + std::to_string(f) + " names a point that does not exist; ids from 0 to " +
-        std::to_string(mesh.NumberOfPoints() - 1) + " are expected.");
+      throw InvalidInput("EdgeGroups: triangle " + std::to_string(f) +
+        " names a point that does not exist; ids from 0 to " + std::to_string(mesh.NumberOfPoints() - 1) +
+        " are expected.");
     }
     if (t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0))
     {
@@ -54,8 +55,7 @@ TriangleMesh Select(const TriangleMesh& mesh, const std::vector<char>& keep)
 /// Marks, among the half-edges of one edge, triangles with the same apex that run in opposite directions, as many of one
 /// direction as of the other. Looks at triangles only from the edge of their two lowest points, so that each is looked
 /// at once.
-void MarkFlatPairs(
-  const TriangleMesh& mesh, const HalfEdge* begin, const HalfEdge* end, std::vector<char>& keep)
+void MarkFlatPairs(const TriangleMesh& mesh, const HalfEdge* begin, const HalfEdge* end, std::vector<char>& keep)
 {
   for (const HalfEdge* h = begin; h != end; ++h)
   {
@@ -64,18 +64,16 @@ void MarkFlatPairs(
     {
       continue;
     }
-    const HalfEdge* partner = std::find_if(h + 1, end,
-      [&](HalfEdge other)
-      {
-        return keep[other / 3] && ApexOf(mesh, other) == apex && IsForward(mesh, other) != IsForward(mesh, *h);
-      });
+    const HalfEdge* partner = std::find_if(h + 1, end, [&](HalfEdge other) {
+      return keep[other / 3] && ApexOf(mesh, other) == apex && IsForward(mesh, other) != IsForward(mesh, *h);
+    });
     if (partner != end)
     {
       keep[*h / 3] = keep[*partner / 3] = 0;
     }
   }
 }
-}
+} // namespace
 
 EdgeGroups::EdgeGroups(const TriangleMesh& mesh)
 {
@@ -95,15 +93,13 @@ EdgeGroups::EdgeGroups(const TriangleMesh& mesh)
   {
     this->HalfEdges[next[lower(h)]++] = h;
   }
-  ParallelFor(mesh.NumberOfPoints(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfPoints(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        std::sort(this->HalfEdges.begin() + row[v], this->HalfEdges.begin() + row[v + 1],
-          [&](HalfEdge a, HalfEdge b) { return std::make_pair(upper(a), a) < std::make_pair(upper(b), b); });
-      }
-    });
+      std::sort(this->HalfEdges.begin() + row[v], this->HalfEdges.begin() + row[v + 1],
+        [&](HalfEdge a, HalfEdge b) { return std::make_pair(upper(a), a) < std::make_pair(upper(b), b); });
+    }
+  });
   this->Start.reserve(static_cast<std::size_t>(count) / 2 + 1);
   for (std::int64_t k = 0; k < count; ++k)
   {
@@ -122,8 +118,7 @@ void RequireBalanced(const TriangleMesh& mesh, const EdgeGroups& edges, const ch
   HalfEdge first = -1;
   for (std::int64_t e = 0; e < edges.NumberOfEdges(); ++e)
   {
-    const auto forward =
-      std::count_if(edges.Begin(e), edges.End(e), [&](HalfEdge h) { return IsForward(mesh, h); });
+    const auto forward = std::count_if(edges.Begin(e), edges.End(e), [&](HalfEdge h) { return IsForward(mesh, h); });
     if (2 * forward != edges.Size(e))
     {
       first = unbalanced++ == 0 ? *edges.Begin(e) : first;

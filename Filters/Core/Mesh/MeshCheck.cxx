@@ -27,23 +27,21 @@ MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefe
   MeshFinding total{ defect };
   total.First = count;
   std::mutex mutex;
-  ParallelFor(count, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+    std::int64_t found = 0;
+    std::int64_t first = count;
+    for (std::int64_t id = begin; id < end; ++id)
     {
-      std::int64_t found = 0;
-      std::int64_t first = count;
-      for (std::int64_t id = begin; id < end; ++id)
+      if (isDefect(id))
       {
-        if (isDefect(id))
-        {
-          first = std::min(first, id);
-          ++found;
-        }
+        first = std::min(first, id);
+        ++found;
       }
-      std::lock_guard<std::mutex> lock(mutex);
-      total.Count += found;
-      total.First = std::min(total.First, first);
-    });
+    }
+    std::lock_guard<std::mutex> lock(mutex);
+    total.Count += found;
+    total.First = std::min(total.First, first);
+  });
   return total;
 }
 
@@ -64,8 +62,9 @@ template <typename Predicate>
 MeshFinding CountEdgeDefects(MeshDefect defect, const MeshTopology& topology, const Predicate& isDefect)
 {
   std::int64_t edges = 0;
-  const auto anyAt = [&](std::int64_t v)
-  { return CountEdges(topology, static_cast<Index>(v), [&](Index k) { return isDefect(static_cast<Index>(v), k); }) > 0; };
+  const auto anyAt = [&](std::int64_t v) {
+    return CountEdges(topology, static_cast<Index>(v), [&](Index k) { return isDefect(static_cast<Index>(v), k); }) > 0;
+  };
   MeshFinding finding = Count(defect, topology.NumberOfPoints(), anyAt);
   if (finding.Count > 0)
   {
@@ -98,14 +97,12 @@ int RunsFromTo(const TriangleMesh& mesh, const MeshTopology& topology, Index v, 
 
 MeshFinding FindComponents(const MeshTopology& topology)
 {
-  const MeshComponents components =
-    ComputeComponents(topology, Eigen::VectorXd::Zero(topology.NumberOfPoints()));
+  const MeshComponents components = ComputeComponents(topology, Eigen::VectorXd::Zero(topology.NumberOfPoints()));
   MeshFinding finding{ MeshDefect::SeveralComponents };
   if (components.Count > 1)
   {
     finding.Count = components.Count;
-    finding.First =
-      std::find(components.OfVertex.begin(), components.OfVertex.end(), 1) - components.OfVertex.begin();
+    finding.First = std::find(components.OfVertex.begin(), components.OfVertex.end(), 1) - components.OfVertex.begin();
   }
   return finding;
 }
@@ -132,17 +129,15 @@ std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
   std::vector<MeshFinding> findings;
   const auto keep = [&](const MeshFinding& finding) { KeepIfAny(finding, findings); };
   const auto finite = [&](Index v) { return mesh.Points.row(v).allFinite(); };
-  const auto finiteTriangle = [&](std::int64_t f)
-  { return finite(t(f, 0)) && finite(t(f, 1)) && finite(t(f, 2)); };
-  const auto repeats = [&](std::int64_t f)
-  { return t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0); };
+  const auto finiteTriangle = [&](std::int64_t f) { return finite(t(f, 0)) && finite(t(f, 1)) && finite(t(f, 2)); };
+  const auto repeats = [&](std::int64_t f) { return t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0); };
   // Vertices are looked at from the triangles that use them; the exact count is only made when there is one.
   if (Count(MeshDefect::NonFinitePoint, t.rows(), [&](std::int64_t f) { return !finiteTriangle(f); }).Count > 0)
   {
     std::vector<bool> used(static_cast<std::size_t>(points), false);
     std::for_each(t.data(), t.data() + t.size(), [&](Index v) { used[v] = true; });
-    keep(Count(MeshDefect::NonFinitePoint, points,
-      [&](std::int64_t v) { return used[v] && !finite(static_cast<Index>(v)); }));
+    keep(Count(
+      MeshDefect::NonFinitePoint, points, [&](std::int64_t v) { return used[v] && !finite(static_cast<Index>(v)); }));
   }
   keep(Count(MeshDefect::RepeatedVertex, t.rows(), repeats));
   keep(Count(MeshDefect::DegenerateTriangle, t.rows(),
@@ -158,8 +153,7 @@ std::vector<MeshFinding> CheckTopology(
   const auto& triangles = topology.EdgeTriangles;
   if (requirements.ManifoldEdges)
   {
-    keep(CountEdgeDefects(
-      MeshDefect::NonManifoldEdge, topology, [&](Index, Index k) { return triangles[k] > 2; }));
+    keep(CountEdgeDefects(MeshDefect::NonManifoldEdge, topology, [&](Index, Index k) { return triangles[k] > 2; }));
   }
   if (requirements.ManifoldVertices && findings.empty())
   {
@@ -168,14 +162,13 @@ std::vector<MeshFinding> CheckTopology(
   }
   if (requirements.ConsistentWinding)
   {
-    keep(CountEdgeDefects(MeshDefect::InconsistentWinding, topology,
-      [&](Index v, Index k)
-      { return triangles[k] == 2 && RunsFromTo(mesh, topology, v, topology.Neighbours[k]) != 1; }));
+    keep(CountEdgeDefects(MeshDefect::InconsistentWinding, topology, [&](Index v, Index k) {
+      return triangles[k] == 2 && RunsFromTo(mesh, topology, v, topology.Neighbours[k]) != 1;
+    }));
   }
   if (requirements.Closed)
   {
-    keep(CountEdgeDefects(
-      MeshDefect::BoundaryEdge, topology, [&](Index, Index k) { return triangles[k] == 1; }));
+    keep(CountEdgeDefects(MeshDefect::BoundaryEdge, topology, [&](Index, Index k) { return triangles[k] == 1; }));
   }
   if (requirements.SingleComponent)
   {
@@ -222,7 +215,7 @@ std::string Describe(const MeshFinding& finding, std::int64_t first)
   }
   return {};
 }
-}
+} // namespace
 
 bool HasTriangleIds(MeshDefect defect)
 {
@@ -266,8 +259,7 @@ bool HasSingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::i
   std::sort(corners.begin(), corners.end());
   std::vector<Index> parent(static_cast<std::size_t>(count));
   std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index k)
-  {
+  const auto root = [&](Index k) {
     while (parent[k] != k)
     {
       k = parent[k] = parent[parent[k]];
@@ -314,15 +306,15 @@ std::vector<MeshFinding> InspectMesh(
   const TriangleMesh& mesh, const ProperTriangles& proper, const MeshTopology& topology)
 {
   std::vector<MeshFinding> findings = CheckTriangles(mesh);
-  const auto keep = [&](const std::vector<MeshFinding>& more)
-  { findings.insert(findings.end(), more.begin(), more.end()); };
+  const auto keep = [&](const std::vector<MeshFinding>& more) {
+    findings.insert(findings.end(), more.begin(), more.end());
+  };
   if (!findings.empty() && findings.front().Defect == MeshDefect::IndexOutOfRange)
   {
     // CheckTriangles() stopped there. What uses a vertex twice is counted here, and the rest on the proper triangles.
     const Index points = mesh.NumberOfPoints();
     const auto& t = mesh.Triangles;
-    const auto repeats = [&](std::int64_t f)
-    {
+    const auto repeats = [&](std::int64_t f) {
       return t.row(f).minCoeff() >= 0 && t.row(f).maxCoeff() < points &&
         (t(f, 0) == t(f, 1) || t(f, 1) == t(f, 2) || t(f, 2) == t(f, 0));
     };
@@ -341,8 +333,8 @@ std::vector<MeshFinding> InspectMesh(
   vertices.ManifoldEdges = false;
   vertices.ManifoldVertices = true;
   keep(CheckTopology(proper.Mesh, topology, vertices));
-  std::stable_sort(findings.begin(), findings.end(),
-    [](const MeshFinding& a, const MeshFinding& b) { return a.Defect < b.Defect; });
+  std::stable_sort(
+    findings.begin(), findings.end(), [](const MeshFinding& a, const MeshFinding& b) { return a.Defect < b.Defect; });
   return findings;
 }
 
@@ -373,8 +365,7 @@ std::string DescribeFindings(
 MeshTopology RequireValidMesh(const TriangleMesh& mesh, const MeshRequirements& requirements,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle)
 {
-  const auto require = [&](const std::vector<MeshFinding>& findings)
-  {
+  const auto require = [&](const std::vector<MeshFinding>& findings) {
     if (!findings.empty())
     {
       throw InvalidInput("The mesh has " + DescribeFindings(findings, cellOfTriangle));

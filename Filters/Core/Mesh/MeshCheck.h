@@ -26,7 +26,7 @@ enum class MeshDefect
   NonManifoldVertex,   ///< the triangles around a vertex form several fans; ids are vertices
   InconsistentWinding, ///< two triangles run along their edge in the same direction; ids are its lower vertex
   BoundaryEdge,        ///< an edge has only one triangle; ids are the lower vertex of the edge
-  SeveralComponents    ///< the mesh is not connected; the count is the number of components, the id a vertex of the second
+  SeveralComponents ///< the mesh is not connected; the count is the number of components, the id a vertex of the second
 };
 
 /// The conditions beyond finite, in-range, non-degenerate triangles that an algorithm needs.
@@ -78,8 +78,8 @@ std::string RepairOf(MeshDefect defect);
 
 /// A sentence for each finding: what, how many, the first id and the VTK filter that repairs it. @p cellOfTriangle
 /// turns triangle ids into the caller's cell ids; empty when they are the same.
-std::string DescribeFindings(const std::vector<MeshFinding>& findings,
-  const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
+std::string DescribeFindings(
+  const std::vector<MeshFinding>& findings, const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 
 /// The tables of a mesh in which CheckMesh() finds nothing, so that who checks need not build them again.
 /// @throws InvalidInput with DescribeFindings() when it finds anything.

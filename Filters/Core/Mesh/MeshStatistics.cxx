@@ -144,7 +144,8 @@ void FindNonManifoldComponents(
   {
     const auto first = topology.EdgeTriangles.begin() + topology.NeighbourStart[v];
     const auto last = topology.EdgeTriangles.begin() + topology.NeighbourStart[v + 1];
-    const bool manifold = std::all_of(first, last, [](std::uint8_t n) { return n <= 2; }) && HasSingleFan(mesh, topology, v);
+    const bool manifold = std::all_of(first, last, [](std::uint8_t n) { return n <= 2; }) &&
+      HasSingleFan(mesh, topology, v);
     if (!manifold)
     {
       statistics.Components[components.OfVertex[v]].Manifold = false;
@@ -154,8 +155,8 @@ void FindNonManifoldComponents(
 
 void FindComponents(const TriangleMesh& mesh, const MeshTopology& topology, MeshStatistics& statistics)
 {
-  const MeshComponents components =
-    ComputeComponents(topology, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.NumberOfPoints())));
+  const MeshComponents components = ComputeComponents(
+    topology, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.NumberOfPoints())));
   statistics.Components.resize(static_cast<std::size_t>(components.Count));
   for (Index v = mesh.NumberOfPoints() - 1; v >= 0; --v)
   {
@@ -182,7 +183,8 @@ void FindComponents(const TriangleMesh& mesh, const MeshTopology& topology, Mesh
       statistics.LongestBoundaryLoopPoint = loop.FirstPoint;
     }
   }
-  CountTriangles(mesh, components.OfVertex, FindPatches(mesh, adjacency), FiniteAreas(mesh), statistics.Box, statistics);
+  CountTriangles(
+    mesh, components.OfVertex, FindPatches(mesh, adjacency), FiniteAreas(mesh), statistics.Box, statistics);
   for (ComponentStatistics& component : statistics.Components)
   {
     if (component.Manifold && component.Orientable)
@@ -202,7 +204,8 @@ MeshFinding FindSmallComponents(const std::vector<ComponentStatistics>& componen
   MeshFinding finding{ MeshDefect::SeveralComponents };
   for (const ComponentStatistics& component : components)
   {
-    if (static_cast<double>(component.Triangles) < MeshStatistics::SmallComponentFraction * static_cast<double>(largest))
+    if (static_cast<double>(component.Triangles) <
+      MeshStatistics::SmallComponentFraction * static_cast<double>(largest))
     {
       finding.First = finding.Count == 0 ? component.FirstPoint : finding.First;
       ++finding.Count;
@@ -255,10 +258,7 @@ std::int64_t MeshStatistics::EulerCharacteristic() const
     [](std::int64_t sum, const ComponentStatistics& component) { return sum + component.EulerCharacteristic; });
 }
 
-std::optional<std::int64_t> MeshStatistics::Genus() const
-{
-  return Sum(this->Components, &ComponentStatistics::Genus);
-}
+std::optional<std::int64_t> MeshStatistics::Genus() const { return Sum(this->Components, &ComponentStatistics::Genus); }
 
 std::optional<double> MeshStatistics::Volume() const { return Sum(this->Components, &ComponentStatistics::Volume); }
 
@@ -272,8 +272,8 @@ MeshStatistics ComputeMeshStatistics(const TriangleMesh& mesh, const Progress& p
   statistics.Triangles = mesh.NumberOfTriangles();
   statistics.ProperTriangles = proper.Mesh.NumberOfTriangles();
   statistics.Edges = topology.NumberOfEdges();
-  statistics.UnreferencedPoints = CountIf(MeshDefect::IndexOutOfRange, statistics.Points,
-    [&](std::int64_t v) { return !IsUsed(topology, v); });
+  statistics.UnreferencedPoints = CountIf(
+    MeshDefect::IndexOutOfRange, statistics.Points, [&](std::int64_t v) { return !IsUsed(topology, v); });
   statistics.UsedPoints = statistics.Points - statistics.UnreferencedPoints.Count;
   statistics.Findings = InspectMesh(mesh, proper, topology);
   Report(progress, 0.4);

@@ -57,20 +57,22 @@ struct MeshStatistics
   std::int64_t Edges = 0;
   std::vector<MeshFinding> Findings; ///< every kind of defect, from InspectMesh()
 
-  MeshFinding UnreferencedPoints{ MeshDefect::IndexOutOfRange };  ///< count and first of the points in no proper triangle
-  MeshFinding CoincidentPoints{ MeshDefect::IndexOutOfRange };    ///< used points at the very place of an earlier one
-  MeshFinding DuplicateTriangles{ MeshDefect::IndexOutOfRange };  ///< triangles with the corners of an earlier one
-  MeshFinding SmallComponents{ MeshDefect::SeveralComponents };   ///< of the fraction below; the first one's lowest point
+  MeshFinding UnreferencedPoints{
+    MeshDefect::IndexOutOfRange
+  };                                                           ///< count and first of the points in no proper triangle
+  MeshFinding CoincidentPoints{ MeshDefect::IndexOutOfRange }; ///< used points at the very place of an earlier one
+  MeshFinding DuplicateTriangles{ MeshDefect::IndexOutOfRange }; ///< triangles with the corners of an earlier one
+  MeshFinding SmallComponents{ MeshDefect::SeveralComponents }; ///< of the fraction below; the first one's lowest point
   /// A component is small when it has fewer triangles than this fraction of those of the largest one.
   static constexpr double SmallComponentFraction = 0.01;
 
   std::vector<ComponentStatistics> Components; ///< in order of their lowest point id
   std::int64_t BoundaryLoops = 0;
-  double LongestBoundaryLoop = 0.0;         ///< world units
+  double LongestBoundaryLoop = 0.0;          ///< world units
   std::int64_t LongestBoundaryLoopPoint = 0; ///< a point on it
 
-  double Area = 0.0; ///< square world units
-  BoundingBox Box;   ///< of the finite points of proper triangles
+  double Area = 0.0;          ///< square world units
+  BoundingBox Box;            ///< of the finite points of proper triangles
   Distribution EdgeLength;    ///< world units; ids are the lower point of the edge
   Distribution SmallestAngle; ///< of each triangle, degrees; ids are triangles
   Distribution LargestAngle;  ///< likewise

@@ -78,7 +78,7 @@ Index CountEqualIds(Index* begin, const Index* end, std::uint8_t* counts)
   }
   return unique;
 }
-}
+} // namespace
 
 MeshTopology::MeshTopology(const TriangleMesh& mesh)
 {
@@ -105,14 +105,12 @@ void MeshTopology::PlaceCorners(const TriangleMesh& mesh)
     this->CornerPlace[c] = next[corners[c]]++;
   }
   this->VertexTriangles.resize(this->CornerPlace.size());
-  ParallelFor(count, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t c = begin; c < end; ++c)
     {
-      for (std::int64_t c = begin; c < end; ++c)
-      {
-        this->VertexTriangles[this->CornerPlace[c]] = static_cast<Index>(c / 3);
-      }
-    });
+      this->VertexTriangles[this->CornerPlace[c]] = static_cast<Index>(c / 3);
+    }
+  });
 }
 
 void MeshTopology::FindNeighbours(const TriangleMesh& mesh)
@@ -121,46 +119,40 @@ void MeshTopology::FindNeighbours(const TriangleMesh& mesh)
   // that of the triangles on the edge. Compacted in place, then moved together.
   const Index* corners = mesh.Triangles.data();
   LargeArray<Index> others(2 * this->CornerPlace.size());
-  ParallelFor(mesh.NumberOfTriangles(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      for (int k = 0; k < 3; ++k)
       {
-        for (int k = 0; k < 3; ++k)
-        {
-          const std::int64_t place = this->CornerPlace[3 * f + k];
-          others[2 * place] = corners[3 * f + (k + 1) % 3];
-          others[2 * place + 1] = corners[3 * f + (k + 2) % 3];
-        }
+        const std::int64_t place = this->CornerPlace[3 * f + k];
+        others[2 * place] = corners[3 * f + (k + 1) % 3];
+        others[2 * place + 1] = corners[3 * f + (k + 2) % 3];
       }
-    });
+    }
+  });
   LargeArray<std::uint8_t> multiplicity(others.size());
   const auto row = [this](std::int64_t v) { return 2 * std::int64_t(this->VertexTriangleStart[v]); };
   const Index points = mesh.NumberOfPoints();
   this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
-  ParallelFor(points, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        this->NeighbourStart[v + 1] =
-          CountEqualIds(others.data() + row(v), others.data() + row(v + 1), multiplicity.data() + row(v));
-      }
-    });
+      this->NeighbourStart[v + 1] = CountEqualIds(
+        others.data() + row(v), others.data() + row(v + 1), multiplicity.data() + row(v));
+    }
+  });
   std::partial_sum(this->NeighbourStart.begin(), this->NeighbourStart.end(), this->NeighbourStart.begin());
   this->Neighbours.resize(static_cast<std::size_t>(this->NeighbourStart.back()));
   this->EdgeTriangles.resize(this->Neighbours.size());
-  ParallelFor(points, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        const Index to = this->NeighbourStart[v];
-        const Index count = this->NeighbourStart[v + 1] - to;
-        std::copy_n(others.data() + row(v), count, this->Neighbours.begin() + to);
-        std::copy_n(multiplicity.data() + row(v), count, this->EdgeTriangles.begin() + to);
-      }
-    });
+      const Index to = this->NeighbourStart[v];
+      const Index count = this->NeighbourStart[v + 1] - to;
+      std::copy_n(others.data() + row(v), count, this->Neighbours.begin() + to);
+      std::copy_n(multiplicity.data() + row(v), count, this->EdgeTriangles.begin() + to);
+    }
+  });
 }
 
 MeshComponents ComputeComponents(const MeshTopology& topology, const Eigen::VectorXd& mass)
@@ -201,8 +193,7 @@ MeshComponents ComputeComponents(const MeshTopology& topology, const Eigen::Vect
       }
     }
     components.Area.push_back(area);
-    components.EulerCharacteristic.push_back(
-      static_cast<std::int64_t>(queue.size()) - directedEdges / 2 + corners / 3);
+    components.EulerCharacteristic.push_back(static_cast<std::int64_t>(queue.size()) - directedEdges / 2 + corners / 3);
     components.Closed.push_back(closed);
     ++components.Count;
   }

@@ -30,17 +30,15 @@ std::vector<Index> NumberMidpoints(
 {
   // Half-edges of an edge stand in ascending order, so each points to the first of its edge, which comes before it.
   std::vector<HalfEdge> firstOfEdge(edges.HalfEdges.size());
-  ParallelFor(edges.NumberOfEdges(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(edges.NumberOfEdges(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t e = begin; e < end; ++e)
     {
-      for (std::int64_t e = begin; e < end; ++e)
+      for (const HalfEdge* h = edges.Begin(e); h != edges.End(e); ++h)
       {
-        for (const HalfEdge* h = edges.Begin(e); h != edges.End(e); ++h)
-        {
-          firstOfEdge[*h] = *edges.Begin(e);
-        }
+        firstOfEdge[*h] = *edges.Begin(e);
       }
-    });
+    }
+  });
   std::vector<Index> midpoints(firstOfEdge.size());
   parents.reserve(static_cast<std::size_t>(edges.NumberOfEdges()));
   for (HalfEdge h = 0; h < static_cast<HalfEdge>(midpoints.size()); ++h)
@@ -70,30 +68,26 @@ SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh)
   const std::vector<Index> midpoints = NumberMidpoints(mesh, edges, points, result.Parents);
   TriangleMatrix& triangles = result.Mesh.Triangles;
   triangles.resize(4 * Eigen::Index(faces), 3);
-  ParallelFor(faces, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(faces, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
-      {
-        const auto v = mesh.Triangles.row(f);
-        const Index* m = midpoints.data() + 3 * f;
-        triangles.row(f) << v(0), m[0], m[2];
-        triangles.row(f + faces) << v(1), m[1], m[0];
-        triangles.row(f + 2 * Eigen::Index(faces)) << v(2), m[2], m[1];
-        triangles.row(f + 3 * Eigen::Index(faces)) << m[0], m[1], m[2];
-      }
-    });
+      const auto v = mesh.Triangles.row(f);
+      const Index* m = midpoints.data() + 3 * f;
+      triangles.row(f) << v(0), m[0], m[2];
+      triangles.row(f + faces) << v(1), m[1], m[0];
+      triangles.row(f + 2 * Eigen::Index(faces)) << v(2), m[2], m[1];
+      triangles.row(f + 3 * Eigen::Index(faces)) << m[0], m[1], m[2];
+    }
+  });
   result.Mesh.Points.resize(points + static_cast<Eigen::Index>(result.Parents.size()), 3);
   result.Mesh.Points.topRows(points) = mesh.Points;
-  ParallelFor(static_cast<std::int64_t>(result.Parents.size()), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(static_cast<std::int64_t>(result.Parents.size()), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t e = begin; e < end; ++e)
     {
-      for (std::int64_t e = begin; e < end; ++e)
-      {
-        const auto& [a, b] = result.Parents[e];
-        result.Mesh.Points.row(points + e) = 0.5 * mesh.Points.row(a) + 0.5 * mesh.Points.row(b);
-      }
-    });
+      const auto& [a, b] = result.Parents[e];
+      result.Mesh.Points.row(points + e) = 0.5 * mesh.Points.row(a) + 0.5 * mesh.Points.row(b);
+    }
+  });
   return result;
 }
 

@@ -37,8 +37,7 @@ std::vector<AroundEdge> SortAround(const TriangleMesh& mesh, const HalfEdge* beg
   const Index upper = std::max(StartOf(mesh, *begin), EndOf(mesh, *begin));
   const Eigen::Vector3d origin = mesh.Points.row(lower).transpose();
   const Eigen::Vector3d axis = (mesh.Points.row(upper).transpose() - origin).normalized();
-  const auto across = [&](HalfEdge h) -> Eigen::Vector3d
-  {
+  const auto across = [&](HalfEdge h) -> Eigen::Vector3d {
     const Eigen::Vector3d apex = mesh.Points.row(ApexOf(mesh, h)).transpose() - origin;
     return apex - axis * axis.dot(apex);
   };
@@ -52,9 +51,9 @@ std::vector<AroundEdge> SortAround(const TriangleMesh& mesh, const HalfEdge* beg
     const double angle = h == begin ? 0.0 : std::atan2(direction.dot(quarter), direction.dot(zero));
     around.push_back({ angle, !IsForward(mesh, *h), *h });
   }
-  std::sort(around.begin(), around.end(),
-    [](const AroundEdge& a, const AroundEdge& b)
-    { return std::tie(a.Angle, a.Enters, a.Half) < std::tie(b.Angle, b.Enters, b.Half); });
+  std::sort(around.begin(), around.end(), [](const AroundEdge& a, const AroundEdge& b) {
+    return std::tie(a.Angle, a.Enters, a.Half) < std::tie(b.Angle, b.Enters, b.Half);
+  });
   return around;
 }
 
@@ -172,15 +171,15 @@ std::vector<Index> SplitSharedEdges(
   points.conservativeResize(before + static_cast<Eigen::Index>(split.size()), 3);
   for (std::size_t k = 0; k < split.size(); ++k)
   {
-    points.row(before + static_cast<Eigen::Index>(k)) =
-      0.5 * (points.row(StartOf(mesh, split[k])) + points.row(EndOf(mesh, split[k])));
+    points.row(before + static_cast<Eigen::Index>(k)) = 0.5 *
+      (points.row(StartOf(mesh, split[k])) + points.row(EndOf(mesh, split[k])));
   }
   return middle;
 }
 
 /// Appends the triangles that @p corners becomes when its edges k with middle[k] >= 0 are split there.
-void SplitTriangle(const std::array<Index, 3>& corners, const std::array<Index, 3>& middle,
-  std::vector<std::array<Index, 3>>& triangles)
+void SplitTriangle(
+  const std::array<Index, 3>& corners, const std::array<Index, 3>& middle, std::vector<std::array<Index, 3>>& triangles)
 {
   const auto splits = std::count_if(middle.begin(), middle.end(), [](Index m) { return m >= 0; });
   int k = 0; // the split edge, of two the first, of all any
@@ -217,8 +216,8 @@ TriangleMesh SplitTriangles(const TriangleMesh& mesh, const std::vector<Index>& 
   }
   TriangleMesh result;
   result.Points = std::move(points);
-  result.Triangles =
-    Eigen::Map<const TriangleMatrix>(triangles.front().data(), static_cast<Eigen::Index>(triangles.size()), 3);
+  result.Triangles = Eigen::Map<const TriangleMatrix>(
+    triangles.front().data(), static_cast<Eigen::Index>(triangles.size()), 3);
   return result;
 }
 
@@ -233,7 +232,7 @@ bool HasSharedEdge(const EdgeGroups& edges)
   }
   return false;
 }
-}
+} // namespace
 
 TriangleMesh SeparateSheets(const TriangleMesh& mesh)
 {

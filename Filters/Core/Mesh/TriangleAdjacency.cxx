@@ -104,18 +104,16 @@ BoundaryLoop WalkAlong(
 TriangleAdjacency::TriangleAdjacency(const TriangleMesh& mesh, const MeshTopology& topology)
   : Beyond(static_cast<std::size_t>(mesh.Triangles.size()))
 {
-  ParallelFor(mesh.NumberOfTriangles(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      for (int side = 0; side < 3; ++side)
       {
-        for (int side = 0; side < 3; ++side)
-        {
-          this->Beyond[3 * f + side] = OtherTriangle(mesh, topology, static_cast<Index>(f), mesh.Triangles(f, side),
-            mesh.Triangles(f, (side + 1) % 3));
-        }
+        this->Beyond[3 * f + side] = OtherTriangle(
+          mesh, topology, static_cast<Index>(f), mesh.Triangles(f, side), mesh.Triangles(f, (side + 1) % 3));
       }
-    });
+    }
+  });
 }
 
 SurfacePatches FindPatches(const TriangleMesh& mesh, const TriangleAdjacency& adjacency)

@@ -61,7 +61,7 @@ std::uint64_t HashBytes(std::uint64_t seed, const void* data, std::size_t size)
   }
   return hash ^ (hash >> 32);
 }
-}
+} // namespace
 
 std::uint64_t ContentHash(const TriangleMesh& mesh)
 {

@@ -31,8 +31,8 @@ void RequireOptions(const GaussianMixtureOptions& options)
   }
   if (!(options.Separation >= 0.0) || !std::isfinite(options.Separation))
   {
-    throw InvalidInput("GaussianMixtures: the separation is " + Text(options.Separation) +
-      "; a finite number of at least 0 is needed.");
+    throw InvalidInput(
+      "GaussianMixtures: the separation is " + Text(options.Separation) + "; a finite number of at least 0 is needed.");
   }
 }
 } // namespace
@@ -42,7 +42,7 @@ struct GaussianMixtures::Group
 {
   std::vector<std::uint32_t> Samples;
   std::vector<double*> Values;
-  std::vector<Index> Centres;               ///< the latest of each sample
+  std::vector<Index> Centres;             ///< the latest of each sample
   std::vector<Eigen::VectorXd> ToNearest; ///< of each sample: distance from each vertex to the nearest centre so far
 };
 
@@ -139,19 +139,17 @@ void GaussianMixtures::AddGaussians(Group& group) const
 {
   const RowMatrix distances = this->Geodesics.Distances(group.Centres);
   const double factor = -0.5 / (this->Sigma * this->Sigma);
-  ParallelFor(static_cast<std::int64_t>(group.Samples.size()), 1,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(static_cast<std::int64_t>(group.Samples.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k)
     {
-      for (std::int64_t k = begin; k < end; ++k)
+      for (Eigen::Index v = 0; v < distances.rows(); ++v)
       {
-        for (Eigen::Index v = 0; v < distances.rows(); ++v)
-        {
-          const double distance = distances(v, k);
-          group.ToNearest[k][v] = std::min(group.ToNearest[k][v], distance);
-          group.Values[k][v] += std::exp(factor * distance * distance);
-        }
+        const double distance = distances(v, k);
+        group.ToNearest[k][v] = std::min(group.ToNearest[k][v], distance);
+        group.Values[k][v] += std::exp(factor * distance * distance);
       }
-    });
+    }
+  });
 }
 
 } // namespace surfsynth

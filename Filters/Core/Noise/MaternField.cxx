@@ -19,17 +19,13 @@ namespace surfsynth
 
 namespace
 {
-bool HasTau(NoiseModel model)
-{
-  return model == NoiseModel::Matern || model == NoiseModel::Spectral;
-}
+bool HasTau(NoiseModel model) { return model == NoiseModel::Matern || model == NoiseModel::Spectral; }
 
 void Require(bool condition, const char* name, double value, const char* expected)
 {
   if (!condition)
   {
-    throw InvalidInput(
-      std::string("MaternField: ") + name + " is " + Text(value) + "; expected " + expected + ".");
+    throw InvalidInput(std::string("MaternField: ") + name + " is " + Text(value) + "; expected " + expected + ".");
   }
 }
 
@@ -82,7 +78,7 @@ void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
     matrix.valuePtr()[std::lower_bound(first, last, v) - matrix.innerIndexPtr()] += diagonal[v];
   }
 }
-}
+} // namespace
 
 MaternField::Internals::Internals(
   TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
@@ -166,8 +162,8 @@ void MaternField::Internals::ChooseAmplitude()
     for (Index c = 0; c < this->Components.Count; ++c)
     {
       factor.push_back(this->Options.StandardDeviation /
-        std::sqrt(MarginalVariance(this->Tau, this->Components.Area[c], this->Components.EulerCharacteristic[c],
-          this->Components.Closed[c])));
+        std::sqrt(MarginalVariance(
+          this->Tau, this->Components.Area[c], this->Components.EulerCharacteristic[c], this->Components.Closed[c])));
     }
     for (Index v = 0; v < this->Mass.size(); ++v)
     {
@@ -266,29 +262,29 @@ void MaternField::SampleInto(
   const std::int64_t granules = (count + CholeskySolver::ColumnGranularity - 1) / CholeskySolver::ColumnGranularity;
   const std::int64_t threads = MaximumThreads();
   const std::int64_t blocks = std::min((fewest + threads - 1) / threads * threads, granules);
-  const auto firstOf = [&](std::int64_t block)
-  { return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity); };
+  const auto firstOf = [&](std::int64_t block) {
+    return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
+  };
 
   this->Impl->ForgetResidual();
   // Large arrays are made once for each thread: the system hands out fresh pages slowly.
   ScratchPool<LargeArray<double>> scratch;
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<std::int64_t> done{ 0 };
-  ParallelTasks(blocks,
-    [&](std::int64_t k)
+  ParallelTasks(blocks, [&](std::int64_t k) {
+    Progress blockProgress;
+    if (progress && std::this_thread::get_id() == caller)
     {
-      Progress blockProgress;
-      if (progress && std::this_thread::get_id() == caller)
-      {
-        blockProgress = [&](double fraction)
-        { return progress((static_cast<double>(done) + fraction) / static_cast<double>(blocks)); };
-      }
-      LargeArray<double> memory = scratch.Borrow();
-      this->Impl->SampleColumns(
-        request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
-      scratch.Return(std::move(memory));
-      ++done;
-    });
+      blockProgress = [&](double fraction) {
+        return progress((static_cast<double>(done) + fraction) / static_cast<double>(blocks));
+      };
+    }
+    LargeArray<double> memory = scratch.Borrow();
+    this->Impl->SampleColumns(
+      request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
+    scratch.Return(std::move(memory));
+    ++done;
+  });
   Report(progress, 1.0);
 }
 
@@ -336,34 +332,19 @@ Eigen::MatrixXd MaternField::Sample(const SampleRequest& request) const
   return values;
 }
 
-double MaternField::EffectiveScreening() const
-{
-  return this->Impl->Tau;
-}
+double MaternField::EffectiveScreening() const { return this->Impl->Tau; }
 
 double MaternField::EffectiveCorrelationRange() const
 {
   return this->Impl->Tau > 0.0 ? std::sqrt(8.0 / this->Impl->Tau) : 0.0;
 }
 
-double MaternField::Gamma() const
-{
-  return this->Impl->Gamma;
-}
+double MaternField::Gamma() const { return this->Impl->Gamma; }
 
-double MaternField::RelativeResidual() const
-{
-  return this->Impl->WorstResidual();
-}
+double MaternField::RelativeResidual() const { return this->Impl->WorstResidual(); }
 
-double MaternField::LongestEdge() const
-{
-  return this->Impl->LongestEdge;
-}
+double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
 
-const TriangleMesh& MaternField::Mesh() const
-{
-  return this->Impl->Mesh;
-}
+const TriangleMesh& MaternField::Mesh() const { return this->Impl->Mesh; }
 
 } // namespace surfsynth

@@ -104,8 +104,7 @@ public:
   void SampleInto(const SampleRequest& request, const Destination& destination, const Progress& progress = {}) const;
 
   /// Receives sample number @p sample as [V, C] float64; the reference is only valid during the call.
-  using Consumer =
-    std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
+  using Consumer = std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
 
   /// The same, handing each sample to @p consume, in order, on the calling thread: for statistics over many samples,
   /// which need not be kept.

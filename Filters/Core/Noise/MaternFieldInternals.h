@@ -36,8 +36,8 @@ public:
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
 
   /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
-  void SampleColumns(
-    const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress);
+  void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
+    LargeArray<double>& scratch, const Progress& progress);
 
   TriangleMesh Mesh;
   MaternFieldOptions Options;
@@ -64,8 +64,8 @@ private:
   void Factor(const SparseMatrix& matrix, const Progress& progress);
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
-  void SampleBySolve(
-    const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress);
+  void SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
+    LargeArray<double>& scratch, const Progress& progress);
   void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
   void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
 

@@ -23,10 +23,10 @@ NormalKey Key(const SampleRequest& request, const MaternColumn& column)
   key.Stream = request.Stream;
   return key;
 }
-}
+} // namespace
 
-void MaternField::Internals::SampleColumns(
-  const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress)
+void MaternField::Internals::SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
+  LargeArray<double>& scratch, const Progress& progress)
 {
   if (this->Solver)
   {
@@ -56,8 +56,8 @@ void MaternField::Internals::SampleByVertex(const NormalKey& key, Eigen::Ref<Eig
   FillNormals(key, 0, values.size(), values.data());
   for (Index v = 0; v < values.size(); ++v)
   {
-    const double scale =
-      this->Options.Model == NoiseModel::White ? this->Amplitude[v] / this->RootMass[v] : this->Amplitude[v];
+    const double scale = this->Options.Model == NoiseModel::White ? this->Amplitude[v] / this->RootMass[v]
+                                                                  : this->Amplitude[v];
     values[v] = this->Used(v) ? scale * values[v] : 0.0;
   }
 }
@@ -173,8 +173,8 @@ void MaternField::Internals::TakeSolutions(
   }
 }
 
-void MaternField::Internals::SampleBySolve(
-  const SampleRequest& request, const std::vector<MaternColumn>& columns, LargeArray<double>& scratch, const Progress& progress)
+void MaternField::Internals::SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
+  LargeArray<double>& scratch, const Progress& progress)
 {
   constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
   const auto count = static_cast<Eigen::Index>(columns.size());

@@ -67,27 +67,25 @@ FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopolog
   FaceNeighbours neighbours;
   neighbours.Faces.resize(mesh.NumberOfTriangles(), 3);
   neighbours.Opposite.resize(mesh.NumberOfTriangles(), 3);
-  ParallelFor(mesh.NumberOfTriangles(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto f = static_cast<Index>(begin); f < end; ++f)
     {
-      for (auto f = static_cast<Index>(begin); f < end; ++f)
+      for (int edge = 0; edge < 3; ++edge)
       {
-        for (int edge = 0; edge < 3; ++edge)
+        const Index a = mesh.Triangles(f, edge);
+        const Index b = mesh.Triangles(f, (edge + 1) % 3);
+        const Index beyond = adjacency.Across(f, edge);
+        if (beyond == TriangleAdjacency::Several)
         {
-          const Index a = mesh.Triangles(f, edge);
-          const Index b = mesh.Triangles(f, (edge + 1) % 3);
-          const Index beyond = adjacency.Across(f, edge);
-          if (beyond == TriangleAdjacency::Several)
-          {
-            throw InvalidInput("ComputeFaceNeighbours: the edge between the vertices " + std::to_string(a) + " and " +
-              std::to_string(b) + " has three triangles or more; expected one or two.");
-          }
-          const Index neighbour = beyond == TriangleAdjacency::Boundary ? f : beyond;
-          neighbours.Faces(f, edge) = neighbour;
-          neighbours.Opposite(f, edge) = OppositeCorner(mesh.Triangles, neighbour, a, b);
+          throw InvalidInput("ComputeFaceNeighbours: the edge between the vertices " + std::to_string(a) + " and " +
+            std::to_string(b) + " has three triangles or more; expected one or two.");
         }
+        const Index neighbour = beyond == TriangleAdjacency::Boundary ? f : beyond;
+        neighbours.Faces(f, edge) = neighbour;
+        neighbours.Opposite(f, edge) = OppositeCorner(mesh.Triangles, neighbour, a, b);
       }
-    });
+    }
+  });
   return neighbours;
 }
 
@@ -95,25 +93,23 @@ EdgeFeatureMatrix ComputeEdgeFeatures(
   const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbours& neighbours)
 {
   EdgeFeatureMatrix features(triangles.rows(), 12);
-  ParallelFor(triangles.rows(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(triangles.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      const EdgeFrames frames(points, triangles, f);
+      for (int edge = 0; edge < 3; ++edge)
       {
-        const EdgeFrames frames(points, triangles, f);
-        for (int edge = 0; edge < 3; ++edge)
-        {
-          const Eigen::RowVector3d x = frames.Along(edge);
-          const Eigen::RowVector3d beyond = points.row(neighbours.Opposite(f, edge)).cast<double>() -
-            0.5 * (frames.Corner[edge] + frames.Corner[(edge + 1) % 3]);
-          float* out = features.row(f).data() + 4 * edge;
-          out[0] = static_cast<float>(beyond.dot(x));
-          out[1] = static_cast<float>(beyond.dot(frames.Outward(x)));
-          out[2] = static_cast<float>(beyond.dot(frames.Normal));
-          out[3] = static_cast<float>(frames.Edge[edge].norm());
-        }
+        const Eigen::RowVector3d x = frames.Along(edge);
+        const Eigen::RowVector3d beyond = points.row(neighbours.Opposite(f, edge)).cast<double>() -
+          0.5 * (frames.Corner[edge] + frames.Corner[(edge + 1) % 3]);
+        float* out = features.row(f).data() + 4 * edge;
+        out[0] = static_cast<float>(beyond.dot(x));
+        out[1] = static_cast<float>(beyond.dot(frames.Outward(x)));
+        out[2] = static_cast<float>(beyond.dot(frames.Normal));
+        out[3] = static_cast<float>(frames.Edge[edge].norm());
       }
-    });
+    }
+  });
   return features;
 }
 
@@ -122,20 +118,18 @@ SinglePoints MeanCornerDisplacement(
 {
   using CornerMatrix = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
   CornerMatrix corners(triangles.rows(), 9);
-  ParallelFor(triangles.rows(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(triangles.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      const EdgeFrames frames(points, triangles, f);
+      const Eigen::RowVector3d abc = local.row(f).cast<double>();
+      for (int k = 0; k < 3; ++k)
       {
-        const EdgeFrames frames(points, triangles, f);
-        const Eigen::RowVector3d abc = local.row(f).cast<double>();
-        for (int k = 0; k < 3; ++k)
-        {
-          const Eigen::RowVector3d x = frames.Along(k);
-          corners.block<1, 3>(f, 3 * k) = abc(0) * x + abc(1) * frames.Outward(x) + abc(2) * frames.Normal;
-        }
+        const Eigen::RowVector3d x = frames.Along(k);
+        corners.block<1, 3>(f, 3 * k) = abc(0) * x + abc(1) * frames.Outward(x) + abc(2) * frames.Normal;
       }
-    });
+    }
+  });
   // Summed in the order of the triangles, so that the bits do not depend on the threads.
   PointMatrix sums = PointMatrix::Zero(points.rows(), 3);
   std::vector<Index> degree(static_cast<std::size_t>(points.rows()), 0);

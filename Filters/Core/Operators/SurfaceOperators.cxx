@@ -16,10 +16,7 @@ namespace
 {
 constexpr std::int64_t Grain = 16384;
 
-Eigen::Vector3d Point(const TriangleMesh& mesh, Index v)
-{
-  return mesh.Points.row(v).transpose();
-}
+Eigen::Vector3d Point(const TriangleMesh& mesh, Index v) { return mesh.Points.row(v).transpose(); }
 
 /// Twice the area times the unit normal of triangle @p f.
 Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
@@ -29,10 +26,7 @@ Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
   return (Point(mesh, t(1)) - p).cross(Point(mesh, t(2)) - p);
 }
 
-Eigen::Index Faces(const TriangleMesh& mesh)
-{
-  return mesh.Triangles.rows();
-}
+Eigen::Index Faces(const TriangleMesh& mesh) { return mesh.Triangles.rows(); }
 
 /// What a triangle adds to the row of the stiffness matrix that belongs to one of its corners.
 struct CornerWeights
@@ -48,28 +42,26 @@ LargeArray<CornerWeights> CotangentWeights(
   const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
 {
   LargeArray<CornerWeights> weights(topology.CornerPlace.size());
-  ParallelFor(Faces(mesh), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(Faces(mesh), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      const auto t = mesh.Triangles.row(f);
+      const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
+        Point(mesh, t(1)) - Point(mesh, t(0)) };
+      const double doubleArea = std::sqrt(edge[0].cross(edge[1]).squaredNorm() + squaredAreaShift);
+      double half[3];
+      for (int k = 0; k < 3; ++k)
       {
-        const auto t = mesh.Triangles.row(f);
-        const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
-          Point(mesh, t(1)) - Point(mesh, t(0)) };
-        const double doubleArea = std::sqrt(edge[0].cross(edge[1]).squaredNorm() + squaredAreaShift);
-        double half[3];
-        for (int k = 0; k < 3; ++k)
-        {
-          half[k] = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
-        }
-        for (int k = 0; k < 3; ++k)
-        {
-          const int next = (k + 1) % 3;
-          const int last = (k + 2) % 3;
-          weights[topology.CornerPlace[3 * f + k]] = { half[last], half[next], t(next), t(last) };
-        }
+        half[k] = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
       }
-    });
+      for (int k = 0; k < 3; ++k)
+      {
+        const int next = (k + 1) % 3;
+        const int last = (k + 2) % 3;
+        weights[topology.CornerPlace[3 * f + k]] = { half[last], half[next], t(next), t(last) };
+      }
+    }
+  });
   return weights;
 }
 
@@ -83,35 +75,31 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
   {
     pattern.outerIndexPtr()[v] = topology.NeighbourStart[v] + v;
   }
-  ParallelFor(points, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        const Index* first = topology.Neighbours.data() + topology.NeighbourStart[v];
-        const Index* last = topology.Neighbours.data() + topology.NeighbourStart[v + 1];
-        const Index* above = std::lower_bound(first, last, static_cast<Index>(v));
-        Index* rows = pattern.innerIndexPtr() + pattern.outerIndexPtr()[v];
-        rows = std::copy(first, above, rows);
-        *rows++ = static_cast<Index>(v);
-        std::copy(above, last, rows);
-      }
-    });
+      const Index* first = topology.Neighbours.data() + topology.NeighbourStart[v];
+      const Index* last = topology.Neighbours.data() + topology.NeighbourStart[v + 1];
+      const Index* above = std::lower_bound(first, last, static_cast<Index>(v));
+      Index* rows = pattern.innerIndexPtr() + pattern.outerIndexPtr()[v];
+      rows = std::copy(first, above, rows);
+      *rows++ = static_cast<Index>(v);
+      std::copy(above, last, rows);
+    }
+  });
   return pattern;
 }
-}
+} // namespace
 
 Eigen::VectorXd FaceAreas(const TriangleMesh& mesh)
 {
   Eigen::VectorXd areas(Faces(mesh));
-  ParallelFor(Faces(mesh), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(Faces(mesh), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
-      {
-        areas[f] = 0.5 * AreaVector(mesh, static_cast<Index>(f)).norm();
-      }
-    });
+      areas[f] = 0.5 * AreaVector(mesh, static_cast<Index>(f)).norm();
+    }
+  });
   return areas;
 }
 
@@ -119,72 +107,61 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh, const MeshTopology& topolog
 {
   const Eigen::VectorXd areas = FaceAreas(mesh);
   Eigen::VectorXd mass(mesh.Points.rows());
-  ParallelFor(mass.size(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mass.size(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
+      double sum = 0.0;
+      for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
       {
-        double sum = 0.0;
-        for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
-        {
-          sum += areas[topology.VertexTriangles[k]];
-        }
-        mass[v] = sum / 3.0;
+        sum += areas[topology.VertexTriangles[k]];
       }
-    });
+      mass[v] = sum / 3.0;
+    }
+  });
   return mass;
 }
 
-Eigen::VectorXd LumpedMass(const TriangleMesh& mesh)
-{
-  return LumpedMass(mesh, MeshTopology(mesh));
-}
+Eigen::VectorXd LumpedMass(const TriangleMesh& mesh) { return LumpedMass(mesh, MeshTopology(mesh)); }
 
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
 {
   const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology, squaredAreaShift);
   SparseMatrix stiffness = AdjacencyPattern(topology);
-  ParallelFor(mesh.Points.rows(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.Points.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        const Index* rows = stiffness.innerIndexPtr() + stiffness.outerIndexPtr()[v];
-        double* values = stiffness.valuePtr() + stiffness.outerIndexPtr()[v];
-        const Index count = stiffness.outerIndexPtr()[v + 1] - stiffness.outerIndexPtr()[v];
-        const auto entry = [&](Index row) -> double&
+      const Index* rows = stiffness.innerIndexPtr() + stiffness.outerIndexPtr()[v];
+      double* values = stiffness.valuePtr() + stiffness.outerIndexPtr()[v];
+      const Index count = stiffness.outerIndexPtr()[v + 1] - stiffness.outerIndexPtr()[v];
+      const auto entry = [&](Index row) -> double& {
+        if (count > 32)
         {
-          if (count > 32)
-          {
-            return values[std::lower_bound(rows, rows + count, row) - rows];
-          }
-          // Counting the smaller ids has no branch to mispredict, unlike a search.
-          Index place = 0;
-          for (Index k = 0; k < count; ++k)
-          {
-            place += rows[k] < row ? 1 : 0;
-          }
-          return values[place];
-        };
-        std::fill_n(values, count, 0.0);
-        double diagonal = 0.0;
-        for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
-        {
-          const CornerWeights& corner = weights[k];
-          entry(corner.NextVertex) -= corner.Next;
-          entry(corner.LastVertex) -= corner.Last;
-          diagonal += corner.Next + corner.Last;
+          return values[std::lower_bound(rows, rows + count, row) - rows];
         }
-        entry(static_cast<Index>(v)) = diagonal;
+        // Counting the smaller ids has no branch to mispredict, unlike a search.
+        Index place = 0;
+        for (Index k = 0; k < count; ++k)
+        {
+          place += rows[k] < row ? 1 : 0;
+        }
+        return values[place];
+      };
+      std::fill_n(values, count, 0.0);
+      double diagonal = 0.0;
+      for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
+      {
+        const CornerWeights& corner = weights[k];
+        entry(corner.NextVertex) -= corner.Next;
+        entry(corner.LastVertex) -= corner.Last;
+        diagonal += corner.Next + corner.Last;
       }
-    });
+      entry(static_cast<Index>(v)) = diagonal;
+    }
+  });
   return stiffness;
 }
 
-SparseMatrix CotangentStiffness(const TriangleMesh& mesh)
-{
-  return CotangentStiffness(mesh, MeshTopology(mesh));
-}
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh) { return CotangentStiffness(mesh, MeshTopology(mesh)); }
 
 SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
 {
@@ -195,34 +172,32 @@ SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
   {
     gradient.outerIndexPtr()[row] = 3 * row;
   }
-  ParallelFor(faces, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(faces, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
+      const auto t = mesh.Triangles.row(f);
+      const Eigen::Vector3d first = Point(mesh, t(1)) - Point(mesh, t(0));
+      const Eigen::Vector3d second = Point(mesh, t(2)) - Point(mesh, t(0));
+      // The triangle laid flat: v0 at the origin, v1 at (length, 0), v2 at (x, y).
+      const double length = first.norm();
+      const double doubleArea = first.cross(second).norm();
+      const double x = first.dot(second) / length;
+      const double y = doubleArea / length;
+      const double rows[2][3] = { { -y, y, 0.0 }, { x - length, -x, length } };
+      // Columns in ascending order, as compressed rows want them.
+      int order[3] = { 0, 1, 2 };
+      std::sort(order, order + 3, [&](int a, int b) { return t(a) < t(b); });
+      for (int component = 0; component < 2; ++component)
       {
-        const auto t = mesh.Triangles.row(f);
-        const Eigen::Vector3d first = Point(mesh, t(1)) - Point(mesh, t(0));
-        const Eigen::Vector3d second = Point(mesh, t(2)) - Point(mesh, t(0));
-        // The triangle laid flat: v0 at the origin, v1 at (length, 0), v2 at (x, y).
-        const double length = first.norm();
-        const double doubleArea = first.cross(second).norm();
-        const double x = first.dot(second) / length;
-        const double y = doubleArea / length;
-        const double rows[2][3] = { { -y, y, 0.0 }, { x - length, -x, length } };
-        // Columns in ascending order, as compressed rows want them.
-        int order[3] = { 0, 1, 2 };
-        std::sort(order, order + 3, [&](int a, int b) { return t(a) < t(b); });
-        for (int component = 0; component < 2; ++component)
+        for (int k = 0; k < 3; ++k)
         {
-          for (int k = 0; k < 3; ++k)
-          {
-            const std::int64_t entry = 6 * f + 3 * component + k;
-            gradient.innerIndexPtr()[entry] = t(order[k]);
-            gradient.valuePtr()[entry] = rows[component][order[k]] / doubleArea;
-          }
+          const std::int64_t entry = 6 * f + 3 * component + k;
+          gradient.innerIndexPtr()[entry] = t(order[k]);
+          gradient.valuePtr()[entry] = rows[component][order[k]] / doubleArea;
         }
       }
-    });
+    }
+  });
   return gradient;
 }
 
@@ -230,32 +205,29 @@ VertexFrames TangentFrames(const TriangleMesh& mesh, const MeshTopology& topolog
 {
   const Index points = mesh.NumberOfPoints();
   VertexFrames frames{ PointMatrix(points, 3), PointMatrix(points, 3), PointMatrix(points, 3) };
-  ParallelFor(points, Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      double area = 0.0;
+      for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
       {
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        double area = 0.0;
-        for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
-        {
-          const Eigen::Vector3d normal = AreaVector(mesh, topology.VertexTriangles[k]);
-          sum += normal;
-          area += normal.norm();
-        }
-        const double length = sum.norm();
-        const Eigen::Vector3d normal =
-          length > 1e-12 * area ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-        // The world axis least aligned with the normal, projected to the tangent plane.
-        Eigen::Index axis = 0;
-        normal.cwiseAbs().minCoeff(&axis);
-        const Eigen::Vector3d tangent =
-          (Eigen::Vector3d::Unit(axis) - normal[axis] * normal).normalized();
-        frames.Normal.row(v) = normal.transpose();
-        frames.X.row(v) = tangent.transpose();
-        frames.Y.row(v) = normal.cross(tangent).transpose();
+        const Eigen::Vector3d normal = AreaVector(mesh, topology.VertexTriangles[k]);
+        sum += normal;
+        area += normal.norm();
       }
-    });
+      const double length = sum.norm();
+      const Eigen::Vector3d normal = length > 1e-12 * area ? Eigen::Vector3d(sum / length)
+                                                           : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+      // The world axis least aligned with the normal, projected to the tangent plane.
+      Eigen::Index axis = 0;
+      normal.cwiseAbs().minCoeff(&axis);
+      const Eigen::Vector3d tangent = (Eigen::Vector3d::Unit(axis) - normal[axis] * normal).normalized();
+      frames.Normal.row(v) = normal.transpose();
+      frames.X.row(v) = tangent.transpose();
+      frames.Y.row(v) = normal.cross(tangent).transpose();
+    }
+  });
   return frames;
 }
 
@@ -264,19 +236,17 @@ double LaplaceBeltramiNorm(const SparseMatrix& stiffness, const Eigen::VectorXd&
   // Row i of M^-1 L is row i of L over M_ii; L is symmetric, so its column will do. Summed column by column, and the
   // columns in a fixed order, so that the result does not depend on the number of threads.
   Eigen::VectorXd squares(stiffness.cols());
-  ParallelFor(stiffness.cols(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(stiffness.cols(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
+      double sum = 0.0;
+      for (SparseMatrix::InnerIterator entry(stiffness, v); entry; ++entry)
       {
-        double sum = 0.0;
-        for (SparseMatrix::InnerIterator entry(stiffness, v); entry; ++entry)
-        {
-          sum += entry.value() * entry.value();
-        }
-        squares[v] = mass[v] > 0.0 ? sum / (mass[v] * mass[v]) : 0.0;
+        sum += entry.value() * entry.value();
       }
-    });
+      squares[v] = mass[v] > 0.0 ? sum / (mass[v] * mass[v]) : 0.0;
+    }
+  });
   double total = 0.0;
   for (const double square : squares)
   {

@@ -28,7 +28,7 @@ FillFunction BestFill()
   return FillNormalBlocksGeneric;
 #endif
 }
-}
+} // namespace
 
 void FillNormals(const NormalKey& key, std::int64_t first, std::int64_t count, double* out)
 {

@@ -106,7 +106,7 @@ void BoxMuller(const std::uint32_t* radius, const std::uint32_t* angle, double* 
     second[k] = r * sine;
   }
 }
-}
+} // namespace
 
 void SURFSYNTH_FILL_BLOCKS(const NormalKey& key, std::uint32_t firstBlock, double* out)
 {

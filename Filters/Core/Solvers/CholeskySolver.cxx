@@ -24,10 +24,7 @@ namespace
 {
 constexpr std::int64_t Grain = 16384;
 
-std::string Entry(Index row, Index column)
-{
-  return "(" + std::to_string(row) + ", " + std::to_string(column) + ")";
-}
+std::string Entry(Index row, Index column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; }
 
 /// The same structure in every matrix that is handed on: compressed, rows ascending in each column.
 SparseMatrix Sorted(const SparseMatrix& matrix)
@@ -63,8 +60,9 @@ void RequireSymmetric(const SparseMatrix& matrix)
   const Index* rows = matrix.innerIndexPtr();
   const double* values = matrix.valuePtr();
   const Index entries = start[matrix.cols()];
-  const double largest =
-    entries > 0 ? Eigen::Map<const Eigen::ArrayXd>(values, entries).abs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
+  const double largest = entries > 0
+    ? Eigen::Map<const Eigen::ArrayXd>(values, entries).abs().maxCoeff<Eigen::PropagateNaN>()
+    : 0.0;
   std::vector<Index> cursor(start, start + matrix.cols());
   for (Index column = 0; column < matrix.cols(); ++column)
   {
@@ -134,7 +132,7 @@ private:
   Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower> Solver;
 };
 #endif
-}
+} // namespace
 
 class CholeskySolver::Internals
 {
@@ -159,8 +157,8 @@ public:
   {
     auto factor = std::make_shared<std::unique_ptr<SimplicialFactor>>();
     const std::shared_ptr<const SparseMatrix> matrix = this->Matrix;
-    RunCancellable([factor, matrix] { *factor = std::make_unique<SimplicialFactor>(*matrix); },
-      1e-5 * matrix->rows(), progress);
+    RunCancellable(
+      [factor, matrix] { *factor = std::make_unique<SimplicialFactor>(*matrix); }, 1e-5 * matrix->rows(), progress);
     this->Factor = std::move(*factor);
   }
 #endif
@@ -174,8 +172,7 @@ CholeskySolver::CholeskySolver(const SparseMatrix& matrix, const Progress& progr
     throw InvalidInput("CholeskySolver: the matrix is " + std::to_string(matrix.rows()) + " by " +
       std::to_string(matrix.cols()) + "; expected a square matrix of at least one row.");
   }
-  this->Impl->Matrix =
-    std::make_shared<const SparseMatrix>(IsSorted(matrix) ? matrix : Sorted(matrix));
+  this->Impl->Matrix = std::make_shared<const SparseMatrix>(IsSorted(matrix) ? matrix : Sorted(matrix));
   RequireSymmetric(*this->Impl->Matrix);
   this->Impl->Compute(progress);
   Report(progress, 1.0);
@@ -185,20 +182,11 @@ CholeskySolver::~CholeskySolver() = default;
 CholeskySolver::CholeskySolver(CholeskySolver&&) noexcept = default;
 CholeskySolver& CholeskySolver::operator=(CholeskySolver&&) noexcept = default;
 
-Index CholeskySolver::Size() const
-{
-  return static_cast<Index>(this->Impl->Matrix->rows());
-}
+Index CholeskySolver::Size() const { return static_cast<Index>(this->Impl->Matrix->rows()); }
 
-std::int64_t CholeskySolver::FactorEntries() const
-{
-  return this->Impl->Factor->Entries();
-}
+std::int64_t CholeskySolver::FactorEntries() const { return this->Impl->Factor->Entries(); }
 
-const std::vector<Index>& CholeskySolver::Order() const
-{
-  return this->Impl->Order();
-}
+const std::vector<Index>& CholeskySolver::Order() const { return this->Impl->Order(); }
 
 void CholeskySolver::SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
 {
@@ -229,25 +217,23 @@ void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
   const std::vector<Index>& order = this->Order();
   const Eigen::Index columns = rightHandSides.cols();
   const Eigen::Index blocks = (columns + BlockColumns - 1) / BlockColumns;
-  ParallelTasks(blocks,
-    [&](std::int64_t k)
+  ParallelTasks(blocks, [&](std::int64_t k) {
+    const Eigen::Index first = k * BlockColumns;
+    const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
+    const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
+    LargeArray<double> memory(static_cast<std::size_t>(this->Size() * padded));
+    Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
+    for (Index row = 0; row < this->Size(); ++row)
     {
-      const Eigen::Index first = k * BlockColumns;
-      const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
-      const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
-      LargeArray<double> memory(static_cast<std::size_t>(this->Size() * padded));
-      Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
-      for (Index row = 0; row < this->Size(); ++row)
-      {
-        block.row(row).head(count) = rightHandSides.row(order[row]).segment(first, count);
-        block.row(row).tail(padded - count).setZero();
-      }
-      this->SolveOrderedInPlace(block);
-      for (Index row = 0; row < this->Size(); ++row)
-      {
-        rightHandSides.row(order[row]).segment(first, count) = block.row(row).head(count);
-      }
-    });
+      block.row(row).head(count) = rightHandSides.row(order[row]).segment(first, count);
+      block.row(row).tail(padded - count).setZero();
+    }
+    this->SolveOrderedInPlace(block);
+    for (Index row = 0; row < this->Size(); ++row)
+    {
+      rightHandSides.row(order[row]).segment(first, count) = block.row(row).head(count);
+    }
+  });
 }
 
 Eigen::VectorXd CholeskySolver::Solve(const Eigen::VectorXd& rightHandSide) const
@@ -257,8 +243,7 @@ Eigen::VectorXd CholeskySolver::Solve(const Eigen::VectorXd& rightHandSide) cons
   return solution.col(0);
 }
 
-double CholeskySolver::RelativeResidual(
-  const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const
+double CholeskySolver::RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const
 {
   if (solution.size() != this->Size() || rightHandSide.size() != this->Size())
   {
@@ -268,19 +253,17 @@ double CholeskySolver::RelativeResidual(
   // The matrix is symmetric: its columns serve as rows, so that every entry of the product is one sum.
   const SparseMatrix& matrix = *this->Impl->Matrix;
   Eigen::VectorXd residual(this->Size());
-  ParallelFor(this->Size(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(this->Size(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t row = begin; row < end; ++row)
     {
-      for (std::int64_t row = begin; row < end; ++row)
+      double sum = -rightHandSide[row];
+      for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
       {
-        double sum = -rightHandSide[row];
-        for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
-        {
-          sum += entry.value() * solution[entry.row()];
-        }
-        residual[row] = sum;
+        sum += entry.value() * solution[entry.row()];
       }
-    });
+      residual[row] = sum;
+    }
+  });
   const double norm = rightHandSide.norm();
   return norm > 0.0 ? residual.norm() / norm : 0.0;
 }

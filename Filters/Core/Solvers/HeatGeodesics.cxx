@@ -121,12 +121,10 @@ RowMatrix HeatGeodesics::Distances(const std::vector<Index>& sources) const
   }
   this->Solvers[0].SolveInPlace(heat);
   RowMatrix distances = RowMatrix::Zero(heat.rows(), columns);
-  ParallelTasks((columns + Together - 1) / Together,
-    [&](std::int64_t block)
-    {
-      const auto first = static_cast<Index>(block * Together);
-      this->AccumulateDivergence(heat, distances, first, std::min(Together, columns - first));
-    });
+  ParallelTasks((columns + Together - 1) / Together, [&](std::int64_t block) {
+    const auto first = static_cast<Index>(block * Together);
+    this->AccumulateDivergence(heat, distances, first, std::min(Together, columns - first));
+  });
   this->Solvers[1].SolveInPlace(distances);
   this->ShiftToSource(sources, distances);
   return distances;

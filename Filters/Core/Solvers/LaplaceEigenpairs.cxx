@@ -70,8 +70,7 @@ public:
     , Solver(part.Shifted, SubProgress(progress, 0.0, 0.2))
     , Expected(expectedProducts)
     , OnProgress(SubProgress(progress, 0.2, 1.0))
-  {
-  }
+  {}
   Eigen::Index rows() const { return this->Part.RootMass.size(); }
   Eigen::Index cols() const { return this->rows(); }
   void set_shift(double) {} // fixed when the matrix was factored
@@ -98,12 +97,12 @@ class DeflatedInverse
 public:
   using Scalar = double;
 
-  DeflatedInverse(const ShiftedInverse& inverse, double shift, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors)
+  DeflatedInverse(
+    const ShiftedInverse& inverse, double shift, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors)
     : Inverse(inverse)
     , Weights((values.array() + shift).inverse().matrix())
     , Vectors(vectors)
-  {
-  }
+  {}
   Eigen::Index rows() const { return this->Inverse.rows(); }
   Eigen::Index cols() const { return this->Inverse.cols(); }
   void set_shift(double) {}
@@ -111,8 +110,8 @@ public:
   {
     this->Inverse.perform_op(in, out);
     const Eigen::Map<const Eigen::VectorXd> x(in, this->rows());
-    Eigen::Map<Eigen::VectorXd>(out, this->rows()) -=
-      this->Vectors * this->Weights.cwiseProduct(this->Vectors.transpose() * x);
+    Eigen::Map<Eigen::VectorXd>(out, this->rows()) -= this->Vectors *
+      this->Weights.cwiseProduct(this->Vectors.transpose() * x);
   }
 
 private:
@@ -146,8 +145,8 @@ void Solve(Inverse& inverse, double shift, Eigen::Index count, Eigen::Index basi
 
 /// Looks for eigenvalues below the largest of @p values that a Lanczos run has missed, as it may where symmetry of the
 /// surface makes eigenvalues multiple, and appends them; false when there are none.
-bool AppendMissed(const ShiftedInverse& inverse, double shift, std::uint32_t round, Eigen::VectorXd& values,
-  Eigen::MatrixXd& vectors)
+bool AppendMissed(
+  const ShiftedInverse& inverse, double shift, std::uint32_t round, Eigen::VectorXd& values, Eigen::MatrixXd& vectors)
 {
   const Eigen::Index size = inverse.rows();
   const Eigen::Index known = values.size();
@@ -199,8 +198,7 @@ Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Ei
   {
     order[k] = static_cast<Eigen::Index>(k);
   }
-  std::stable_sort(
-    order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
   Eigenpairs pairs{ Eigen::VectorXd(count), Eigen::MatrixXd::Zero(rows, count) };
   for (Eigen::Index k = 0; k < count; ++k)
   {
@@ -216,7 +214,7 @@ Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Ei
   }
   return pairs;
 }
-}
+} // namespace
 
 Eigenpairs LowestLaplaceEigenpairs(
   const SparseMatrix& stiffness, const Eigen::VectorXd& mass, Index count, const Progress& progress)
@@ -244,8 +242,7 @@ Eigenpairs LowestLaplaceEigenpairs(
     std::uint32_t round = 0;
     Solve(inverse, shift, count, basis, round, values, vectors);
     while (AppendMissed(inverse, shift, ++round, values, vectors))
-    {
-    }
+    {}
   }
   Report(progress, 1.0);
   return Collect(part, values, vectors, count, stiffness.rows());

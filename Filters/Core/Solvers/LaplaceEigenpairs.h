@@ -24,7 +24,7 @@ struct Eigenpairs
 /// @param count in [1, number of vertices with mass - 1].
 /// @throws InvalidInput when @p count is out of range.
 /// @throws SolverFailure when fewer than @p count pairs converge to 1e-10.
-Eigenpairs LowestLaplaceEigenpairs(const SparseMatrix& stiffness, const Eigen::VectorXd& mass, Index count,
-  const Progress& progress = {});
+Eigenpairs LowestLaplaceEigenpairs(
+  const SparseMatrix& stiffness, const Eigen::VectorXd& mass, Index count, const Progress& progress = {});
 
 } // namespace surfsynth

@@ -3,11 +3,10 @@
 
 #include <mutex>
 
-extern "C"
-{
-  // Present when the BLAS in use is OpenBLAS.
-  __attribute__((weak)) void openblas_set_num_threads(int threads);
-  __attribute__((weak)) int openblas_get_num_threads();
+extern "C" {
+// Present when the BLAS in use is OpenBLAS.
+__attribute__((weak)) void openblas_set_num_threads(int threads);
+__attribute__((weak)) int openblas_get_num_threads();
 }
 
 namespace surfsynth
@@ -18,7 +17,7 @@ namespace
 std::mutex Mutex;
 int Users = 0;
 int ThreadsBefore = 1;
-}
+} // namespace
 
 SingleThreadedBlas::SingleThreadedBlas()
 {

@@ -73,7 +73,7 @@ std::vector<Index> Parents(const SupernodalAnalysis& analysis)
   }
   return parent;
 }
-}
+} // namespace
 
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix)
 {

@@ -15,14 +15,14 @@ namespace surfsynth
 /// stored together as one dense panel, whose first rows are the supernode's own columns.
 struct SupernodalAnalysis
 {
-  Index Size = 0;                        ///< n
-  std::vector<Index> OldOfNew;           ///< [n], row of the matrix at each place of the elimination order
-  std::vector<Index> NewOfOld;           ///< [n], its inverse
-  std::vector<Index> FirstColumn;        ///< [S + 1], columns FirstColumn[s] .. FirstColumn[s + 1) form supernode s
-  std::vector<std::int64_t> RowStart;    ///< [S + 1], into Rows
-  std::vector<Index> Rows;               ///< row ids of each panel, ascending, in elimination order
-  std::vector<std::int64_t> ValueStart;  ///< [S + 1], where each panel begins in the factor's values
-  std::vector<Index> Parent;             ///< [S], the supernode that the panel's update goes to, -1 at a root
+  Index Size = 0;                       ///< n
+  std::vector<Index> OldOfNew;          ///< [n], row of the matrix at each place of the elimination order
+  std::vector<Index> NewOfOld;          ///< [n], its inverse
+  std::vector<Index> FirstColumn;       ///< [S + 1], columns FirstColumn[s] .. FirstColumn[s + 1) form supernode s
+  std::vector<std::int64_t> RowStart;   ///< [S + 1], into Rows
+  std::vector<Index> Rows;              ///< row ids of each panel, ascending, in elimination order
+  std::vector<std::int64_t> ValueStart; ///< [S + 1], where each panel begins in the factor's values
+  std::vector<Index> Parent;            ///< [S], the supernode that the panel's update goes to, -1 at a root
 
   Index Supernodes() const { return static_cast<Index>(this->FirstColumn.size()) - 1; }
   Index Columns(Index s) const { return this->FirstColumn[s + 1] - this->FirstColumn[s]; }

@@ -12,13 +12,12 @@
 #include <mutex>
 #include <numeric>
 
-extern "C"
-{
-  void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-  void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m, const int* n,
-    const double* alpha, const double* a, const int* lda, double* b, const int* ldb);
-  void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha, const double* a,
-    const int* lda, const double* beta, double* c, const int* ldc);
+extern "C" {
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m, const int* n,
+  const double* alpha, const double* a, const int* lda, double* b, const int* ldb);
+void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha, const double* a,
+  const int* lda, const double* beta, double* c, const int* ldc);
 }
 
 namespace surfsynth
@@ -144,8 +143,7 @@ private:
     }
   }
 
-  void ExtendAdd(
-    Index child, double* panel, Index rows, Index columns, double* update, const std::vector<Index>& place)
+  void ExtendAdd(Index child, double* panel, Index rows, Index columns, double* update, const std::vector<Index>& place)
   {
     const Index own = this->Symbolic.Columns(child);
     const Index count = this->Symbolic.PanelRows(child) - own;
@@ -183,10 +181,10 @@ private:
 /// share of the work, and the rest above them. Independent of the number of threads.
 struct TaskTree
 {
-  std::vector<Index> Roots;      ///< of the subtrees, most expensive first
-  std::vector<Index> First;      ///< [S], lowest descendant: subtree of s is First[s] .. s
-  std::vector<Index> Above;      ///< supernodes above the subtrees, children first
-  std::vector<double> Work;      ///< [S], operations of the subtree
+  std::vector<Index> Roots; ///< of the subtrees, most expensive first
+  std::vector<Index> First; ///< [S], lowest descendant: subtree of s is First[s] .. s
+  std::vector<Index> Above; ///< supernodes above the subtrees, children first
+  std::vector<double> Work; ///< [S], operations of the subtree
 };
 
 TaskTree SplitIntoSubtrees(const SupernodalAnalysis& analysis)
@@ -223,11 +221,10 @@ TaskTree SplitIntoSubtrees(const SupernodalAnalysis& analysis)
       tree.Roots.push_back(s);
     }
   }
-  std::stable_sort(
-    tree.Roots.begin(), tree.Roots.end(), [&](Index a, Index b) { return tree.Work[a] > tree.Work[b]; });
+  std::stable_sort(tree.Roots.begin(), tree.Roots.end(), [&](Index a, Index b) { return tree.Work[a] > tree.Work[b]; });
   return tree;
 }
-}
+} // namespace
 
 SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress)
   : Symbolic(std::move(analysis))
@@ -243,8 +240,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   double done = 0.0;
   std::mutex mutex;
 
-  const auto runSubtree = [&](std::int64_t k)
-  {
+  const auto runSubtree = [&](std::int64_t k) {
     std::vector<Index> place = scratch.Borrow();
     place.resize(static_cast<std::size_t>(this->Symbolic.Size));
     for (Index s = tree.First[tree.Roots[k]]; s <= tree.Roots[k]; ++s)
@@ -255,8 +251,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
     std::lock_guard<std::mutex> lock(mutex);
     done += tree.Work[tree.Roots[k]];
   };
-  const auto report = [&]
-  {
+  const auto report = [&] {
     double fraction;
     {
       std::lock_guard<std::mutex> lock(mutex);
@@ -280,8 +275,8 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
     const double* panel = this->Values.data() + this->Symbolic.ValueStart[s];
     for (Index column = 0; column < this->Symbolic.Columns(s); ++column)
     {
-      this->InverseDiagonal[this->Symbolic.FirstColumn[s] + column] =
-        1.0 / panel[std::int64_t(column) * (this->Symbolic.PanelRows(s) + 1)];
+      this->InverseDiagonal[this->Symbolic.FirstColumn[s] + column] = 1.0 /
+        panel[std::int64_t(column) * (this->Symbolic.PanelRows(s) + 1)];
     }
   }
 }
@@ -289,16 +284,15 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
 void SupernodalFactor::SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const
 {
   const SupernodalKernels& kernels = BestSupernodalKernels();
-  const auto panel = [&](Index s)
-  {
+  const auto panel = [&](Index s) {
     return SupernodalPanel{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Symbolic.PanelRowIds(s),
-      this->Values.data() + this->Symbolic.ValueStart[s], this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
+      this->Values.data() + this->Symbolic.ValueStart[s],
+      this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
   };
   // Entries of the factor between two reports: a sixteenth of both passes.
   const std::int64_t interval = std::max<std::int64_t>(this->Entries() / 8, 1);
   std::int64_t done = 0;
-  const auto report = [&](Index s)
-  {
+  const auto report = [&](Index s) {
     const std::int64_t before = done / interval;
     done += this->Symbolic.ValueStart[s + 1] - this->Symbolic.ValueStart[s];
     if (done / interval != before)

@@ -33,7 +33,7 @@ public:
 
 private:
   SupernodalAnalysis Symbolic;
-  LargeArray<double> Values;                   ///< panels, from Symbolic.ValueStart
+  LargeArray<double> Values;           ///< panels, from Symbolic.ValueStart
   std::vector<double> InverseDiagonal; ///< [n]
 };
 

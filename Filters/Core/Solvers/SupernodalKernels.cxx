@@ -10,8 +10,8 @@ const SupernodalKernels& BestSupernodalKernels()
   static const SupernodalKernels& best = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")
     ? Avx512SupernodalKernels
-    : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")      ? Avx2SupernodalKernels
-                                                                           : GenericSupernodalKernels;
+    : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? Avx2SupernodalKernels
+                                                                      : GenericSupernodalKernels;
   return best;
 #else
   return GenericSupernodalKernels;

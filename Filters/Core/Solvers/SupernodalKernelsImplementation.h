@@ -20,15 +20,9 @@ typedef double Vector __attribute__((vector_size(VectorDoubles * sizeof(double))
 /// Columns of the panel that are solved before their effect on the other rows is subtracted in one go.
 constexpr int BlockColumns = 32;
 
-const Vector& Load(const double* address)
-{
-  return *reinterpret_cast<const Vector*>(address);
-}
+const Vector& Load(const double* address) { return *reinterpret_cast<const Vector*>(address); }
 
-Vector& Store(double* address)
-{
-  return *reinterpret_cast<Vector*>(address);
-}
+Vector& Store(double* address) { return *reinterpret_cast<Vector*>(address); }
 
 /// Solves with the triangle of the panel's columns [first, last) for W vectors of right-hand sides.
 template <int W>
@@ -243,7 +237,7 @@ void Backward(const SupernodalPanel& panel, double* x, std::int64_t count)
     BackwardTile<VectorDoubles, Narrow>(panel, x + done, count);
   }
 }
-}
+} // namespace
 
 extern const SupernodalKernels SURFSYNTH_KERNELS = { Forward, Backward };
 

@@ -3,9 +3,9 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/SharedProgress.h"
 #include "Core/Common/Text.h"
 #include "Core/Statistics/NearestSamples.h"
-#include "Core/Common/SharedProgress.h"
 
 #include <algorithm>
 #include <cmath>

@@ -84,8 +84,8 @@ struct SeenMesh
   {
     if (!(unitLength >= 0.0) || !std::isfinite(unitLength))
     {
-      throw InvalidInput(
-        "CompareGeometricTextures: the unit length of the " + name + " is " + Text(unitLength) + "; expected 0 or more.");
+      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " + Text(unitLength) +
+        "; expected 0 or more.");
     }
     if (mesh.NumberOfTriangles() == 0)
     {
@@ -154,8 +154,8 @@ TextureDistance CompareGeometricTextures(const TriangleMesh& surface, const Tria
 {
   if (options.Projections < 1)
   {
-    throw InvalidInput(
-      "CompareGeometricTextures: there are " + std::to_string(options.Projections) + " projections; expected at least one.");
+    throw InvalidInput("CompareGeometricTextures: there are " + std::to_string(options.Projections) +
+      " projections; expected at least one.");
   }
   const SeenMesh seen(surface, options.UnitLength, "surface");
   const SeenMesh seenReference(reference, options.ReferenceUnitLength, "reference");

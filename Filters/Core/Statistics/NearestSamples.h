@@ -3,8 +3,8 @@
 /// The nearest neighbours of every sample of two ensembles. Private to the core.
 #pragma once
 
-#include "Core/Statistics/EnsembleMetrics.h"
 #include "Core/Common/SharedProgress.h"
+#include "Core/Statistics/EnsembleMetrics.h"
 
 #include <limits>
 

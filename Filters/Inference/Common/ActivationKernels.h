@@ -47,8 +47,8 @@ struct ActivationKernels
   void (*ScaledTanh)(float* values, const float* scale, std::int64_t rows, std::int64_t width);
 
   /// With r = sqrt(x^2 + y^2 + 1e-8) and s = GELU(r + bias) / (r + 1e-8): outX = s x, outY = s y.
-  void (*ComplexGeluForward)(const float* x, const float* y, const float* bias, std::int64_t rows, std::int64_t width,
-    float* outX, float* outY);
+  void (*ComplexGeluForward)(
+    const float* x, const float* y, const float* bias, std::int64_t rows, std::int64_t width, float* outX, float* outY);
   /// From the derivatives gx and gy by the outputs of ComplexGeluForward() those by x and y, and adds those by the bias to
   /// @p dBias, [width].
   void (*ComplexGeluBackward)(const float* x, const float* y, const float* bias, const float* gx, const float* gy,
@@ -68,8 +68,8 @@ struct ActivationKernels
   /// out_v = sum over the entries e of vertex v of wx_e re_f + wy_e im_f + wm_e mean_f, f the face of e. Entries of vertex
   /// v are offsets[v] to offsets[v + 1]; a signal that is null counts as 0. Writes @p rows vertices from @p first on.
   void (*GatherVertices)(const float* re, const float* im, const float* mean, const std::int32_t* offsets,
-    const std::int32_t* faces, const float* wx, const float* wy, const float* wm, std::int64_t first,
-    std::int64_t rows, std::int64_t width, float* out);
+    const std::int32_t* faces, const float* wx, const float* wy, const float* wm, std::int64_t first, std::int64_t rows,
+    std::int64_t width, float* out);
 };
 
 /// The kernels for the widest vectors that this processor has.

@@ -28,15 +28,9 @@ SURFSYNTH_INLINE float FromBits(std::int32_t bits)
   return value;
 }
 
-SURFSYNTH_INLINE float Smaller(float a, float b)
-{
-  return a < b ? a : b;
-}
+SURFSYNTH_INLINE float Smaller(float a, float b) { return a < b ? a : b; }
 
-SURFSYNTH_INLINE float Larger(float a, float b)
-{
-  return a > b ? a : b;
-}
+SURFSYNTH_INLINE float Larger(float a, float b) { return a > b ? a : b; }
 
 /// The nearest whole number of |x| < 2^22: adding 1.5 * 2^23 rounds away all binary places.
 SURFSYNTH_INLINE float Nearest(float x)
@@ -95,10 +89,7 @@ SURFSYNTH_INLINE float Softplus(float x)
   return Larger(x, 0.0F) + 2.0F * s * series;
 }
 
-SURFSYNTH_INLINE float Tanh(float x)
-{
-  return 1.0F - 2.0F / (Exp(2.0F * x) + 1.0F);
-}
+SURFSYNTH_INLINE float Tanh(float x) { return 1.0F - 2.0F / (Exp(2.0F * x) + 1.0F); }
 
 /// sin and cos of |x| < 1e5: minus the nearest multiple of pi / 2, in four parts so that products are exact, then
 /// Taylor series to below 1e-8.
@@ -327,7 +318,8 @@ void ComplexGeluBackward(const float* __restrict__ x, const float* __restrict__ 
 void ModulateForward(const float* __restrict__ phaseAndScale, const float* __restrict__ x, const float* __restrict__ y,
   Size rows, Size width, float* __restrict__ outX, float* __restrict__ outY)
 {
-  for (Size row = 0; row < rows; ++row, phaseAndScale += 2 * width, x += width, y += width, outX += width, outY += width)
+  for (Size row = 0; row < rows;
+       ++row, phaseAndScale += 2 * width, x += width, y += width, outX += width, outY += width)
   {
     const float* __restrict__ scales = phaseAndScale + width;
     for (Size c = 0; c < width; ++c)
@@ -425,7 +417,7 @@ void GatherVertices(const float* re, const float* im, const float* mean, const I
     }
   }
 }
-}
+} // namespace
 
 extern const ActivationKernels SURFSYNTH_KERNELS = { BiasGelu, Modulate, ComplexGelu, FaceGradient, FaceMeanGelu,
   ScatterDivergence, ScatterDots, ScaledTanh, ComplexGeluForward, ComplexGeluBackward, ModulateForward,

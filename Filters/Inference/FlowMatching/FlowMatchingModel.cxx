@@ -29,8 +29,9 @@ const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel
 
 const char* NameOf(NoiseModel model)
 {
-  return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) { return n.second == model; })
-    ->first;
+  return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) {
+    return n.second == model;
+  })->first;
 }
 
 /// "1 block", "2 blocks"
@@ -109,7 +110,7 @@ void CheckNetworks(const FlowMatchingModel& model)
     Refuse("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
   }
 }
-}
+} // namespace
 
 MaternFieldOptions FieldOptions(const FlowNoise& noise)
 {
@@ -150,7 +151,8 @@ Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh)
 double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found)
 {
   const Eigen::Matrix<double, 1, 6> difference = (found - expected).cwiseAbs2();
-  const double squares = difference[0] + difference[3] + difference[5] + 2.0 * (difference[1] + difference[2] + difference[4]);
+  const double squares = difference[0] + difference[3] + difference[5] +
+    2.0 * (difference[1] + difference[2] + difference[4]);
   return std::sqrt(squares) / (expected[0] + expected[3] + expected[5]);
 }
 
@@ -261,13 +263,13 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
   metadata["architecture"] = Architecture;
   metadata["format_version"] = FormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[Key] = nlohmann::json({ { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
-                                   { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
-                                   { "noise_screening", model.Noise.Screening },
-                                   { "noise_eigenpairs", model.Noise.Eigenpairs }, { "noise_scale", model.Noise.Scale },
-                                   { "noise_smoothing", model.Noise.Smoothing },
-                                   { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
-                                   { "shape_spread", model.Shape.Spread } })
+  metadata[Key] = nlohmann::json(
+    { { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
+      { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
+      { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
+      { "noise_scale", model.Noise.Scale }, { "noise_smoothing", model.Noise.Smoothing },
+      { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
+      { "shape_spread", model.Shape.Spread } })
                     .dump();
   WriteSafetensors(path, tensors, metadata);
 }

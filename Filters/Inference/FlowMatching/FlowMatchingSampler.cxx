@@ -25,7 +25,7 @@ std::optional<PoissonNetEvaluator> MakeEvaluator(const std::shared_ptr<const Flo
   // Shares the ownership of the model that the network is a part of.
   return PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel>(model, &network), operators, points);
 }
-}
+} // namespace
 
 int EvaluationsPerStep(FlowIntegrator integrator)
 {
@@ -73,9 +73,10 @@ private:
     if (distance > this->Model->Shape.Spread + MomentTolerance)
     {
       this->Warnings.push_back("The surface is shaped or turned unlike those that the model was trained on: its second "
-                               "moments differ by " + Text(distance) + " of their trace, expected at most " +
-        Text(this->Model->Shape.Spread + MomentTolerance) +
-        ". Samples are unlikely to be good; turn it as the training surface was (vtkTransformFilter), or train a model on "
+                               "moments differ by " +
+        Text(distance) + " of their trace, expected at most " + Text(this->Model->Shape.Spread + MomentTolerance) +
+        ". Samples are unlikely to be good; turn it as the training surface was (vtkTransformFilter), or train a model "
+        "on "
         "it.");
     }
   }
@@ -117,7 +118,8 @@ FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request
   sample.NumberOfComponents = static_cast<std::uint32_t>(this->Impl->Model->Components());
   sample.Scale = this->Impl->Model->Noise.Scale;
   RowMatrix values(this->Impl->VertexMass.size(), this->Impl->Model->Components());
-  this->Impl->Field->SampleInto(sample, [&values](std::uint32_t) { return values.data(); }, progress);
+  this->Impl->Field->SampleInto(
+    sample, [&values](std::uint32_t) { return values.data(); }, progress);
   Eigen::MatrixXd noise = values;
   if (this->Impl->Model->GeneratesPositions())
   {
@@ -146,8 +148,7 @@ FeatureMatrix FlowMatchingSampler::Integrate(
   const auto step = static_cast<float>(1.0 / request.Steps);
   const double evaluations = static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator);
   int done = 0;
-  const auto velocity = [&](const FeatureMatrix& at, double time)
-  {
+  const auto velocity = [&](const FeatureMatrix& at, double time) {
     const Progress part = SubProgress(progress, done / evaluations, (done + 1) / evaluations);
     ++done;
     return this->Velocity(at, time, part);
@@ -195,8 +196,8 @@ Eigen::MatrixXd FlowMatchingSampler::ToSignal(const FeatureMatrix& state) const
 {
   const FlowMatchingModel& model = *this->Impl->Model;
   Eigen::MatrixXd signal = this->ToDeviation(state);
-  signal.rowwise() +=
-    model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalisation.Centre) : model.SignalMean;
+  signal.rowwise() += model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalisation.Centre)
+                                                 : model.SignalMean;
   return signal;
 }
 

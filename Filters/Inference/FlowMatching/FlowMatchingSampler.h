@@ -25,8 +25,8 @@ namespace surfsynth
 /// How the flow df/dt = v(f, t) is integrated. With step h and v_k the velocities:
 enum class FlowIntegrator
 {
-  Euler,     ///< one evaluation: f + h v(f, t); first order
-  Midpoint,  ///< two: f + h v(f + h/2 v(f, t), t + h/2), the paper's; second order
+  Euler,      ///< one evaluation: f + h v(f, t); first order
+  Midpoint,   ///< two: f + h v(f + h/2 v(f, t), t + h/2), the paper's; second order
   RungeKutta4 ///< four: the classical method of fourth order
 };
 

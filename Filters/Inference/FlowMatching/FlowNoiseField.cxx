@@ -25,7 +25,7 @@ std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshT
   matrix += SparseMatrix(diagonal.asDiagonal());
   return CholeskySolver(matrix, progress);
 }
-}
+} // namespace
 
 FlowNoiseField::FlowNoiseField(
   TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress)

@@ -27,7 +27,8 @@ class FlowNoiseField
 {
 public:
   /// @param mesh in the network's coordinates (area 1). @throws what MaternField throws.
-  FlowNoiseField(TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress = {});
+  FlowNoiseField(
+    TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress = {});
 
   /// Like MaternField::SampleInto(): the bits of a sample depend on the request's numbers and the mesh alone. The request's
   /// Scale is applied, that of FlowNoise is not.

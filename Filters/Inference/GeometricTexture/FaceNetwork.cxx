@@ -69,16 +69,14 @@ FaceNetwork::Moments FaceNetwork::FirstMoments(const EdgeFeatureMatrix& features
   const Layer& layer = this->Layers.front();
   const std::int64_t faces = features.rows();
   Moments moments(static_cast<std::size_t>((faces + TileRows - 1) / TileRows * 2 * layer.Width));
-  ForTiles(faces, TileRows,
-    [&](std::int64_t tile, std::int64_t first, std::int64_t rows)
-    {
-      float* values = Scratch(TileRows * layer.Width);
-      this->Kernels.EdgeMaps(
-        features.data() + 12 * first, layer.Matrix.data(), layer.Bias.data(), rows, layer.Width, values);
-      double* sums = moments.data() + tile * 2 * layer.Width;
-      std::fill_n(sums, 2 * layer.Width, 0.0);
-      this->Kernels.AddMoments(values, layer.Width, rows, layer.Width, sums, sums + layer.Width);
-    });
+  ForTiles(faces, TileRows, [&](std::int64_t tile, std::int64_t first, std::int64_t rows) {
+    float* values = Scratch(TileRows * layer.Width);
+    this->Kernels.EdgeMaps(
+      features.data() + 12 * first, layer.Matrix.data(), layer.Bias.data(), rows, layer.Width, values);
+    double* sums = moments.data() + tile * 2 * layer.Width;
+    std::fill_n(sums, 2 * layer.Width, 0.0);
+    this->Kernels.AddMoments(values, layer.Width, rows, layer.Width, sums, sums + layer.Width);
+  });
   return moments;
 }
 
@@ -104,45 +102,39 @@ void FaceNetwork::MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm
 {
   const Layer& edges = this->Layers[0];
   const Layer& layer = this->Layers[1];
-  ForTiles(features.rows(), TileRows,
-    [&](std::int64_t, std::int64_t first, std::int64_t rows)
-    {
-      // Computed again: cheaper than to write and read the widest of all layers.
-      float* values = Scratch(TileRows * edges.Width);
-      this->Kernels.EdgeMaps(
-        features.data() + 12 * first, edges.Matrix.data(), edges.Bias.data(), rows, edges.Width, values);
-      this->Kernels.Normalise(values, edges.Width, norm.Mean.data(), norm.Scale.data(), rows, edges.Width, values);
-      Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
-    });
+  ForTiles(features.rows(), TileRows, [&](std::int64_t, std::int64_t first, std::int64_t rows) {
+    // Computed again: cheaper than to write and read the widest of all layers.
+    float* values = Scratch(TileRows * edges.Width);
+    this->Kernels.EdgeMaps(
+      features.data() + 12 * first, edges.Matrix.data(), edges.Bias.data(), rows, edges.Width, values);
+    this->Kernels.Normalise(values, edges.Width, norm.Mean.data(), norm.Scale.data(), rows, edges.Width, values);
+    Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
+  });
 }
 
 void FaceNetwork::MultiplyCompleted(
   const Layer& layer, const float* completed, std::int64_t faces, const Norm& norm, float* products) const
 {
   const std::int64_t stride = 2 * layer.Inputs; // of the products before, the first half of which was completed
-  ForTiles(faces, TileRows,
-    [&](std::int64_t, std::int64_t first, std::int64_t rows)
-    {
-      float* values = Scratch(TileRows * layer.Inputs);
-      this->Kernels.Normalise(
-        completed + first * stride, stride, norm.Mean.data(), norm.Scale.data(), rows, layer.Inputs, values);
-      Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
-    });
+  ForTiles(faces, TileRows, [&](std::int64_t, std::int64_t first, std::int64_t rows) {
+    float* values = Scratch(TileRows * layer.Inputs);
+    this->Kernels.Normalise(
+      completed + first * stride, stride, norm.Mean.data(), norm.Scale.data(), rows, layer.Inputs, values);
+    Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
+  });
 }
 
 FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMatrix& neighbours, float* products) const
 {
   const std::int64_t faces = neighbours.rows();
   Moments moments(static_cast<std::size_t>((faces + TileRows - 1) / TileRows * 2 * layer.Width));
-  ForTiles(faces, TileRows,
-    [&](std::int64_t tile, std::int64_t first, std::int64_t rows)
-    {
-      this->Kernels.GatherMax(neighbours.data(), layer.Bias.data(), first, rows, layer.Width, products);
-      double* sums = moments.data() + tile * 2 * layer.Width;
-      std::fill_n(sums, 2 * layer.Width, 0.0);
-      this->Kernels.AddMoments(
-        products + 2 * first * layer.Width, 2 * layer.Width, rows, layer.Width, sums, sums + layer.Width);
-    });
+  ForTiles(faces, TileRows, [&](std::int64_t tile, std::int64_t first, std::int64_t rows) {
+    this->Kernels.GatherMax(neighbours.data(), layer.Bias.data(), first, rows, layer.Width, products);
+    double* sums = moments.data() + tile * 2 * layer.Width;
+    std::fill_n(sums, 2 * layer.Width, 0.0);
+    this->Kernels.AddMoments(
+      products + 2 * first * layer.Width, 2 * layer.Width, rows, layer.Width, sums, sums + layer.Width);
+  });
   return moments;
 }
 

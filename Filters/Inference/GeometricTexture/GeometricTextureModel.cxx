@@ -76,8 +76,7 @@ TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureO
   }
   if (file.Contains(PointsName) || file.Contains(TrianglesName) || file.Contains(NoiseName))
   {
-    const auto rows = [&](const char* name)
-    {
+    const auto rows = [&](const char* name) {
       const bool hasRows = file.Contains(name) && !file.Entry(name).Shape.empty();
       return hasRows ? file.Entry(name).Shape.front() : std::int64_t(1);
     };
@@ -140,12 +139,10 @@ void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
   const std::vector<float> noise = file.Float32(NoiseName);
   model.Template.Points = Eigen::Map<const PointMatrix>(points.data(), file.Entry(PointsName).Shape[0], 3);
   model.Template.Triangles.resize(file.Entry(TrianglesName).Shape[0], 3);
-  std::transform(ids.begin(), ids.end(), model.Template.Triangles.data(),
-    [](std::int64_t id)
-    {
-      // What is no vertex id in any mesh stays none.
-      return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
-    });
+  std::transform(ids.begin(), ids.end(), model.Template.Triangles.data(), [](std::int64_t id) {
+    // What is no vertex id in any mesh stays none.
+    return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
+  });
   model.ReconstructionNoise = Eigen::Map<const SinglePoints>(
     noise.data(), static_cast<Eigen::Index>(noise.size() / 3), 3);
 }
@@ -276,7 +273,7 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureTensors
   for (std::int64_t level = 0; level < options.Levels; ++level)
   {
     const GeometricTextureChannels channels = discriminator ? options.DiscriminatorChannels(level)
-                                                   : options.GeneratorChannels(level);
+                                                            : options.GeneratorChannels(level);
     for (std::int64_t j = 0; j < options.Layers - 1; ++j)
     {
       const GeometricTextureTensorNames names = NamesOfConvolution(level, j, options.Layers);
@@ -311,7 +308,8 @@ GeometricTextureModel ReadGeometricTexture(const std::string& path)
     model.Generator = ReadTensors(file, ExpectedGeometricTextureTensors(model.Options, false), "");
     if (HasDiscriminator(file))
     {
-      model.Discriminator = ReadTensors(file, ExpectedGeometricTextureTensors(model.Options, true), DiscriminatorPrefix);
+      model.Discriminator = ReadTensors(
+        file, ExpectedGeometricTextureTensors(model.Options, true), DiscriminatorPrefix);
     }
     if (file.Contains(PointsName))
     {

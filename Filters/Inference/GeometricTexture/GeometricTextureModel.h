@@ -55,13 +55,14 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureTensors
 struct GeometricTextureModel
 {
   GeometricTextureOptions Options;
-  std::map<std::string, ModelTensor> Generator;     ///< by published names; exactly those of ExpectedGeometricTextureTensors()
+  std::map<std::string, ModelTensor>
+    Generator; ///< by published names; exactly those of ExpectedGeometricTextureTensors()
   std::map<std::string, ModelTensor> Discriminator; ///< the same, or empty: needed to go on training only
   /// Of level 0, in units in which edges of the reference mesh are 1 long in the mean; empty in files without one
   /// (converted ones). Meets GeometricTextureSampler::Requirements().
   TriangleMesh Template;
-  SinglePoints ReconstructionNoise;  ///< [V of Template, 3], what reconstructs the reference; empty without a template
-  std::string Name;                  ///< of the texture, for people
+  SinglePoints ReconstructionNoise; ///< [V of Template, 3], what reconstructs the reference; empty without a template
+  std::string Name;                 ///< of the texture, for people
   std::map<std::string, std::string> Metadata; ///< of the file, as it was
 
   std::string Description() const; ///< one line: name, levels, channels, template

@@ -31,21 +31,19 @@ void AddNormals(
 {
   constexpr std::int64_t chunk = 4096; // a multiple of 4, as FillNormals() wants
   const std::int64_t points = noise.rows();
-  ParallelTasks((points + chunk - 1) / chunk,
-    [&](std::int64_t k)
+  ParallelTasks((points + chunk - 1) / chunk, [&](std::int64_t k) {
+    const std::int64_t first = k * chunk;
+    const std::int64_t count = std::min(chunk, points - first);
+    std::vector<double> normals(static_cast<std::size_t>(count));
+    for (std::uint32_t c = 0; c < 3; ++c)
     {
-      const std::int64_t first = k * chunk;
-      const std::int64_t count = std::min(chunk, points - first);
-      std::vector<double> normals(static_cast<std::size_t>(count));
-      for (std::uint32_t c = 0; c < 3; ++c)
+      FillNormals({ seed, static_cast<std::uint32_t>(level), c, request.Stream }, first, count, normals.data());
+      for (std::int64_t p = 0; p < count; ++p)
       {
-        FillNormals({ seed, static_cast<std::uint32_t>(level), c, request.Stream }, first, count, normals.data());
-        for (std::int64_t p = 0; p < count; ++p)
-        {
-          noise(first + p, c) += static_cast<float>(weight * normals[p]);
-        }
+        noise(first + p, c) += static_cast<float>(weight * normals[p]);
       }
-    });
+    }
+  });
 }
 
 SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitude, int level, Index points)
@@ -67,15 +65,15 @@ SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitud
 NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfModel)
 {
   const double amplitude = request.NoiseAmplitude < 0.0 ? amplitudeOfModel : request.NoiseAmplitude;
-  return [&request, amplitude](int level, int step, Index points)
-  {
+  return [&request, amplitude](int level, int step, Index points) {
     const auto k = static_cast<std::size_t>(step);
     const bool none = amplitude == 0.0 || (k < request.LevelsWithoutNoise.size() && request.LevelsWithoutNoise[k]);
     return none ? SinglePoints() : RandomNoise(request, amplitude, level, points);
   };
 }
 
-void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& mesh, const GeometricTextureLevelRange& levels)
+void CheckRequest(
+  const GeometricTextureRequest& request, const TriangleMesh& mesh, const GeometricTextureLevelRange& levels)
 {
   if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
   {
@@ -108,8 +106,8 @@ void CheckRequest(const GeometricTextureRequest& request, const TriangleMesh& me
   }
 }
 
-GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const GeometricTextureLevelRange& levels, const NoiseSource& noise,
-  const GeometricTextureSampler::Observer& observe, const Progress& progress)
+GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const GeometricTextureLevelRange& levels,
+  const NoiseSource& noise, const GeometricTextureSampler::Observer& observe, const Progress& progress)
 {
   // Work is proportional to triangles, of which each level has four times as many.
   const double total = std::pow(4.0, levels.Count()) - 1.0;
@@ -156,13 +154,14 @@ GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const Geometric
   CheckModel(*this->Model);
 }
 
-GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
-  const Observer& observe, const Progress& progress) const
+GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& mesh,
+  const GeometricTextureRequest& request, const Observer& observe, const Progress& progress) const
 {
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, this->Model->Options.Levels);
   CheckRequest(request, mesh, levels);
   const MeshTopology topology = RequireValidMesh(mesh, Requirements());
-  return SynthesizeLevels(GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask), levels,
+  return SynthesizeLevels(
+    GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask), levels,
     NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
 }
 
@@ -189,7 +188,8 @@ GeometricTextureLevel GeometricTextureSampler::Generate(
   const NoiseSource noise = [&](int level, int step, Index points) {
     return level >= randomFrom ? random(level, step, points) : level == 0 ? model.ReconstructionNoise : SinglePoints();
   };
-  return SynthesizeLevels(GeometricTextureSynthesis(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
+  return SynthesizeLevels(
+    GeometricTextureSynthesis(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
 }
 
 MeshRequirements GeometricTextureSampler::Requirements()

@@ -21,8 +21,8 @@ namespace surfsynth
 /// What to grow.
 struct GeometricTextureRequest
 {
-  int StartLevel = 0;           ///< generator level that works on the mesh as it is, >= 0; above EndLevel: EndLevel
-  int EndLevel = -1;            ///< last generator level; below 0 or too large: the model's last
+  int StartLevel = 0; ///< generator level that works on the mesh as it is, >= 0; above EndLevel: EndLevel
+  int EndLevel = -1;  ///< last generator level; below 0 or too large: the model's last
   std::uint64_t Seed = 0;
   std::uint64_t SecondSeed = 0; ///< noise = cos(a) first + sin(a) second with a = Interpolation pi / 2: same variance
   double Interpolation = 0.0;   ///< in [0, 1]; 0 and 1 are the noise of the first and of the second seed, bit for bit
@@ -49,10 +49,10 @@ GeometricTextureLevelRange LevelsToSynthesize(const GeometricTextureRequest& req
 /// The mesh after one generator level.
 struct GeometricTextureLevel
 {
-  TriangleMesh Mesh;               ///< in the caller's units
-  int Level = 0;                   ///< generator level that made it
-  PointMatrix Displacement;        ///< [V, 3], of this level alone, the caller's units
-  PointMatrix Base;                ///< [V, 3], where the point would be without any displacement, the caller's units
+  TriangleMesh Mesh;        ///< in the caller's units
+  int Level = 0;            ///< generator level that made it
+  PointMatrix Displacement; ///< [V, 3], of this level alone, the caller's units
+  PointMatrix Base;         ///< [V, 3], where the point would be without any displacement, the caller's units
 };
 
 /// Grows the texture of one model on meshes. A mesh is moved to the mean of its vertices and scaled to a mean edge
@@ -76,8 +76,8 @@ public:
   /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0,
   /// the mask has the wrong size or it or the interpolation a value outside [0, 1], the finest mesh would have too many
   /// triangles, or the result is not finite; Cancelled.
-  GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request, const Observer& observe = {},
-    const Progress& progress = {}) const;
+  GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
+    const Observer& observe = {}, const Progress& progress = {}) const;
 
   /// Unconditional: grows from the model's template in its own units, below generator level @p randomFrom with the
   /// noise of the reconstruction (the stored one at level 0, none above), from it on with random noise; 0: random

@@ -26,14 +26,12 @@ Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>
 {
   Matrix fine(values.rows() + static_cast<Eigen::Index>(parents.size()), values.cols());
   fine.topRows(values.rows()) = values;
-  ParallelFor(static_cast<std::int64_t>(parents.size()), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(static_cast<std::int64_t>(parents.size()), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t e = begin; e < end; ++e)
     {
-      for (std::int64_t e = begin; e < end; ++e)
-      {
-        fine.row(values.rows() + e) = (values.row(parents[e][0]) + values.row(parents[e][1])) / 2;
-      }
-    });
+      fine.row(values.rows() + e) = (values.row(parents[e][0]) + values.row(parents[e][1])) / 2;
+    }
+  });
   return fine;
 }
 } // namespace
@@ -70,8 +68,8 @@ GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topo
   return frame;
 }
 
-GeometricTextureSynthesis::GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh, const MeshTopology& topology,
-  const GeometricTextureFrame& frame, Eigen::VectorXf mask)
+GeometricTextureSynthesis::GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh,
+  const MeshTopology& topology, const GeometricTextureFrame& frame, Eigen::VectorXf mask)
   : Model(model)
   , Frame(frame)
   , Base(mesh)

@@ -53,9 +53,10 @@ private:
     (upper - lower).maxCoeff(&axis);
     const std::int64_t middle = begin + (end - begin) / 2;
     // Ids decide between equal centres, so that the patches do not depend on the algorithm of the standard library.
-    std::nth_element(this->Order.begin() + begin, this->Order.begin() + middle, this->Order.begin() + end,
-      [&](Index a, Index b)
-      { return std::make_pair(this->Centres(a, axis), a) < std::make_pair(this->Centres(b, axis), b); });
+    std::nth_element(
+      this->Order.begin() + begin, this->Order.begin() + middle, this->Order.begin() + end, [&](Index a, Index b) {
+        return std::make_pair(this->Centres(a, axis), a) < std::make_pair(this->Centres(b, axis), b);
+      });
     this->Halve(begin, middle);
     this->Halve(middle, end);
   }
@@ -113,7 +114,7 @@ void AssignSlots(FacePatches& patches, Index points)
     patches.Slot.push_back(next[v] < 0 ? -1 : next[v]++);
   }
 }
-}
+} // namespace
 
 FacePatches CutIntoPatches(const PoissonOperators& operators, const PointMatrix& points, std::int64_t largest)
 {

@@ -20,7 +20,7 @@ struct FacePatches
   std::vector<Index> FaceOfPlace;        ///< [F], the mesh's face at each place
   std::vector<Index> Corners;            ///< [3 F], vertices of the mesh, by place
   std::vector<Index> LocalCorners;       ///< [3 F], their numbers in the patch
-  std::vector<float> BasisGradients;               ///< [6 F], PoissonOperators::Gradient by place
+  std::vector<float> BasisGradients;     ///< [6 F], PoissonOperators::Gradient by place
   std::vector<float> Areas;              ///< [F], by place
   std::vector<std::int64_t> VertexStart; ///< [P + 1], into Vertices
   std::vector<Index> Vertices;           ///< vertices of each patch, in the order of their local numbers

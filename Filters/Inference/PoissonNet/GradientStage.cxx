@@ -19,8 +19,7 @@ public:
   Counter(std::int64_t count, const Progress& progress)
     : Count(count)
     , OnProgress(progress)
-  {
-  }
+  {}
   void Step() { ++this->Done; }
   void Tell() const
   {
@@ -32,7 +31,7 @@ private:
   const Progress& OnProgress;
   std::atomic<std::int64_t> Done{ 0 };
 };
-}
+} // namespace
 
 GradientStage::GradientStage(std::shared_ptr<const FacePatches> patches, std::int64_t width)
   : Patches(std::move(patches))
@@ -71,7 +70,8 @@ void GradientStage::Features(std::int64_t first, std::int64_t rows, const Vertex
   const FacePatches& patches = *this->Patches;
   const std::int64_t width = this->Width;
   const Index* corners = patches.Corners.data() + 3 * first;
-  this->Kernels.FaceGradient(features.Values, corners, patches.BasisGradients.data() + 6 * first, rows, width, tile.Re, tile.Im);
+  this->Kernels.FaceGradient(
+    features.Values, corners, patches.BasisGradients.data() + 6 * first, rows, width, tile.Re, tile.Im);
   if (keepPlain)
   {
     std::copy_n(tile.Re, rows * width, tile.PlainRe);
@@ -81,8 +81,7 @@ void GradientStage::Features(std::int64_t first, std::int64_t rows, const Vertex
   {
     this->Kernels.FaceMeanGelu(features.ModulatorHidden, corners, rows, width, tile.Products[2]);
     Multiply(tile.Products[2], mlp.ModulatorOut.Matrix.data(), tile.Products[0], rows, width, 2 * width);
-    this->Kernels.Modulate(
-      tile.Products[0], mlp.ModulatorOut.Bias.data(), rows, width, tile.Re, tile.Im, tile.Sum);
+    this->Kernels.Modulate(tile.Products[0], mlp.ModulatorOut.Bias.data(), rows, width, tile.Re, tile.Im, tile.Sum);
   }
   else
   {
@@ -155,8 +154,7 @@ void GradientStage::Run(const VertexFeatures& features, const ComplexMlpWeights&
   Counter counter(this->Patches->Count(), progress);
   ParallelTasks(
     this->Patches->Count(),
-    [&](std::int64_t p)
-    {
+    [&](std::int64_t p) {
       this->RunPatch(p, features, mlp, productMap, target, products, slots.data(), productSlots.data());
       counter.Step();
     },
@@ -204,8 +202,8 @@ void GradientStage::RunHeadPatch(std::int64_t p, const VertexFeatures& features,
         out[3 + c] = ownIm[3 * row + c] + (map[2][3 * row + c] + map[3][3 * row + c]);
         for (int corner = 0; corner < 3; ++corner)
         {
-          sums[3 * patches.LocalCorners[3 * (first + row) + corner] + c] +=
-            area * (hats[corner] * out[c] + hats[3 + corner] * out[3 + c]);
+          sums[3 * patches.LocalCorners[3 * (first + row) + corner] + c] += area *
+            (hats[corner] * out[c] + hats[3 + corner] * out[3 + c]);
         }
       }
     }
@@ -221,8 +219,7 @@ void GradientStage::RunHead(const VertexFeatures& features, const ComplexMlpWeig
   Counter counter(this->Patches->Count(), progress);
   ParallelTasks(
     this->Patches->Count(),
-    [&](std::int64_t p)
-    {
+    [&](std::int64_t p) {
       this->RunHeadPatch(p, features, mlp, positions, target, gradients, slots.data());
       counter.Step();
     },
@@ -250,9 +247,8 @@ void GradientStage::Distribute(
 template <typename Write>
 void GradientStage::CombineSlots(const float* slots, std::int64_t width, const Write& write) const
 {
-  ParallelFor(static_cast<std::int64_t>(this->Patches->SharedVertices.size()), 1024,
-    [&](std::int64_t begin, std::int64_t end)
-    {
+  ParallelFor(
+    static_cast<std::int64_t>(this->Patches->SharedVertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> sum(static_cast<std::size_t>(width));
       for (std::int64_t k = begin; k < end; ++k)
       {

@@ -16,8 +16,7 @@ class Reader
 public:
   explicit Reader(const PoissonNetModel& model)
     : Model(model)
-  {
-  }
+  {}
   bool Has(const std::string& name) const { return this->Model.Tensors.count(name) != 0; }
   const std::vector<float>& Vector(const std::string& name) const { return this->Model.Tensors.at(name).Values; }
   Matrix Weight(const std::string& name) const
@@ -110,8 +109,7 @@ BlockWeights Reader::Block(const std::string& name) const
   }
   const Matrix first = this->Weight(name + ".vert_mlp.mlp1.layers.0.weight");
   Eigen::Index column = 0;
-  const auto nextPart = [&]
-  {
+  const auto nextPart = [&] {
     column += options.Width;
     return Transposed(first.middleCols(column - options.Width, options.Width));
   };
@@ -136,7 +134,7 @@ BlockWeights Reader::Block(const std::string& name) const
   }
   return weights;
 }
-}
+} // namespace
 
 InferenceWeights::InferenceWeights(const PoissonNetModel& model)
 {

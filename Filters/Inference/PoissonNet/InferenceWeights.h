@@ -39,8 +39,8 @@ struct ComplexLayerWeights
 struct ComplexMlpWeights
 {
   bool Modulated = false;
-  AffineWeights ModulatorIn;  ///< an affine map commutes with the mean of corners: applied to vertices
-  AffineWeights ModulatorOut; ///< [W, 2 W]
+  AffineWeights ModulatorIn;               ///< an affine map commutes with the mean of corners: applied to vertices
+  AffineWeights ModulatorOut;              ///< [W, 2 W]
   std::vector<ComplexLayerWeights> Layers; ///< those with a non-linearity
   /// The last layer, which is linear and commutes with the divergence: [W, out] each.
   std::vector<float> LastReal;

@@ -27,7 +27,7 @@ double SignedVolume(const TriangleMesh& mesh)
   }
   return volume;
 }
-}
+} // namespace
 
 MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation)
 {

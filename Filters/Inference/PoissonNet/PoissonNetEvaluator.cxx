@@ -29,7 +29,7 @@ void LogSoftmax(FeatureMatrix& logits)
     logits.row(row) = (shifted.array() - std::log(shifted.array().exp().sum())).cast<float>();
   }
 }
-}
+} // namespace
 
 class PoissonNetEvaluator::Internals
 {
@@ -111,15 +111,14 @@ void PoissonNetEvaluator::Internals::CheckInput(const PoissonNetInput& input) co
     throw InvalidInput("PoissonNetEvaluator: the signal is " + FormatShape(input.Signal) + "; expected [" + vertices +
       ", " + std::to_string(options.InputChannels) + "].");
   }
-  const bool fits = options.ExtraFeatures == 0
-    ? input.Extra.size() == 0
-    : input.Extra.cols() == options.ExtraFeatures &&
+  const bool fits = options.ExtraFeatures == 0 ? input.Extra.size() == 0
+                                               : input.Extra.cols() == options.ExtraFeatures &&
       (input.Extra.rows() == 1 || input.Extra.rows() == this->NumberOfVertices());
   if (!fits)
   {
     throw InvalidInput("PoissonNetEvaluator: the extra features are " + FormatShape(input.Extra) + "; expected " +
-      (options.ExtraFeatures == 0 ? "none." : "1 or " + vertices + " rows of " +
-          std::to_string(options.ExtraFeatures) + "."));
+      (options.ExtraFeatures == 0 ? "none."
+                                  : "1 or " + vertices + " rows of " + std::to_string(options.ExtraFeatures) + "."));
   }
   if (!input.Signal.allFinite() || !input.Extra.allFinite())
   {
@@ -162,23 +161,20 @@ SolverRows::Channels PoissonNetEvaluator::Internals::SolutionChannels(
     return rows.WithoutMean();
   }
   // The norm removes a mean itself: that the mass-weighted one went before makes no difference.
-  return rows.Normalised(
-    this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
+  return rows.Normalised(this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
 }
 
 /// Sums over the faces around to averages, their tanh, and the norm when there is one.
 void PoissonNetEvaluator::Internals::FinishProducts(const BlockWeights& block, FeatureMatrix& products) const
 {
   const ActivationKernels& kernels = BestActivationKernels();
-  ParallelFor(products.rows(), 256,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(products.rows(), 256, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      for (std::int64_t v = begin; v < end; ++v)
-      {
-        products.row(v) *= this->InverseArea[v];
-        kernels.ScaledTanh(products.row(v).data(), block.ProductScale.data(), 1, this->Width());
-      }
-    });
+      products.row(v) *= this->InverseArea[v];
+      kernels.ScaledTanh(products.row(v).data(), block.ProductScale.data(), 1, this->Width());
+    }
+  });
   if (!block.ProductNorm)
   {
     return;
@@ -223,8 +219,8 @@ void PoissonNetEvaluator::Internals::RunBlock(const BlockWeights& block, const F
   {
     // The same condition everywhere is a bias.
     using Map = Eigen::Map<const FeatureMatrix>;
-    Eigen::Map<Eigen::RowVectorXf>(inputs.Bias1.data(), this->Width()) +=
-      extra.row(0) * Map(block.FromExtra.data(), this->Width(), this->Width());
+    Eigen::Map<Eigen::RowVectorXf>(inputs.Bias1.data(), this->Width()) += extra.row(0) *
+      Map(block.FromExtra.data(), this->Width(), this->Width());
   }
   else if (extra.rows() > 1)
   {
@@ -244,8 +240,7 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::LinearOutput(const FeatureM
 {
   const PoissonNetOptions& options = this->Model->Options;
   FeatureMatrix logits(features.rows(), options.OutputChannels);
-  this->Points.Affine(
-    this->Weights.LinearHead, features.data(), this->Width(), logits.data(), options.OutputChannels);
+  this->Points.Affine(this->Weights.LinearHead, features.data(), this->Width(), logits.data(), options.OutputChannels);
   PoissonNetPrediction prediction;
   prediction.Domain = options.Domain;
   if (options.Domain == PoissonNetDomain::Faces)
@@ -254,8 +249,7 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::LinearOutput(const FeatureM
     for (Index f = 0; f < this->Operators.NumberOfTriangles(); ++f)
     {
       const auto corners = this->Operators.Triangles.row(f);
-      prediction.Values.row(f) =
-        (logits.row(corners(0)) + logits.row(corners(1)) + logits.row(corners(2))) / 3.0F;
+      prediction.Values.row(f) = (logits.row(corners(0)) + logits.row(corners(1)) + logits.row(corners(2))) / 3.0F;
     }
   }
   else if (options.Domain == PoissonNetDomain::Global)
@@ -314,8 +308,7 @@ PoissonNetEvaluator::PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> 
 PoissonNetEvaluator::PoissonNetEvaluator(
   std::shared_ptr<const PoissonNetModel> model, const PoissonOperators& operators, const PointMatrix& points)
   : Impl(std::make_unique<Internals>(std::move(model), operators, points))
-{
-}
+{}
 
 PoissonNetEvaluator::~PoissonNetEvaluator() = default;
 PoissonNetEvaluator::PoissonNetEvaluator(PoissonNetEvaluator&&) noexcept = default;
@@ -344,8 +337,8 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
     }
   }
   const Progress last = SubProgress(progress, static_cast<double>(self.Weights.Blocks.size()) / steps, 1.0);
-  PoissonNetPrediction prediction =
-    self.Weights.GradientHead ? self.GradientOutput(features, hidden, signal, last) : self.LinearOutput(features);
+  PoissonNetPrediction prediction = self.Weights.GradientHead ? self.GradientOutput(features, hidden, signal, last)
+                                                              : self.LinearOutput(features);
   if (!prediction.Values.allFinite() || !prediction.Gradients.allFinite())
   {
     throw InvalidInput(
@@ -364,25 +357,13 @@ MeshRequirements PoissonNetEvaluator::Requirements()
   return requirements;
 }
 
-const std::vector<std::string>& PoissonNetEvaluator::Warnings() const
-{
-  return this->Impl->Warnings;
-}
+const std::vector<std::string>& PoissonNetEvaluator::Warnings() const { return this->Impl->Warnings; }
 
-const MeshNormalisation& PoissonNetEvaluator::Normalisation() const
-{
-  return this->Impl->Normalisation;
-}
+const MeshNormalisation& PoissonNetEvaluator::Normalisation() const { return this->Impl->Normalisation; }
 
-const PoissonNetModel& PoissonNetEvaluator::Model() const
-{
-  return *this->Impl->Model;
-}
+const PoissonNetModel& PoissonNetEvaluator::Model() const { return *this->Impl->Model; }
 
-const PoissonOperators& PoissonNetEvaluator::Operators() const
-{
-  return this->Impl->Operators;
-}
+const PoissonOperators& PoissonNetEvaluator::Operators() const { return this->Impl->Operators; }
 
 std::vector<Index> PoissonNetPrediction::Labels() const
 {

@@ -7,9 +7,9 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
-#include "Inference/PoissonNet/PoissonOperators.h"
 #include "Inference/PoissonNet/MeshNormalisation.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
 
 #include <Eigen/Core>
 

@@ -138,7 +138,7 @@ private:
   const Metadata& Values;
   nlohmann::json Config;
 };
-}
+} // namespace
 
 PoissonNetOptions OptionsFromMetadata(const std::string& file, const Metadata& metadata)
 {

@@ -72,8 +72,8 @@ InputNormalisation ParseNormalisation(const std::string& file, const std::string
       return value;
     }
   }
-  throw ModelMismatch(file + ": the metadata \"input_normalisation\" is \"" + text +
-    "\"; expected none, surface_area or unit_sphere.");
+  throw ModelMismatch(
+    file + ": the metadata \"input_normalisation\" is \"" + text + "\"; expected none, surface_area or unit_sphere.");
 }
 
 void ReadDescription(const std::string& file, PoissonNetModel& model)
@@ -114,8 +114,8 @@ PoissonNetModel ReadNetwork(
   const std::string differences = DifferencesOf(ExpectedTensors(model.Options), found);
   if (!differences.empty())
   {
-    throw ModelMismatch(name + ": the tensors are not those of the network that the metadata describe: " +
-      differences + ".");
+    throw ModelMismatch(
+      name + ": the tensors are not those of the network that the metadata describe: " + differences + ".");
   }
   for (auto& [tensor, shape] : found)
   {
@@ -149,12 +149,9 @@ Metadata Describe(const PoissonNetModel& model)
   }
   return metadata;
 }
-}
+} // namespace
 
-PoissonNetModel ReadPoissonNet(const std::string& path)
-{
-  return ReadPoissonNet(SafetensorsFile(path));
-}
+PoissonNetModel ReadPoissonNet(const std::string& path) { return ReadPoissonNet(SafetensorsFile(path)); }
 
 PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix)
 {
@@ -164,8 +161,8 @@ PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& p
 PoissonNetModel ReadPartNetwork(const SafetensorsFile& file, const std::string& part)
 {
   const auto found = file.Metadata().find(part);
-  const nlohmann::json json =
-    found == file.Metadata().end() ? nlohmann::json() : nlohmann::json::parse(found->second, nullptr, false);
+  const nlohmann::json json = found == file.Metadata().end() ? nlohmann::json()
+                                                             : nlohmann::json::parse(found->second, nullptr, false);
   Metadata metadata;
   bool valid = json.is_object();
   for (auto entry = json.begin(); valid && entry != json.end(); ++entry)
@@ -196,8 +193,8 @@ void CheckModel(const PoissonNetModel& model)
   }
   for (const auto& [name, tensor] : model.Tensors)
   {
-    const std::int64_t count =
-      std::accumulate(tensor.Shape.begin(), tensor.Shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
+    const std::int64_t count = std::accumulate(
+      tensor.Shape.begin(), tensor.Shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
     if (static_cast<std::int64_t>(tensor.Values.size()) != count)
     {
       throw InvalidInput("PoissonNetModel: \"" + name + "\" has " + std::to_string(tensor.Values.size()) +

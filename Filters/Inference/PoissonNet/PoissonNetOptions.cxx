@@ -85,7 +85,7 @@ void AddBlock(Shapes& shapes, const std::string& name, const PoissonNetOptions& 
     }
   }
 }
-}
+} // namespace
 
 void CheckOptions(const PoissonNetOptions& options)
 {
@@ -104,7 +104,8 @@ void CheckOptions(const PoissonNetOptions& options)
       options.Activation != LastActivation::Identity))
   {
     throw InvalidInput("PoissonNet: the head integrates gradients of positions, but there are " +
-      std::to_string(options.InputChannels) + " input channels, or an output elsewhere than at the vertices, or an "
+      std::to_string(options.InputChannels) +
+      " input channels, or an output elsewhere than at the vertices, or an "
       "activation after it; expected 3 input channels and neither.");
   }
 }

@@ -14,8 +14,8 @@ namespace surfsynth
 /// How the last features become the output.
 enum class PoissonNetHead
 {
-  Linear,          ///< an affine map to OutputChannels
-  GradientDomain   ///< "njf": new gradients of the positions, integrated to positions (Aigerman et al. 2022)
+  Linear,        ///< an affine map to OutputChannels
+  GradientDomain ///< "njf": new gradients of the positions, integrated to positions (Aigerman et al. 2022)
 };
 
 /// Where the output of a linear head lives.
@@ -40,14 +40,14 @@ struct PoissonNetOptions
   std::int64_t OutputChannels = 3; ///< of a linear head; a gradient-domain head always has 3
   std::int64_t Width = 128;        ///< hidden channels
   std::int64_t Blocks = 5;
-  std::int64_t ComplexLayers = 3;  ///< of each complex MLP; the last one is linear
-  std::int64_t ExtraFeatures = 0;  ///< channels of the condition that enters every block; 0 = none
-  bool Modulate = true;            ///< the face features turn and scale the gradients before the complex MLP of a block
-  bool ModulateHead = false;       ///< the same in the gradient-domain head
-  bool InnerProducts = false;      ///< blocks feed on dot products of gradients, averaged to the vertices
-  bool Normalise = false;          ///< per-channel norm over the vertices of what enters the vertex MLP
-  bool MassWeightedNorm = false;   ///< that norm weighs vertices by their mass
-  double Dropout = 0.0;            ///< [0, 1), in the vertex MLPs; acts in training only
+  std::int64_t ComplexLayers = 3; ///< of each complex MLP; the last one is linear
+  std::int64_t ExtraFeatures = 0; ///< channels of the condition that enters every block; 0 = none
+  bool Modulate = true;           ///< the face features turn and scale the gradients before the complex MLP of a block
+  bool ModulateHead = false;      ///< the same in the gradient-domain head
+  bool InnerProducts = false;     ///< blocks feed on dot products of gradients, averaged to the vertices
+  bool Normalise = false;         ///< per-channel norm over the vertices of what enters the vertex MLP
+  bool MassWeightedNorm = false;  ///< that norm weighs vertices by their mass
+  double Dropout = 0.0;           ///< [0, 1), in the vertex MLPs; acts in training only
   PoissonNetHead Head = PoissonNetHead::GradientDomain;
   PoissonNetDomain Domain = PoissonNetDomain::Vertices;
   LastActivation Activation = LastActivation::Identity;

@@ -20,10 +20,7 @@ constexpr float DiagonalShift = 1e-6F;
 /// Added to the squared length of cross products in cotangents.
 constexpr double SquaredAreaShift = 1e-20;
 
-double SquaredToZero(double value)
-{
-  return std::sqrt(std::max(value, 0.0));
-}
+double SquaredToZero(double value) { return std::sqrt(std::max(value, 0.0)); }
 
 /// One face laid flat by its edge lengths: v0 at the origin, v1 at (l2, 0), v2 at (x, y).
 void LayFlat(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2, float* gradient)
@@ -38,14 +35,10 @@ void LayFlat(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::
   std::transform(values, values + 6, gradient, [&](double value) { return static_cast<float>(value / doubleArea); });
 }
 
-Eigen::VectorXf RoundedMass(const Eigen::VectorXd& mass)
-{
-  return (mass.array() + 1e-8 * mass.mean()).cast<float>();
-}
-}
+Eigen::VectorXf RoundedMass(const Eigen::VectorXd& mass) { return (mass.array() + 1e-8 * mass.mean()).cast<float>(); }
+} // namespace
 
-PoissonOperators BuildPoissonOperators(
-  const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
+PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
 {
   TriangleMesh rounded = mesh;
   rounded.Points = mesh.Points.cast<float>().cast<double>();
@@ -53,16 +46,13 @@ PoissonOperators BuildPoissonOperators(
   PoissonOperators operators;
   operators.Triangles = mesh.Triangles;
   operators.Gradient.resize(mesh.NumberOfTriangles(), 6);
-  ParallelFor(mesh.NumberOfTriangles(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
     {
-      for (std::int64_t f = begin; f < end; ++f)
-      {
-        const auto corner = [&](
-                              int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };
-        LayFlat(corner(0), corner(1), corner(2), operators.Gradient.row(f).data());
-      }
-    });
+      const auto corner = [&](int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };
+      LayFlat(corner(0), corner(1), corner(2), operators.Gradient.row(f).data());
+    }
+  });
   for (Index f = 0; f < operators.NumberOfTriangles(); ++f)
   {
     if (!operators.Gradient.row(f).allFinite())
@@ -75,8 +65,8 @@ PoissonOperators BuildPoissonOperators(
   operators.FaceAreas = FaceAreas(rounded).cast<float>();
   operators.VertexMass = RoundedMass(LumpedMass(rounded, topology));
   Report(progress, 0.1);
-  operators.Solver =
-    FactorPoissonMatrix(CotangentStiffness(rounded, topology, SquaredAreaShift), SubProgress(progress, 0.1, 1.0));
+  operators.Solver = FactorPoissonMatrix(
+    CotangentStiffness(rounded, topology, SquaredAreaShift), SubProgress(progress, 0.1, 1.0));
   return operators;
 }
 
@@ -87,8 +77,7 @@ std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& st
   {
     matrix.valuePtr()[k] = static_cast<double>(static_cast<float>(matrix.valuePtr()[k]));
   }
-  const auto shiftDiagonal = [&matrix](double shift)
-  {
+  const auto shiftDiagonal = [&matrix](double shift) {
     for (Index v = 0; v < matrix.cols(); ++v)
     {
       matrix.coeffRef(v, v) += shift;

@@ -12,8 +12,8 @@
 namespace surfsynth
 {
 
-SolverRows::SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels,
-  const Eigen::VectorXf& mass, const std::vector<Index>& unused)
+SolverRows::SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels, const Eigen::VectorXf& mass,
+  const std::vector<Index>& unused)
   : Solver(std::move(solver))
   , RowOfVertex(static_cast<std::size_t>(this->Solver->Size()))
   , Unused(unused)
@@ -63,8 +63,7 @@ void SolverRows::Solve(const Progress& progress)
   this->SetUnused(zeros);
   ParallelTasks(
     static_cast<std::int64_t>(this->Blocks.size()),
-    [&](std::int64_t k)
-    {
+    [&](std::int64_t k) {
       Block& block = this->Blocks[k];
       Eigen::Map<RowMatrix> rows(block.Values.data(), this->Solver->Size(), block.Columns);
       this->Solver->SolveOrderedInPlace(rows);
@@ -80,23 +79,21 @@ std::vector<double> SolverRows::Moments(
   const std::vector<double>& weights, const std::vector<double>& centres, int power) const
 {
   std::vector<double> sums(static_cast<std::size_t>(this->NumberOfChannels), 0.0);
-  ParallelTasks(static_cast<std::int64_t>(this->Blocks.size()),
-    [&](std::int64_t k)
+  ParallelTasks(static_cast<std::int64_t>(this->Blocks.size()), [&](std::int64_t k) {
+    const Block& block = this->Blocks[k];
+    const double* row = block.Values.data();
+    double* sum = sums.data() + block.First;
+    const double* centre = centres.data() + block.First;
+    for (const double weight : weights)
     {
-      const Block& block = this->Blocks[k];
-      const double* row = block.Values.data();
-      double* sum = sums.data() + block.First;
-      const double* centre = centres.data() + block.First;
-      for (const double weight : weights)
+      for (std::int64_t c = 0; c < block.Channels; ++c)
       {
-        for (std::int64_t c = 0; c < block.Channels; ++c)
-        {
-          const double difference = row[c] - centre[c];
-          sum[c] += weight * (power == 1 ? difference : difference * difference);
-        }
-        row += block.Columns;
+        const double difference = row[c] - centre[c];
+        sum[c] += weight * (power == 1 ? difference : difference * difference);
       }
-    });
+      row += block.Columns;
+    }
+  });
   return sums;
 }
 
@@ -112,8 +109,8 @@ SolverRows::Channels SolverRows::Normalised(
   bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const
 {
   constexpr double epsilon = 1e-12;
-  const std::vector<double> weights =
-    massWeighted ? this->MassInOrder : std::vector<double>(this->MassInOrder.size(), 1.0);
+  const std::vector<double> weights = massWeighted ? this->MassInOrder
+                                                   : std::vector<double>(this->MassInOrder.size(), 1.0);
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0) + (massWeighted ? epsilon : 0.0);
   // Taken from the values without their weighted mean, which may be far larger than their differences.
   std::vector<double> mean = this->Moments(weights, this->Means, 1);

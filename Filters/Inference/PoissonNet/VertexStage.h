@@ -48,7 +48,7 @@ private:
   std::int64_t Vertices;
   std::int64_t Width;
   const ActivationKernels& Kernels;
-  std::vector<float> Zeros; ///< [W]
+  std::vector<float> Zeros;                    ///< [W]
   mutable ScratchPool<LargeArray<float>> Pool; ///< two arrays [TileRows, W]
 };
 

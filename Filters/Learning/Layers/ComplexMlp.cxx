@@ -43,8 +43,7 @@ ComplexTensor ComplexLinearImpl::forward(const ComplexTensor& z)
 ModulatorImpl::ModulatorImpl(std::int64_t width)
 {
   this->PhaseAndScale = this->register_module("modulator",
-    torch::nn::Sequential(
-      torch::nn::Linear(width, width), torch::nn::GELU(), torch::nn::Linear(width, 2 * width)));
+    torch::nn::Sequential(torch::nn::Linear(width, width), torch::nn::GELU(), torch::nn::Linear(width, 2 * width)));
 }
 
 ComplexTensor ModulatorImpl::forward(const ComplexTensor& z, const torch::Tensor& faceFeatures)

@@ -18,8 +18,7 @@ struct ComplexLinearOptions
   ComplexLinearOptions(std::int64_t in, std::int64_t out)
     : in_(in)
     , out_(out)
-  {
-  }
+  {}
   TORCH_ARG(std::int64_t, in);
   TORCH_ARG(std::int64_t, out);
   TORCH_ARG(bool, nonlinear) = false;
@@ -59,8 +58,7 @@ struct ComplexMlpOptions
   ComplexMlpOptions(std::int64_t width, std::int64_t out)
     : width_(width)
     , out_(out)
-  {
-  }
+  {}
   TORCH_ARG(std::int64_t, width);
   TORCH_ARG(std::int64_t, out);
   TORCH_ARG(std::int64_t, layers) = 3;

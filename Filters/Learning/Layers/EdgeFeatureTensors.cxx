@@ -26,7 +26,7 @@ struct EdgeFrames
   torch::Tensor Along;   ///< unit vector from the edge's first corner to its second
   torch::Tensor Outward; ///< Along cross Normal
   torch::Tensor Normal;
-  torch::Tensor Length;  ///< [F, 3, 1]
+  torch::Tensor Length; ///< [F, 3, 1]
 };
 
 EdgeFrames FramesOf(const FaceTables& tables, const torch::Tensor& positions)
@@ -43,7 +43,7 @@ EdgeFrames FramesOf(const FaceTables& tables, const torch::Tensor& positions)
   frames.Outward = torch::linalg_cross(frames.Along, frames.Normal, -1);
   return frames;
 }
-}
+} // namespace
 
 FaceTables::FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& options)
   : Vertices(mesh.NumberOfPoints())

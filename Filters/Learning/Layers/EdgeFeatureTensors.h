@@ -42,8 +42,7 @@ torch::Tensor SumRows(const torch::Tensor& values, const torch::Tensor& ids, std
 torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& positions);
 
 /// MeanCornerDisplacement(): [V, 3] from @p positions [V, 3] and @p local [F, 3], the (a, b, c) of each triangle.
-torch::Tensor CornerDisplacement(
-  const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local);
+torch::Tensor CornerDisplacement(const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local);
 
 /// The ends of the edges that SubdivideAtMidpoints() puts vertices on, [E, 2] int64.
 torch::Tensor ParentTensor(const SubdividedMesh& subdivided, const torch::Device& device);

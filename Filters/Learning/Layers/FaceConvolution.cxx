@@ -9,18 +9,15 @@ namespace surfsynth
 namespace
 {
 /// Of the edges or neighbours of each triangle, [F, 3, C] to [F, C].
-torch::Tensor LargestOfThree(const torch::Tensor& values)
-{
-  return std::get<0>(values.max(1));
-}
-}
+torch::Tensor LargestOfThree(const torch::Tensor& values) { return std::get<0>(values.max(1)); }
+} // namespace
 
 FaceConvolutionImpl::FaceConvolutionImpl(const FaceConvolutionOptions& options)
   : Options(options)
 {
   const std::int64_t inputs = options.of_edges() ? options.inputs() : 2 * options.inputs();
-  this->Affine =
-    this->register_module("conv", torch::nn::Conv1d(torch::nn::Conv1dOptions(inputs, options.outputs(), 1)));
+  this->Affine = this->register_module(
+    "conv", torch::nn::Conv1d(torch::nn::Conv1dOptions(inputs, options.outputs(), 1)));
 }
 
 torch::Tensor FaceConvolutionImpl::forward(const FaceTables& tables, const torch::Tensor& features)

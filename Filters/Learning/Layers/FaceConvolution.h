@@ -18,8 +18,7 @@ struct FaceConvolutionOptions
   FaceConvolutionOptions(std::int64_t inputs, std::int64_t outputs)
     : inputs_(inputs)
     , outputs_(outputs)
-  {
-  }
+  {}
   TORCH_ARG(std::int64_t, inputs);  ///< channels C of a triangle, or of an edge where of_edges
   TORCH_ARG(std::int64_t, outputs); ///< channels C'
   TORCH_ARG(bool, of_edges) = false;

@@ -25,8 +25,7 @@ struct IncidenceHolder : torch::CustomClassHolder
 {
   explicit IncidenceHolder(std::shared_ptr<const FaceIncidence> incidence)
     : Incidence(std::move(incidence))
-  {
-  }
+  {}
   std::shared_ptr<const FaceIncidence> Incidence;
 };
 
@@ -46,8 +45,9 @@ void RefuseSecondDerivatives()
 {
   if (torch::GradMode::is_enabled())
   {
-    throw InvalidInput("FusedLayers: second derivatives of float32 layers on the processor are asked for; expected first "
-                       "ones (float64 has both).");
+    throw InvalidInput(
+      "FusedLayers: second derivatives of float32 layers on the processor are asked for; expected first "
+      "ones (float64 has both).");
   }
 }
 
@@ -63,15 +63,13 @@ template <typename Body>
 void ForRows(std::int64_t batch, std::int64_t rows, const Body& body)
 {
   const std::int64_t ranges = (rows + RowsAtOnce - 1) / RowsAtOnce;
-  at::parallel_for(0, batch * ranges, 1,
-    [&](std::int64_t begin, std::int64_t end)
+  at::parallel_for(0, batch * ranges, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k)
     {
-      for (std::int64_t k = begin; k < end; ++k)
-      {
-        const std::int64_t first = k % ranges * RowsAtOnce;
-        body(k / ranges, first, std::min(first + RowsAtOnce, rows));
-      }
-    });
+      const std::int64_t first = k % ranges * RowsAtOnce;
+      body(k / ranges, first, std::min(first + RowsAtOnce, rows));
+    }
+  });
 }
 
 std::array<torch::Tensor, 3> GatherFaces(const FaceIncidence& incidence, const torch::Tensor& signal)
@@ -88,8 +86,7 @@ std::array<torch::Tensor, 3> GatherFaces(const FaceIncidence& incidence, const t
   const float* from = in.data_ptr<float>();
   float* const to[3] = { out[0].data_ptr<float>(), out[1].data_ptr<float>(), out[2].data_ptr<float>() };
   ForRows(in.numel() / std::max<std::int64_t>(vertices * width, 1), faces,
-    [&](std::int64_t b, std::int64_t first, std::int64_t last)
-    {
+    [&](std::int64_t b, std::int64_t first, std::int64_t last) {
       const std::int64_t at = (b * faces + first) * width;
       BestActivationKernels().GatherFaces(from + b * vertices * width, incidence.Corners.row(first).data(),
         incidence.BasisGradients.row(first).data(), last - first, width, to[0] + at, to[1] + at, to[2] + at);
@@ -109,12 +106,12 @@ torch::Tensor GatherVertices(const FaceIncidence& incidence, const FaceIncidence
   const std::int64_t faces = like.size(-2);
   const std::int64_t vertices = incidence.NumberOfVertices();
   const torch::Tensor out = torch::empty(WithRows(like, vertices), like.options());
-  const auto data = [](const torch::Tensor& tensor, std::int64_t offset) -> const float*
-  { return tensor.defined() ? tensor.data_ptr<float>() + offset : nullptr; };
+  const auto data = [](const torch::Tensor& tensor, std::int64_t offset) -> const float* {
+    return tensor.defined() ? tensor.data_ptr<float>() + offset : nullptr;
+  };
   float* to = out.data_ptr<float>();
   ForRows(like.numel() / std::max<std::int64_t>(faces * width, 1), vertices,
-    [&](std::int64_t b, std::int64_t first, std::int64_t last)
-    {
+    [&](std::int64_t b, std::int64_t first, std::int64_t last) {
       const std::int64_t at = b * faces * width;
       BestActivationKernels().GatherVertices(data(re, at), data(im, at), data(average, at), incidence.Offsets.data(),
         incidence.Faces.data(), weights[0].data(), weights[1].data(), weights[2].data(), first, last - first, width,
@@ -207,13 +204,11 @@ public:
     const std::int64_t width = x.size(-1);
     const float* in[3] = { x.data_ptr<float>(), y.data_ptr<float>(), bias.data_ptr<float>() };
     float* const out[2] = { outX.data_ptr<float>(), outY.data_ptr<float>() };
-    ForRows(1, x.numel() / width,
-      [&](std::int64_t, std::int64_t first, std::int64_t last)
-      {
-        const std::int64_t at = first * width;
-        BestActivationKernels().ComplexGeluForward(
-          in[0] + at, in[1] + at, in[2], last - first, width, out[0] + at, out[1] + at);
-      });
+    ForRows(1, x.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
+      const std::int64_t at = first * width;
+      BestActivationKernels().ComplexGeluForward(
+        in[0] + at, in[1] + at, in[2], last - first, width, out[0] + at, out[1] + at);
+    });
     return { outX, outY };
   }
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
@@ -230,13 +225,11 @@ public:
     const float* in[5] = { saved[0].data_ptr<float>(), saved[1].data_ptr<float>(), saved[2].data_ptr<float>(),
       gx.data_ptr<float>(), gy.data_ptr<float>() };
     float* const out[3] = { dx.data_ptr<float>(), dy.data_ptr<float>(), dBias.data_ptr<float>() };
-    ForRows(1, rows,
-      [&](std::int64_t, std::int64_t first, std::int64_t last)
-      {
-        const std::int64_t at = first * width;
-        BestActivationKernels().ComplexGeluBackward(in[0] + at, in[1] + at, in[2], in[3] + at, in[4] + at, last - first,
-          width, out[0] + at, out[1] + at, out[2] + first / RowsAtOnce * width);
-      });
+    ForRows(1, rows, [&](std::int64_t, std::int64_t first, std::int64_t last) {
+      const std::int64_t at = first * width;
+      BestActivationKernels().ComplexGeluBackward(in[0] + at, in[1] + at, in[2], in[3] + at, in[4] + at, last - first,
+        width, out[0] + at, out[1] + at, out[2] + first / RowsAtOnce * width);
+    });
     return { dx, dy, dBias.sum(0) };
   }
 };
@@ -256,13 +249,11 @@ public:
     const std::int64_t width = x.size(-1);
     const float* in[3] = { ps.data_ptr<float>(), x.data_ptr<float>(), y.data_ptr<float>() };
     float* const out[2] = { outX.data_ptr<float>(), outY.data_ptr<float>() };
-    ForRows(1, x.numel() / width,
-      [&](std::int64_t, std::int64_t first, std::int64_t last)
-      {
-        const std::int64_t at = first * width;
-        BestActivationKernels().ModulateForward(
-          in[0] + 2 * at, in[1] + at, in[2] + at, last - first, width, out[0] + at, out[1] + at);
-      });
+    ForRows(1, x.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
+      const std::int64_t at = first * width;
+      BestActivationKernels().ModulateForward(
+        in[0] + 2 * at, in[1] + at, in[2] + at, last - first, width, out[0] + at, out[1] + at);
+    });
     return { outX, outY };
   }
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
@@ -278,17 +269,15 @@ public:
     const float* in[5] = { saved[0].data_ptr<float>(), saved[1].data_ptr<float>(), saved[2].data_ptr<float>(),
       gx.data_ptr<float>(), gy.data_ptr<float>() };
     float* const out[3] = { dPs.data_ptr<float>(), dx.data_ptr<float>(), dy.data_ptr<float>() };
-    ForRows(1, gx.numel() / width,
-      [&](std::int64_t, std::int64_t first, std::int64_t last)
-      {
-        const std::int64_t at = first * width;
-        BestActivationKernels().ModulateBackward(in[0] + 2 * at, in[1] + at, in[2] + at, in[3] + at, in[4] + at,
-          last - first, width, out[0] + 2 * at, out[1] + at, out[2] + at);
-      });
+    ForRows(1, gx.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
+      const std::int64_t at = first * width;
+      BestActivationKernels().ModulateBackward(in[0] + 2 * at, in[1] + at, in[2] + at, in[3] + at, in[4] + at,
+        last - first, width, out[0] + 2 * at, out[1] + at, out[2] + at);
+    });
     return { dPs, dx, dy };
   }
 };
-}
+} // namespace
 
 FaceIncidence::FaceIncidence(const PoissonOperators& operators)
   : Corners(operators.Triangles)
@@ -340,8 +329,8 @@ std::array<torch::Tensor, 3> FusedGatherFaces(
   return { out[0], out[1], out[2] };
 }
 
-torch::Tensor FusedDivergence(const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real,
-  const torch::Tensor& imaginary)
+torch::Tensor FusedDivergence(
+  const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real, const torch::Tensor& imaginary)
 {
   return DivergenceStep::apply(real, imaginary, incidence);
 }

@@ -31,7 +31,7 @@ struct FaceIncidence
   using Weights = std::array<std::vector<float>, 3>;
 
   TriangleMatrix Corners;            ///< [F, 3]
-  FaceGradients BasisGradients;                ///< [F, 6]
+  FaceGradients BasisGradients;      ///< [F, 6]
   Eigen::VectorXf Areas;             ///< [F]
   std::vector<std::int32_t> Offsets; ///< [V + 1], of the entries of each vertex
   std::vector<std::int32_t> Faces;   ///< [3 F], the face of each entry
@@ -41,22 +41,18 @@ struct FaceIncidence
 };
 
 /// True when the fused steps serve a tensor: float32 on the processor.
-inline bool IsFused(const torch::Tensor& tensor)
-{
-  return tensor.is_cpu() && tensor.scalar_type() == torch::kFloat32;
-}
+inline bool IsFused(const torch::Tensor& tensor) { return tensor.is_cpu() && tensor.scalar_type() == torch::kFloat32; }
 
 /// Gradient (real, imaginary) and mean at the faces of a signal [..., V, C]: three tensors [..., F, C].
 std::array<torch::Tensor, 3> FusedGatherFaces(
   const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& signal);
 
 /// G^T A g of a gradient [..., F, C]: [..., V, C].
-torch::Tensor FusedDivergence(const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real,
-  const torch::Tensor& imaginary);
+torch::Tensor FusedDivergence(
+  const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real, const torch::Tensor& imaginary);
 
 /// Area-weighted mean of the faces around each vertex, [..., F, C] to [..., V, C].
-torch::Tensor FusedVertexMean(
-  const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& faceSignal);
+torch::Tensor FusedVertexMean(const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& faceSignal);
 
 /// See ComplexLinearOptions: the non-linearity of the modulus. Real and imaginary part.
 std::array<torch::Tensor, 2> FusedComplexGelu(

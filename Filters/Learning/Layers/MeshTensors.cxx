@@ -13,8 +13,7 @@ struct SolverHolder : torch::CustomClassHolder
 {
   explicit SolverHolder(std::shared_ptr<const CholeskySolver> solver)
     : Solver(std::move(solver))
-  {
-  }
+  {}
   std::shared_ptr<const CholeskySolver> Solver;
 };
 
@@ -47,8 +46,7 @@ public:
 };
 
 /// Adds the rows of @p values [..., F, C] to those of the vertices at one corner of each face.
-torch::Tensor AddAtCorner(
-  const torch::Tensor& sums, const MeshTensors& mesh, int corner, const torch::Tensor& values)
+torch::Tensor AddAtCorner(const torch::Tensor& sums, const MeshTensors& mesh, int corner, const torch::Tensor& values)
 {
   return sums.index_add(-2, mesh.Corners[corner], values);
 }
@@ -59,14 +57,15 @@ torch::Tensor VertexZeros(const MeshTensors& mesh, const torch::Tensor& faceSign
   shape[shape.size() - 2] = mesh.VertexMass.size(0);
   return torch::zeros(shape, faceSignal.options());
 }
-}
+} // namespace
 
 MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorOptions& options)
   : Solver(operators.Solver)
 {
   const std::int64_t faces = operators.NumberOfTriangles();
-  const auto column = [&](Eigen::VectorXf values)
-  { return torch::from_blob(values.data(), { values.size(), 1 }, torch::kFloat32).clone().to(options); };
+  const auto column = [&](Eigen::VectorXf values) {
+    return torch::from_blob(values.data(), { values.size(), 1 }, torch::kFloat32).clone().to(options);
+  };
   Eigen::VectorXf areaAround = Eigen::VectorXf::Zero(operators.NumberOfPoints());
   for (int k = 0; k < 3; ++k)
   {
@@ -113,7 +112,8 @@ ComplexTensor FaceGradient(const MeshTensors& mesh, const torch::Tensor& signal)
   {
     const torch::Tensor corner = signal.index_select(-2, mesh.Corners[k]);
     gradient.Real = k == 0 ? corner * mesh.BasisGradientX[k] : gradient.Real + corner * mesh.BasisGradientX[k];
-    gradient.Imaginary = k == 0 ? corner * mesh.BasisGradientY[k] : gradient.Imaginary + corner * mesh.BasisGradientY[k];
+    gradient.Imaginary = k == 0 ? corner * mesh.BasisGradientY[k]
+                                : gradient.Imaginary + corner * mesh.BasisGradientY[k];
   }
   return gradient;
 }

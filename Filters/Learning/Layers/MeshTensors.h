@@ -28,16 +28,16 @@ struct FaceIncidence;
 /// PoissonOperators as tensors of one floating-point type on one device.
 struct MeshTensors
 {
-  torch::Tensor Corners[3];    ///< [F] int64 each
-  torch::Tensor BasisGradientX[3];       ///< [F, 1] each: x components of the hat functions' gradients
-  torch::Tensor BasisGradientY[3];       ///< [F, 1] each
-  torch::Tensor FaceAreas;     ///< [F, 1]
-  torch::Tensor VertexMass;    ///< [V, 1]
-  torch::Tensor InverseArea;   ///< [V, 1], one over a third of the area around; 0 where no triangle is
-  torch::Tensor Used;          ///< [V, 1], 1 where a triangle is, else 0; undefined when that is everywhere
+  torch::Tensor Corners[3];        ///< [F] int64 each
+  torch::Tensor BasisGradientX[3]; ///< [F, 1] each: x components of the hat functions' gradients
+  torch::Tensor BasisGradientY[3]; ///< [F, 1] each
+  torch::Tensor FaceAreas;         ///< [F, 1]
+  torch::Tensor VertexMass;        ///< [V, 1]
+  torch::Tensor InverseArea;       ///< [V, 1], one over a third of the area around; 0 where no triangle is
+  torch::Tensor Used;              ///< [V, 1], 1 where a triangle is, else 0; undefined when that is everywhere
   std::shared_ptr<const CholeskySolver> Solver;
   std::shared_ptr<const FaceIncidence> Incidence; ///< for what float32 on the processor does in one step; else null
-  torch::Tensor DenseInverse;  ///< [V, V] where UseDenseInverse() was called; else undefined
+  torch::Tensor DenseInverse;                     ///< [V, V] where UseDenseInverse() was called; else undefined
 
   MeshTensors() = default;
   /// Copies; @p options gives type (float32 or float64) and device.

@@ -11,17 +11,16 @@ torch::Tensor Integrate(const MeshTensors& mesh, const ComplexTensor& gradients)
 {
   return WithoutMean(mesh, SolvePoisson(mesh, IntegratedDivergence(mesh, gradients)));
 }
-}
+} // namespace
 
 PoissonBlockImpl::PoissonBlockImpl(const PoissonNetOptions& options)
 {
   const std::int64_t width = options.Width;
-  this->GradientMlp = this->register_module("grad_mlp",
-    ComplexMlp(ComplexMlpOptions(width, width).layers(options.ComplexLayers).modulate(options.Modulate)));
+  this->GradientMlp = this->register_module(
+    "grad_mlp", ComplexMlp(ComplexMlpOptions(width, width).layers(options.ComplexLayers).modulate(options.Modulate)));
   if (options.InnerProducts)
   {
-    this->GradientFeatures =
-      this->register_module("grad_features", ComplexLinear(ComplexLinearOptions(width, width)));
+    this->GradientFeatures = this->register_module("grad_features", ComplexLinear(ComplexLinearOptions(width, width)));
     this->GradientScaler = this->register_parameter("grad_scaler", torch::full({ width }, 0.01));
   }
   const std::int64_t inputs = width * (2 + (options.ExtraFeatures > 0 ? 1 : 0) + (options.InnerProducts ? 1 : 0));

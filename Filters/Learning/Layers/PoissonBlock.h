@@ -3,9 +3,9 @@
 /// The block that a PoissonNet repeats.
 #pragma once
 
+#include "Inference/PoissonNet/PoissonNetOptions.h"
 #include "Learning/Layers/ComplexMlp.h"
 #include "Learning/Layers/VertexMlp.h"
-#include "Inference/PoissonNet/PoissonNetOptions.h"
 
 #include <torch/torch.h>
 

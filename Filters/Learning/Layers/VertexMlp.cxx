@@ -14,8 +14,7 @@ VertexNormImpl::VertexNormImpl(const VertexNormOptions& options)
 torch::Tensor VertexNormImpl::forward(const MeshTensors& mesh, const torch::Tensor& signal)
 {
   constexpr double epsilon = 1e-12;
-  const auto mean = [&](const torch::Tensor& x)
-  {
+  const auto mean = [&](const torch::Tensor& x) {
     return this->MassWeighted ? (x * mesh.VertexMass).sum(-2, true) / (mesh.VertexMass.sum() + epsilon)
                               : x.mean(-2, true);
   };

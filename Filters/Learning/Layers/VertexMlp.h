@@ -17,8 +17,7 @@ struct VertexNormOptions
 {
   explicit VertexNormOptions(std::int64_t channels)
     : channels_(channels)
-  {
-  }
+  {}
   TORCH_ARG(std::int64_t, channels);
   TORCH_ARG(bool, mass_weighted) = false;
 };
@@ -55,14 +54,13 @@ struct VertexMlpOptions
   VertexMlpOptions(std::int64_t width, std::int64_t inputs)
     : width_(width)
     , inputs_(inputs)
-  {
-  }
+  {}
   TORCH_ARG(std::int64_t, width);
-  TORCH_ARG(std::int64_t, inputs);      ///< channels of c
-  TORCH_ARG(bool, normalise) = false;   ///< u and the inner products pass a VertexNorm
+  TORCH_ARG(std::int64_t, inputs);    ///< channels of c
+  TORCH_ARG(bool, normalise) = false; ///< u and the inner products pass a VertexNorm
   TORCH_ARG(bool, inner_products) = false;
   TORCH_ARG(bool, mass_weighted_norm) = false;
-  TORCH_ARG(double, dropout) = 0.0;     ///< before the second affine map of each half; in training only
+  TORCH_ARG(double, dropout) = 0.0; ///< before the second affine map of each half; in training only
 };
 
 class VertexMlpImpl : public torch::nn::Module

@@ -10,8 +10,9 @@ FlowMatchingLoss ComputeFlowMatchingLoss(
   FlowMatchingLoss loss;
   const torch::Tensor difference = prediction.Values - delta;
   loss.Vertex = MassMean(mesh, difference.square()).mean();
-  const auto weighted = [&](const torch::Tensor& squares)
-  { return (squares * mesh.FaceAreas).sum(-2) / mesh.FaceAreas.sum(); };
+  const auto weighted = [&](const torch::Tensor& squares) {
+    return (squares * mesh.FaceAreas).sum(-2) / mesh.FaceAreas.sum();
+  };
   if (!prediction.Gradients.defined())
   {
     const ComplexTensor gradient = FaceGradient(mesh, difference);
@@ -24,9 +25,9 @@ FlowMatchingLoss ComputeFlowMatchingLoss(
   shape.insert(shape.end() - 1, 2);
   const torch::Tensor predicted = prediction.Gradients.reshape(shape);
   const ComplexTensor gradient = FaceGradient(mesh, delta);
-  loss.Jacobian =
-    weighted((predicted.select(-2, 0) - gradient.Real).square() + (predicted.select(-2, 1) - gradient.Imaginary).square())
-      .mean() /
+  loss.Jacobian = weighted((predicted.select(-2, 0) - gradient.Real).square() +
+                    (predicted.select(-2, 1) - gradient.Imaginary).square())
+                    .mean() /
     2.0;
   return loss;
 }

@@ -4,13 +4,14 @@
 namespace surfsynth
 {
 
-torch::Tensor CriticValue(GeometricTextureLevelNetworkImpl& critic, const FaceTables& tables, const torch::Tensor& features)
+torch::Tensor CriticValue(
+  GeometricTextureLevelNetworkImpl& critic, const FaceTables& tables, const torch::Tensor& features)
 {
   return critic.forward(tables, features).mean();
 }
 
-torch::Tensor GradientPenalty(GeometricTextureLevelNetworkImpl& critic, const FaceTables& tables, const torch::Tensor& real,
-  const torch::Tensor& fake, double alpha)
+torch::Tensor GradientPenalty(GeometricTextureLevelNetworkImpl& critic, const FaceTables& tables,
+  const torch::Tensor& real, const torch::Tensor& fake, double alpha)
 {
   const torch::Tensor between = (alpha * real + (1.0 - alpha) * fake).detach().requires_grad_();
   const torch::Tensor sum = critic.forward(tables, between).sum();

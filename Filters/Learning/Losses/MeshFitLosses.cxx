@@ -41,15 +41,9 @@ std::vector<Edge> UniqueEdges(const TriangleMesh& mesh)
 }
 
 /// x ln x, without the infinite slope at 0.
-torch::Tensor TimesLogarithm(const torch::Tensor& x)
-{
-  return x * x.clamp_min(1e-30).log();
-}
+torch::Tensor TimesLogarithm(const torch::Tensor& x) { return x * x.clamp_min(1e-30).log(); }
 
-torch::Tensor Lengths(const torch::Tensor& vectors)
-{
-  return vectors.norm(2, -1);
-}
+torch::Tensor Lengths(const torch::Tensor& vectors) { return vectors.norm(2, -1); }
 
 torch::Tensor MeanDistance(const torch::Tensor& points, const torch::Tensor& nearest)
 {
@@ -61,21 +55,20 @@ torch::Tensor MeanDisagreement(const torch::Tensor& normals, const torch::Tensor
 {
   return -(normals * others).sum(-1).mean();
 }
-}
+} // namespace
 
 FitTables::FitTables(const TriangleMesh& mesh, const torch::TensorOptions& options)
   : Vertices(mesh.NumberOfPoints())
 {
   const std::vector<Edge> edges = UniqueEdges(mesh);
   const auto device = options.device();
-  this->Triangles =
-    torch::from_blob(const_cast<Index*>(mesh.Triangles.data()), { mesh.Triangles.rows(), 3 }, torch::kInt32)
-      .to(device, torch::kInt64, false, true);
-  this->Edges = torch::from_blob(const_cast<Edge*>(edges.data()), { static_cast<std::int64_t>(edges.size()), 2 },
-    torch::kInt64)
+  this->Triangles = torch::from_blob(
+    const_cast<Index*>(mesh.Triangles.data()), { mesh.Triangles.rows(), 3 }, torch::kInt32)
+                      .to(device, torch::kInt64, false, true);
+  this->Edges = torch::from_blob(
+    const_cast<Edge*>(edges.data()), { static_cast<std::int64_t>(edges.size()), 2 }, torch::kInt64)
                   .to(device, torch::kInt64, false, true);
-  this->Valence =
-    torch::bincount(this->Edges.flatten(), {}, this->Vertices).clamp_min(1).unsqueeze(-1).to(options);
+  this->Valence = torch::bincount(this->Edges.flatten(), {}, this->Vertices).clamp_min(1).unsqueeze(-1).to(options);
 }
 
 TriangulationLoss ComputeTriangulationLoss(const FitTables& tables, const torch::Tensor& positions)
@@ -104,8 +97,8 @@ SampledSurface EvaluateSamples(const FitTables& tables, const torch::Tensor& pos
   return { (samples.Weights.unsqueeze(-1) * corners).sum(1), normals / normals.norm(2, -1, true).clamp_min(1e-30) };
 }
 
-ChamferLoss ComputeChamferLoss(const SampledSurface& source, const SampledSurface& target,
-  const NearestSampleIds& nearest, bool publishedNormals)
+ChamferLoss ComputeChamferLoss(
+  const SampledSurface& source, const SampledSurface& target, const NearestSampleIds& nearest, bool publishedNormals)
 {
   ChamferLoss loss;
   loss.Distance = { MeanDistance(source.Points, TakeRows(target.Points, nearest.OfSource)),

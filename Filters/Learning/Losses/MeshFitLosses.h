@@ -32,8 +32,8 @@ struct TriangulationLoss
 {
   torch::Tensor EdgeDeviation; ///< standard deviation of the edges' lengths, with E - 1
   torch::Tensor EdgeEntropy;   ///< mean over the triangles of sum p ln p, p the lengths of the edges over their sum
-  torch::Tensor Roughness;     ///< mean over the vertices of the L1 norm of their distance to the mean of their neighbours
-  torch::Tensor Total;         ///< 5e-3 EdgeDeviation + 5e-4 EdgeEntropy + 0.01 Roughness
+  torch::Tensor Roughness; ///< mean over the vertices of the L1 norm of their distance to the mean of their neighbours
+  torch::Tensor Total;     ///< 5e-3 EdgeDeviation + 5e-4 EdgeEntropy + 0.01 Roughness
 };
 TriangulationLoss ComputeTriangulationLoss(const FitTables& tables, const torch::Tensor& positions);
 
@@ -50,8 +50,7 @@ struct SampledSurface
   torch::Tensor Points;  ///< [N, 3]
   torch::Tensor Normals; ///< [N, 3], 0 for triangles without area
 };
-SampledSurface EvaluateSamples(
-  const FitTables& tables, const torch::Tensor& positions, const SurfaceSamples& samples);
+SampledSurface EvaluateSamples(const FitTables& tables, const torch::Tensor& positions, const SurfaceSamples& samples);
 
 /// Ids of the nearest samples of the other surface.
 struct NearestSampleIds

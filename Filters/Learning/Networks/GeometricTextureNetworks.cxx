@@ -14,8 +14,7 @@ GeometricTextureLevelNetworkImpl::GeometricTextureLevelNetworkImpl(const Geometr
   this->Layers = this->register_module("layers", torch::nn::ModuleList());
   for (std::size_t k = 0; k + 1 < channels.size(); ++k)
   {
-    const FaceConvolutionOptions convolution =
-      FaceConvolutionOptions(channels[k], channels[k + 1]).of_edges(k == 0);
+    const FaceConvolutionOptions convolution = FaceConvolutionOptions(channels[k], channels[k + 1]).of_edges(k == 0);
     if (k + 2 < channels.size())
     {
       this->Layers->push_back(FaceBlock(convolution));
@@ -44,13 +43,13 @@ GeometricTextureNetworkImpl::GeometricTextureNetworkImpl(const GeometricTextureO
   this->Levels = this->register_module("levels", torch::nn::ModuleList());
   for (std::int64_t level = 0; level < options.Levels; ++level)
   {
-    this->Levels->push_back(
-      GeometricTextureLevelNetwork(discriminator ? options.DiscriminatorChannels(level) : options.GeneratorChannels(level)));
+    this->Levels->push_back(GeometricTextureLevelNetwork(
+      discriminator ? options.DiscriminatorChannels(level) : options.GeneratorChannels(level)));
   }
 }
 
-torch::Tensor Displaced(GeometricTextureLevelNetworkImpl& level, const FaceTables& tables, const torch::Tensor& positions,
-  const torch::Tensor& noise)
+torch::Tensor Displaced(GeometricTextureLevelNetworkImpl& level, const FaceTables& tables,
+  const torch::Tensor& positions, const torch::Tensor& noise)
 {
   const torch::Tensor seen = noise.defined() ? positions + noise : positions;
   const torch::Tensor local = level.forward(tables, EdgeFeatureTensor(tables, seen));
@@ -81,7 +80,8 @@ GeometricTextureNetwork MakeGeometricTextureDiscriminator(const GeometricTexture
   CheckModel(model);
   if (model.Discriminator.empty())
   {
-    throw InvalidInput("MakeGeometricTextureDiscriminator: the model has no discriminator; expected one that was trained here.");
+    throw InvalidInput(
+      "MakeGeometricTextureDiscriminator: the model has no discriminator; expected one that was trained here.");
   }
   return MakeGeometricTextureNetwork(model.Options, true, model.Discriminator);
 }

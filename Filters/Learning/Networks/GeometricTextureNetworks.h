@@ -4,8 +4,8 @@
 /// Synthesis" (Hertz et al. 2020).
 #pragma once
 
-#include "Learning/Layers/EdgeFeatureTensors.h"
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
+#include "Learning/Layers/EdgeFeatureTensors.h"
 
 #include <torch/torch.h>
 
@@ -38,7 +38,10 @@ public:
   /// @throws InvalidInput as CheckOptions().
   GeometricTextureNetworkImpl(const GeometricTextureOptions& options, bool discriminator);
 
-  GeometricTextureLevelNetworkImpl& Level(std::size_t level) { return *this->Levels[level]->as<GeometricTextureLevelNetworkImpl>(); }
+  GeometricTextureLevelNetworkImpl& Level(std::size_t level)
+  {
+    return *this->Levels[level]->as<GeometricTextureLevelNetworkImpl>();
+  }
 
 private:
   torch::nn::ModuleList Levels;
@@ -47,8 +50,8 @@ TORCH_MODULE(GeometricTextureNetwork);
 
 /// Positions after a generator level: @p positions [V, 3] moved by what the level makes of their features, @p noise
 /// [V, 3] having been added to the positions that features are computed from. Undefined noise is none.
-torch::Tensor Displaced(GeometricTextureLevelNetworkImpl& level, const FaceTables& tables, const torch::Tensor& positions,
-  const torch::Tensor& noise = {});
+torch::Tensor Displaced(GeometricTextureLevelNetworkImpl& level, const FaceTables& tables,
+  const torch::Tensor& positions, const torch::Tensor& noise = {});
 
 /// The networks of a model, in float32 on the processor. @throws InvalidInput as CheckModel(), and when there is no
 /// discriminator.

@@ -30,13 +30,14 @@ double ConstantOf(const std::string& name)
   }
   return EndsWith(name, "grad_scaler") ? 0.01 : std::nan("");
 }
-}
+} // namespace
 
 std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
   const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed)
 {
   CheckOptions(options);
-  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedGeometricTextureTensors(options, discriminator);
+  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedGeometricTextureTensors(
+    options, discriminator);
   std::map<std::string, ModelTensor> tensors;
   NormalKey key;
   key.Seed = seed;
@@ -75,8 +76,9 @@ PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_
     tensor.Values.resize(static_cast<std::size_t>(matrix ? shape[0] * shape[1] : shape[0]));
     const double constant = ConstantOf(name);
     // A bias has the inputs of the matrix that it is added to the product of.
-    const std::int64_t inputs =
-      matrix || !std::isnan(constant) ? shape.back() : shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];
+    const std::int64_t inputs = matrix || !std::isnan(constant)
+      ? shape.back()
+      : shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];
     const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
     for (std::size_t k = 0; k < tensor.Values.size(); ++k)
     {

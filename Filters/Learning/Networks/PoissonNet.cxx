@@ -12,7 +12,7 @@ std::string FormatShape(const torch::Tensor& tensor)
 {
   return tensor.defined() ? c10::str(tensor.sizes()) : "undefined";
 }
-}
+} // namespace
 
 PoissonNetImpl::PoissonNetImpl(const PoissonNetOptions& options)
   : Architecture(options)
@@ -67,9 +67,8 @@ PoissonNetOutput PoissonNetImpl::forward(const MeshTensors& mesh, const torch::T
 torch::Tensor PoissonNetImpl::EmbedExtra(const torch::Tensor& x, const torch::Tensor& extra)
 {
   const std::int64_t count = this->Architecture.ExtraFeatures;
-  const bool fits = count == 0
-    ? !extra.defined()
-    : extra.defined() && extra.size(-1) == count &&
+  const bool fits = count == 0 ? !extra.defined()
+                               : extra.defined() && extra.size(-1) == count &&
       (extra.dim() == 1 || extra.size(-2) == 1 || extra.size(-2) == x.size(-2));
   if (!fits)
   {
@@ -106,8 +105,7 @@ PoissonNet MakePoissonNet(const PoissonNetModel& model)
   for (auto& parameter : network->named_parameters())
   {
     const ModelTensor& tensor = model.Tensors.at(parameter.key());
-    parameter.value().copy_(
-      torch::from_blob(const_cast<float*>(tensor.Values.data()), tensor.Shape, torch::kFloat32));
+    parameter.value().copy_(torch::from_blob(const_cast<float*>(tensor.Values.data()), tensor.Shape, torch::kFloat32));
   }
   return network;
 }

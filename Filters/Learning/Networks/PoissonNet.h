@@ -4,9 +4,9 @@
 /// faster.
 #pragma once
 
-#include "Learning/Layers/PoissonBlock.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 #include "Inference/PoissonNet/PoissonNetOptions.h"
+#include "Learning/Layers/PoissonBlock.h"
 
 #include <torch/torch.h>
 

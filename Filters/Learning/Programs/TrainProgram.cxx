@@ -41,8 +41,7 @@ struct UsageError : std::exception
 {
   explicit UsageError(std::string text)
     : Text(std::move(text))
-  {
-  }
+  {}
   const char* what() const noexcept override { return this->Text.c_str(); }
   std::string Text;
 };
@@ -156,8 +155,10 @@ protected:
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
-    known["--milestone"] = { "iteration after which the learning rate falls; may be given several times (a quarter of all)",
-      [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); } };
+    known["--milestone"] = {
+      "iteration after which the learning rate falls; may be given several times (a quarter of all)",
+      [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); }
+    };
     this->AddRun(known, o);
     return known;
   }
@@ -277,8 +278,7 @@ public:
   std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
-    const auto observeTexture = [&observe](const GeometricTextureTrainingStep& step)
-    {
+    const auto observeTexture = [&observe](const GeometricTextureTrainingStep& step) {
       TrainingStep line;
       line.Iteration = step.Iteration;
       line.Loss = step.ReconstructionLoss;
@@ -289,10 +289,7 @@ public:
   }
 
 private:
-  std::int64_t Levels() const
-  {
-    return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size());
-  }
+  std::int64_t Levels() const { return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size()); }
 
   GeometricTextureTrainingOptions Options;
 };
@@ -324,8 +321,7 @@ public:
   explicit ProgressLine(std::int64_t iterations)
     : Iterations(iterations)
     , Clock(iterations)
-  {
-  }
+  {}
 
   void Show(const TrainingStep& step)
   {
@@ -368,8 +364,7 @@ int Train(TrainCommand& command)
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
   ProgressLine line(command.Iterations());
-  const auto observe = [&line](const TrainingStep& step)
-  {
+  const auto observe = [&line](const TrainingStep& step) {
     line.Show(step);
     return !Interrupted;
   };
@@ -386,7 +381,7 @@ void KeepMemory()
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
 }
-}
+} // namespace
 
 int main(int argc, char* argv[])
 {

@@ -76,10 +76,7 @@ MeshTopology RequireValidSources(const SignalDataset& dataset, const Progress& p
   return std::move(*reference);
 }
 
-TriangleMesh UnitArea(const TriangleMesh& mesh)
-{
-  return Normalised(mesh, FlowNormalisation(mesh));
-}
+TriangleMesh UnitArea(const TriangleMesh& mesh) { return Normalised(mesh, FlowNormalisation(mesh)); }
 
 /// Eigenfunctions 1 to @p count of the Laplacian of @p mesh with mean square 1, [V, count].
 FeatureMatrix Eigenfunctions(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t count)
@@ -94,7 +91,7 @@ FeatureMatrix Eigenfunctions(const TriangleMesh& mesh, const MeshTopology& topol
   // Normalised over the surface already, whose area is 1.
   return pairs.Vectors.rightCols(count).cast<float>();
 }
-}
+} // namespace
 
 void CheckOptions(const EncodingTrainingOptions& options)
 {
@@ -103,9 +100,8 @@ void CheckOptions(const EncodingTrainingOptions& options)
   if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 ||
     options.BatchSize > 100000)
   {
-    throw InvalidInput("TrainingOptions: Eigenfunctions and BatchSize are " +
-      std::to_string(options.Eigenfunctions) + " and " + std::to_string(options.BatchSize) +
-      "; expected 1 to 10000 and 1 to 100000.");
+    throw InvalidInput("TrainingOptions: Eigenfunctions and BatchSize are " + std::to_string(options.Eigenfunctions) +
+      " and " + std::to_string(options.BatchSize) + "; expected 1 to 10000 and 1 to 100000.");
   }
 }
 
@@ -148,8 +144,8 @@ TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
   key.Seed = this->Options.Seed;
   key.Sample = static_cast<std::uint32_t>(this->Training.Iteration());
   key.Component = static_cast<std::uint32_t>(slot);
-  const auto number =
-    static_cast<std::size_t>(UniformIndex(key, 0, static_cast<std::int64_t>(this->Dataset.Sources.size())));
+  const auto number = static_cast<std::size_t>(
+    UniformIndex(key, 0, static_cast<std::int64_t>(this->Dataset.Sources.size())));
   const SignalSource& source = this->Dataset.Sources[number];
   const std::int64_t samples = this->Dataset.HoldsPositions() ? source.NumberOfSamples() : 0;
   const std::int64_t sample = UniformIndex(key, 1, samples + 1);
@@ -189,8 +185,8 @@ void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& sur
   const torch::Device device = this->Training.Device();
   for (const TriangleMesh& surface : surfaces)
   {
-    const MeshTensors mesh(BuildPoissonOperators(surface, MeshTopology(surface)),
-      torch::TensorOptions(torch::kFloat32).device(device));
+    const MeshTensors mesh(
+      BuildPoissonOperators(surface, MeshTopology(surface)), torch::TensorOptions(torch::kFloat32).device(device));
     const torch::Tensor positions = ToTensor(surface.Points.cast<float>(), device);
     const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
     const torch::Tensor loss = MassMean(mesh, difference.square()).mean() / static_cast<double>(surfaces.size());
@@ -264,8 +260,7 @@ EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptio
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }
-  const auto save = [&]
-  {
+  const auto save = [&] {
     if (!files.Checkpoint.empty())
     {
       trainer.SaveCheckpoint(files.Checkpoint);
@@ -279,8 +274,7 @@ EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptio
       WriteLossTable(files.LossTable, trainer.History());
     }
   };
-  const auto step = [&]
-  {
+  const auto step = [&] {
     const TrainingStep done = trainer.Step();
     return AfterIteration{ !observe || observe(done) };
   };

@@ -62,7 +62,7 @@ struct Batch
   torch::Tensor Condition; ///< [B, V, 4 + E]
   torch::Tensor Delta;     ///< f_1 - f_0, [B, V, C]
 };
-}
+} // namespace
 
 class FlowMatchingTrainer::Internals
 {
@@ -70,15 +70,15 @@ public:
   Internals(SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress)
     : Options(options)
     , DatasetHash(ContentHash(dataset))
-    , Data(PrepareSources(std::move(dataset), options.Encoder ? &*options.Encoder : nullptr, options.Noise,
-        options.Seed, progress))
+    , Data(PrepareSources(
+        std::move(dataset), options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
     , Training(NetworkOptions(options, this->Data), options)
   {
     const torch::Device& device = this->Training.Device();
     for (const TrainingSource& source : this->Data.Sources)
     {
-      MeshTensors& mesh =
-        this->Meshes.emplace_back(source.Operators, torch::TensorOptions(torch::kFloat32).device(device));
+      MeshTensors& mesh = this->Meshes.emplace_back(
+        source.Operators, torch::TensorOptions(torch::kFloat32).device(device));
       if (device.is_cuda() && source.Operators.NumberOfPoints() <= LargestDenseInverse)
       {
         UseDenseInverse(mesh);
@@ -150,8 +150,8 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
     const NormalKey key = this->KeyOf(first + slot);
     const std::int64_t sample = UniformIndex(key, 1, source.Samples.rows());
     times.data_ptr<float>()[slot] = static_cast<float>(Uniform(key, 2));
-    std::copy_n(source.Samples.row(sample).data(), vertices * components,
-      data.data_ptr<float>() + slot * vertices * components);
+    std::copy_n(
+      source.Samples.row(sample).data(), vertices * components, data.data_ptr<float>() + slot * vertices * components);
   }
   SampleRequest request;
   request.Seed = this->Options.Seed;
@@ -159,10 +159,9 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
   request.NumberOfSamples = static_cast<std::uint32_t>(count);
   request.NumberOfComponents = static_cast<std::uint32_t>(components);
   request.Scale = this->Data.Frame.Noise.Scale;
-  source.Noise->SampleInto(request,
-    [&](std::uint32_t sample) {
-      return noise.data_ptr<double>() + (sample - request.FirstSample) * vertices * components;
-    });
+  source.Noise->SampleInto(request, [&](std::uint32_t sample) {
+    return noise.data_ptr<double>() + (sample - request.FirstSample) * vertices * components;
+  });
 
   const MeshTensors& mesh = this->Meshes[number];
   torch::Tensor start = noise.to(this->Training.Device(), torch::kFloat32);

@@ -53,8 +53,7 @@ public:
   /// @throws InvalidInput when an option is out of range, the dataset is not complete, a surface does not meet
   /// FlowMatchingSampler::Requirements(), or CUDA is asked for and there is none; SolverFailure;
   /// Cancelled.
-  FlowMatchingTrainer(
-    SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress = {});
+  FlowMatchingTrainer(SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress = {});
   ~FlowMatchingTrainer();
   FlowMatchingTrainer(FlowMatchingTrainer&&) noexcept;
   FlowMatchingTrainer& operator=(FlowMatchingTrainer&&) noexcept;

@@ -24,8 +24,8 @@ void AddNetwork(const std::string& prefix, GeometricTextureNetworkImpl& network,
   }
 }
 
-void AddMoments(const std::string& prefix, torch::optim::Adam& optimiser, torch::nn::Module& network,
-  TrainingCheckpoint& checkpoint)
+void AddMoments(
+  const std::string& prefix, torch::optim::Adam& optimiser, torch::nn::Module& network, TrainingCheckpoint& checkpoint)
 {
   for (const auto& parameter : network.named_parameters())
   {
@@ -66,8 +66,8 @@ std::vector<RestoredParameter> ReadNetwork(const std::string& file, const Traini
   for (const auto& parameter : network.named_parameters())
   {
     const std::string& name = parameter.key();
-    const auto read = [&](const std::string& tensor)
-    { return ReadTensor(file, checkpoint, tensor, parameter.value()); };
+    const auto read = [&](
+                        const std::string& tensor) { return ReadTensor(file, checkpoint, tensor, parameter.value()); };
     RestoredParameter part{ parameter.value(), read(prefix + name), {} };
     if (!current.empty() && name.compare(0, current.size(), current) == 0)
     {
@@ -156,8 +156,7 @@ void GeometricTextureTrainer::Internals::Restore(const std::string& file, const 
   const float* loss = losses.Values.data();
   for (std::int64_t k = 0; k < done; ++k, loss += LossColumns)
   {
-    this->History.push_back(
-      { k + 1, this->LevelOf(k), loss[0], loss[1], loss[2], loss[3], this->LearningRateAt(k) });
+    this->History.push_back({ k + 1, this->LevelOf(k), loss[0], loss[1], loss[2], loss[3], this->LearningRateAt(k) });
   }
   SetParameters(generator);
   SetParameters(discriminator);

@@ -29,7 +29,7 @@ void RequireValidLevel(const TriangleMesh& mesh, const std::string& what)
     throw InvalidInput("GeometricTextureTrainer: " + what + ": " + error.what());
   }
 }
-}
+} // namespace
 
 GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device)
 {

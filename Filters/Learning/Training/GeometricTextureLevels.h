@@ -24,8 +24,8 @@ struct GeometricTextureLevelData
 
 struct GeometricTextureLevels
 {
-  TriangleMesh Template;  ///< around the origin, in units of the mean edge of level 0
-  torch::Tensor Start;    ///< [V, 3], its points
+  TriangleMesh Template; ///< around the origin, in units of the mean edge of level 0
+  torch::Tensor Start;   ///< [V, 3], its points
   std::vector<GeometricTextureLevelData> Data;
 };
 

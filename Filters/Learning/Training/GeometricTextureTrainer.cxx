@@ -5,8 +5,8 @@
 #include "Core/Random/CounterUniforms.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
-#include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/GeometricTextureTrainerInternals.h"
+#include "Learning/Training/NetworkTraining.h"
 
 #include <cmath>
 #include <limits>
@@ -93,9 +93,10 @@ void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
     target[k].copy_(source[k]);
   }
 }
-}
+} // namespace
 
-GeometricTextureTrainer::Internals::Internals(const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options)
+GeometricTextureTrainer::Internals::Internals(
+  const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options)
   : Options(options)
   , DatasetHash(ContentHash(dataset))
   , Where(ChooseDevice(options.Device))
@@ -105,8 +106,10 @@ GeometricTextureTrainer::Internals::Internals(const MultiscaleDataset& dataset, 
 {
   this->Options.Network = WithLevels(options.Network, dataset.Levels.size());
   const GeometricTextureOptions& network = this->Options.Network;
-  this->Generator = MakeGeometricTextureNetwork(network, false, InitialGeometricTextureTensors(network, false, options.Seed));
-  this->Discriminator = MakeGeometricTextureNetwork(network, true, InitialGeometricTextureTensors(network, true, options.Seed));
+  this->Generator = MakeGeometricTextureNetwork(
+    network, false, InitialGeometricTextureTensors(network, false, options.Seed));
+  this->Discriminator = MakeGeometricTextureNetwork(
+    network, true, InitialGeometricTextureTensors(network, true, options.Seed));
   this->Generator->to(this->Where);
   this->Discriminator->to(this->Where);
   NormalKey key; // streams of levels begin with 1
@@ -116,8 +119,7 @@ GeometricTextureTrainer::Internals::Internals(const MultiscaleDataset& dataset, 
 
 double GeometricTextureTrainer::Internals::LearningRateAt(std::int64_t iteration) const
 {
-  const std::int64_t passed =
-    iteration % this->Options.IterationsPerLevel / this->Options.LearningRateInterval;
+  const std::int64_t passed = iteration % this->Options.IterationsPerLevel / this->Options.LearningRateInterval;
   return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
 }
 
@@ -206,11 +208,10 @@ void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, Ge
   key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
   key.Component = static_cast<std::uint32_t>(slot);
   this->DiscriminatorAdam->zero_grad();
-  const torch::Tensor penalty =
-    GradientPenalty(this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
+  const torch::Tensor penalty = GradientPenalty(this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
   (this->Options.PenaltyWeight * penalty).backward();
-  const torch::Tensor difference =
-    CriticValue(this->Critic(), data.Tables, fake) - CriticValue(this->Critic(), data.Tables, data.RealFeatures);
+  const torch::Tensor difference = CriticValue(this->Critic(), data.Tables, fake) -
+    CriticValue(this->Critic(), data.Tables, data.RealFeatures);
   difference.backward();
   const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
   step.CriticLoss += share * difference.item<double>();
@@ -226,8 +227,7 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   const Frozen critic(this->Critic());
   this->GeneratorAdam->zero_grad();
   const torch::Tensor fake = Displaced(generator, data.Tables, this->CoarseSurface(slot), this->Noise(slot, level));
-  const torch::Tensor adversarial =
-    -CriticValue(this->Critic(), data.Tables, EdgeFeatureTensor(data.Tables, fake));
+  const torch::Tensor adversarial = -CriticValue(this->Critic(), data.Tables, EdgeFeatureTensor(data.Tables, fake));
   // Level 0 reconstructs from any noise, those above from one: the passes of both kinds have numbers of their own.
   const std::int64_t fresh = slot + this->Options.GeneratorSteps;
   const torch::Tensor reconstructed = level == 0
@@ -281,7 +281,8 @@ GeometricTextureTrainingStep GeometricTextureTrainer::Internals::Step()
   return step;
 }
 
-GeometricTextureTrainer::GeometricTextureTrainer(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options)
+GeometricTextureTrainer::GeometricTextureTrainer(
+  MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options)
 {
   CheckOptions(options);
   CheckDataset(dataset);
@@ -299,7 +300,10 @@ std::int64_t GeometricTextureTrainer::Iteration() const { return this->Impl->Don
 
 std::int64_t GeometricTextureTrainer::Iterations() const { return this->Impl->Iterations(); }
 
-const std::vector<GeometricTextureTrainingStep>& GeometricTextureTrainer::History() const { return this->Impl->History; }
+const std::vector<GeometricTextureTrainingStep>& GeometricTextureTrainer::History() const
+{
+  return this->Impl->History;
+}
 
 std::string GeometricTextureTrainer::DeviceName() const { return this->Impl->Where.is_cuda() ? "CUDA" : "CPU"; }
 

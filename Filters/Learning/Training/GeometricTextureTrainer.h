@@ -20,16 +20,17 @@ namespace surfsynth
 /// The recipe. Defaults are those of "Deep Geometric Texture Synthesis" (Hertz et al. 2020).
 struct GeometricTextureTrainingOptions
 {
-  GeometricTextureOptions Network; ///< but for Levels: there are as many as in the dataset
-  std::string Name = "texture";    ///< of the model, for people; not empty
+  GeometricTextureOptions Network;        ///< but for Levels: there are as many as in the dataset
+  std::string Name = "texture";           ///< of the model, for people; not empty
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
   std::int64_t DiscriminatorSteps = 2;    ///< in an iteration, 1 to 1000
   std::int64_t GeneratorSteps = 3;        ///< in an iteration, after those, 1 to 1000
   double LearningRate = 5e-4;             ///< of Adam with decays 0.5 and 0.99, > 0
-  std::int64_t LearningRateInterval = 500; ///< iterations of a level after which the rate is multiplied, each time; >= 1
-  double LearningRateFactor = 0.5;         ///< by this, in (0, 1]
-  double PenaltyWeight = 0.1;              ///< of the gradient penalty, >= 0
-  double ReconstructionWeight = 5.0;       ///< of the mean squared distance from the reference, >= 0
+  std::int64_t LearningRateInterval =
+    500;                             ///< iterations of a level after which the rate is multiplied, each time; >= 1
+  double LearningRateFactor = 0.5;   ///< by this, in (0, 1]
+  double PenaltyWeight = 0.1;        ///< of the gradient penalty, >= 0
+  double ReconstructionWeight = 5.0; ///< of the mean squared distance from the reference, >= 0
   std::uint64_t Seed = 0;
   TrainingDevice Device = TrainingDevice::Auto;
 };

@@ -54,8 +54,14 @@ private:
   void GeneratorStep(std::int64_t slot, GeometricTextureTrainingStep& step);
 
   GeometricTextureLevelData& Data() { return this->Levels.Data[static_cast<std::size_t>(*this->Current)]; }
-  GeometricTextureLevelNetworkImpl& LevelGenerator() { return this->Generator->Level(static_cast<std::size_t>(*this->Current)); }
-  GeometricTextureLevelNetworkImpl& Critic() { return this->Discriminator->Level(static_cast<std::size_t>(*this->Current)); }
+  GeometricTextureLevelNetworkImpl& LevelGenerator()
+  {
+    return this->Generator->Level(static_cast<std::size_t>(*this->Current));
+  }
+  GeometricTextureLevelNetworkImpl& Critic()
+  {
+    return this->Discriminator->Level(static_cast<std::size_t>(*this->Current));
+  }
 
   std::optional<std::int64_t> Current; ///< the level that what follows is of
   std::unique_ptr<torch::optim::Adam> GeneratorAdam;

@@ -6,8 +6,8 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Random/CounterUniforms.h"
-#include "Learning/Losses/MeshFitLosses.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
+#include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/NearestPoints.h"
 
@@ -43,10 +43,9 @@ struct FitSurface
   explicit FitSurface(const TriangleMesh& mesh)
     : Mesh(mesh)
     , Tables(mesh, torch::kFloat64)
-    , Positions(torch::from_blob(const_cast<double*>(mesh.Points.data()), { mesh.Points.rows(), 3 }, torch::kFloat64)
-                  .clone())
-  {
-  }
+    , Positions(
+        torch::from_blob(const_cast<double*>(mesh.Points.data()), { mesh.Points.rows(), 3 }, torch::kFloat64).clone())
+  {}
   TriangleMesh Mesh; ///< with the points of before the optimisation
   FitTables Tables;
   torch::Tensor Positions; ///< [V, 3]
@@ -58,10 +57,7 @@ PointMatrix ToPoints(const torch::Tensor& tensor)
   return Eigen::Map<const PointMatrix>(rows.data_ptr<double>(), rows.size(0), 3);
 }
 
-torch::Tensor IdsOf(const std::vector<std::int64_t>& ids)
-{
-  return torch::tensor(ids, torch::kInt64);
-}
+torch::Tensor IdsOf(const std::vector<std::int64_t>& ids) { return torch::tensor(ids, torch::kInt64); }
 
 /// Points uniformly on a surface: a triangle by its area, then a point in the square, folded onto the triangle.
 SurfaceSamples DrawSamples(const FitSurface& surface, std::int64_t count, const NormalKey& key)
@@ -107,9 +103,9 @@ public:
     , Level(level)
     , Source(source)
     , Target(target)
-    , Adam(std::vector<torch::Tensor>{ source.Positions.requires_grad_() }, torch::optim::AdamOptions(options.LearningRate))
-  {
-  }
+    , Adam(std::vector<torch::Tensor>{ source.Positions.requires_grad_() },
+        torch::optim::AdamOptions(options.LearningRate))
+  {}
 
   void Iterate(std::int64_t iteration)
   {
@@ -207,7 +203,7 @@ void RequireReference(const TriangleMesh& reference)
   any.ManifoldEdges = false;
   RequireValidMesh(reference, any);
 }
-}
+} // namespace
 
 void CheckOptions(const MultiscaleFitOptions& options)
 {
@@ -231,8 +227,8 @@ void CheckOptions(const MultiscaleFitOptions& options)
   }
   if (!(options.LearningRate > 0.0) || !std::isfinite(options.LearningRate))
   {
-    throw InvalidInput("MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) +
-      "; expected a finite number above 0.");
+    throw InvalidInput(
+      "MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) + "; expected a finite number above 0.");
   }
   if (!(options.LearningRateDecay > 0.0) || !(options.LearningRateDecay <= 1.0))
   {
@@ -254,8 +250,9 @@ MultiscaleFit FitMultiscaleMesh(
   FitSurface target(InBox(reference, frame, unit));
   // From the units of a level to those of the reference, which halve with each level.
   double scale = frame.Radius * unit;
-  const auto inReference = [&](const PointMatrix& points) -> PointMatrix
-  { return (scale * points).rowwise() + frame.Centre; };
+  const auto inReference = [&](const PointMatrix& points) -> PointMatrix {
+    return (scale * points).rowwise() + frame.Centre;
+  };
 
   MultiscaleFit fit;
   fit.Dataset.Template = { inReference(mesh.Points), mesh.Triangles };

@@ -25,16 +25,16 @@ struct MultiscaleFitOptions
 {
   std::int64_t Levels = 5; ///< 1 to 10
   FitTemplate Template = FitTemplate::Icosphere;
-  std::int64_t IcosphereLevel = 2; ///< 0 to 6: 20 4^level triangles
-  std::int64_t TorusSegments = 24; ///< 3 to 1000, around the axis; a third as many around the tube, at least 3
-  TriangleMesh GivenTemplate;      ///< of FitTemplate::Given
-  std::int64_t Iterations = 300;   ///< of each level, >= 0
+  std::int64_t IcosphereLevel = 2;     ///< 0 to 6: 20 4^level triangles
+  std::int64_t TorusSegments = 24;     ///< 3 to 1000, around the axis; a third as many around the tube, at least 3
+  TriangleMesh GivenTemplate;          ///< of FitTemplate::Given
+  std::int64_t Iterations = 300;       ///< of each level, >= 0
   std::int64_t TriangulationSteps = 3; ///< of the optimiser in each iteration, 0 to 1000
   std::int64_t ChamferSteps = 2;       ///< after those, 0 to 1000
-  double LearningRate = 1e-2;      ///< of Adam, in mean edge lengths of the template, halved with each level; > 0
-  double LearningRateDecay = 0.1;  ///< the rate of a level's last iteration over that of its first, above 0 to 1
-  std::int64_t Samples = 3000;     ///< on each surface at level 0, (l + 1) times as many at level l; 1 to 1e6
-  bool PublishedNormals = false;   ///< see ComputeChamferLoss(): unrelated normals are compared, as in the published code
+  double LearningRate = 1e-2;          ///< of Adam, in mean edge lengths of the template, halved with each level; > 0
+  double LearningRateDecay = 0.1;      ///< the rate of a level's last iteration over that of its first, above 0 to 1
+  std::int64_t Samples = 3000;         ///< on each surface at level 0, (l + 1) times as many at level l; 1 to 1e6
+  bool PublishedNormals = false; ///< see ComputeChamferLoss(): unrelated normals are compared, as in the published code
   std::uint64_t Seed = 0;
 };
 

@@ -51,8 +51,8 @@ double DistanceToTriangle(const Point& p, const Point& a, const Point& b, const 
   const Point normal = (b - a).cross(c - a);
   const double area = normal.norm();
   // Above the triangle when it lies to the left of each edge.
-  const bool above = area > 0.0 && (b - a).cross(p - a).dot(normal) >= 0.0 &&
-    (c - b).cross(p - b).dot(normal) >= 0.0 && (a - c).cross(p - c).dot(normal) >= 0.0;
+  const bool above = area > 0.0 && (b - a).cross(p - a).dot(normal) >= 0.0 && (c - b).cross(p - b).dot(normal) >= 0.0 &&
+    (a - c).cross(p - c).dot(normal) >= 0.0;
   if (above)
   {
     return std::abs((p - a).dot(normal)) / area;
@@ -94,7 +94,9 @@ struct CentroidTree
         {
           return nearest;
         }
-        const auto corner = [&](int k) -> Point { return this->Surface.Points.row(this->Surface.Triangles(ids[seen], k)); };
+        const auto corner = [&](int k) -> Point {
+          return this->Surface.Points.row(this->Surface.Triangles(ids[seen], k));
+        };
         nearest = std::min(nearest, DistanceToTriangle(query, corner(0), corner(1), corner(2)));
       }
       if (ids.size() < count)
@@ -109,7 +111,7 @@ struct CentroidTree
   double Radius = 0.0;
   std::unique_ptr<PointTree> Centres;
 };
-}
+} // namespace
 
 class PointTree::Internals
 {
@@ -126,25 +128,22 @@ public:
 
 PointTree::PointTree(const PointMatrix& points)
   : Impl(std::make_unique<Internals>(points))
-{
-}
+{}
 
 PointTree::~PointTree() = default;
 
 std::vector<std::int64_t> PointTree::Nearest(const PointMatrix& queries) const
 {
   std::vector<std::int64_t> nearest(static_cast<std::size_t>(queries.rows()));
-  ParallelFor(queries.rows(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k)
     {
-      for (std::int64_t k = begin; k < end; ++k)
-      {
-        std::uint32_t id = 0;
-        double squared = 0.0;
-        this->Impl->Index.knnSearch(queries.row(k).data(), 1, &id, &squared);
-        nearest[static_cast<std::size_t>(k)] = id;
-      }
-    });
+      std::uint32_t id = 0;
+      double squared = 0.0;
+      this->Impl->Index.knnSearch(queries.row(k).data(), 1, &id, &squared);
+      nearest[static_cast<std::size_t>(k)] = id;
+    }
+  });
   return nearest;
 }
 
@@ -160,14 +159,12 @@ SurfaceDistance DistanceToSurface(const PointMatrix& queries, const TriangleMesh
 {
   const CentroidTree tree(surface);
   Eigen::VectorXd distances(queries.rows());
-  ParallelFor(queries.rows(), Grain,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k)
     {
-      for (std::int64_t k = begin; k < end; ++k)
-      {
-        distances[k] = tree.Distance(queries.row(k));
-      }
-    });
+      distances[k] = tree.Distance(queries.row(k));
+    }
+  });
   return { distances.mean(), distances.maxCoeff() };
 }
 

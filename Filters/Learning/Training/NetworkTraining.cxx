@@ -20,14 +20,14 @@ ModelTensor ToModelTensor(const torch::Tensor& tensor)
   return { values.sizes().vec(), std::vector<float>(data, data + values.numel()) };
 }
 
-torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name,
-  const torch::Tensor& like)
+torch::Tensor ReadTensor(
+  const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like)
 {
   const auto found = checkpoint.Tensors.find(name);
   if (found == checkpoint.Tensors.end() || found->second.Shape != like.sizes().vec())
   {
-    throw ModelMismatch(file + ": the tensor \"" + name +
-      "\" is missing or has another shape; expected a checkpoint of this training.");
+    throw ModelMismatch(
+      file + ": the tensor \"" + name + "\" is missing or has another shape; expected a checkpoint of this training.");
   }
   return torch::from_blob(const_cast<float*>(found->second.Values.data()), found->second.Shape, torch::kFloat32)
     .to(like.device(), torch::kFloat32, false, true);
@@ -78,8 +78,8 @@ TrainingStep NetworkTraining::Step(const Objective& accumulate)
   TrainingStep step;
   step.Iteration = this->Iteration() + 1;
   step.LearningRate = this->LearningRate();
-  const double limit =
-    this->Options.GradientClip > 0.0 ? this->Options.GradientClip : std::numeric_limits<double>::infinity();
+  const double limit = this->Options.GradientClip > 0.0 ? this->Options.GradientClip
+                                                        : std::numeric_limits<double>::infinity();
   this->Adam->zero_grad();
   bool finite = true;
   try
@@ -107,8 +107,9 @@ void NetworkTraining::UpdateAverages()
 {
   const torch::NoGradGuard noGradients;
   const auto done = static_cast<double>(this->Iteration());
-  const double keep =
-    this->Options.WeightAveraging > 0.0 ? std::min(this->Options.WeightAveraging, (1.0 + done) / (10.0 + done)) : 0.0;
+  const double keep = this->Options.WeightAveraging > 0.0
+    ? std::min(this->Options.WeightAveraging, (1.0 + done) / (10.0 + done))
+    : 0.0;
   const std::vector<torch::Tensor> parameters = this->Net->parameters();
   for (std::size_t k = 0; k < parameters.size(); ++k)
   {
@@ -157,8 +158,9 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
   std::vector<AdamMoments> moments;
   for (const auto& parameter : parameters)
   {
-    const auto read = [&](const char* what)
-    { return ReadTensor(file, checkpoint, what + parameter.key(), parameter.value()); };
+    const auto read = [&](const char* what) {
+      return ReadTensor(file, checkpoint, what + parameter.key(), parameter.value());
+    };
     weights.push_back(read("network."));
     averages.push_back(read("average."));
     if (!checkpoint.History.empty())

@@ -4,8 +4,8 @@
 /// the training.
 #pragma once
 
-#include "Learning/Networks/PoissonNet.h"
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
+#include "Learning/Networks/PoissonNet.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
 
@@ -30,8 +30,8 @@ ModelTensor ToModelTensor(const torch::Tensor& tensor);
 
 /// The tensor of that name in a checkpoint, on the device of @p like.
 /// @throws ModelMismatch when it is missing or has another shape than @p like.
-torch::Tensor ReadTensor(const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name,
-  const torch::Tensor& like);
+torch::Tensor ReadTensor(
+  const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like);
 
 /// A PoissonNet under training by Adam.
 class NetworkTraining

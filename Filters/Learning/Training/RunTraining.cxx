@@ -30,11 +30,12 @@ void RequirePlace(const std::string& what, const fs::path& path)
   if (!fs::is_directory(fs::absolute(path).parent_path(), unknown) || occupied)
   {
     throw InvalidInput("TrainingFiles: the file of the " + what + ", \"" + path.string() +
-      "\", cannot be written: its folder does not exist, or it is a folder or a device; expected the name of a file in a "
+      "\", cannot be written: its folder does not exist, or it is a folder or a device; expected the name of a file in "
+      "a "
       "folder.");
   }
 }
-}
+} // namespace
 
 void CheckFiles(const TrainingFiles& files)
 {
@@ -95,8 +96,8 @@ void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const Tra
   for (std::int64_t done = iterationsDone + 1; done <= iterations; ++done)
   {
     const AfterIteration after = step();
-    const bool goOn =
-      after.GoOn && (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
+    const bool goOn = after.GoOn &&
+      (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
     saved = !goOn || after.Save || done == iterations || done % files.CheckpointInterval == 0;
     if (saved)
     {

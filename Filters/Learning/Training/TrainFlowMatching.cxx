@@ -15,8 +15,7 @@ FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingT
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }
-  const auto save = [&]
-  {
+  const auto save = [&] {
     if (!files.Checkpoint.empty())
     {
       trainer.SaveCheckpoint(files.Checkpoint);
@@ -30,8 +29,7 @@ FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingT
       WriteLossTable(files.LossTable, trainer.History());
     }
   };
-  const auto step = [&]
-  {
+  const auto step = [&] {
     const TrainingStep done = trainer.Step();
     return AfterIteration{ !observe || observe(done) };
   };

@@ -15,8 +15,8 @@ void Require(bool fine, const char* option, double found, const char* expected)
 {
   if (!fine)
   {
-    throw InvalidInput(
-      std::string("GeometricTextureTrainingOptions: ") + option + " is " + Text(found) + "; expected " + expected + ".");
+    throw InvalidInput(std::string("GeometricTextureTrainingOptions: ") + option + " is " + Text(found) +
+      "; expected " + expected + ".");
   }
 }
 
@@ -29,7 +29,7 @@ void RequireWeight(const char* option, double found)
 {
   Require(std::isfinite(found) && found >= 0.0, option, found, "a finite number of at least 0");
 }
-}
+} // namespace
 
 void CheckOptions(const GeometricTextureTrainingOptions& options)
 {
@@ -59,14 +59,12 @@ GeometricTextureTrainer TrainGeometricTexture(MultiscaleDataset dataset, const G
   {
     trainer.LoadCheckpoint(files.Checkpoint);
   }
-  const auto step = [&]
-  {
+  const auto step = [&] {
     const GeometricTextureTrainingStep done = trainer.Step();
     const bool levelEnds = done.Iteration % options.IterationsPerLevel == 0;
     return AfterIteration{ !observe || observe(done), levelEnds };
   };
-  const auto save = [&]
-  {
+  const auto save = [&] {
     if (!files.Checkpoint.empty())
     {
       trainer.SaveCheckpoint(files.Checkpoint);

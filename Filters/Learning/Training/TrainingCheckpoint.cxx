@@ -28,8 +28,8 @@ std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
 {
   std::map<std::string, std::string> recipe;
   const auto found = file.Metadata().find(RecipeKey);
-  const nlohmann::json json =
-    found == file.Metadata().end() ? nlohmann::json() : nlohmann::json::parse(found->second, nullptr, false);
+  const nlohmann::json json = found == file.Metadata().end() ? nlohmann::json()
+                                                             : nlohmann::json::parse(found->second, nullptr, false);
   bool valid = json.is_object();
   for (auto entry = json.begin(); valid && entry != json.end(); ++entry)
   {
@@ -64,14 +64,14 @@ std::vector<TrainingStep> ReadHistory(const SafetensorsFile& file)
   }
   return history;
 }
-}
+} // namespace
 
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training)
 {
   return { { "training", training }, { "learning_rate", FormatExact(options.LearningRate) },
     { "learning_rate_factor", FormatExact(options.LearningRateFactor) },
-    { "gradient_clip", FormatExact(options.GradientClip) }, { "weight_averaging", FormatExact(options.WeightAveraging) },
-    { "seed", std::to_string(options.Seed) } };
+    { "gradient_clip", FormatExact(options.GradientClip) },
+    { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) } };
 }
 
 std::string FormatExact(double number)
@@ -109,8 +109,9 @@ void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoi
   history.reserve(checkpoint.History.size() * Columns);
   for (const TrainingStep& step : checkpoint.History)
   {
-    history.insert(history.end(), { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss,
-                                    step.GradientNorm, step.LearningRate });
+    history.insert(history.end(),
+      { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss, step.GradientNorm,
+        step.LearningRate });
   }
   tensors[HistoryName] = TensorData::FromFloat64(
     { static_cast<std::int64_t>(checkpoint.History.size()), static_cast<std::int64_t>(Columns) }, history);
@@ -162,8 +163,7 @@ void WriteTable(
   std::ofstream file(temporary, std::ios::trunc);
   file.imbue(std::locale::classic());
   file.precision(9);
-  const auto writeLine = [&file](const auto& cells)
-  {
+  const auto writeLine = [&file](const auto& cells) {
     for (std::size_t k = 0; k < cells.size(); ++k)
     {
       file << (k > 0 ? "," : "") << cells[k];

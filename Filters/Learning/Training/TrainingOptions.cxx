@@ -29,7 +29,7 @@ void RequireWeight(const char* option, double found)
 {
   Require(std::isfinite(found) && found >= 0.0, option, found, "a finite number of at least 0");
 }
-}
+} // namespace
 
 void CheckOptions(const TrainingOptions& options)
 {

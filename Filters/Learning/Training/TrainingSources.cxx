@@ -4,8 +4,8 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
+#include "Inference/PoissonNet/MeshNormalisation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,8 @@ void MeasureSignal(TrainingSources& prepared)
   double count = 0.0;
   for (TrainingSource& source : prepared.Sources)
   {
-    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>() / source.Operators.VertexMass.cast<double>().sum();
+    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>() /
+      source.Operators.VertexMass.cast<double>().sum();
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
       const Eigen::MatrixXd sample = SampleOf(source.Samples, n, components).cast<double>();
@@ -133,8 +134,8 @@ double VarianceOf(TrainingSources& prepared)
   }
   if (!(sum > 1e-12 * squares)) // of float32 numbers
   {
-    throw InvalidInput(
-      "FlowMatchingTrainer: the samples on a surface are all the same; expected samples that vary, or a noise scale above 0.");
+    throw InvalidInput("FlowMatchingTrainer: the samples on a surface are all the same; expected samples that vary, or "
+                       "a noise scale above 0.");
   }
   return sum / static_cast<double>(degrees);
 }
@@ -172,8 +173,8 @@ ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)
   return shape;
 }
 
-FeatureMatrix ConditionOf(
-  const PoissonNetModel* encoder, const PoissonOperators& operators, const PointMatrix& points, const Progress& progress)
+FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators& operators, const PointMatrix& points,
+  const Progress& progress)
 {
   FeatureMatrix condition = points.cast<float>();
   if (encoder)
@@ -214,10 +215,10 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;
   prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5));
-  prepared.Condition = ConditionOf(frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh.Points,
-    SubProgress(progress, 0.5, 0.6));
-  prepared.Noise =
-    std::make_unique<FlowNoiseField>(std::move(mesh), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
+  prepared.Condition = ConditionOf(
+    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh.Points, SubProgress(progress, 0.5, 0.6));
+  prepared.Noise = std::make_unique<FlowNoiseField>(
+    std::move(mesh), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
   prepared.Samples = std::move(source.Samples);
   if (frame.GeneratesPositions())
   {
@@ -225,7 +226,7 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   }
   return prepared;
 }
-}
+} // namespace
 
 TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
   std::uint64_t seed, const Progress& progress)

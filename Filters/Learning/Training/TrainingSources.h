@@ -5,10 +5,10 @@
 
 #include "Core/Common/Progress.h"
 #include "IO/Datasets/SignalDataset.h"
-#include "Inference/PoissonNet/PoissonOperators.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
-#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
+#include "Inference/PoissonNet/PoissonOperators.h"
 
 #include <memory>
 #include <vector>

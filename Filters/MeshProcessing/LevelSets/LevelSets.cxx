@@ -102,8 +102,8 @@ public:
     for (int n = 0; n < 27; ++n)
     {
       const int x = place[0] + n % 3 - 1, y = place[1] + n / 3 % 3 - 1, z = place[2] + n / 9 - 1;
-      const bool exists =
-        x >= 0 && y >= 0 && z >= 0 && x < this->Counts[0] && y < this->Counts[1] && z < this->Counts[2];
+      const bool exists = x >= 0 && y >= 0 && z >= 0 && x < this->Counts[0] && y < this->Counts[1] &&
+        z < this->Counts[2];
       const std::int64_t other = (std::int64_t(z) * this->Counts[1] + y) * this->Counts[0] + x;
       if (exists && (own == BlockSign::Mixed || this->Signs[other] != own))
       {
@@ -134,14 +134,12 @@ template <typename Change>
 void ChangeValues(Grid& grid, const Change& change)
 {
   openvdb::tree::LeafManager<Tree> leaves(grid.tree());
-  leaves.foreach(
-    [&](Leaf& leaf, std::size_t)
+  leaves.foreach ([&](Leaf& leaf, std::size_t) {
+    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
     {
-      for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
-      {
-        leaf.setValueOnly(n, change(leaf.getValue(n), leaf.offsetToGlobalCoord(n)));
-      }
-    });
+      leaf.setValueOnly(n, change(leaf.getValue(n), leaf.offsetToGlobalCoord(n)));
+    }
+  });
   auto tile = grid.tree().beginValueAll();
   tile.setMaxDepth(Tree::ValueAllIter::LEAF_DEPTH - 1);
   for (; tile; ++tile)
@@ -175,7 +173,7 @@ void CutQuad(const openvdb::tools::PointList& points, const openvdb::Vec4I& quad
     target[n] = static_cast<Index>(quad[order[n] % 4]);
   }
 }
-}
+} // namespace
 
 void StopInterrupter::Check() const
 {
@@ -188,23 +186,19 @@ void StopInterrupter::Check() const
 openvdb::FloatGrid::Ptr GridOfSamples(const VolumeSamples& samples)
 {
   SampleBlocks blocks(samples);
-  ParallelFor(blocks.Count(), 64,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(blocks.Count(), 64, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t block = begin; block < end; ++block)
     {
-      for (std::int64_t block = begin; block < end; ++block)
-      {
-        blocks.FindSign(block);
-      }
-    });
+      blocks.FindSign(block);
+    }
+  });
   std::vector<std::unique_ptr<Leaf>> leaves(static_cast<std::size_t>(blocks.Count()));
-  ParallelFor(blocks.Count(), 64,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(blocks.Count(), 64, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t block = begin; block < end; ++block)
     {
-      for (std::int64_t block = begin; block < end; ++block)
-      {
-        leaves[block] = blocks.NeedsLeaf(block) ? blocks.MakeLeaf(block) : nullptr;
-      }
-    });
+      leaves[block] = blocks.NeedsLeaf(block) ? blocks.MakeLeaf(block) : nullptr;
+    }
+  });
   Grid::Ptr grid = Grid::create(1.0F);
   grid->setGridClass(openvdb::GRID_LEVEL_SET); // fixes which side the meshing takes for the inside
   for (std::int64_t block = 0; block < blocks.Count(); ++block)
@@ -259,9 +253,9 @@ void FillCavities(openvdb::FloatGrid& grid)
 {
   const auto enclosed = openvdb::tools::extractEnclosedRegion(grid);
   const auto& mask = enclosed->tree();
-  ChangeValues(grid,
-    [&](float value, const Coord& at)
-    { return !(value < 0.0F) && mask.isValueOn(at) ? -std::max(value, SmallestValue) : value; });
+  ChangeValues(grid, [&](float value, const Coord& at) {
+    return !(value < 0.0F) && mask.isValueOn(at) ? -std::max(value, SmallestValue) : value;
+  });
 }
 
 void KeepLargestPart(openvdb::FloatGrid& grid)
@@ -274,9 +268,9 @@ void KeepLargestPart(openvdb::FloatGrid& grid)
     return;
   }
   const auto& mask = parts.front()->tree();
-  ChangeValues(grid,
-    [&](float value, const Coord& at)
-    { return value < 0.0F && !mask.isValueOn(at) ? std::max(-value, SmallestValue) : value; });
+  ChangeValues(grid, [&](float value, const Coord& at) {
+    return value < 0.0F && !mask.isValueOn(at) ? std::max(-value, SmallestValue) : value;
+  });
 }
 
 TriangleMesh MeshOfGrid(const openvdb::FloatGrid& grid, double isoValue, double adaptivity)
@@ -297,26 +291,24 @@ TriangleMesh MeshOfGrid(const openvdb::FloatGrid& grid, double isoValue, double 
     start[n + 1] = start[n] + static_cast<std::int64_t>(2 * pool.numQuads() + pool.numTriangles());
   }
   mesh.Triangles.resize(start.back(), 3);
-  ParallelFor(static_cast<std::int64_t>(mesher.polygonPoolListSize()), 16,
-    [&](std::int64_t begin, std::int64_t end)
+  ParallelFor(static_cast<std::int64_t>(mesher.polygonPoolListSize()), 16, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t n = begin; n < end; ++n)
     {
-      for (std::int64_t n = begin; n < end; ++n)
+      const auto& pool = mesher.polygonPoolList()[n];
+      Index* target = mesh.Triangles.data() + 3 * start[n];
+      for (std::size_t q = 0; q < pool.numQuads(); ++q, target += 6)
       {
-        const auto& pool = mesher.polygonPoolList()[n];
-        Index* target = mesh.Triangles.data() + 3 * start[n];
-        for (std::size_t q = 0; q < pool.numQuads(); ++q, target += 6)
-        {
-          CutQuad(mesher.pointList(), pool.quad(q), target);
-        }
-        for (std::size_t t = 0; t < pool.numTriangles(); ++t, target += 3)
-        {
-          const openvdb::Vec3I& triangle = pool.triangle(t);
-          target[0] = static_cast<Index>(triangle[0]);
-          target[1] = static_cast<Index>(triangle[2]);
-          target[2] = static_cast<Index>(triangle[1]);
-        }
+        CutQuad(mesher.pointList(), pool.quad(q), target);
       }
-    });
+      for (std::size_t t = 0; t < pool.numTriangles(); ++t, target += 3)
+      {
+        const openvdb::Vec3I& triangle = pool.triangle(t);
+        target[0] = static_cast<Index>(triangle[0]);
+        target[1] = static_cast<Index>(triangle[2]);
+        target[2] = static_cast<Index>(triangle[1]);
+      }
+    }
+  });
   return mesh;
 }
 

@@ -161,8 +161,9 @@ TriangleMesh LeftOut(const TriangleMesh& mesh, const Grid& solid)
   rest.Points = mesh.Points;
   rest.Triangles.resize(mesh.NumberOfTriangles(), 3);
   auto accessor = solid.getConstAccessor();
-  const auto depth = [&](const Eigen::Vector3d& at)
-  { return -openvdb::tools::BoxSampler::sample(accessor, openvdb::Vec3R(at[0], at[1], at[2])); };
+  const auto depth = [&](const Eigen::Vector3d& at) {
+    return -openvdb::tools::BoxSampler::sample(accessor, openvdb::Vec3R(at[0], at[1], at[2]));
+  };
   Index kept = 0;
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
@@ -192,14 +193,12 @@ Grid::Ptr PlateAround(const TriangleMesh& mesh, float thickness, StopInterrupter
   Grid::Ptr grid = VoxelMesh(mesh).Distances(
     HalfWidth + thickness, openvdb::tools::UNSIGNED_DISTANCE_FIELD, nullptr, interrupter);
   openvdb::tree::LeafManager<Tree> leaves(grid->tree());
-  leaves.foreach(
-    [&](Leaf& leaf, std::size_t)
+  leaves.foreach ([&](Leaf& leaf, std::size_t) {
+    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
     {
-      for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
-      {
-        leaf.setValueOnly(n, leaf.getValue(n) - thickness);
-      }
-    });
+      leaf.setValueOnly(n, leaf.getValue(n) - thickness);
+    }
+  });
   openvdb::tools::changeBackground(grid->tree(), HalfWidth);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   return grid;
@@ -220,30 +219,27 @@ Grid::Ptr ClosedSolid(const TriangleMesh& mesh, double closing, StopInterrupter&
   MoveSurface(*solid, -closing, interrupter);
   return solid;
 }
-}
+} // namespace
 
 openvdb::FloatGrid::Ptr LevelSetOfOrientedMesh(const TriangleMesh& mesh, StopInterrupter& interrupter)
 {
   openvdb::Int32Grid nearest;
-  Grid::Ptr grid =
-    VoxelMesh(mesh).Distances(HalfWidth, openvdb::tools::UNSIGNED_DISTANCE_FIELD, &nearest, interrupter);
+  Grid::Ptr grid = VoxelMesh(mesh).Distances(HalfWidth, openvdb::tools::UNSIGNED_DISTANCE_FIELD, &nearest, interrupter);
   const Pseudonormals normals(mesh);
   openvdb::tree::LeafManager<Tree> leaves(grid->tree());
-  leaves.foreach(
-    [&](Leaf& leaf, std::size_t)
+  leaves.foreach ([&](Leaf& leaf, std::size_t) {
+    if (interrupter.wasInterrupted())
     {
-      if (interrupter.wasInterrupted())
-      {
-        return;
-      }
-      auto triangles = nearest.getConstAccessor();
-      for (auto voxel = leaf.beginValueOn(); voxel; ++voxel)
-      {
-        const Coord at = voxel.getCoord();
-        const bool inside = normals.IsInside({ double(at[0]), double(at[1]), double(at[2]) }, triangles.getValue(at));
-        voxel.setValue(inside ? -*voxel : *voxel);
-      }
-    });
+      return;
+    }
+    auto triangles = nearest.getConstAccessor();
+    for (auto voxel = leaf.beginValueOn(); voxel; ++voxel)
+    {
+      const Coord at = voxel.getCoord();
+      const bool inside = normals.IsInside({ double(at[0]), double(at[1]), double(at[2]) }, triangles.getValue(at));
+      voxel.setValue(inside ? -*voxel : *voxel);
+    }
+  });
   interrupter.Check();
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   openvdb::tools::signedFloodFill(grid->tree());
@@ -254,33 +250,31 @@ bool IsConsistent(const openvdb::FloatGrid& levelSet)
 {
   std::atomic<bool> consistent{ true };
   openvdb::tree::LeafManager<const Tree> leaves(levelSet.tree());
-  leaves.foreach(
-    [&](const Leaf& leaf, std::size_t)
+  leaves.foreach ([&](const Leaf& leaf, std::size_t) {
+    auto accessor = levelSet.getConstAccessor();
+    for (openvdb::Index n = 0; n < Leaf::SIZE && consistent.load(std::memory_order_relaxed); ++n)
     {
-      auto accessor = levelSet.getConstAccessor();
-      for (openvdb::Index n = 0; n < Leaf::SIZE && consistent.load(std::memory_order_relaxed); ++n)
+      const Coord at = leaf.offsetToGlobalCoord(n);
+      for (int side = 0; side < 6; ++side)
       {
-        const Coord at = leaf.offsetToGlobalCoord(n);
-        for (int side = 0; side < 6; ++side)
+        Coord next = at;
+        next[side / 2] += side % 2 == 0 ? 1 : -1;
+        const float value = leaf.getValue(n);
+        const float other = accessor.getValue(next);
+        if ((value < 0.0F) != (other < 0.0F) && std::abs(value) + std::abs(other) > LargestCrossing)
         {
-          Coord next = at;
-          next[side / 2] += side % 2 == 0 ? 1 : -1;
-          const float value = leaf.getValue(n);
-          const float other = accessor.getValue(next);
-          if ((value < 0.0F) != (other < 0.0F) && std::abs(value) + std::abs(other) > LargestCrossing)
-          {
-            consistent.store(false, std::memory_order_relaxed);
-          }
+          consistent.store(false, std::memory_order_relaxed);
         }
       }
-    });
+    }
+  });
   return consistent.load();
 }
 
 openvdb::FloatGrid::Ptr LevelSetOfSoup(const TriangleMesh& mesh, double closing, StopInterrupter& interrupter)
 {
-  Grid::Ptr solid =
-    closing > 0.0 ? ClosedSolid(mesh, closing, interrupter) : VoxelMesh(mesh).Distances(HalfWidth, 0, nullptr, interrupter);
+  Grid::Ptr solid = closing > 0.0 ? ClosedSolid(mesh, closing, interrupter)
+                                  : VoxelMesh(mesh).Distances(HalfWidth, 0, nullptr, interrupter);
   const TriangleMesh rest = LeftOut(mesh, *solid);
   if (rest.NumberOfTriangles() > 0)
   {

@@ -66,8 +66,9 @@ double SignedVolume(const TriangleMesh& mesh)
   const Eigen::Vector3d origin = mesh.Points.row(mesh.Triangles(0, 0)).transpose();
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
-    const auto corner = [&](int k) -> Eigen::Vector3d
-    { return mesh.Points.row(mesh.Triangles(f, k)).transpose() - origin; };
+    const auto corner = [&](int k) -> Eigen::Vector3d {
+      return mesh.Points.row(mesh.Triangles(f, k)).transpose() - origin;
+    };
     sum += corner(0).dot(corner(1).cross(corner(2)));
   }
   return sum / 6.0;
@@ -88,8 +89,8 @@ void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWid
     std::max(voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)), side / LargestSide);
   throw InvalidInput("About " + Text(voxels) + " voxels of size " + Text(voxelSize) +
     " would be needed along the surface, " + Text(side / voxelSize) + " along its longest side; at most " +
-    Text(options.MaximumNumberOfVoxels) + " and " + Text(LargestSide) + " are allowed. A VoxelSize of " + Text(fitting) +
-    " fits; MaximumNumberOfVoxels raises the limit.");
+    Text(options.MaximumNumberOfVoxels) + " and " + Text(LargestSide) + " are allowed. A VoxelSize of " +
+    Text(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
 }
 
 TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Eigen::RowVector3d& offset)
@@ -207,38 +208,36 @@ TriangleMesh WithArea(const TriangleMesh& mesh)
   result.Triangles.conservativeResize(kept, 3);
   return result;
 }
-}
+} // namespace
 
 TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions& options, const StopFlag& stop)
 {
-  return WithThreads(
-    [&]() -> TriangleMesh
+  return WithThreads([&]() -> TriangleMesh {
+    StopInterrupter interrupter(stop);
+    const Grid::Ptr grid = GridOfSamples(samples);
+    interrupter.Check();
+    const Eigen::RowVector3d spacing = samples.Spacing.transpose();
+    const Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();
+    if (options.LeavesLevelSetAlone())
     {
-      StopInterrupter interrupter(stop);
-      const Grid::Ptr grid = GridOfSamples(samples);
+      SelectParts(*grid, options);
       interrupter.Check();
-      const Eigen::RowVector3d spacing = samples.Spacing.transpose();
-      const Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();
-      if (options.LeavesLevelSetAlone())
-      {
-        SelectParts(*grid, options);
-        interrupter.Check();
-        const TriangleMesh mesh = MeshOfGrid(*grid, 0.0, options.Adaptivity);
-        return MadeManifold(Mapped(mesh, spacing, origin), options.SinglePrecision);
-      }
-      const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : samples.Spacing.minCoeff();
-      const TriangleMesh surface = MadeManifold(Mapped(MeshOfGrid(*grid, 0.0, 0.0), spacing, origin), false);
-      if (surface.NumberOfTriangles() == 0)
-      {
-        return surface;
-      }
-      RequireFewVoxels(surface, voxelSize, HalfWidth, options);
-      interrupter.Check();
-      const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
-      const Grid::Ptr levelSet = LevelSetOfOrientedMesh(Mapped(surface, scale.cwiseInverse(), origin), interrupter);
-      const TriangleMesh mesh = Finish(*levelSet, voxelSize, options.Closing / voxelSize, options, interrupter);
-      return MadeManifold(Mapped(mesh, scale, origin), options.SinglePrecision);
-    });
+      const TriangleMesh mesh = MeshOfGrid(*grid, 0.0, options.Adaptivity);
+      return MadeManifold(Mapped(mesh, spacing, origin), options.SinglePrecision);
+    }
+    const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : samples.Spacing.minCoeff();
+    const TriangleMesh surface = MadeManifold(Mapped(MeshOfGrid(*grid, 0.0, 0.0), spacing, origin), false);
+    if (surface.NumberOfTriangles() == 0)
+    {
+      return surface;
+    }
+    RequireFewVoxels(surface, voxelSize, HalfWidth, options);
+    interrupter.Check();
+    const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
+    const Grid::Ptr levelSet = LevelSetOfOrientedMesh(Mapped(surface, scale.cwiseInverse(), origin), interrupter);
+    const TriangleMesh mesh = Finish(*levelSet, voxelSize, options.Closing / voxelSize, options, interrupter);
+    return MadeManifold(Mapped(mesh, scale, origin), options.SinglePrecision);
+  });
 }
 
 TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& options, const StopFlag& stop)
@@ -253,28 +252,26 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& opti
   }
   const double closing = options.Closing / voxelSize;
   RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);
-  return WithThreads(
-    [&]() -> TriangleMesh
+  return WithThreads([&]() -> TriangleMesh {
+    StopInterrupter interrupter(stop);
+    const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
+    const Eigen::RowVector3d lower = box.Lower.transpose();
+    TriangleMesh scaled = mesh;
+    scaled.Points = (mesh.Points.rowwise() - lower) / voxelSize;
+    scaled = WithArea(scaled);
+    if (scaled.NumberOfTriangles() == 0)
     {
-      StopInterrupter interrupter(stop);
-      const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
-      const Eigen::RowVector3d lower = box.Lower.transpose();
-      TriangleMesh scaled = mesh;
-      scaled.Points = (mesh.Points.rowwise() - lower) / voxelSize;
-      scaled = WithArea(scaled);
-      if (scaled.NumberOfTriangles() == 0)
-      {
-        throw InvalidInput("No triangle of the surface has an area; the solid that it bounds is empty.");
-      }
-      Grid::Ptr grid = TrustingTheWinding(scaled, interrupter);
-      const bool trusted = grid != nullptr;
-      if (!trusted)
-      {
-        grid = LevelSetOfSoup(scaled, closing, interrupter);
-      }
-      const TriangleMesh surface = Finish(*grid, voxelSize, trusted ? closing : 0.0, options, interrupter);
-      return MadeManifold(Mapped(surface, scale, lower), options.SinglePrecision);
-    });
+      throw InvalidInput("No triangle of the surface has an area; the solid that it bounds is empty.");
+    }
+    Grid::Ptr grid = TrustingTheWinding(scaled, interrupter);
+    const bool trusted = grid != nullptr;
+    if (!trusted)
+    {
+      grid = LevelSetOfSoup(scaled, closing, interrupter);
+    }
+    const TriangleMesh surface = Finish(*grid, voxelSize, trusted ? closing : 0.0, options, interrupter);
+    return MadeManifold(Mapped(surface, scale, lower), options.SinglePrecision);
+  });
 }
 
 } // namespace surfsynth

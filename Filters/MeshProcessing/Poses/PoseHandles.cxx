@@ -97,7 +97,8 @@ void PoseHandles::FindPivots(const Eigen::VectorXd& mass)
     {
       // A hat around the wanted distance, never empty: it has a part of each triangle on the way.
       const double apart = std::abs(this->Distances(v, k) / way - this->Options.PivotPosition);
-      const double share = mass[v] > 0.0 ? mass[v] * std::max(1.0 - apart / BandHalfWidth, 1e-12 / (1e-6 + apart)) : 0.0;
+      const double share = mass[v] > 0.0 ? mass[v] * std::max(1.0 - apart / BandHalfWidth, 1e-12 / (1e-6 + apart))
+                                         : 0.0;
       this->Found[k].Pivot += share * this->Shape.Points.row(v).transpose();
       weight += share;
     }

@@ -27,7 +27,7 @@ struct PoseHandleOptions
 /// An extremity.
 struct PoseHandle
 {
-  Index Point = 0;                                   ///< of the template
+  Index Point = 0;                                  ///< of the template
   Eigen::Vector3d Centre = Eigen::Vector3d::Zero(); ///< its position
   Eigen::Vector3d Pivot = Eigen::Vector3d::Zero();  ///< the joint: about the middle of the limb's cross section
 };

@@ -133,8 +133,7 @@ public:
     return pose;
   }
 
-  PointMatrix Deform(
-    Worker& worker, const std::vector<HandleMotion>& motions, const std::function<void()>& goOn) const
+  PointMatrix Deform(Worker& worker, const std::vector<HandleMotion>& motions, const std::function<void()>& goOn) const
   {
     worker.Solver.reset();
     for (int step = 1; step <= Steps; ++step)
@@ -166,12 +165,14 @@ public:
     }
     const Eigen::VectorXd areas = FaceAreas({ pose, this->Mesh.Triangles });
     const auto ratio = areas.array() / this->Areas.array();
-    const double distorted = (ratio > LargestChange || ratio < 1.0 / LargestChange).select(this->Areas.array(), 0.0).sum();
+    const double distorted =
+      (ratio > LargestChange || ratio < 1.0 / LargestChange).select(this->Areas.array(), 0.0).sum();
     if (distorted > LargestShare * this->Areas.sum())
     {
-      throw SolverFailure("The pose of sample " + std::to_string(sample) + " has destroyed the shape: " +
-        Text(100.0 * distorted / this->Areas.sum()) + " per cent of the surface lie in triangles whose area has become " +
-        Text(LargestChange) + " times as large or as small; a smaller MaximumAngle, or other handles, are needed.");
+      throw SolverFailure("The pose of sample " + std::to_string(sample) +
+        " has destroyed the shape: " + Text(100.0 * distorted / this->Areas.sum()) +
+        " per cent of the surface lie in triangles whose area has become " + Text(LargestChange) +
+        " times as large or as small; a smaller MaximumAngle, or other handles, are needed.");
     }
   }
 
@@ -217,8 +218,7 @@ void SurfacePoses::Sample(const PoseRequest& request, const Consumer& consume, c
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<std::int64_t> done{ 0 };
   std::atomic<bool> stop{ false };
-  const auto report = [&]
-  {
+  const auto report = [&] {
     try
     {
       Report(progress, static_cast<double>(done) / request.NumberOfSamples);
@@ -229,8 +229,7 @@ void SurfacePoses::Sample(const PoseRequest& request, const Consumer& consume, c
       throw;
     }
   };
-  const auto goOn = [&]
-  {
+  const auto goOn = [&] {
     if (std::this_thread::get_id() == caller)
     {
       report();
@@ -240,8 +239,7 @@ void SurfacePoses::Sample(const PoseRequest& request, const Consumer& consume, c
       throw Cancelled("Stopped on request.");
     }
   };
-  const auto makePose = [&](std::int64_t k)
-  {
+  const auto makePose = [&](std::int64_t k) {
     const std::uint32_t sample = request.FirstSample + static_cast<std::uint32_t>(k);
     PointMatrix pose = this->Impl->Pose(request, sample, goOn);
     this->Impl->RequireShape(pose, sample);

@@ -18,10 +18,10 @@ namespace surfsynth
 /// How a shape is posed.
 struct PoseOptions
 {
-  double MaximumAngle = 60.0; ///< of the rotation of each handle about its joint, degrees, from 0 to 180
-  double MaximumTwist = 20.0; ///< of its rotation about its own centre, degrees, from 0 to 180
+  double MaximumAngle = 60.0;  ///< of the rotation of each handle about its joint, degrees, from 0 to 180
+  double MaximumTwist = 20.0;  ///< of its rotation about its own centre, degrees, from 0 to 180
   int NumberOfIterations = 40; ///< of the deformation, at least 1
-  double Stiffness = 2e-4;    ///< against bending, at least 0: alpha of SRE-ARAP
+  double Stiffness = 2e-4;     ///< against bending, at least 0: alpha of SRE-ARAP
 };
 
 /// Which poses.

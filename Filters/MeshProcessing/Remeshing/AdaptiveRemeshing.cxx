@@ -66,8 +66,7 @@ private:
 class AdaptiveRemesher
 {
 public:
-  AdaptiveRemesher(
-    CgalMesh& mesh, const RemeshingConstraints& constraints, const std::vector<double>& lengthOfVertex)
+  AdaptiveRemesher(CgalMesh& mesh, const RemeshingConstraints& constraints, const std::vector<double>& lengthOfVertex)
     : Mesh(mesh)
     , IsCurve(constraints.IsCurve)
     , IsFixed(constraints.IsFixed)
@@ -86,8 +85,7 @@ public:
   {
     // Longest first, so that the outcome depends little on the order of ids.
     std::set<std::pair<double, CgalEdge>> queue;
-    const auto consider = [&](CgalEdge e)
-    {
+    const auto consider = [&](CgalEdge e) {
       const double ratio = this->LengthRatio(e);
       if (ratio > 4.0 / 3.0)
       {
@@ -191,7 +189,8 @@ private:
   {
     const CgalHalfedge h = this->Mesh.halfedge(e);
     const bool isCurve = this->IsCurve[e];
-    const CgalPoint middle = CGAL::midpoint(this->Mesh.point(this->Mesh.source(h)), this->Mesh.point(this->Mesh.target(h)));
+    const CgalPoint middle = CGAL::midpoint(
+      this->Mesh.point(this->Mesh.source(h)), this->Mesh.point(this->Mesh.target(h)));
     const auto place = this->Original.Nearest(middle);
     const CgalHalfedge toMiddle = CGAL::Euler::split_edge(h, this->Mesh);
     const CgalVertex v = this->Mesh.target(toMiddle);
@@ -217,8 +216,7 @@ private:
     const CgalVertex kept = this->Mesh.target(h);
     const CgalEdge e = this->Mesh.edge(h);
     if (this->IsFixed[removed] || (this->OnCurve(removed) && !this->OnCurve(e)) ||
-      !CGAL::Euler::does_satisfy_link_condition(e, this->Mesh) || this->JoinsCurves(h) ||
-      !this->MayMove(removed, kept))
+      !CGAL::Euler::does_satisfy_link_condition(e, this->Mesh) || this->JoinsCurves(h) || !this->MayMove(removed, kept))
     {
       return false;
     }
@@ -235,8 +233,7 @@ private:
   /// True when a triangle at @p h has both other edges on curves, which the collapse would lay upon each other.
   bool JoinsCurves(CgalHalfedge h) const
   {
-    const auto joins = [&](CgalHalfedge side)
-    {
+    const auto joins = [&](CgalHalfedge side) {
       return !this->Mesh.is_border(side) && this->OnCurve(this->Mesh.edge(this->Mesh.next(side))) &&
         this->OnCurve(this->Mesh.edge(this->Mesh.prev(side)));
     };
@@ -294,10 +291,8 @@ private:
     const CgalVertex b = this->Mesh.target(h);
     const CgalVertex c = this->Mesh.target(this->Mesh.next(h));
     const CgalVertex d = this->Mesh.target(this->Mesh.next(o));
-    const int before =
-      this->Deviation(a, 0) + this->Deviation(b, 0) + this->Deviation(c, 0) + this->Deviation(d, 0);
-    const int after =
-      this->Deviation(a, -1) + this->Deviation(b, -1) + this->Deviation(c, 1) + this->Deviation(d, 1);
+    const int before = this->Deviation(a, 0) + this->Deviation(b, 0) + this->Deviation(c, 0) + this->Deviation(d, 0);
+    const int after = this->Deviation(a, -1) + this->Deviation(b, -1) + this->Deviation(c, 1) + this->Deviation(d, 1);
     if (after >= before || c == d || this->Mesh.halfedge(c, d) != CgalMesh::null_halfedge())
     {
       return;
@@ -308,8 +303,9 @@ private:
     const Eigen::Vector3d first = (this->At(d) - this->At(c)).cross(this->At(b) - this->At(c));
     const Eigen::Vector3d second = (this->At(c) - this->At(d)).cross(this->At(a) - this->At(d));
     const double longest = (this->At(c) - this->At(d)).squaredNorm();
-    const auto faces = [&](const Eigen::Vector3d& normal)
-    { return normal.norm() > 0.05 * longest && normal.dot(old) > 0.5 * normal.norm() * old.norm(); };
+    const auto faces = [&](const Eigen::Vector3d& normal) {
+      return normal.norm() > 0.05 * longest && normal.dot(old) > 0.5 * normal.norm() * old.norm();
+    };
     if (faces(first) && faces(second))
     {
       CGAL::Euler::flip_edge(h, this->Mesh);

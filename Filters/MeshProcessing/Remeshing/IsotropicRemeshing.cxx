@@ -272,12 +272,12 @@ private:
 
 /// One remeshing with edge lengths multiplied by @p scale. With @p refineFirst the outcome does not depend on how close
 /// the input's edges are to the target, between the bounds at which edges are split and collapsed.
-RemeshedSurface Remesh(const TriangleMesh& mesh, RemeshingOptions options, double scale, bool refineFirst,
-  const std::atomic<bool>* stop)
+RemeshedSurface Remesh(
+  const TriangleMesh& mesh, RemeshingOptions options, double scale, bool refineFirst, const std::atomic<bool>* stop)
 {
   options.EdgeLength *= scale;
-  std::for_each(options.PointEdgeLengths.begin(), options.PointEdgeLengths.end(),
-    [scale](double& length) { length *= scale; });
+  std::for_each(
+    options.PointEdgeLengths.begin(), options.PointEdgeLengths.end(), [scale](double& length) { length *= scale; });
   CurvedMesh curved(mesh, options);
   const OriginalCurves curves(curved);
   StopIfAsked(stop);

@@ -16,16 +16,16 @@ namespace surfsynth
 /// What RemeshIsotropically() aims at.
 struct RemeshingOptions
 {
-  double EdgeLength = 0.0;               ///< target edge length, world units, larger than 0
-  std::vector<double> PointEdgeLengths;  ///< [V] target edge length at each point instead, all larger than 0; or empty
-  std::int64_t NumberOfPoints = 0;       ///< when larger than 0: edge lengths are scaled so that this many points result
+  double EdgeLength = 0.0;              ///< target edge length, world units, larger than 0
+  std::vector<double> PointEdgeLengths; ///< [V] target edge length at each point instead, all larger than 0; or empty
+  std::int64_t NumberOfPoints = 0;      ///< when larger than 0: edge lengths are scaled so that this many points result
   /// Whether EdgeLength is that of the result on average, within about 2 per cent where curves and the shape allow it,
   /// and not the target, which edges stay about 8 per cent below. Not used with PointEdgeLengths or NumberOfPoints.
   bool MatchMeanEdgeLength = false;
-  double FeatureAngle = 180.0;           ///< edges whose normals differ by more degrees are kept as creases
-  bool KeepBoundaryPoints = false;       ///< every point of the boundary stays, where it is
-  int NumberOfIterations = 3;            ///< rounds of splits, collapses, flips and relaxation, at least 1
-  int NumberOfRelaxationSteps = 1;       ///< steps of tangential relaxation in each round
+  double FeatureAngle = 180.0;     ///< edges whose normals differ by more degrees are kept as creases
+  bool KeepBoundaryPoints = false; ///< every point of the boundary stays, where it is
+  int NumberOfIterations = 3;      ///< rounds of splits, collapses, flips and relaxation, at least 1
+  int NumberOfRelaxationSteps = 1; ///< steps of tangential relaxation in each round
   /// [V] a class for each point. Points of the same coordinates become one point, unless their classes differ: then the
   /// edges between them are a seam of the attributes, which is kept as a curve, with a point on either side.
   std::vector<Index> PointClasses;

@@ -163,8 +163,8 @@ void CurvedMesh::FixCorners(bool fixBoundary)
         curve.push_back(h);
       }
     }
-    this->Constraints.IsFixed[v] =
-      (fixBoundary && isBoundary) || (!curve.empty() && (curve.size() != 2 || this->TurnsSharply(v, curve)));
+    this->Constraints.IsFixed[v] = (fixBoundary && isBoundary) ||
+      (!curve.empty() && (curve.size() != 2 || this->TurnsSharply(v, curve)));
   }
 }
 

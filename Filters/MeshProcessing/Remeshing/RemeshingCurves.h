@@ -3,8 +3,8 @@
 /// The curves of a surface that remeshing keeps: boundaries, creases and attribute seams. Private to the meshing module.
 #pragma once
 
-#include "MeshProcessing/Remeshing/AdaptiveRemeshing.h"
 #include "MeshProcessing/Cgal/CgalMesh.h"
+#include "MeshProcessing/Remeshing/AdaptiveRemeshing.h"
 
 #include <memory>
 #include <vector>

@@ -56,9 +56,9 @@ public:
     , Component(mesh.number_of_faces() + mesh.number_of_removed_faces())
   {
     std::vector<std::size_t>& component = this->Component;
-    this->Boxes.resize(CGAL::Polygon_mesh_processing::connected_components(
-      mesh, boost::make_function_property_map<CgalFace, std::size_t&>(
-              [&component](CgalFace f) -> std::size_t& { return component[f.idx()]; })));
+    this->Boxes.resize(CGAL::Polygon_mesh_processing::connected_components(mesh,
+      boost::make_function_property_map<CgalFace, std::size_t&>(
+        [&component](CgalFace f) -> std::size_t& { return component[f.idx()]; })));
     for (const CgalFace f : mesh.faces())
     {
       this->Boxes[component[f.idx()]].extend(Box(mesh, mesh.halfedges_around_face(mesh.halfedge(f))));
@@ -108,8 +108,8 @@ std::vector<CgalFace> CloseHole(CgalMesh& mesh, const std::vector<CgalHalfedge>&
   }
   if (boundary.size() > LongBoundary)
   {
-    PMP::triangulate_hole(mesh, boundary.front(), std::back_inserter(faces),
-      CGAL::parameters::do_not_use_cubic_algorithm(true));
+    PMP::triangulate_hole(
+      mesh, boundary.front(), std::back_inserter(faces), CGAL::parameters::do_not_use_cubic_algorithm(true));
   }
   else
   {
@@ -187,8 +187,8 @@ bool RemoveFlat(CgalMesh& mesh, CgalFace f, const Corner& corner)
 }
 } // namespace
 
-FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling,
-  const std::atomic<bool>* stop)
+FilledHoles FillHoles(
+  CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling, const std::atomic<bool>* stop)
 {
   std::vector<CgalHalfedge> starts;
   CGAL::Polygon_mesh_processing::extract_boundary_cycles(mesh, std::back_inserter(starts));

@@ -22,8 +22,8 @@ struct FilledHoles
 /// around that continue their curvature (Liepa, "Filling Holes in Meshes", 2003); @p isFilling marks them. With a finite
 /// @p largest the outline of a piece of surface, which lies within the bounding box of that boundary, is no hole.
 /// @throws Cancelled
-FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling,
-  const std::atomic<bool>* stop);
+FilledHoles FillHoles(
+  CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling, const std::atomic<bool>* stop);
 
 /// The number of triangles that the mesh check calls degenerate, or nearly so.
 std::int64_t CountFlatTriangles(const CgalMesh& mesh);

@@ -82,7 +82,8 @@ std::vector<Index> MergeMap(const PointMatrix& points, double tolerance)
   {
     return EqualPoints(points);
   }
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3, std::uint32_t>;
+  using Tree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3, std::uint32_t>;
   const PointCloud cloud{ points };
   Tree tree(3, cloud);
   tree.buildIndex();
@@ -110,8 +111,7 @@ std::vector<Index> ConnectedParts(const TriangleMatrix& triangles, Index points)
 {
   std::vector<Index> root(static_cast<std::size_t>(points));
   std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](Index v)
-  {
+  const auto find = [&](Index v) {
     while (root[v] != v)
     {
       v = root[v] = root[root[v]];

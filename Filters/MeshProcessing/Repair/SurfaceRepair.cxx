@@ -180,13 +180,11 @@ private:
   /// Squares and cubes of coordinates must be finite numbers.
   void RequireModestCoordinates() const
   {
-    const double largest = this->Input.Points.size() > 0
-      ? this->Input.Points.cwiseAbs().maxCoeff()
-      : 0.0;
+    const double largest = this->Input.Points.size() > 0 ? this->Input.Points.cwiseAbs().maxCoeff() : 0.0;
     if (largest > LargestCoordinate)
     {
-      throw InvalidInput("The points have coordinates up to " + Text(largest) + "; at most " +
-        Text(LargestCoordinate) + " is allowed. vtkTransformPolyDataFilter scales them.");
+      throw InvalidInput("The points have coordinates up to " + Text(largest) + "; at most " + Text(LargestCoordinate) +
+        " is allowed. vtkTransformPolyDataFilter scales them.");
     }
   }
 
@@ -194,8 +192,7 @@ private:
   {
     if (count == 0)
     {
-      throw InvalidInput("No sound triangle is left of the " +
-        std::to_string(this->Input.NumberOfTriangles()) +
+      throw InvalidInput("No sound triangle is left of the " + std::to_string(this->Input.NumberOfTriangles()) +
         " triangles of the input; a surface needs polygons with three different, finite points.");
     }
   }
@@ -281,8 +278,7 @@ private:
       return;
     }
     auto before = this->Mesh.add_property_map<CgalFace, CgalVertex>("f:before").first;
-    const auto secondCorner = [&](CgalFace f)
-    {
+    const auto secondCorner = [&](CgalFace f) {
       // The vertex after the lowest one, which tells one winding from the other.
       CgalHalfedge lowest = this->Mesh.halfedge(f);
       for (const CgalHalfedge h : this->Mesh.halfedges_around_face(lowest))
@@ -360,8 +356,8 @@ private:
 };
 } // namespace
 
-RepairedSurface RepairSurface(const TriangleMesh& mesh, const ConversionLosses& losses, const RepairOptions& options,
-  const std::atomic<bool>* stop)
+RepairedSurface RepairSurface(
+  const TriangleMesh& mesh, const ConversionLosses& losses, const RepairOptions& options, const std::atomic<bool>* stop)
 {
   return SurfaceRepairer(mesh, losses, options, stop).Result();
 }

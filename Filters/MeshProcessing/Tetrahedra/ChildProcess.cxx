@@ -134,8 +134,8 @@ public:
     const SpawnSettings settings(ends.second.Get());
     std::string name = program;
     char* const arguments[] = { name.data(), nullptr };
-    const int error =
-      posix_spawn(&this->Id, program.c_str(), &settings.Actions, &settings.Attributes, arguments, environ);
+    const int error = posix_spawn(
+      &this->Id, program.c_str(), &settings.Actions, &settings.Attributes, arguments, environ);
     if (error != 0)
     {
       FailToStart(program, error);
@@ -306,9 +306,6 @@ private:
 };
 } // namespace
 
-ChildResult RunChild(const ChildCall& call, const Progress& progress)
-{
-  return Conversation(call, progress).Run();
-}
+ChildResult RunChild(const ChildCall& call, const Progress& progress) { return Conversation(call, progress).Run(); }
 
 } // namespace surfsynth

@@ -24,9 +24,9 @@ struct Bytes
 /// What to run, and how long.
 struct ChildCall
 {
-  std::string Program;        ///< path
-  std::vector<Bytes> Request; ///< written to its standard input, which then ends
-  double Seconds = 0.0;       ///< time limit, 0 for none
+  std::string Program;          ///< path
+  std::vector<Bytes> Request;   ///< written to its standard input, which then ends
+  double Seconds = 0.0;         ///< time limit, 0 for none
   double ExpectedSeconds = 1.0; ///< for progress, which is half done by then
 
   /// How many bytes the output has in all, told from its first HeaderSize bytes. Throws when it makes no sense of them,
@@ -39,10 +39,10 @@ struct ChildCall
 struct ChildResult
 {
   std::vector<char> Output;
-  bool Complete = false;  ///< Output has the size that its header tells, and ended there
-  bool TimedOut = false;  ///< it was stopped by the time limit
-  int Signal = 0;         ///< that ended the process, 0 for none
-  int ExitStatus = 0;     ///< else; -1 when another part of the process has waited for it
+  bool Complete = false; ///< Output has the size that its header tells, and ended there
+  bool TimedOut = false; ///< it was stopped by the time limit
+  int Signal = 0;        ///< that ended the process, 0 for none
+  int ExitStatus = 0;    ///< else; -1 when another part of the process has waited for it
 };
 
 /// Runs the program to its end, on this thread, and reports progress about twenty times a second. The program gets nothing

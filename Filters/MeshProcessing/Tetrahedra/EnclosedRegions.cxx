@@ -62,8 +62,9 @@ private:
 struct Cells
 {
   std::vector<Index> OfTetrahedron;
-  std::vector<Index> Largest;                    ///< tetrahedron of each
-  std::set<std::pair<Index, std::pair<Index, Index>>> Walls; ///< (patch, the lower and the higher cell on its two sides)
+  std::vector<Index> Largest; ///< tetrahedron of each
+  std::set<std::pair<Index, std::pair<Index, Index>>>
+    Walls; ///< (patch, the lower and the higher cell on its two sides)
 };
 
 /// Numbers the tetrahedra by the cell that they are in.
@@ -159,8 +160,9 @@ std::vector<EnclosedRegion> FindEnclosedRegions(
   const SurfaceFaces faces(patches, mesh);
   const Cells cells = CellFinder(faces, mesh, points).Find();
   const auto inconsistent = [] {
-    throw SolverFailure("TetGen's tetrahedra do not keep the parts of the surface apart, which happens where parts touch; "
-                        "separate them, or vtkVDBSurfaceFilter makes a closed manifold of them.");
+    throw SolverFailure(
+      "TetGen's tetrahedra do not keep the parts of the surface apart, which happens where parts touch; "
+      "separate them, or vtkVDBSurfaceFilter makes a closed manifold of them.");
   };
   if (cells.Walls.size() != static_cast<std::size_t>(patches.Count))
   {

@@ -27,7 +27,8 @@ using tetgen::RequestHeader;
 
 const char* const ProgramName = "surfacesynthesis-tetgen";
 const char* const Variable = "SURFACE_SYNTHESIS_TETGEN";
-const char* const Repair = "vtkSurfaceRepairFilter mends surfaces, and vtkVDBSurfaceFilter makes a closed manifold of any.";
+const char* const Repair =
+  "vtkSurfaceRepairFilter mends surfaces, and vtkVDBSurfaceFilter makes a closed manifold of any.";
 
 bool IsProgram(const std::string& path) { return access(path.c_str(), X_OK) == 0; }
 
@@ -113,12 +114,10 @@ void CheckMesh(const TetGenMesh& mesh, const TriangleMesh& surface, std::int64_t
 {
   const std::int64_t points = surface.NumberOfPoints() + mesh.NewPoints.rows();
   const auto within = [](const auto& ids, std::int64_t lowest, std::int64_t end) {
-    return std::all_of(
-      ids.data(), ids.data() + ids.size(), [&](Index id) { return id >= lowest && id < end; });
+    return std::all_of(ids.data(), ids.data() + ids.size(), [&](Index id) { return id >= lowest && id < end; });
   };
   if (!within(mesh.Tetrahedra, 0, points) || !within(mesh.Faces, 0, points) ||
-    !within(mesh.Triangles, 0, surface.NumberOfTriangles()) ||
-    !within(mesh.Neighbours, -1, mesh.Tetrahedra.rows()) ||
+    !within(mesh.Triangles, 0, surface.NumberOfTriangles()) || !within(mesh.Neighbours, -1, mesh.Tetrahedra.rows()) ||
     !within(mesh.Regions, seeds > 0 ? std::numeric_limits<Index>::min() : -1, std::numeric_limits<Index>::max()))
   {
     FailToUnderstand("with ids of points, tetrahedra or triangles that do not exist");
@@ -225,7 +224,8 @@ std::string Meaning(std::int32_t code)
       return "TetGen found a feature of the surface too small to tell its points apart; vtkCleanPolyData (with a "
              "tolerance) merges points that nearly coincide, vtkIsotropicRemeshFilter makes triangles of one size.";
     case 5:
-      return "TetGen found two triangles that nearly touch and could not put points between them; switch PreserveSurface "
+      return "TetGen found two triangles that nearly touch and could not put points between them; switch "
+             "PreserveSurface "
              "on, or separate the parts of the surface.";
     case 10:
       return std::string("TetGen did not accept the surface; ") + Repair;
@@ -324,13 +324,15 @@ TetGenMesh RunTetGen(const TriangleMesh& surface, const TetGenCall& call, const 
     TetGenMesh mesh = ReadMesh(result.Output, surface, call);
     if (mesh.Tetrahedra.rows() == 0)
     {
-      throw SolverFailure(std::string("TetGen found that the surface encloses nothing, and made no tetrahedra; ") + Repair);
+      throw SolverFailure(
+        std::string("TetGen found that the surface encloses nothing, and made no tetrahedra; ") + Repair);
     }
     return mesh;
   }
   const std::string failure = DescribeFailure(result, call);
-  const std::string cause =
-    MayIntersect(result) ? DescribeIntersections(surface, call, SubProgress(progress, 0.95, 1.0)) : "";
+  const std::string cause = MayIntersect(result)
+    ? DescribeIntersections(surface, call, SubProgress(progress, 0.95, 1.0))
+    : "";
   throw SolverFailure(cause.empty() ? failure : cause);
 }
 

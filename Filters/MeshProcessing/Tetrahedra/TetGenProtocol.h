@@ -51,7 +51,7 @@ struct Seed
 enum Status : std::int32_t
 {
   Done = 0,
-  Terminated = 1,  ///< TetGen gave up with ReplyHeader::Code
+  Terminated = 1, ///< TetGen gave up with ReplyHeader::Code
   OutOfMemory = 2,
   BadRequest = 3
 };

@@ -74,8 +74,7 @@ TetGenCall MakeCall(const TetrahedralizeOptions& options, const UnitCoordinates&
   call.PreserveSurface = options.PreserveSurface;
   call.QualityRatio = options.QualityRatio;
   call.MinimumDihedralAngle = options.MinimumDihedralAngle;
-  call.MaximumVolume =
-    std::isfinite(options.MaximumVolume) ? unit.VolumeToUnit(options.MaximumVolume) : 0.0;
+  call.MaximumVolume = std::isfinite(options.MaximumVolume) ? unit.VolumeToUnit(options.MaximumVolume) : 0.0;
   call.MaximumVolume = std::isfinite(call.MaximumVolume) ? call.MaximumVolume : 0.0;
   call.Seconds = options.Seconds;
   call.MemoryLimit = options.MemoryLimit;
@@ -153,8 +152,7 @@ TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const Tetrahedralize
   if (patches.Count > 1)
   {
     begin = 0.35;
-    call.Seeds =
-      FindSeeds(scaled, patches, call, options.InnerSurfacesAreHoles, SubProgress(progress, 0.02, begin));
+    call.Seeds = FindSeeds(scaled, patches, call, options.InnerSurfacesAreHoles, SubProgress(progress, 0.02, begin));
   }
   TetGenMesh made = RunTetGen(scaled, call, SubProgress(progress, begin, 0.95));
   TetrahedralMesh mesh;

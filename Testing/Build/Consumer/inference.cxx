@@ -26,8 +26,8 @@ int main()
   mesh.Points *= 0.4; // about unit area
   mesh.Triangles.resize(8, 3);
   mesh.Triangles << 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5;
-  const surfsynth::PoissonNetPrediction prediction =
-    surfsynth::EvaluatePoissonNet(surfsynth::ReadPoissonNet("zero.safetensors"), mesh);
+  const surfsynth::PoissonNetPrediction prediction = surfsynth::EvaluatePoissonNet(
+    surfsynth::ReadPoissonNet("zero.safetensors"), mesh);
   std::remove("zero.safetensors");
   std::cout << prediction.Values << "\n";
   if (!prediction.Values.isApprox(mesh.Points.cast<float>(), 1e-5F))

@@ -60,17 +60,13 @@ std::vector<Row> Measure(const test::SpectralSurface& surface, std::uint32_t sam
   return rows;
 }
 
-bool Within(double value, double expected, double relative)
-{
-  return std::abs(value / expected - 1.0) <= relative;
-}
+bool Within(double value, double expected, double relative) { return std::abs(value / expected - 1.0) <= relative; }
 
 /// Prints a line for each broken expectation; returns how many.
 int Check(const std::vector<std::vector<Row>>& table, std::uint32_t samples)
 {
   int broken = 0;
-  const auto require = [&](bool holds, const Row& row, const char* what)
-  {
+  const auto require = [&](bool holds, const Row& row, const char* what) {
     if (!holds)
     {
       std::printf("FAILED: coefficient %d on %d vertices: %s\n", row.Coefficient, row.Points, what);
@@ -88,7 +84,8 @@ int Check(const std::vector<std::vector<Row>>& table, std::uint32_t samples)
     }
     const Row& coarse = table.front()[i];
     const Row& fine = table.back()[i];
-    require(Numbers[i] > 50 || Within(coarse.Matern, fine.Matern, 0.15), fine, "our noise depends on the triangulation");
+    require(
+      Numbers[i] > 50 || Within(coarse.Matern, fine.Matern, 0.15), fine, "our noise depends on the triangulation");
     require(coarse.Iid > 2.0 * fine.Iid, fine, "iid noise does not depend on the triangulation");
   }
   return broken;

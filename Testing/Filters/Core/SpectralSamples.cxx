@@ -43,21 +43,18 @@ Eigen::MatrixXd SpectralCoefficients(
   Eigen::MatrixXd block(weighted.rows(), 64);
   Eigen::Index done = 0;
   Eigen::Index filled = 0;
-  const auto flush = [&]
-  {
+  const auto flush = [&] {
     coefficients.middleCols(done, filled).noalias() = weighted.transpose() * block.leftCols(filled);
     done += filled;
     filled = 0;
   };
-  field.Sample(request,
-    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values)
+  field.Sample(request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+    block.col(filled++) = values.col(0);
+    if (filled == block.cols())
     {
-      block.col(filled++) = values.col(0);
-      if (filled == block.cols())
-      {
-        flush();
-      }
-    });
+      flush();
+    }
+  });
   flush();
   return coefficients;
 }

@@ -32,8 +32,7 @@ double SecondsSince(std::chrono::steady_clock::time_point start)
 
 TEST(Errors, EveryKindIsAnErrorAndKeepsItsText)
 {
-  const auto textOf = [](const auto& error)
-  {
+  const auto textOf = [](const auto& error) {
     try
     {
       throw error;
@@ -57,8 +56,7 @@ TEST(Progress, ReportPassesTheFractionOn)
 {
   double seen = -1.0;
   Report(
-    [&](double fraction)
-    {
+    [&](double fraction) {
       seen = fraction;
       return true;
     },
@@ -80,8 +78,7 @@ TEST(Progress, EmptyCallbacksReportNothing)
 TEST(Progress, SubProgressMapsZeroToOneOntoItsRange)
 {
   std::vector<double> seen;
-  const Progress whole = [&](double fraction)
-  {
+  const Progress whole = [&](double fraction) {
     seen.push_back(fraction);
     return true;
   };
@@ -113,8 +110,7 @@ TEST(RunCancellable, ReportsRisingFractionsOnTheCallingThread)
   bool onCaller = true;
   const std::thread::id caller = std::this_thread::get_id();
   RunCancellable([] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); }, 0.3,
-    [&](double fraction)
-    {
+    [&](double fraction) {
       seen.push_back(fraction);
       onCaller = onCaller && std::this_thread::get_id() == caller;
       return true;
@@ -134,8 +130,7 @@ TEST(RunCancellable, ReturnsAtOnceOnCancelAndLeavesTheWorkToEnd)
   auto done = std::make_shared<std::atomic<bool>>(false);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_THROW(RunCancellable(
-                 [done]
-                 {
+                 [done] {
                    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
                    *done = true;
                  },
@@ -200,20 +195,18 @@ TEST(ParallelFor, CoversEveryIndexOnceInConsecutiveRanges)
         std::set<std::pair<std::int64_t, std::int64_t>> ranges;
         std::mutex mutex;
         std::thread::id first;
-        ParallelFor(count, grain,
-          [&](std::int64_t begin, std::int64_t end)
+        ParallelFor(count, grain, [&](std::int64_t begin, std::int64_t end) {
+          for (std::int64_t i = begin; i < end; ++i)
           {
-            for (std::int64_t i = begin; i < end; ++i)
-            {
-              ++visits[static_cast<std::size_t>(i)];
-            }
-            const std::lock_guard<std::mutex> lock(mutex);
-            ranges.emplace(begin, end);
-            if (begin == 0)
-            {
-              first = std::this_thread::get_id();
-            }
-          });
+            ++visits[static_cast<std::size_t>(i)];
+          }
+          const std::lock_guard<std::mutex> lock(mutex);
+          ranges.emplace(begin, end);
+          if (begin == 0)
+          {
+            first = std::this_thread::get_id();
+          }
+        });
         EXPECT_EQ(visits, std::vector<int>(static_cast<std::size_t>(count), 1));
         EXPECT_LE(ranges.size(), static_cast<std::size_t>(threads));
         for (const auto& range : ranges)
@@ -234,12 +227,10 @@ TEST(ParallelFor, UsesSeveralThreadsWhenThereIsEnoughWork)
   const ThreadScope scope(4);
   std::set<std::thread::id> seen;
   std::mutex mutex;
-  ParallelFor(4000, 1000,
-    [&](std::int64_t, std::int64_t)
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      seen.insert(std::this_thread::get_id());
-    });
+  ParallelFor(4000, 1000, [&](std::int64_t, std::int64_t) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    seen.insert(std::this_thread::get_id());
+  });
   EXPECT_EQ(seen.size(), 4U);
 }
 
@@ -250,8 +241,7 @@ TEST(ParallelFor, RethrowsAfterAllRangesHaveEnded)
   {
     std::atomic<int> ended{ 0 };
     EXPECT_THROW(ParallelFor(100, 1,
-                   [&](std::int64_t begin, std::int64_t end)
-                   {
+                   [&](std::int64_t begin, std::int64_t end) {
                      if (begin <= failing && failing < end)
                      {
                        throw InvalidInput("this range");
@@ -289,8 +279,7 @@ TEST(ParallelTasks, BeatsOnTheCallingThreadAfterEachOfItsTasks)
   const std::thread::id caller = std::this_thread::get_id();
   ParallelTasks(
     20, [](std::int64_t) {},
-    [&]
-    {
+    [&] {
       ++beats;
       onCaller = onCaller && std::this_thread::get_id() == caller;
     });
@@ -306,8 +295,7 @@ TEST(ParallelTasks, StopsWhenTheHeartbeatThrows)
     std::atomic<int> started{ 0 };
     EXPECT_THROW(ParallelTasks(
                    1000,
-                   [&](std::int64_t)
-                   {
+                   [&](std::int64_t) {
                      ++started;
                      std::this_thread::sleep_for(std::chrono::milliseconds(2));
                    },
@@ -321,8 +309,7 @@ TEST(ParallelTasks, RethrowsExceptionsOfTasks)
 {
   const ThreadScope scope(3);
   EXPECT_THROW(ParallelTasks(50,
-                 [](std::int64_t k)
-                 {
+                 [](std::int64_t k) {
                    if (k == 31)
                    {
                      throw SolverFailure("task 31");

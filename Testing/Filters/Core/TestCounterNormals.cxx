@@ -19,7 +19,8 @@ namespace
 
 constexpr double TwoPi = 6.28318530717958647693;
 
-std::array<std::uint32_t, 4> Philox(const std::array<std::uint32_t, 4>& counter, const std::array<std::uint32_t, 2>& key)
+std::array<std::uint32_t, 4> Philox(
+  const std::array<std::uint32_t, 4>& counter, const std::array<std::uint32_t, 2>& key)
 {
   const r123::Philox4x32::ctr_type c = { { counter[0], counter[1], counter[2], counter[3] } };
   const r123::Philox4x32::key_type k = { { key[0], key[1] } };
@@ -197,8 +198,7 @@ TEST(CounterNormals, AreUncorrelatedAcrossNeighboursInEveryField)
   const NormalKey base{ 11, 5, 2, 3 };
   const std::vector<double> reference = Fill(base, 0, n);
   std::vector<std::pair<const char*, NormalKey>> neighbours;
-  const auto with = [&](const char* field, auto change)
-  {
+  const auto with = [&](const char* field, auto change) {
     NormalKey key = base;
     change(key);
     neighbours.emplace_back(field, key);

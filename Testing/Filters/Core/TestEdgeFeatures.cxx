@@ -206,8 +206,7 @@ TEST(EdgeFeatures, AreTheSameForEveryNumberOfThreads)
 {
   const TriangleMesh mesh = test::Icosphere(5);
   const SinglePoints local = Numbers(mesh.Triangles.rows(), 4);
-  const auto with = [&](int threads)
-  {
+  const auto with = [&](int threads) {
     const ThreadScope scope(threads);
     return std::make_pair(Features(mesh), MeanCornerDisplacement(mesh.Points.cast<float>(), mesh.Triangles, local));
   };

@@ -96,8 +96,8 @@ TEST(HeatGeodesics, FarFromTheSourceOfALongSurfaceDistancesAreStillRight)
 TEST(HeatGeodesics, OtherComponentsAndUnusedPointsAreInfinitelyFar)
 {
   const TriangleMesh sphere = test::Icosphere(2);
-  const TriangleMesh both =
-    test::WithUnreferencedPoints(test::Join(sphere, test::Translated(sphere, Eigen::Vector3d(5.0, 0.0, 0.0))));
+  const TriangleMesh both = test::WithUnreferencedPoints(
+    test::Join(sphere, test::Translated(sphere, Eigen::Vector3d(5.0, 0.0, 0.0))));
   const HeatGeodesics geodesics = GeodesicsOf(both);
   const Index source = both.Triangles(0, 0);
   const Eigen::VectorXd distances = geodesics.Distances({ source }).col(0);
@@ -234,8 +234,8 @@ TEST(GaussianMixtures, ASampleIsTheSameAloneAndInABatch)
 TEST(GaussianMixtures, OtherComponentsAndUnusedPointsGet0)
 {
   const TriangleMesh sphere = test::Icosphere(2);
-  const TriangleMesh both =
-    test::WithUnreferencedPoints(test::Join(sphere, test::Translated(sphere, Eigen::Vector3d(5.0, 0.0, 0.0))));
+  const TriangleMesh both = test::WithUnreferencedPoints(
+    test::Join(sphere, test::Translated(sphere, Eigen::Vector3d(5.0, 0.0, 0.0))));
   GaussianMixtureOptions options;
   options.NumberOfCentres = 1;
   const Eigen::VectorXd values = Samples(MixturesOf(both, options), {}, both.NumberOfPoints()).col(0);
@@ -285,7 +285,8 @@ TEST(GaussianMixtures, StopsOnRequest)
   request.NumberOfSamples = 1000;
   Eigen::MatrixXd values(mesh.NumberOfPoints(), 1000);
   Eigen::Index column = 0;
-  EXPECT_THROW(mixtures.SampleInto(request, [&](std::uint32_t) { return values.col(column++).data(); },
+  EXPECT_THROW(mixtures.SampleInto(
+                 request, [&](std::uint32_t) { return values.col(column++).data(); },
                  [](double fraction) { return fraction < 0.3; }),
     Cancelled);
   EXPECT_LT(column, 1000);

@@ -68,8 +68,8 @@ SampleRequest Request(std::uint64_t seed, std::uint32_t samples = 1, std::uint32
 std::vector<Eigen::MatrixXd> Draw(const MaternField& field, const SampleRequest& request)
 {
   std::vector<Eigen::MatrixXd> samples;
-  field.Sample(request,
-    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) { samples.emplace_back(values); });
+  field.Sample(
+    request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) { samples.emplace_back(values); });
   return samples;
 }
 
@@ -103,9 +103,9 @@ void ExpectClose(const Eigen::MatrixXd& actual, const Eigen::MatrixXd& expected,
 double PooledVariance(const MaternField& field, const SampleRequest& request, const Eigen::VectorXd& weights)
 {
   double sum = 0.0;
-  field.Sample(request,
-    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values)
-    { sum += weights.dot(values.col(0).cwiseAbs2()); });
+  field.Sample(request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+    sum += weights.dot(values.col(0).cwiseAbs2());
+  });
   return sum / (weights.sum() * request.NumberOfSamples);
 }
 
@@ -149,15 +149,13 @@ double CorrelationAtDistance(const MaternField& field, const SampleRequest& requ
   EXPECT_GT(pairs.size(), 500U);
   double product = 0.0;
   double squares = 0.0;
-  field.Sample(request,
-    [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values)
+  field.Sample(request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+    for (const auto& [i, j] : pairs)
     {
-      for (const auto& [i, j] : pairs)
-      {
-        product += values(i, 0) * values(j, 0);
-        squares += 0.5 * (values(i, 0) * values(i, 0) + values(j, 0) * values(j, 0));
-      }
-    });
+      product += values(i, 0) * values(j, 0);
+      squares += 0.5 * (values(i, 0) * values(i, 0) + values(j, 0) * values(j, 0));
+    }
+  });
   return product / squares;
 }
 
@@ -219,8 +217,8 @@ TEST_P(MaternFieldOnMesh, RangeModeIsAlgorithm1ScaledOnEachComponent)
     {
       const auto at = static_cast<std::size_t>(c);
       expected[v] *= 2.5 /
-        std::sqrt(MarginalVariance(
-          tau, components.Area[at], components.EulerCharacteristic[at], components.Closed[at]));
+        std::sqrt(
+          MarginalVariance(tau, components.Area[at], components.EulerCharacteristic[at], components.Closed[at]));
     }
   }
   const MaternField field(this->Mesh, ByRange(range, 2.5));
@@ -274,7 +272,8 @@ TEST_P(MaternFieldOnMesh, UnscreenedSolvesThePoissonEquationOrthogonallyToConsta
     }
     const Eigen::VectorXd mass = inside.cwiseProduct(this->Mass);
     side -= mass * (inside.dot(side) / mass.sum());
-    EXPECT_LE(std::abs(mass.dot(values)), 1e-12 * mass.cwiseSqrt().norm() * mass.cwiseSqrt().cwiseProduct(values).norm())
+    EXPECT_LE(
+      std::abs(mass.dot(values)), 1e-12 * mass.cwiseSqrt().norm() * mass.cwiseSqrt().cwiseProduct(values).norm())
       << "component " << c << " is orthogonal to constants";
   }
   // L is badly conditioned where the mesh lies far from the origin: its entries are only good to 1e-11.
@@ -288,8 +287,8 @@ TEST_P(MaternFieldOnMesh, SpectralIsASumOverTheLowestEigenpairs)
   const auto used = static_cast<Index>((this->Mass.array() > 0.0).count());
   MaternFieldOptions options = ByScreening(this->Tau, NoiseModel::Spectral);
   options.NumberOfEigenpairs = std::min<Index>(12, used - 1);
-  const Eigenpairs pairs =
-    LowestLaplaceEigenpairs(CotangentStiffness(this->Mesh), this->Mass, options.NumberOfEigenpairs);
+  const Eigenpairs pairs = LowestLaplaceEigenpairs(
+    CotangentStiffness(this->Mesh), this->Mass, options.NumberOfEigenpairs);
   const Eigen::VectorXd weights =
     Normals(options.NumberOfEigenpairs, 13).cwiseQuotient((pairs.Values.array() + this->Tau).matrix());
   const MaternField field(this->Mesh, options);
@@ -386,14 +385,10 @@ struct SphereCase
   double Range;
   std::uint32_t Samples; ///< enough that three standard errors of the pooled variance are below 3 per cent
 };
-void PrintTo(const SphereCase& sphere, std::ostream* os)
-{
-  *os << sphere.Name;
-}
+void PrintTo(const SphereCase& sphere, std::ostream* os) { *os << sphere.Name; }
 
 class MaternOnSphere : public testing::TestWithParam<SphereCase>
-{
-};
+{};
 
 // A sample holds about area / range^2 independent numbers, one at large ranges. Edges are at most an eighth of the range:
 // linear elements with lumped mass raise the variance by about 2.7 (edge / range)^2.
@@ -403,7 +398,7 @@ INSTANTIATE_TEST_SUITE_P(Ranges, MaternOnSphere,
     SphereCase{ "RangeIsDiameter", 3, 1.0, 2.0, 10000 }, SphereCase{ "RangeIsCircumference", 3, 1.0, 6.28, 20000 },
     SphereCase{ "RangeBeyondTheSphere", 2, 1.0, 30.0, 20000 }),
   [](const auto& info) { return info.param.Name; });
-}
+} // namespace
 
 TEST_P(MaternOnSphere, VarianceIsTheOneAskedForWithin5PerCent)
 {
@@ -420,8 +415,8 @@ TEST_P(MaternOnSphere, CorrelationIsThatOfTheExactSpectrum)
   const double angle = std::min(sphere.Range / sphere.Radius, 2.0);
   const double tau = 8.0 * sphere.Radius * sphere.Radius / (sphere.Range * sphere.Range);
   const MaternField field(test::Icosphere(sphere.Level, sphere.Radius), ByRange(sphere.Range));
-  const double correlation =
-    CorrelationAtDistance(field, Request(18, std::min(sphere.Samples, 3000U)), sphere.Radius, angle * sphere.Radius);
+  const double correlation = CorrelationAtDistance(
+    field, Request(18, std::min(sphere.Samples, 3000U)), sphere.Radius, angle * sphere.Radius);
   EXPECT_NEAR(correlation, SphereCovariance(tau, angle) / SphereCovariance(tau, 0.0), 0.03);
 }
 
@@ -590,12 +585,12 @@ TEST(MaternField, HasTheSameBitsForEveryNumberOfThreadsTenTimes)
     for (int repeat = 0; repeat < repeats; ++repeat)
     {
       const ThreadScope scope(1 + repeat % 4);
-      const std::vector<Eigen::MatrixXd> samples =
-        Draw(MaternField(mesh, ByScreening(30.0, model)), Request(6, 40, 2));
+      const std::vector<Eigen::MatrixXd> samples = Draw(MaternField(mesh, ByScreening(30.0, model)), Request(6, 40, 2));
       ASSERT_EQ(samples.size(), reference.size());
       for (std::size_t k = 0; k < samples.size(); ++k)
       {
-        ASSERT_TRUE(SameBits(samples[k], reference[k])) << "model " << int(model) << ", " << 1 + repeat % 4 << " threads";
+        ASSERT_TRUE(SameBits(samples[k], reference[k]))
+          << "model " << int(model) << ", " << 1 + repeat % 4 << " threads";
       }
     }
   }
@@ -608,8 +603,7 @@ TEST(MaternField, SeedsSamplesComponentsAndStreamsAreIndependent)
   const Eigen::VectorXd mass = LumpedMass(mesh);
   const MaternField field(mesh, ByRange(0.2));
   const Eigen::VectorXd reference = field.Sample(Request(5));
-  const auto correlation = [&](const Eigen::VectorXd& other)
-  {
+  const auto correlation = [&](const Eigen::VectorXd& other) {
     const auto dot = [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) { return a.cwiseProduct(mass).dot(b); };
     return dot(reference, other) / std::sqrt(dot(reference, reference) * dot(other, other));
   };
@@ -641,13 +635,11 @@ TEST(MaternField, HandsSamplesOverInOrderOnTheCallingThread)
   request.FirstSample = 1000;
   std::uint32_t next = 1000;
   const std::thread::id caller = std::this_thread::get_id();
-  field.Sample(request,
-    [&](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)
-    {
-      EXPECT_EQ(sample, next++);
-      EXPECT_EQ(values.cols(), 2);
-      EXPECT_EQ(std::this_thread::get_id(), caller);
-    });
+  field.Sample(request, [&](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+    EXPECT_EQ(sample, next++);
+    EXPECT_EQ(values.cols(), 2);
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+  });
   EXPECT_EQ(next, 1150U);
 }
 
@@ -662,8 +654,7 @@ TEST(MaternField, ExceptionsOfTheConsumerPassThrough)
   const MaternField field(test::Icosphere(2), ByRange(0.5));
   const Eigen::MatrixXd before = field.Sample(Request(1));
   EXPECT_THROW(field.Sample(Request(1, 100),
-                 [](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>&)
-                 {
+                 [](std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>&) {
                    if (sample == 50)
                    {
                      throw FormatError("disk full");
@@ -723,8 +714,9 @@ TEST(MaternField, OfAnEmptyMeshIsEmpty)
 TEST(MaternField, RejectsOptionsOutOfRange)
 {
   const TriangleMesh mesh = test::Icosphere(1);
-  const auto refuse = [&](const MaternFieldOptions& options, const char* what)
-  { EXPECT_THROW(MaternField(mesh, options), InvalidInput) << what; };
+  const auto refuse = [&](const MaternFieldOptions& options, const char* what) {
+    EXPECT_THROW(MaternField(mesh, options), InvalidInput) << what;
+  };
   for (const double bad : { -1.0, NaN, Infinity, -Infinity })
   {
     refuse(ByRange(bad), "range");
@@ -831,8 +823,7 @@ TEST(MaternField, ProgressNeverFallsAndStaysOnTheCallingThread)
       double last = 0.0;
       int reports = 0;
       const std::thread::id caller = std::this_thread::get_id();
-      const Progress progress = [&](double fraction)
-      {
+      const Progress progress = [&](double fraction) {
         EXPECT_EQ(std::this_thread::get_id(), caller);
         EXPECT_GE(fraction, last);
         EXPECT_LE(fraction, 1.0 + 1e-12);
@@ -844,7 +835,8 @@ TEST(MaternField, ProgressNeverFallsAndStaysOnTheCallingThread)
       EXPECT_GT(reports, 0);
       last = 0.0;
       reports = 0;
-      field.Sample(Request(1, 150), [](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>&) {}, progress);
+      field.Sample(
+        Request(1, 150), [](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>&) {}, progress);
       EXPECT_NEAR(last, 1.0, 1e-12);
       EXPECT_GE(reports, 2);
     }
@@ -860,8 +852,9 @@ TEST(MaternField, StopsOnRequestAtEveryReportAndCanGoOnAfterwards)
   {
     int left = allowed;
     const Progress impatient = [&](double) { return left-- > 0; };
-    EXPECT_THROW(
-      field.Sample(Request(1, 500), [](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>&) {}, impatient), Cancelled)
+    EXPECT_THROW(field.Sample(
+                   Request(1, 500), [](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>&) {}, impatient),
+      Cancelled)
       << allowed;
     EXPECT_EQ(left, -1) << "nothing is reported after the request";
     EXPECT_TRUE(SameBits(field.Sample(Request(1)), expected));

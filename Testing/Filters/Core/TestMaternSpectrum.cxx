@@ -39,8 +39,7 @@ MaternFieldOptions Options(NoiseModel model, double tau = Tau)
 class SpectrumOf : public testing::TestWithParam<int>
 {
 protected:
-  const test::SpectralSurface Surface =
-    test::WithEigenpairs("", test::Triangulation(GetParam()), Coefficients);
+  const test::SpectralSurface Surface = test::WithEigenpairs("", test::Triangulation(GetParam()), Coefficients);
 
   Eigen::MatrixXd Draw(const MaternFieldOptions& options) const
   {
@@ -82,8 +81,9 @@ void ExpectIndependentNormals(const Eigen::MatrixXd& coefficients, const Eigen::
   EXPECT_LT(sum, test::ChiSquareQuantile(pairs, 4.0)) << "correlations";
 }
 
-INSTANTIATE_TEST_SUITE_P(Triangulations, SpectrumOf, testing::Values(0, 1, 2),
-  [](const auto& info) { return std::string(info.param == 0 ? "Coarse" : info.param == 1 ? "Medium" : "Fine"); });
+INSTANTIATE_TEST_SUITE_P(Triangulations, SpectrumOf, testing::Values(0, 1, 2), [](const auto& info) {
+  return std::string(info.param == 0 ? "Coarse" : info.param == 1 ? "Medium" : "Fine");
+});
 
 } // namespace
 
@@ -108,8 +108,7 @@ TEST_P(SpectrumOf, UnscreenedHasVarianceOneOverLambdaSquaredAndNoConstant)
 {
   const Eigen::MatrixXd coefficients = this->Draw(Options(NoiseModel::Unscreened));
   const Eigen::Index rest = Coefficients - 1;
-  ExpectIndependentNormals(
-    coefficients.bottomRows(rest), this->Surface.Pairs.Values.tail(rest).cwiseInverse());
+  ExpectIndependentNormals(coefficients.bottomRows(rest), this->Surface.Pairs.Values.tail(rest).cwiseInverse());
   EXPECT_LE(coefficients.row(0).cwiseAbs().maxCoeff(), 1e-10 * coefficients.row(1).cwiseAbs().maxCoeff());
 }
 
@@ -146,8 +145,8 @@ TEST(MaternSpectrum, AgreesBetweenTriangulationsWhereIidNoiseDoesNot)
   // surface only, sqrt(phi^T M^2 phi) by the square root of the ratio of the numbers of vertices.
   const test::SpectralSurface coarse = test::WithEigenpairs("", test::Triangulation(0), Coefficients);
   const test::SpectralSurface fine = test::WithEigenpairs("", test::Triangulation(2), Coefficients);
-  const double refinement =
-    std::sqrt(static_cast<double>(fine.Mesh.NumberOfPoints()) / static_cast<double>(coarse.Mesh.NumberOfPoints()));
+  const double refinement = std::sqrt(
+    static_cast<double>(fine.Mesh.NumberOfPoints()) / static_cast<double>(coarse.Mesh.NumberOfPoints()));
   ASSERT_GT(refinement, 3.0);
   for (Index i = 0; i < Coefficients; ++i)
   {

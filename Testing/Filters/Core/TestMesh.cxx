@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TestMeshes.h"
 
+#include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
-#include "Core/Common/Errors.h"
 #include "Core/Operators/SurfaceOperators.h"
 
 #include <gtest/gtest.h>
@@ -245,8 +245,8 @@ TEST_P(MeshOfSuite, ComponentsHaveTheKnownTopology)
 TEST(MeshComponents, AreNumberedByTheirLowestVertex)
 {
   const TriangleMesh ball = test::Translated(test::Icosphere(4), { 9.0, 0.0, 0.0 });
-  const TriangleMesh mesh = test::WithUnreferencedPoints(test::Join(
-    test::Join(test::Torus(40, 20), ball), test::Translated(test::PlanePatch(5, 5), { 0.0, 9.0, 0.0 })));
+  const TriangleMesh mesh = test::WithUnreferencedPoints(
+    test::Join(test::Join(test::Torus(40, 20), ball), test::Translated(test::PlanePatch(5, 5), { 0.0, 9.0, 0.0 })));
   const MeshTopology topology(mesh);
   const MeshComponents components = ComputeComponents(topology, LumpedMass(mesh, topology));
   ASSERT_EQ(components.Count, 3);

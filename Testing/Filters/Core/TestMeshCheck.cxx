@@ -47,8 +47,7 @@ void ExpectOnly(const std::vector<MeshFinding>& findings, MeshDefect defect, std
 }
 
 class CheckMeshOfSuite : public testing::TestWithParam<std::string>
-{
-};
+{};
 
 INSTANTIATE_TEST_SUITE_P(
   Suite, CheckMeshOfSuite, testing::ValuesIn(test::SuiteNames()), [](const auto& info) { return info.param; });
@@ -68,10 +67,7 @@ TEST_P(CheckMeshOfSuite, FindsNothingInValidMeshes)
   EXPECT_NO_THROW(RequireValidMesh(sound.Mesh, requirements));
 }
 
-TEST(CheckMesh, FindsNothingInAnEmptyMesh)
-{
-  EXPECT_TRUE(CheckMesh(TriangleMesh(), Everything()).empty());
-}
+TEST(CheckMesh, FindsNothingInAnEmptyMesh) { EXPECT_TRUE(CheckMesh(TriangleMesh(), Everything()).empty()); }
 
 TEST(CheckMesh, FindsNothingAtExtremeScales)
 {
@@ -170,8 +166,8 @@ TEST(CheckMesh, FindsNonManifoldVerticesOnlyWhenAsked)
 {
   // Two spheres that share their vertex 3, and two that share vertex 60.
   const TriangleMesh ball = test::Icosphere(1); // 42 points
-  TriangleMesh mesh = test::Join(test::Join(ball, test::Translated(ball, { 5.0, 0.0, 0.0 })),
-    test::Translated(ball, { 10.0, 0.0, 0.0 }));
+  TriangleMesh mesh = test::Join(
+    test::Join(ball, test::Translated(ball, { 5.0, 0.0, 0.0 })), test::Translated(ball, { 10.0, 0.0, 0.0 }));
   mesh.Triangles = mesh.Triangles.unaryExpr([](Index v) { return v == 45 ? 3 : v == 102 ? 60 : v; }).eval();
   MeshRequirements requirements;
   EXPECT_TRUE(CheckMesh(mesh, requirements).empty());
@@ -223,8 +219,8 @@ TEST(CheckMesh, FindsBoundaryEdgesOnlyWhenAsked)
 TEST(CheckMesh, FindsSeveralComponentsOnlyWhenAsked)
 {
   const TriangleMesh ball = test::Icosphere(1);
-  const TriangleMesh mesh = test::Join(test::Join(ball, test::Translated(ball, { 5.0, 0.0, 0.0 })),
-    test::Translated(ball, { 10.0, 0.0, 0.0 }));
+  const TriangleMesh mesh = test::Join(
+    test::Join(ball, test::Translated(ball, { 5.0, 0.0, 0.0 })), test::Translated(ball, { 10.0, 0.0, 0.0 }));
   EXPECT_TRUE(CheckMesh(mesh).empty());
   MeshRequirements requirements;
   requirements.SingleComponent = true;

@@ -55,8 +55,7 @@ MeshFinding FindingOf(const MeshStatistics& statistics, MeshDefect defect)
 }
 
 class StatisticsOfSuite : public testing::TestWithParam<std::string>
-{
-};
+{};
 
 INSTANTIATE_TEST_SUITE_P(
   Suite, StatisticsOfSuite, testing::ValuesIn(test::SuiteNames()), [](const auto& info) { return info.param; });
@@ -182,8 +181,7 @@ TEST(MeshStatistics, CylinderHasTwoLoopsOfItsCircumference)
 
 TEST(MeshStatistics, TwoTrianglesThatTouchInAPointHaveTwoLoops)
 {
-  const auto bow =
-    ComputeMeshStatistics(Make({ 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, -1, 0 }, { 0, 1, 2, 0, 3, 4 }));
+  const auto bow = ComputeMeshStatistics(Make({ 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, -1, 0 }, { 0, 1, 2, 0, 3, 4 }));
   EXPECT_EQ(bow.BoundaryLoops, 2);
   EXPECT_EQ(bow.Components.size(), 1u);
   EXPECT_FALSE(bow.Manifold());
@@ -207,11 +205,11 @@ TEST(MeshStatistics, EveryDefectIsFoundAtOnce)
 {
   TriangleMesh mesh = test::Join(Cube(), test::PlanePatch(2, 2)); // points 0..7 and 8..16, triangles 0..11 and 12..19
   mesh.Points.row(16)(0) = NaN;
-  mesh = WithTriangle(mesh, 0, 1, 99);  // 20
-  mesh = WithTriangle(mesh, -1, 1, 2);  // 21
-  mesh = WithTriangle(mesh, 0, 0, 1);   // 22
-  mesh = WithTriangle(mesh, 8, 9, 10);  // 23, on one line
-  mesh = WithTriangle(mesh, 0, 1, 2);   // 24, 2 triangles have these corners
+  mesh = WithTriangle(mesh, 0, 1, 99); // 20
+  mesh = WithTriangle(mesh, -1, 1, 2); // 21
+  mesh = WithTriangle(mesh, 0, 0, 1);  // 22
+  mesh = WithTriangle(mesh, 8, 9, 10); // 23, on one line
+  mesh = WithTriangle(mesh, 0, 1, 2);  // 24, 2 triangles have these corners
   const MeshStatistics statistics = ComputeMeshStatistics(mesh);
   const auto expect = [&](MeshDefect defect, std::int64_t count, std::int64_t first) {
     const MeshFinding finding = FindingOf(statistics, defect);
@@ -316,8 +314,8 @@ TEST(MeshStatistics, StopOnRequest)
 
 TEST(TriangleAdjacency, NamesTheTriangleBeyondEachSide)
 {
-  const TriangleMesh fan =
-    Make({ 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1 }, { 0, 1, 2, 1, 0, 3, 0, 1, 4, 2, 1, 4 });
+  const TriangleMesh fan = Make(
+    { 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1 }, { 0, 1, 2, 1, 0, 3, 0, 1, 4, 2, 1, 4 });
   const TriangleAdjacency adjacency(fan, MeshTopology(fan));
   EXPECT_EQ(adjacency.Across(0, 0), TriangleAdjacency::Several);
   EXPECT_EQ(adjacency.Across(0, 1), 3);

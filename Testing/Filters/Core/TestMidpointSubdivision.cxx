@@ -121,8 +121,7 @@ TEST(MidpointSubdivision, OfNothingIsNothing)
 TEST(MidpointSubdivision, IsTheSameForEveryNumberOfThreads)
 {
   const TriangleMesh mesh = test::Icosphere(6);
-  const auto with = [&](int threads)
-  {
+  const auto with = [&](int threads) {
     const ThreadScope scope(threads);
     return SubdivideAtMidpoints(mesh);
   };

@@ -184,8 +184,7 @@ TEST(Operators, StiffnessOfLinearFunctionsVanishesInsideAPlane)
 {
   TriangleMesh mesh = test::PlanePatch(20, 15, 3.0, 2.0, 0.2);
   // Any plane in space.
-  const Eigen::Matrix3d turn =
-    (Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())).toRotationMatrix();
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())).toRotationMatrix();
   mesh.Points = (mesh.Points * turn.transpose()).eval();
   const Eigen::VectorXd linear = mesh.Points * Eigen::Vector3d(0.3, -1.2, 2.0);
   const Eigen::VectorXd result = CotangentStiffness(mesh) * linear;
@@ -208,8 +207,8 @@ TEST_P(OperatorsOnMesh, GradientOfALinearFunctionIsExact)
   const double diameter = this->Mesh.Points.cwiseAbs().maxCoeff();
   for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
   {
-    const Eigen::Vector3d edge =
-      this->Mesh.Points.row(this->Mesh.Triangles(f, 1)) - this->Mesh.Points.row(this->Mesh.Triangles(f, 0));
+    const Eigen::Vector3d edge = this->Mesh.Points.row(this->Mesh.Triangles(f, 1)) -
+      this->Mesh.Points.row(this->Mesh.Triangles(f, 0));
     const Eigen::Vector3d x = edge.normalized();
     const Eigen::Vector3d y = FaceNormal(this->Mesh, f).normalized().cross(x);
     // Differences of values of size `diameter` over lengths of size `edge` lose that many digits.

@@ -115,11 +115,12 @@ void ExpectSeparated(const TriangleMesh& mesh)
   EXPECT_EQ(DefectsOf(result), "");
   EXPECT_NEAR(Volume(result), Volume(mesh), 1e-9 * std::abs(Volume(mesh)));
 }
-}
+} // namespace
 
 TEST(SeparateSheets, LeavesValidMeshesAsTheyAre)
 {
-  for (const TriangleMesh& mesh : { Icosphere(2), Torus(20, 12), Join(Icosphere(1), Translated(Icosphere(1), { 3, 0, 0 })) })
+  for (const TriangleMesh& mesh :
+    { Icosphere(2), Torus(20, 12), Join(Icosphere(1), Translated(Icosphere(1), { 3, 0, 0 })) })
   {
     const TriangleMesh result = SeparateSheets(mesh);
     EXPECT_EQ(result.Points, mesh.Points);
@@ -204,8 +205,7 @@ TEST(SeparateSheets, AMeshOnItselfTwiceBecomesManifold)
 
 TEST(SeparateSheets, NamesTheEdgeThatIsNotBalanced)
 {
-  const auto messageOf = [](const TriangleMesh& mesh) -> std::string
-  {
+  const auto messageOf = [](const TriangleMesh& mesh) -> std::string {
     try
     {
       SeparateSheets(mesh);

@@ -50,10 +50,7 @@ RowMatrix RandomRightHandSides(Eigen::Index rows, Eigen::Index columns, std::uin
   return sides;
 }
 
-SparseMatrix Sparse(const Eigen::MatrixXd& dense)
-{
-  return dense.sparseView();
-}
+SparseMatrix Sparse(const Eigen::MatrixXd& dense) { return dense.sparseView(); }
 
 /// A row other than @p column with an entry in it.
 Index NeighbourOf(const SparseMatrix& matrix, Index column)
@@ -68,7 +65,8 @@ Index NeighbourOf(const SparseMatrix& matrix, Index column)
 
 bool SameBits(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
 {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) == 0;
+  return a.size() == b.size() &&
+    std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) == 0;
 }
 
 class CholeskyOnMesh : public testing::TestWithParam<std::string>
@@ -286,17 +284,15 @@ TEST(CholeskySolver, SeveralThreadsMaySolveAtOnce)
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
   {
-    threads.emplace_back(
-      [&, t]
+    threads.emplace_back([&, t] {
+      for (int repeat = 0; repeat < 5; ++repeat)
       {
-        for (int repeat = 0; repeat < 5; ++repeat)
-        {
-          RowMatrix mine = sides.middleCols(5 * t, 5);
-          solver.SolveInPlace(mine);
-          wrong += mine == expected.middleCols(5 * t, 5) ? 0 : 1;
-          wrong += solver.Solve(sides.col(t)) == Eigen::VectorXd(expected.col(t)) ? 0 : 1;
-        }
-      });
+        RowMatrix mine = sides.middleCols(5 * t, 5);
+        solver.SolveInPlace(mine);
+        wrong += mine == expected.middleCols(5 * t, 5) ? 0 : 1;
+        wrong += solver.Solve(sides.col(t)) == Eigen::VectorXd(expected.col(t)) ? 0 : 1;
+      }
+    });
   }
   for (std::thread& thread : threads)
   {
@@ -322,7 +318,8 @@ TEST(CholeskySolver, MovesWithItsFactor)
 
 TEST(CholeskySolver, OneByOne)
 {
-  EXPECT_DOUBLE_EQ(SolveCholesky(Sparse(Eigen::MatrixXd::Constant(1, 1, 4.0)), Eigen::VectorXd::Constant(1, 8.0))[0], 2.0);
+  EXPECT_DOUBLE_EQ(
+    SolveCholesky(Sparse(Eigen::MatrixXd::Constant(1, 1, 4.0)), Eigen::VectorXd::Constant(1, 8.0))[0], 2.0);
 }
 
 TEST(CholeskySolver, TwoByTwo)
@@ -401,8 +398,8 @@ TEST(CholeskySolver, RejectsMatricesThatAreNotSymmetric)
     {
       ++other;
     }
-    pattern.insert(lower ? std::max(other, 7) : std::min(other, 7), lower ? std::min(other, 7) : std::max(other, 7)) =
-      1e-3;
+    pattern.insert(
+      lower ? std::max(other, 7) : std::min(other, 7), lower ? std::min(other, 7) : std::max(other, 7)) = 1e-3;
     pattern.makeCompressed();
     EXPECT_THROW(CholeskySolver{ pattern }, InvalidInput) << (lower ? "lower" : "upper");
   }
@@ -462,8 +459,7 @@ TEST(CholeskySolver, StopsOnRequest)
   const SparseMatrix matrix = ScreenedLaplacian(test::BumpySurface(6));
   int reports = 0;
   EXPECT_THROW(CholeskySolver(matrix,
-                 [&](double)
-                 {
+                 [&](double) {
                    ++reports;
                    return false;
                  }),
@@ -476,15 +472,13 @@ TEST(CholeskySolver, ProgressNeverFallsAndDoesNotChangeTheAnswer)
   const SparseMatrix matrix = ScreenedLaplacian(test::BumpySurface(5));
   std::vector<double> seen = { 0.0 };
   const std::thread::id caller = std::this_thread::get_id();
-  const CholeskySolver solver(matrix,
-    [&](double fraction)
-    {
-      EXPECT_EQ(std::this_thread::get_id(), caller);
-      EXPECT_GE(fraction, seen.back());
-      EXPECT_LE(fraction, 1.0);
-      seen.push_back(fraction);
-      return true;
-    });
+  const CholeskySolver solver(matrix, [&](double fraction) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    EXPECT_GE(fraction, seen.back());
+    EXPECT_LE(fraction, 1.0);
+    seen.push_back(fraction);
+    return true;
+  });
   const Eigen::VectorXd side = RandomRightHandSides(matrix.rows(), 1);
   EXPECT_TRUE(SameBits(solver.Solve(side), CholeskySolver(matrix).Solve(side)));
 }

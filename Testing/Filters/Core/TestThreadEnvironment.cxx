@@ -11,8 +11,8 @@
 TEST(MaximumThreads, FollowsTheEnvironmentElseTheProcessors)
 {
   const char* text = std::getenv("SURFACE_SYNTHESIS_THREADS");
-  const int expected =
-    text != nullptr ? std::atoi(text) : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int expected = text != nullptr ? std::atoi(text)
+                                       : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   EXPECT_EQ(surfsynth::MaximumThreads(), expected);
   const surfsynth::ThreadScope scope(expected + 2);
   EXPECT_EQ(surfsynth::MaximumThreads(), expected + 2) << "a scope overrides the environment";

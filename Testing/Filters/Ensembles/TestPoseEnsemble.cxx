@@ -115,7 +115,8 @@ TEST(PoseEnsemble, HandlesAreTheEndsOfTheLimbs)
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (vtkIdType p = 0; p < creature->GetNumberOfPoints(); ++p)
     {
-      middle += RegionOf(Sample(poses, 0), p) == handle ? Eigen::Vector3d(creature->GetPoint(p)) : Eigen::Vector3d::Zero();
+      middle += RegionOf(Sample(poses, 0), p) == handle ? Eigen::Vector3d(creature->GetPoint(p))
+                                                        : Eigen::Vector3d::Zero();
     }
     for (std::size_t limb = 0; limb < Limbs.size(); ++limb)
     {
@@ -437,9 +438,10 @@ TEST(PoseEnsemble, PrintsItsProperties)
   vtkNew<Poses> filter;
   std::ostringstream text;
   filter->Print(text);
-  for (const char* name : { "Seed: 0", "NumberOfSamples: 12", "FirstSample: 0", "NumberOfHandles: 6", "MaximumAngle: 60",
-         "MaximumTwist: 20", "HandleRadius: 0.08", "AnchorRadius: 0.12", "PivotPosition: 0.8", "NumberOfIterations: 40",
-         "Stiffness: 0.0002", "DisplacementArrayName: Displacement", "RegionArrayName: PoseRegion" })
+  for (const char* name :
+    { "Seed: 0", "NumberOfSamples: 12", "FirstSample: 0", "NumberOfHandles: 6", "MaximumAngle: 60", "MaximumTwist: 20",
+      "HandleRadius: 0.08", "AnchorRadius: 0.12", "PivotPosition: 0.8", "NumberOfIterations: 40", "Stiffness: 0.0002",
+      "DisplacementArrayName: Displacement", "RegionArrayName: PoseRegion" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;
   }

@@ -30,15 +30,14 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input, const std::string& model)
   filter->SetNumberOfSteps(4);
   return filter;
 }
-}
+} // namespace
 
 std::string WriteDeformer(const std::string& name, std::uint64_t seed, const ModelChange& change)
 {
   return Write(name, surfsynth::test::RandomDeformer(surfsynth::test::Icosphere(2), seed), change);
 }
 
-std::string WriteSignalModel(
-  const std::string& name, int components, std::uint64_t seed, const ModelChange& change)
+std::string WriteSignalModel(const std::string& name, int components, std::uint64_t seed, const ModelChange& change)
 {
   return Write(name, surfsynth::test::RandomSignalModel(surfsynth::test::Icosphere(2), components, seed), change);
 }

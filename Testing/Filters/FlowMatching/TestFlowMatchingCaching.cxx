@@ -29,7 +29,7 @@ using Filter = vtkFlowMatchingDeformer;
 
 namespace
 {
-constexpr double AbortLimit = 1.0; // seconds
+constexpr double AbortLimit = 1.0;    // seconds
 constexpr vtkTypeInt64 OneSample = 8; // evaluations: four midpoint steps
 
 /// Models read, meshes factored and networks evaluated by one more update.
@@ -76,14 +76,12 @@ vtkDataArray* PointsOf(vtkAlgorithm* filter)
 /// A network of the published width on 10,000 triangles: seconds of work.
 vtkSmartPointer<Filter> LargeFilter()
 {
-  const std::string model = WriteDeformer("large.model", 1,
-    [](FlowMatchingModel& large)
-    {
-      PoissonNetOptions options = large.Velocity.Options;
-      options.Width = 96;
-      options.Blocks = 4;
-      large.Velocity = surfsynth::test::RandomModel(options);
-    });
+  const std::string model = WriteDeformer("large.model", 1, [](FlowMatchingModel& large) {
+    PoissonNetOptions options = large.Velocity.Options;
+    options.Width = 96;
+    options.Blocks = 4;
+    large.Velocity = surfsynth::test::RandomModel(options);
+  });
   return DeformerOn(RingSphere(70, 70), model);
 }
 } // namespace

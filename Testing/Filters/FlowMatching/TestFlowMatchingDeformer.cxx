@@ -53,8 +53,7 @@ TriangleMesh MeshOf(const Soup& soup)
 /// The plain sampler that a filter should equal.
 FlowMatchingSampler PlainSampler(const std::string& model, const Soup& soup)
 {
-  return FlowMatchingSampler(
-    std::make_shared<const FlowMatchingModel>(ReadFlowMatchingModel(model)), MeshOf(soup));
+  return FlowMatchingSampler(std::make_shared<const FlowMatchingModel>(ReadFlowMatchingModel(model)), MeshOf(soup));
 }
 
 Eigen::MatrixXd MatrixOf(vtkDataArray* array)
@@ -239,15 +238,15 @@ TEST(FlowMatchingSamplerFilter, IntegratorsAreThoseOfThePlainSampler)
   const Soup sphere = Icosphere(1);
   const FlowMatchingSampler plain = PlainSampler(model, sphere);
   const auto filter = SamplerOn(sphere.ToPolyData(), model);
-  for (int integrator = vtkFlowMatchingSampler::EULER; integrator <= vtkFlowMatchingSampler::RUNGE_KUTTA_4; ++integrator)
+  for (int integrator = vtkFlowMatchingSampler::EULER; integrator <= vtkFlowMatchingSampler::RUNGE_KUTTA_4;
+       ++integrator)
   {
     filter->SetIntegrator(integrator);
     FlowSampleRequest request;
     request.Steps = Steps;
     request.Integrator = static_cast<FlowIntegrator>(integrator);
     const FeatureMatrix expected = plain.Integrate(plain.InitialNoise(request), request);
-    EXPECT_EQ(
-      LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), plain.ToSignal(expected)), 0.0)
+    EXPECT_EQ(LargestDifference(MatrixOf(PointArray(OutputOf(filter), "Mixture")), plain.ToSignal(expected)), 0.0)
       << integrator;
   }
 }
@@ -292,8 +291,7 @@ TEST(FlowMatchingDeformerFilter, WithoutMovePointsTheSurfaceStays)
   const auto output = SurfaceOf(filter);
   EXPECT_EQ(output->GetPoints(), input->GetPoints());
   EXPECT_TRUE(SameBits(PointArray(output, "Displacement"), PointArray(moved, "Displacement")));
-  EXPECT_TRUE(
-    SameBits(output->GetCellData()->GetArray("AreaRatio"), moved->GetCellData()->GetArray("AreaRatio")));
+  EXPECT_TRUE(SameBits(output->GetCellData()->GetArray("AreaRatio"), moved->GetCellData()->GetArray("AreaRatio")));
 }
 
 TEST(FlowMatchingDeformerFilter, AreaRatiosAreThoseOfThePolygons)
@@ -457,8 +455,8 @@ TEST(FlowMatchingDeformerFilter, SeveralSamplesAreBlocksThatEqualSingleOnes)
     EXPECT_TRUE(SameBits(block->GetCellData()->GetArray("AreaRatio"), expected->GetCellData()->GetArray("AreaRatio")));
     EXPECT_EQ(block->GetPointData()->GetNumberOfArrays(), 2);
   }
-  EXPECT_GT(LargestDifference(BlockOf(output, 0)->GetPoints()->GetData(), BlockOf(output, 1)->GetPoints()->GetData()),
-    0.01);
+  EXPECT_GT(
+    LargestDifference(BlockOf(output, 0)->GetPoints()->GetData(), BlockOf(output, 1)->GetPoints()->GetData()), 0.01);
   batch->SetNumberOfSamples(1);
   EXPECT_TRUE(OutputOf(batch)->IsA("vtkPolyData")) << "the type follows the number";
 }
@@ -481,8 +479,8 @@ TEST(FlowMatchingDeformerFilter, BlocksGetTheirOwnNoiseAndABadOneIsLeftEmpty)
   }
   vtkDataObject* output = filter->GetOutputDataObject(0);
   EXPECT_EQ(BlockOf(output, 1)->GetNumberOfPoints(), 0);
-  EXPECT_GT(LargestDifference(PointArray(BlockOf(output, 0), "InitialNoise"),
-              PointArray(BlockOf(output, 2), "InitialNoise")),
+  EXPECT_GT(
+    LargestDifference(PointArray(BlockOf(output, 0), "InitialNoise"), PointArray(BlockOf(output, 2), "InitialNoise")),
     0.001);
 }
 
@@ -542,8 +540,8 @@ TEST(FlowMatchingDeformerFilter, TheTimeOfThePipelineIsFlowTime)
   const auto two = SurfaceOf(filter, 0.5);
   const auto between = SurfaceOf(filter, 0.3125);
   EXPECT_EQ(filter->GetOutputDataObject(0)->GetInformation()->Get(vtkDataObject::DATA_TIME_STEP()), 0.3125);
-  const Eigen::MatrixXd linear =
-    0.75 * MatrixOf(one->GetPoints()->GetData()) + 0.25 * MatrixOf(two->GetPoints()->GetData());
+  const Eigen::MatrixXd linear = 0.75 * MatrixOf(one->GetPoints()->GetData()) +
+    0.25 * MatrixOf(two->GetPoints()->GetData());
   EXPECT_LE(LargestDifference(MatrixOf(between->GetPoints()->GetData()), linear), 1e-6);
   EXPECT_GT(LargestDifference(one->GetPoints()->GetData(), two->GetPoints()->GetData()), 1e-3);
   const auto last = SurfaceOf(filter, 1.0);

@@ -44,10 +44,7 @@ std::string ErrorOf(vtkFlowMatchingSampler* filter)
   return events.AllErrors();
 }
 
-std::string ErrorOfModel(const std::string& path)
-{
-  return ErrorOf(DeformerOn(Icosphere(2).ToPolyData(), path));
-}
+std::string ErrorOfModel(const std::string& path) { return ErrorOf(DeformerOn(Icosphere(2).ToPolyData(), path)); }
 
 std::string ErrorOfMesh(const Soup& soup)
 {
@@ -126,7 +123,8 @@ TEST(FlowMatchingMessages, AModelOfAnotherSignalCannotDeform)
 {
   const std::string model = WriteSignalModel("heat.model");
   EXPECT_THAT(ErrorOfModel(model),
-    AllOf(HasSubstr("generates \"Mixture\", 2 component(s)"), HasSubstr("positions"), HasSubstr("vtkFlowMatchingSampler")));
+    AllOf(
+      HasSubstr("generates \"Mixture\", 2 component(s)"), HasSubstr("positions"), HasSubstr("vtkFlowMatchingSampler")));
   EXPECT_THAT(WarningsOf(SamplerOn(Icosphere(2).ToPolyData(), model)), IsEmpty());
 }
 
@@ -153,8 +151,8 @@ TEST(FlowMatchingMessages, AGoodFileAfterABadOne)
 
 TEST(FlowMatchingMessages, AFlowThatGrowsWithoutBound)
 {
-  const std::string model = WriteSignalModel("wild.model", 1, 1,
-    [](FlowMatchingModel& wild) { wild.Velocity.Tensors["head.bias"].Values = { 1e7F }; });
+  const std::string model = WriteSignalModel(
+    "wild.model", 1, 1, [](FlowMatchingModel& wild) { wild.Velocity.Tensors["head.bias"].Values = { 1e7F }; });
   EXPECT_THAT(ErrorOf(SamplerOn(Icosphere(2).ToPolyData(), model)), HasSubstr("grows without bound"));
 }
 
@@ -187,8 +185,8 @@ TEST(FlowMatchingMessages, AnotherTypeOfInput)
 
 TEST(FlowMatchingMessages, SeveralComponents)
 {
-  EXPECT_THAT(ErrorOfMesh(TwoSpheres()),
-    AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
+  EXPECT_THAT(
+    ErrorOfMesh(TwoSpheres()), AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
 }
 
 TEST(FlowMatchingMessages, InconsistentWinding)
@@ -202,7 +200,8 @@ TEST(FlowMatchingMessages, AMeshUnlikeTheTrainingShapeIsAWarningOnceForEachMesh)
 {
   const auto flat = Grid(6).ToPolyData();
   const auto filter = DeformerOn(flat, WriteDeformer("unlike.model")); // trained on a sphere
-  EXPECT_THAT(WarningsOf(filter), ElementsAre(AllOf(HasSubstr("shaped or turned unlike"), HasSubstr("second moments"))));
+  EXPECT_THAT(
+    WarningsOf(filter), ElementsAre(AllOf(HasSubstr("shaped or turned unlike"), HasSubstr("second moments"))));
   filter->SetSeed(2);
   EXPECT_THAT(WarningsOf(filter), IsEmpty()) << "it has been said";
   vtkNew<vtkMultiBlockDataSet> blocks;

@@ -13,7 +13,8 @@ namespace surfsynthtest
 std::string WriteRandomGeometricTexture(const std::string& name, std::uint64_t seed,
   const std::function<void(surfsynth::GeometricTextureModel& model)>& change)
 {
-  surfsynth::GeometricTextureModel model = surfsynth::test::RandomGeometricTexture(surfsynth::test::SmallGeometricTexture(), seed);
+  surfsynth::GeometricTextureModel model = surfsynth::test::RandomGeometricTexture(
+    surfsynth::test::SmallGeometricTexture(), seed);
   if (change)
   {
     change(model);

@@ -21,10 +21,11 @@ FilterTraits Traits()
 /// Without a template, so that no input is an error.
 vtkSmartPointer<vtkAlgorithm> MakeSynthesizer()
 {
-  static const std::string model = WriteRandomGeometricTexture("corpus.model", 1, [](surfsynth::GeometricTextureModel& bare) {
-    bare.Template = {};
-    bare.ReconstructionNoise.resize(0, 3);
-  });
+  static const std::string model = WriteRandomGeometricTexture(
+    "corpus.model", 1, [](surfsynth::GeometricTextureModel& bare) {
+      bare.Template = {};
+      bare.ReconstructionNoise.resize(0, 3);
+    });
   return SynthesizerOn(nullptr, model);
 }
 

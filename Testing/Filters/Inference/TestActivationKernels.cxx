@@ -22,10 +22,7 @@ struct Variant
   const ActivationKernels* Kernels;
 };
 
-void PrintTo(const Variant& variant, std::ostream* stream)
-{
-  *stream << variant.Name;
-}
+void PrintTo(const Variant& variant, std::ostream* stream) { *stream << variant.Name; }
 
 std::vector<Variant> Variants()
 {
@@ -43,10 +40,7 @@ std::vector<Variant> Variants()
   return variants;
 }
 
-double Gelu(double x)
-{
-  return 0.5 * x * std::erfc(-x / std::sqrt(2.0));
-}
+double Gelu(double x) { return 0.5 * x * std::erfc(-x / std::sqrt(2.0)); }
 
 /// Numbers of all sizes up to @p largest, both signs, and zero.
 std::vector<float> Numbers(float largest)
@@ -76,8 +70,8 @@ protected:
   const ActivationKernels& Kernels = *GetParam().Kernels;
 };
 
-INSTANTIATE_TEST_SUITE_P(InstructionSet, ActivationKernelsOf, testing::ValuesIn(Variants()),
-  [](const auto& info) { return info.param.Name; });
+INSTANTIATE_TEST_SUITE_P(
+  InstructionSet, ActivationKernelsOf, testing::ValuesIn(Variants()), [](const auto& info) { return info.param.Name; });
 
 } // namespace
 
@@ -110,7 +104,7 @@ TEST_P(ActivationKernelsOf, ModulationTurnsAndScales)
   {
     const std::vector<float> phases = Numbers(largest);
     const auto width = static_cast<std::int64_t>(phases.size());
-    std::vector<float> both = phases; // one row: phases, then scales
+    std::vector<float> both = phases;                   // one row: phases, then scales
     both.insert(both.end(), phases.size(), 0.5413249F); // softplus of it is 1
     const std::vector<float> bias(both.size(), 0.0F);
     std::vector<float> re(phases.size(), 1.0F);
@@ -234,8 +228,8 @@ TEST_P(ActivationKernelsOf, GatherAndScatterOfTwoFaces)
 
 TEST(MatrixProduct, IsRowMajorAndAccumulates)
 {
-  const float a[6] = { 1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F };       // [2, 3]
-  const float b[12] = { 1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1 };      // [3, 4]
+  const float a[6] = { 1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F };  // [2, 3]
+  const float b[12] = { 1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1 }; // [3, 4]
   float c[8];
   Multiply(a, b, c, 2, 3, 4);
   EXPECT_EQ(std::vector<float>(c, c + 8), (std::vector<float>{ 1, 2, 3, 6, 4, 5, 6, 15 }));

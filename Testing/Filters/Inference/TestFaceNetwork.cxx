@@ -162,8 +162,7 @@ TEST(FaceKernels, AllInstructionSetsAgree)
 #endif
   constexpr std::int64_t rows = 37;
   constexpr std::int64_t width = 21; // no multiple of any vector
-  const auto numbers = [](std::int64_t count, std::uint64_t seed)
-  {
+  const auto numbers = [](std::int64_t count, std::uint64_t seed) {
     FaceNetwork::Output values(1, count);
     for (std::int64_t k = 0; k < count; ++k)
     {
@@ -176,8 +175,7 @@ TEST(FaceKernels, AllInstructionSetsAgree)
   {
     neighbours.push_back(static_cast<std::int32_t>(test::Mix(9, static_cast<std::uint64_t>(k)) % rows));
   }
-  const auto results = [&](const FaceKernels& kernels)
-  {
+  const auto results = [&](const FaceKernels& kernels) {
     FaceNetwork::Output out = FaceNetwork::Output::Zero(4, rows * 2 * width);
     const FaceNetwork::Output bias = numbers(width, 2);
     kernels.EdgeMaps(numbers(12 * rows, 1).data(), numbers(4 * width, 3).data(), bias.data(), rows, width, &out(0, 0));

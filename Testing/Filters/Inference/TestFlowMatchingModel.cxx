@@ -69,14 +69,12 @@ std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
 /// The same after the text @p from in the description of the signal and noise has become @p to.
 std::string MessageWith(const std::string& from, const std::string& to)
 {
-  return MessageAfter(
-    [&](Tensors&, Metadata& metadata)
-    {
-      std::string& text = metadata["flow_matching"];
-      const std::size_t place = text.find(from);
-      ASSERT_NE(place, std::string::npos) << text;
-      text.replace(place, from.size(), to);
-    });
+  return MessageAfter([&](Tensors&, Metadata& metadata) {
+    std::string& text = metadata["flow_matching"];
+    const std::size_t place = text.find(from);
+    ASSERT_NE(place, std::string::npos) << text;
+    text.replace(place, from.size(), to);
+  });
 }
 
 std::string MessageOfCheck(const std::function<void(FlowMatchingModel&)>& change)
@@ -98,8 +96,8 @@ std::string MessageOfCheck(const std::function<void(FlowMatchingModel&)>& change
 
 TEST(FlowMatchingModel, WhatIsWrittenIsRead)
 {
-  for (const NoiseModel noise : { NoiseModel::Matern, NoiseModel::PerVertex, NoiseModel::White, NoiseModel::Unscreened,
-         NoiseModel::Spectral })
+  for (const NoiseModel noise :
+    { NoiseModel::Matern, NoiseModel::PerVertex, NoiseModel::White, NoiseModel::Unscreened, NoiseModel::Spectral })
   {
     FlowMatchingModel model = SmallModel();
     model.Noise.Model = noise;
@@ -147,7 +145,8 @@ TEST(FlowMatchingModel, DeformersAreReadToo)
   EXPECT_TRUE(read.GeneratesPositions());
   EXPECT_FALSE(read.Encoder);
   EXPECT_THAT(read.Description(),
-    AllOf(HasSubstr("deformations from matern noise"), HasSubstr("2 blocks of width 16"), HasSubstr("for one surface")));
+    AllOf(
+      HasSubstr("deformations from matern noise"), HasSubstr("2 blocks of width 16"), HasSubstr("for one surface")));
 }
 
 TEST(FlowMatchingModel, TheDescriptionCountsInSingularAndPlural)
@@ -185,10 +184,10 @@ TEST(FlowMatchingModel, AMissingOrBrokenDescription)
 {
   EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("flow_matching"); }),
     HasSubstr("\"flow_matching\" is missing"));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "{"; }),
-    HasSubstr("no JSON object"));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "[]"; }),
-    HasSubstr("no JSON object"));
+  EXPECT_THAT(
+    MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "{"; }), HasSubstr("no JSON object"));
+  EXPECT_THAT(
+    MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "[]"; }), HasSubstr("no JSON object"));
 }
 
 TEST(FlowMatchingModel, EachKeyOfTheDescriptionIsNeeded)
@@ -207,7 +206,8 @@ TEST(FlowMatchingModel, ValuesOfAnotherKindAreNamed)
   EXPECT_THAT(MessageWith("\"Mixture\"", "\"\""), HasSubstr("expected a name"));
   EXPECT_THAT(MessageWith("\"matern\"", "\"pink\""), AllOf(HasSubstr("\"pink\""), HasSubstr("spectral")));
   EXPECT_THAT(MessageWith("\"noise_screening\":100.0", "\"noise_screening\":\"much\""), HasSubstr("expected a number"));
-  EXPECT_THAT(MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":2.5"), HasSubstr("expected a whole number"));
+  EXPECT_THAT(
+    MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":2.5"), HasSubstr("expected a whole number"));
   EXPECT_THAT(MessageWith("\"iterations\":0", "\"iterations\":-1"), HasSubstr("expected a whole number"));
   EXPECT_THAT(MessageWith("\"signal_mean\":[2.0,", "\"signal_mean\":[null,"), HasSubstr("an array of numbers"));
   EXPECT_THAT(MessageWith("\"shape_moments\":[", "\"shape_moments\":[1.0,"), HasSubstr("has 7 numbers; expected 6"));
@@ -219,7 +219,8 @@ TEST(FlowMatchingModel, ValuesOutOfTheirRangeAreNamed)
   EXPECT_THAT(MessageWith("\"signal_scale\":[0.5,", "\"signal_scale\":[0.0,"), HasSubstr("the scales above 0"));
   EXPECT_THAT(MessageWith("\"noise_screening\":100.0", "\"noise_screening\":0"), HasSubstr("screening 0"));
   EXPECT_THAT(MessageWith("\"noise_scale\":1.0", "\"noise_scale\":-1"), HasSubstr("scale -1"));
-  EXPECT_THAT(MessageWith("\"noise_smoothing\":0.0", "\"noise_smoothing\":-1"), HasSubstr("smoothing of the noise is -1"));
+  EXPECT_THAT(
+    MessageWith("\"noise_smoothing\":0.0", "\"noise_smoothing\":-1"), HasSubstr("smoothing of the noise is -1"));
   EXPECT_THAT(MessageWith("\"noise_eigenpairs\":256", "\"noise_eigenpairs\":0"), HasSubstr("0 eigenpairs"));
   EXPECT_THAT(MessageWith("\"shape_spread\":0.0", "\"shape_spread\":-1"), HasSubstr("spread of at least 0"));
 }
@@ -228,14 +229,17 @@ TEST(FlowMatchingModel, TensorsThatDoNotFitAreNamed)
 {
   EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors.erase("velocity.proj_in.bias"); }),
     AllOf(HasSubstr("(velocity)"), HasSubstr("\"proj_in.bias\" [16] is missing")));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
-                { tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 4 }, std::vector<float>(4)); }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) {
+    tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 4 }, std::vector<float>(4));
+  }),
     HasSubstr("\"proj_in.bias\" is [4] instead of [16]"));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
-                { tensors["encoder.more"] = TensorData::FromFloat32({ 1 }, { 1.0F }); }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) {
+    tensors["encoder.more"] = TensorData::FromFloat32({ 1 }, { 1.0F });
+  }),
     AllOf(HasSubstr("(encoder)"), HasSubstr("\"more\" does not belong to it")));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
-                { tensors["proj_in.bias"] = TensorData::FromFloat32({ 1 }, { 1.0F }); }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) {
+    tensors["proj_in.bias"] = TensorData::FromFloat32({ 1 }, { 1.0F });
+  }),
     HasSubstr("\"proj_in.bias\" does not belong to a flow matching model"));
   EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("encoder"); }),
     HasSubstr("does not belong to a flow matching model"));
@@ -248,33 +252,29 @@ TEST(FlowMatchingModel, TensorsThatDoNotFitAreNamed)
 TEST(FlowMatchingModel, WeightsThatAreNotFiniteAreRefused)
 {
   const float bad = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THAT(MessageAfter([&](Tensors& tensors, Metadata&)
-                { tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 16 }, std::vector<float>(16, bad)); }),
+  EXPECT_THAT(MessageAfter([&](Tensors& tensors, Metadata&) {
+    tensors["velocity.proj_in.bias"] = TensorData::FromFloat32({ 16 }, std::vector<float>(16, bad));
+  }),
     AllOf(HasSubstr("FormatError"), HasSubstr("velocity.proj_in.bias")));
 }
 
 TEST(FlowMatchingModel, NetworksThatDoNotFitTogetherAreNamed)
 {
   // As read from a file: the encoder has gone, and with it three conditions.
-  EXPECT_THAT(MessageAfter(
-                [](Tensors& tensors, Metadata& metadata)
-                {
-                  metadata.erase("encoder");
-                  for (auto entry = tensors.begin(); entry != tensors.end();)
-                  {
-                    entry = entry->first.rfind("encoder.", 0) == 0 ? tensors.erase(entry) : std::next(entry);
-                  }
-                }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata& metadata) {
+    metadata.erase("encoder");
+    for (auto entry = tensors.begin(); entry != tensors.end();)
+    {
+      entry = entry->first.rfind("encoder.", 0) == 0 ? tensors.erase(entry) : std::next(entry);
+    }
+  }),
     AllOf(HasSubstr("ModelMismatch"), HasSubstr("takes 7 conditions; expected 4")));
-  const auto withVelocity = [](const std::function<void(PoissonNetOptions&)>& change)
-  {
-    return MessageOfCheck(
-      [&](FlowMatchingModel& model)
-      {
-        PoissonNetOptions options = model.Velocity.Options;
-        change(options);
-        model.Velocity = test::RandomModel(options);
-      });
+  const auto withVelocity = [](const std::function<void(PoissonNetOptions&)>& change) {
+    return MessageOfCheck([&](FlowMatchingModel& model) {
+      PoissonNetOptions options = model.Velocity.Options;
+      change(options);
+      model.Velocity = test::RandomModel(options);
+    });
   };
   EXPECT_THAT(withVelocity([](PoissonNetOptions& options) { options.OutputChannels = 5; }),
     HasSubstr("gives 5 channels for a signal of 2"));
@@ -284,13 +284,11 @@ TEST(FlowMatchingModel, NetworksThatDoNotFitTogetherAreNamed)
     HasSubstr("without a last activation"));
   EXPECT_THAT(MessageOfCheck([](FlowMatchingModel& model) { model.SignalName = "Position"; }),
     HasSubstr("positions have 2 channels; expected 3"));
-  EXPECT_THAT(MessageOfCheck(
-                [](FlowMatchingModel& model)
-                {
-                  PoissonNetOptions options = model.Encoder->Options;
-                  options.ExtraFeatures = 1;
-                  model.Encoder = test::RandomModel(options);
-                }),
+  EXPECT_THAT(MessageOfCheck([](FlowMatchingModel& model) {
+    PoissonNetOptions options = model.Encoder->Options;
+    options.ExtraFeatures = 1;
+    model.Encoder = test::RandomModel(options);
+  }),
     HasSubstr("the encoder takes 3 channels and 1 conditions"));
 }
 
@@ -315,8 +313,8 @@ TEST(ShapeMoments, OfASquareAreKnown)
 
 TEST(ShapeMoments, DoNotDependOnTheTriangulationAndNoticeATurn)
 {
-  const auto moments = [](const TriangleMesh& mesh)
-  { return SecondMoments(Normalised(mesh, FlowNormalisation(mesh))); };
+  const auto moments = [](
+                         const TriangleMesh& mesh) { return SecondMoments(Normalised(mesh, FlowNormalisation(mesh))); };
   const TriangleMesh torus = test::Torus(16, 10);
   EXPECT_LE(MomentDistance(moments(torus), moments(test::Subdivide(torus))), 1e-12);
   TriangleMesh turned = torus;

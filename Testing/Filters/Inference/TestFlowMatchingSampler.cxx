@@ -85,8 +85,8 @@ std::string MessageOf(const Call& call)
 }
 
 /// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.
-FeatureMatrix StepOf(const FlowMatchingSampler& sampler, FlowIntegrator integrator, const FeatureMatrix& state,
-  double time, double step)
+FeatureMatrix StepOf(
+  const FlowMatchingSampler& sampler, FlowIntegrator integrator, const FeatureMatrix& state, double time, double step)
 {
   const auto h = static_cast<float>(step);
   const FeatureMatrix a = sampler.Velocity(state, time);
@@ -132,8 +132,9 @@ TEST(FlowMatchingSampler, IntegratorsConvergeAtTheirOrder)
 {
   const FlowMatchingSampler sampler = SignalSampler(2);
   const FeatureMatrix reference = Sampled(sampler, Request(128, FlowIntegrator::RungeKutta4));
-  const auto error = [&](int steps, FlowIntegrator integrator)
-  { return Difference(Sampled(sampler, Request(steps, integrator)), reference); };
+  const auto error = [&](int steps, FlowIntegrator integrator) {
+    return Difference(Sampled(sampler, Request(steps, integrator)), reference);
+  };
   const double euler = std::log2(error(8, FlowIntegrator::Euler) / error(16, FlowIntegrator::Euler));
   EXPECT_NEAR(euler, 1.0, 0.15);
   const double midpoint = std::log2(error(4, FlowIntegrator::Midpoint) / error(8, FlowIntegrator::Midpoint));
@@ -151,9 +152,8 @@ TEST(FlowMatchingSampler, TheObserverSeesTheStateAfterEachStep)
   {
     std::vector<double> times;
     std::vector<FeatureMatrix> states;
-    const FeatureMatrix end = sampler.Integrate(noise, Request(4, integrator),
-      [&](double time, const FeatureMatrix& state)
-      {
+    const FeatureMatrix end = sampler.Integrate(
+      noise, Request(4, integrator), [&](double time, const FeatureMatrix& state) {
         times.push_back(time);
         states.push_back(state);
       });
@@ -261,8 +261,9 @@ TEST(FlowMatchingSampler, PositionsAreAboutTheCentroidOfTheSurface)
   const TriangleMesh mesh = test::Translated(test::Scaled(Surface(), 3.0), { 5.0, 6.0, 7.0 });
   const FlowMatchingSampler sampler = Deformer(mesh);
   const Eigen::VectorXd mass = LumpedMass(mesh);
-  const auto mean = [&](const Eigen::MatrixXd& values)
-  { return Eigen::RowVectorXd(mass.transpose() * values / mass.sum()); };
+  const auto mean = [&](const Eigen::MatrixXd& values) {
+    return Eigen::RowVectorXd(mass.transpose() * values / mass.sum());
+  };
   const Eigen::RowVectorXd centroid = mean(mesh.Points);
   const FeatureMatrix noise = sampler.InitialNoise({});
   EXPECT_LE(mean(sampler.ToDeviation(noise)).norm(), 1e-6);
@@ -306,8 +307,9 @@ TEST(FlowMatchingSampler, AnotherTriangulationOfTheShapeIsNoWarning)
 
 TEST(FlowMatchingSampler, AnotherShapeAndATurnedOneAreWarnings)
 {
-  const auto warnings = [](const FlowMatchingModel& model, const TriangleMesh& mesh)
-  { return FlowMatchingSampler(Shared(model), mesh).Warnings(); };
+  const auto warnings = [](const FlowMatchingModel& model, const TriangleMesh& mesh) {
+    return FlowMatchingSampler(Shared(model), mesh).Warnings();
+  };
   const TriangleMesh torus = test::Torus(16, 10);
   const FlowMatchingModel model = test::RandomDeformer(torus);
   EXPECT_THAT(warnings(model, torus), IsEmpty());
@@ -352,13 +354,17 @@ TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
   const FlowMatchingSampler sampler = Deformer();
   const FeatureMatrix noise = sampler.InitialNoise({});
   std::vector<double> reports;
-  sampler.Integrate(noise, Request(3), {}, [&](double fraction) { reports.push_back(fraction); return true; });
+  sampler.Integrate(noise, Request(3), {}, [&](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  });
   EXPECT_GE(reports.size(), 30U);
   EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
   EXPECT_NEAR(reports.back(), 1.0, 1e-12);
   for (const double stop : { 0.0, 0.4, 0.9 })
   {
-    EXPECT_THROW(sampler.Integrate(noise, Request(3), {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+    EXPECT_THROW(
+      sampler.Integrate(noise, Request(3), {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
     EXPECT_THROW(FlowMatchingSampler(Shared(test::RandomDeformer(Surface())), Surface(), nullptr,
                    [stop](double fraction) { return fraction < stop; }),
       Cancelled);

@@ -4,8 +4,8 @@
 
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
+#include "Inference/PoissonNet/MeshNormalisation.h"
 
 #include <gtest/gtest.h>
 
@@ -49,7 +49,8 @@ struct Fields
   /// Mean over the fields of the integral of the square.
   double Energy() const
   {
-    return (LumpedMass(this->Mesh).transpose() * this->Values.cwiseAbs2()).sum() / static_cast<double>(this->Values.cols());
+    return (LumpedMass(this->Mesh).transpose() * this->Values.cwiseAbs2()).sum() /
+      static_cast<double>(this->Values.cols());
   }
 };
 
@@ -91,8 +92,7 @@ TEST(FlowNoiseField, SmoothingSolvesAScreenedPoissonEquation)
 TEST(FlowNoiseField, SmoothedGradientsDoNotGrowWithTheNumberOfVertices)
 {
   // On the sphere of area 1, eigenvalue 4 pi l (l + 1) with multiplicity 2 l + 1.
-  const auto expected = [](double s)
-  {
+  const auto expected = [](double s) {
     double sum = 0.0;
     for (int l = 1; l < 20000; ++l)
     {

@@ -70,14 +70,12 @@ std::string MessageWithTensor(const std::string& name, const TensorData& tensor)
 /// The same after the text @p from in the options has become @p to.
 std::string MessageWith(const std::string& from, const std::string& to)
 {
-  return MessageAfter(
-    [&](Tensors&, Metadata& metadata)
-    {
-      std::string& text = metadata["geometric_texture"];
-      const std::size_t place = text.find(from);
-      ASSERT_NE(place, std::string::npos) << text;
-      text.replace(place, from.size(), to);
-    });
+  return MessageAfter([&](Tensors&, Metadata& metadata) {
+    std::string& text = metadata["geometric_texture"];
+    const std::size_t place = text.find(from);
+    ASSERT_NE(place, std::string::npos) << text;
+    text.replace(place, from.size(), to);
+  });
 }
 
 std::string MessageOfCheck(const std::function<void(GeometricTextureModel&)>& change)
@@ -247,12 +245,10 @@ TEST(GeometricTextureModel, APartOfATemplateIsNone)
 
 TEST(GeometricTextureModel, ABrokenTemplateIsNamed)
 {
-  const auto withTriangle = [](std::vector<std::int64_t> ids)
-  {
-    return MessageAfter(
-      [&](Tensors& tensors, Metadata&) {
-        tensors["template.triangles"] = TensorData::FromInt64({ 1, 3 }, ids);
-      });
+  const auto withTriangle = [](std::vector<std::int64_t> ids) {
+    return MessageAfter([&](Tensors& tensors, Metadata&) {
+      tensors["template.triangles"] = TensorData::FromInt64({ 1, 3 }, ids);
+    });
   };
   EXPECT_EQ(withTriangle({ 0, 1, 2 }), "accepted");
   EXPECT_THAT(withTriangle({ 0, 1, 12 }), HasSubstr("the template is broken"));
@@ -283,8 +279,9 @@ TEST(GeometricTextureModel, ModelsMadeByHandAreChecked)
     HasSubstr("of the discriminator"));
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Generator.begin()->second.Values.pop_back(); }),
     HasSubstr("finite ones"));
-  EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model)
-                { model.Generator.begin()->second.Values[0] = std::numeric_limits<float>::infinity(); }),
+  EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) {
+    model.Generator.begin()->second.Values[0] = std::numeric_limits<float>::infinity();
+  }),
     HasSubstr("not all finite"));
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.Name.clear(); }), HasSubstr("expected a name"));
   EXPECT_THAT(MessageOfCheck([](GeometricTextureModel& model) { model.ReconstructionNoise.conservativeResize(3, 3); }),

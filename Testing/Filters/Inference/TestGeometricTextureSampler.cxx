@@ -98,7 +98,8 @@ std::string MessageOf(const Call& call)
 TEST(GeometricTextureSampler, EachLevelButTheFirstRefines)
 {
   std::vector<GeometricTextureLevel> levels;
-  const GeometricTextureLevel last = Sampler().Synthesize(Surface(), {}, [&](const GeometricTextureLevel& level) { levels.push_back(level); });
+  const GeometricTextureLevel last = Sampler().Synthesize(
+    Surface(), {}, [&](const GeometricTextureLevel& level) { levels.push_back(level); });
   ASSERT_EQ(levels.size(), 2U);
   for (int k = 0; k < 2; ++k)
   {
@@ -120,12 +121,12 @@ TEST(GeometricTextureSampler, EachLevelButTheFirstRefines)
 TEST(GeometricTextureSampler, FirstAndLastLevelCanBeChosen)
 {
   GeometricTextureRequest request;
-  const auto levelsOf = [&](int start, int end)
-  {
+  const auto levelsOf = [&](int start, int end) {
     request.StartLevel = start;
     request.EndLevel = end;
     std::vector<int> levels;
-    Sampler().Synthesize(Surface(), request, [&](const GeometricTextureLevel& level) { levels.push_back(level.Level); });
+    Sampler().Synthesize(
+      Surface(), request, [&](const GeometricTextureLevel& level) { levels.push_back(level.Level); });
     return levels;
   };
   EXPECT_EQ(levelsOf(0, -1), (std::vector<int>{ 0, 1 }));
@@ -136,7 +137,8 @@ TEST(GeometricTextureSampler, FirstAndLastLevelCanBeChosen)
   EXPECT_EQ(levelsOf(7, -1), (std::vector<int>{ 1 }));
   request.StartLevel = 1;
   request.EndLevel = 1;
-  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Triangles, Surface().Triangles) << "the first level takes the mesh as it is";
+  EXPECT_EQ(Synthesized(Surface(), request).Mesh.Triangles, Surface().Triangles)
+    << "the first level takes the mesh as it is";
 }
 
 // --- Invariances ----------------------------------------------------------------------------------------------------
@@ -150,7 +152,8 @@ TEST(GeometricTextureSampler, TurnsAndMovesWithTheMesh)
   {
     TriangleMesh moved = mesh;
     moved.Points = (mesh.Points * rotation.transpose()).rowwise() + offset;
-    const PointMatrix expected = (Synthesized(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() + offset;
+    const PointMatrix expected = (Synthesized(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() +
+      offset;
     EXPECT_LE((Synthesized(moved, WithoutNoise()).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(mesh));
   }
 }
@@ -191,8 +194,7 @@ TEST(GeometricTextureSampler, DoesNotDependOnTheOrderOfTriangles)
 TEST(GeometricTextureSampler, HasTheSameBitsForEveryNumberOfThreads)
 {
   const TriangleMesh mesh = test::BumpySurface(3);
-  const auto with = [&](int threads)
-  {
+  const auto with = [&](int threads) {
     const ThreadScope scope(threads);
     return Synthesized(mesh, Seeded(4)).Mesh.Points;
   };
@@ -230,12 +232,12 @@ TEST(GeometricTextureSampler, InterpolationEndsAtBothSeeds)
 
 TEST(GeometricTextureSampler, LevelsWithoutNoiseDoNotDependOnTheSeed)
 {
-  const auto levelsOf = [](std::uint64_t seed, const std::vector<bool>& without)
-  {
+  const auto levelsOf = [](std::uint64_t seed, const std::vector<bool>& without) {
     GeometricTextureRequest request = Seeded(seed);
     request.LevelsWithoutNoise = without;
     std::vector<PointMatrix> points;
-    Sampler().Synthesize(Surface(), request, [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
+    Sampler().Synthesize(
+      Surface(), request, [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
     return points;
   };
   EXPECT_EQ(levelsOf(1, { true, true }), levelsOf(2, { true, true }));
@@ -298,10 +300,10 @@ TEST(GeometricTextureSampler, ReconstructionDoesNotDependOnTheSeed)
 
 TEST(GeometricTextureSampler, GenerationIsRandomFromTheLevelAskedFor)
 {
-  const auto levelsOf = [](int from, std::uint64_t seed)
-  {
+  const auto levelsOf = [](int from, std::uint64_t seed) {
     std::vector<PointMatrix> points;
-    Sampler().Generate(from, Seeded(seed), [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
+    Sampler().Generate(
+      from, Seeded(seed), [&](const GeometricTextureLevel& level) { points.push_back(level.Mesh.Points); });
     return points;
   };
   const auto reconstruction = levelsOf(2, 1);
@@ -358,8 +360,7 @@ TEST(GeometricTextureSampler, UnusedVerticesStayEvenWhereTheyAreNoNumbers)
 
 TEST(GeometricTextureSampler, RequestsOutOfTheirRangeAreNamed)
 {
-  const auto message = [](const std::function<void(GeometricTextureRequest&)>& change)
-  {
+  const auto message = [](const std::function<void(GeometricTextureRequest&)>& change) {
     GeometricTextureRequest request;
     change(request);
     return MessageOf([&] { Synthesized(Surface(), request); });
@@ -409,17 +410,16 @@ TEST(GeometricTextureSampler, AModelThatDoesNotFitIsRefused)
 TEST(GeometricTextureSampler, ProgressRisesAndCanStop)
 {
   std::vector<double> reports;
-  Sampler().Synthesize(Surface(), {}, {},
-    [&](double fraction)
-    {
-      reports.push_back(fraction);
-      return true;
-    });
+  Sampler().Synthesize(Surface(), {}, {}, [&](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  });
   EXPECT_GE(reports.size(), 20U);
   EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
   EXPECT_NEAR(reports.back(), 1.0, 1e-12);
   for (const double stop : { 0.0, 0.4, 0.9 })
   {
-    EXPECT_THROW(Sampler().Synthesize(Surface(), {}, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+    EXPECT_THROW(
+      Sampler().Synthesize(Surface(), {}, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
   }
 }

@@ -114,14 +114,12 @@ TEST(PoissonNetModel, WhatIsWrittenIsRead)
 TEST(PoissonNetModel, PublishedFilesHaveFewerKeys)
 {
   EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
-  EXPECT_EQ(MessageAfter(
-              [](Tensors&, Metadata& metadata)
-              {
-                metadata.erase("extra_features");
-                metadata.erase("outputs_at");
-                metadata.erase("last_activation");
-                metadata["config"] = R"({"cmlp_nlayers": 2, "lr": 5e-4, "clip_grad_norm": null, "nested": {"a": [1]}})";
-              }),
+  EXPECT_EQ(MessageAfter([](Tensors&, Metadata& metadata) {
+    metadata.erase("extra_features");
+    metadata.erase("outputs_at");
+    metadata.erase("last_activation");
+    metadata["config"] = R"({"cmlp_nlayers": 2, "lr": 5e-4, "clip_grad_norm": null, "nested": {"a": [1]}})";
+  }),
     "accepted");
   EXPECT_EQ(MessageWith("classes", "left, up, forward"), "accepted");
 }
@@ -130,15 +128,17 @@ TEST(PoissonNetModel, TensorsThatDifferAreNamed)
 {
   EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors.erase("proj_in.bias"); }),
     AllOf(HasSubstr("ModelMismatch small.safetensors"), HasSubstr("\"proj_in.bias\" [4] is missing")));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
-                { tensors["proj_in.weight"] = TensorData::FromFloat32({ 3, 4 }, std::vector<float>(12)); }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) {
+    tensors["proj_in.weight"] = TensorData::FromFloat32({ 3, 4 }, std::vector<float>(12));
+  }),
     HasSubstr("\"proj_in.weight\" is [3, 4] instead of [4, 3]"));
   EXPECT_THAT(
     MessageAfter([](Tensors& tensors, Metadata&) { tensors["more"] = TensorData::FromFloat32({}, { 1.0F }); }),
     HasSubstr("\"more\" does not belong to it"));
   EXPECT_THAT(MessageWith("n_blocks", "2"), AllOf(HasSubstr("\"blocks.1.grad_mlp"), HasSubstr("and ")));
-  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&)
-                { tensors["proj_in.bias"] = TensorData::FromInt64({ 4 }, { 1, 2, 3, 4 }); }),
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) {
+    tensors["proj_in.bias"] = TensorData::FromInt64({ 4 }, { 1, 2, 3, 4 });
+  }),
     HasSubstr("is of type I64; expected F64, F32, F16 or BF16"));
 }
 

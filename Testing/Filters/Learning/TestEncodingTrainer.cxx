@@ -4,8 +4,8 @@
 #include "TrainingData.h"
 
 #include "Core/Common/Errors.h"
-#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
+#include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 
@@ -163,8 +163,8 @@ TEST(EncodingTrainer, SamplesThatAreNoPositionsAreNoSurfaces)
   {
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
-      source.Samples.row(n) =
-        Eigen::Map<const Eigen::RowVectorXd>(source.Mesh.Points.data(), source.Mesh.Points.size()).cast<float>();
+      source.Samples.row(
+        n) = Eigen::Map<const Eigen::RowVectorXd>(source.Mesh.Points.data(), source.Mesh.Points.size()).cast<float>();
     }
   }
   EncodingTrainer onSources(sources, SmallEncoding());
@@ -204,8 +204,7 @@ TEST(EncodingTrainer, ItsEncoderIsTheConditionOfAModelForManySurfaces)
 
   // Samples on an unseen surface, which depend on the encoding.
   const TriangleMesh unseen = Ellipsoid(1.35, 1.9);
-  const auto sample = [&unseen](const std::shared_ptr<const FlowMatchingModel>& used)
-  {
+  const auto sample = [&unseen](const std::shared_ptr<const FlowMatchingModel>& used) {
     const FlowMatchingSampler sampler(used, unseen);
     EXPECT_TRUE(sampler.Warnings().empty());
     FlowSampleRequest request;

@@ -41,7 +41,8 @@ protected:
     return values;
   }
 
-  using Layer = std::function<std::vector<torch::Tensor>(const MeshTensors& mesh, const std::vector<torch::Tensor>& in)>;
+  using Layer =
+    std::function<std::vector<torch::Tensor>(const MeshTensors& mesh, const std::vector<torch::Tensor>& in)>;
 
   /// Outputs and derivatives of a weighted sum of them, one after the other.
   static std::vector<torch::Tensor> Evaluate(const Layer& layer, const std::vector<torch::Tensor>& inputs,
@@ -95,8 +96,7 @@ protected:
 
 TEST_F(FusedLayers, GradientAndMeanAtFacesAgreeWithThePlainExpressions)
 {
-  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor>
-  {
+  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor> {
     const FaceSignal faces = AtFaces(mesh, in[0]);
     return { faces.Gradient.Real, faces.Gradient.Imaginary, faces.Mean };
   };
@@ -106,16 +106,17 @@ TEST_F(FusedLayers, GradientAndMeanAtFacesAgreeWithThePlainExpressions)
 
 TEST_F(FusedLayers, DivergenceAgreesWithThePlainExpression)
 {
-  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor>
-  { return { IntegratedDivergence(mesh, { in[0], in[1] }) }; };
-  this->ExpectAgreement(
-    layer, { this->Numbers({ 3, this->Faces, 4 }), this->Numbers({ 3, this->Faces, 4 }) }, 1e-6);
+  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor> {
+    return { IntegratedDivergence(mesh, { in[0], in[1] }) };
+  };
+  this->ExpectAgreement(layer, { this->Numbers({ 3, this->Faces, 4 }), this->Numbers({ 3, this->Faces, 4 }) }, 1e-6);
 }
 
 TEST_F(FusedLayers, MeanAroundVerticesAgreesWithThePlainExpression)
 {
-  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor>
-  { return { VertexMean(mesh, in[0]) }; };
+  const Layer layer = [](const MeshTensors& mesh, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor> {
+    return { VertexMean(mesh, in[0]) };
+  };
   this->ExpectAgreement(layer, { this->Numbers({ 2, 2, this->Faces, 3 }) }, 1e-6);
 }
 
@@ -125,8 +126,7 @@ TEST_F(FusedLayers, ComplexLayersAgreeWithThePlainExpressions)
   const std::vector<torch::Tensor> parameters = layer->parameters();
   ASSERT_EQ(parameters.size(), 3U); // bias, real and imaginary weights
   ASSERT_EQ(parameters[0].dim(), 1);
-  const Layer evaluate = [&](const MeshTensors&, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor>
-  {
+  const Layer evaluate = [&](const MeshTensors&, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor> {
     // The parameters are inputs too, so that derivatives by the bias are compared.
     for (std::size_t k = 0; k < parameters.size(); ++k)
     {
@@ -162,14 +162,13 @@ TEST_F(FusedLayers, ComplexLayersAgreeWithThePlainExpressions)
 TEST_F(FusedLayers, ModulationAgreesWithThePlainExpression)
 {
   Modulator modulator(4);
-  const Layer layer = [&](const MeshTensors&, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor>
-  {
+  const Layer layer = [&](const MeshTensors&, const std::vector<torch::Tensor>& in) -> std::vector<torch::Tensor> {
     modulator->to(in[0].scalar_type());
     const ComplexTensor out = modulator->forward({ in[0], in[1] }, in[2]);
     return { out.Real, out.Imaginary };
   };
-  this->ExpectAgreement(layer,
-    { this->Numbers({ 2, 600, 4 }), this->Numbers({ 2, 600, 4 }), 3.0 * this->Numbers({ 2, 600, 4 }) }, 1e-5);
+  this->ExpectAgreement(
+    layer, { this->Numbers({ 2, 600, 4 }), this->Numbers({ 2, 600, 4 }), 3.0 * this->Numbers({ 2, 600, 4 }) }, 1e-5);
 }
 
 TEST_F(FusedLayers, HaveTheSameBitsForEveryNumberOfThreads)
@@ -180,8 +179,7 @@ TEST_F(FusedLayers, HaveTheSameBitsForEveryNumberOfThreads)
   options.Blocks = 2;
   options.InnerProducts = true;
   const torch::Tensor x = this->Numbers({ 3, this->Vertices, 3 }).to(torch::kFloat32);
-  const auto derivatives = [&](int threads)
-  {
+  const auto derivatives = [&](int threads) {
     const int before = torch::get_num_threads();
     torch::set_num_threads(threads);
     PoissonNet network = MakePoissonNet(InitialPoissonNet(options, 5));
@@ -215,8 +213,9 @@ TEST_F(FusedLayers, TheDenseInverseSolvesThePoissonEquation)
   UseDenseInverse(dense);
   ASSERT_EQ(dense.DenseInverse.size(0), this->Vertices);
   const torch::Tensor gradients = this->Numbers({ 2, this->Faces, 6 }).to(torch::kFloat32);
-  const auto solve = [&](const MeshTensors& mesh, const torch::Tensor& right)
-  { return WithoutMean(mesh, SolvePoisson(mesh, right)); };
+  const auto solve = [&](const MeshTensors& mesh, const torch::Tensor& right) {
+    return WithoutMean(mesh, SolvePoisson(mesh, right));
+  };
   torch::Tensor right = IntegratedDivergence(sparse, { gradients, gradients }).detach().requires_grad_(true);
   const torch::Tensor expected = solve(sparse, right);
   const torch::Tensor found = solve(dense, right);
@@ -241,13 +240,13 @@ TEST_F(FusedLayers, TheFlowMatchingLossOfAConstantErrorIsItsSquare)
 TEST_F(FusedLayers, TheFlowMatchingLossOfGradientsIsTheirDirichletEnergy)
 {
   // The energy of x on the unit sphere is the integral of 1 - x^2, two thirds of the area; halved for two components.
-  const auto energy = [](int level)
-  {
+  const auto energy = [](int level) {
     const TriangleMesh sphere = test::IrregularSphere(level);
     const MeshTensors mesh(BuildPoissonOperators(sphere, MeshTopology(sphere)), torch::kFloat64);
     const PointMatrix points = sphere.Points;
-    const torch::Tensor x =
-      torch::from_blob(const_cast<double*>(points.data()), { points.rows(), 3 }, torch::kFloat64).clone().slice(1, 0, 1);
+    const torch::Tensor x = torch::from_blob(const_cast<double*>(points.data()), { points.rows(), 3 }, torch::kFloat64)
+                              .clone()
+                              .slice(1, 0, 1);
     const torch::Tensor gradients = torch::zeros({ 2 * sphere.NumberOfTriangles(), 1 }, torch::kFloat64);
     const FlowMatchingLoss byHead = ComputeFlowMatchingLoss(mesh, { torch::zeros_like(x), gradients }, x);
     const FlowMatchingLoss byValues = ComputeFlowMatchingLoss(mesh, { torch::zeros_like(x), {} }, x);
@@ -255,7 +254,8 @@ TEST_F(FusedLayers, TheFlowMatchingLossOfGradientsIsTheirDirichletEnergy)
     return byHead.Jacobian.item<double>();
   };
   EXPECT_NEAR(energy(3), 1.0 / 3.0, 0.01);
-  EXPECT_LT(std::abs(energy(3) - 1.0 / 3.0), std::abs(energy(1) - 1.0 / 3.0)) << "another triangulation, the same limit";
+  EXPECT_LT(std::abs(energy(3) - 1.0 / 3.0), std::abs(energy(1) - 1.0 / 3.0))
+    << "another triangulation, the same limit";
 }
 
 } // namespace

@@ -4,8 +4,8 @@
 
 #include "Core/Common/Errors.h"
 #include "Learning/Layers/FaceConvolution.h"
-#include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
+#include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 
 #include <gtest/gtest.h>
@@ -21,10 +21,7 @@ namespace
 {
 
 /// A sphere without symmetries, so that no two edges or neighbours tie for a maximum.
-TriangleMesh TextureSurface()
-{
-  return test::IrregularSphere(1);
-}
+TriangleMesh TextureSurface() { return test::IrregularSphere(1); }
 
 torch::Tensor PointsOf(const TriangleMesh& mesh)
 {
@@ -55,8 +52,8 @@ GeometricTextureOptions SmallTextureOptions()
 
 GeometricTextureNetwork SmallNetwork(bool discriminator)
 {
-  GeometricTextureNetwork network =
-    MakeGeometricTextureNetwork(SmallTextureOptions(), discriminator, InitialGeometricTextureTensors(SmallTextureOptions(), discriminator, 5));
+  GeometricTextureNetwork network = MakeGeometricTextureNetwork(
+    SmallTextureOptions(), discriminator, InitialGeometricTextureTensors(SmallTextureOptions(), discriminator, 5));
   network->to(torch::kFloat64);
   return network;
 }
@@ -84,8 +81,7 @@ void ExpectParameterGradients(torch::nn::Module& network, const std::function<to
     torch::Tensor value = parameter.value();
     const torch::Tensor gradient = torch::autograd::grad({ loss() }, { value }, {}, c10::nullopt, false, true)[0];
     const torch::Tensor direction = Numbers(value.sizes().vec(), 77);
-    const auto moved = [&](double distance)
-    {
+    const auto moved = [&](double distance) {
       const torch::Tensor before = value.detach().clone();
       value.data().add_(direction, distance);
       const double result = loss().item<double>();
@@ -113,8 +109,7 @@ TEST(GeometricTextureLayers, FeaturesAndDisplacementsAreTheCores)
     EXPECT_NEAR(features.data_ptr<double>()[k], expected.data()[k], 1e-5);
   }
   const torch::Tensor local = Numbers({ mesh.Triangles.rows(), 3 }, 3);
-  const SinglePoints single =
-    Eigen::Map<const PointMatrix>(local.data_ptr<double>(), local.size(0), 3).cast<float>();
+  const SinglePoints single = Eigen::Map<const PointMatrix>(local.data_ptr<double>(), local.size(0), 3).cast<float>();
   const SinglePoints moved = MeanCornerDisplacement(points, mesh.Triangles, single);
   const torch::Tensor found = CornerDisplacement(tables, PointsOf(mesh), local).contiguous();
   for (std::int64_t k = 0; k < found.numel(); ++k)
@@ -141,10 +136,8 @@ TEST(GeometricTextureLayers, AFaceConvolutionIsTheLargestOfItsNeighbours)
   const torch::Tensor weight = parameters["conv.weight"];
   EXPECT_EQ(weight.sizes().vec(), (std::vector<std::int64_t>{ 4, 10, 1 }));
   const torch::Tensor x = Numbers({ mesh.Triangles.rows(), 5 }, 4);
-  const torch::Tensor pairs =
-    torch::cat({ x.index({ tables.Neighbours }), x.unsqueeze(1).expand({ -1, 3, -1 }) }, -1);
-  const torch::Tensor expected =
-    std::get<0>((pairs.matmul(weight.squeeze(-1).t()) + parameters["conv.bias"]).max(1));
+  const torch::Tensor pairs = torch::cat({ x.index({ tables.Neighbours }), x.unsqueeze(1).expand({ -1, 3, -1 }) }, -1);
+  const torch::Tensor expected = std::get<0>((pairs.matmul(weight.squeeze(-1).t()) + parameters["conv.bias"]).max(1));
   EXPECT_TRUE(torch::allclose(convolution->forward(tables, x), expected, 1e-12, 1e-12));
 }
 
@@ -157,8 +150,7 @@ TEST(GeometricTextureLayers, ResultsDoNotDependOnWhichCornerComesFirst)
     turned.Triangles.row(f) << mesh.Triangles(f, 1), mesh.Triangles(f, 2), mesh.Triangles(f, 0);
   }
   GeometricTextureNetwork critic = SmallNetwork(true);
-  const auto scores = [&](const TriangleMesh& surface)
-  {
+  const auto scores = [&](const TriangleMesh& surface) {
     const FaceTables tables(surface, torch::kFloat64);
     return critic->Level(0).forward(tables, EdgeFeatureTensor(tables, PointsOf(surface)));
   };
@@ -173,20 +165,21 @@ TEST(GeometricTextureLayers, GradientsAreThoseOfFiniteDifferences)
   const torch::Tensor ofFeatures = Numbers({ faces, 12 }, 1);
   const torch::Tensor ofPoints = Numbers({ mesh.Points.rows(), 3 }, 2);
   const torch::Tensor local = Numbers({ faces, 3 }, 3);
-  ExpectGradient([&](const torch::Tensor& x) { return (EdgeFeatureTensor(tables, x) * ofFeatures).sum(); },
-    PointsOf(mesh));
-  ExpectGradient([&](const torch::Tensor& x) { return (CornerDisplacement(tables, x, local) * ofPoints).sum(); },
-    PointsOf(mesh));
+  ExpectGradient(
+    [&](const torch::Tensor& x) { return (EdgeFeatureTensor(tables, x) * ofFeatures).sum(); }, PointsOf(mesh));
+  ExpectGradient(
+    [&](const torch::Tensor& x) { return (CornerDisplacement(tables, x, local) * ofPoints).sum(); }, PointsOf(mesh));
   ExpectGradient(
     [&](const torch::Tensor& x) { return (CornerDisplacement(tables, PointsOf(mesh), x) * ofPoints).sum(); }, local);
   const SubdividedMesh finer = SubdivideAtMidpoints(mesh);
   const torch::Tensor ofFiner = Numbers({ finer.Mesh.Points.rows(), 3 }, 6);
   const torch::Tensor parents = ParentTensor(finer, torch::kCPU);
-  ExpectGradient([&](const torch::Tensor& x) { return (DoubledSubdivision(x, parents) * ofFiner).sum(); },
-    PointsOf(mesh));
+  ExpectGradient(
+    [&](const torch::Tensor& x) { return (DoubledSubdivision(x, parents) * ofFiner).sum(); }, PointsOf(mesh));
   GeometricTextureNetwork generator = SmallNetwork(false);
   ExpectGradient(
-    [&](const torch::Tensor& x) { return (Displaced(generator->Level(0), tables, x, 0.1 * ofPoints) * ofPoints).sum(); },
+    [&](
+      const torch::Tensor& x) { return (Displaced(generator->Level(0), tables, x, 0.1 * ofPoints) * ofPoints).sum(); },
     PointsOf(mesh));
 }
 
@@ -213,14 +206,14 @@ TEST(GeometricTextureLosses, GradientsOfTheFitAreThoseOfFiniteDifferences)
   samples.Faces = torch::arange(count) % mesh.Triangles.rows();
   samples.Weights = torch::softmax(Numbers({ count, 3 }, 8), -1);
   const SampledSurface target = EvaluateSamples(tables, 1.2 * PointsOf(mesh).flip(1), samples);
-  const torch::Tensor distances =
-    torch::cdist(EvaluateSamples(tables, PointsOf(mesh), samples).Points, target.Points);
+  const torch::Tensor distances = torch::cdist(EvaluateSamples(tables, PointsOf(mesh), samples).Points, target.Points);
   const NearestSampleIds nearest{ distances.argmin(1), distances.argmin(0) };
   for (const bool published : { false, true })
   {
     ExpectGradient(
-      [&](const torch::Tensor& x)
-      { return ComputeChamferLoss(EvaluateSamples(tables, x, samples), target, nearest, published).Total; },
+      [&](const torch::Tensor& x) {
+        return ComputeChamferLoss(EvaluateSamples(tables, x, samples), target, nearest, published).Total;
+      },
       PointsOf(mesh));
   }
 }

@@ -152,8 +152,10 @@ TEST_F(GeometricTextureTraining, LevelsBelowStayAndLevelsOfTheSameChannelsBeginW
   options.LearningRate = 1e-30; // steps that float32 does not see
   const auto before = WeightsOf(Trained(options, 2, 0));
   const auto copied = WeightsOf(Trained(options, 2, 4));
-  EXPECT_EQ(copied.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
-  EXPECT_NE(before.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
+  EXPECT_EQ(
+    copied.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
+  EXPECT_NE(
+    before.at("generator.levels.1.layers.0.0.conv.weight"), before.at("generator.levels.0.layers.0.0.conv.weight"));
   options.LearningRate = 5e-4;
   const auto atTheEndOfLevel0 = WeightsOf(Trained(options, 2, 3));
   const auto inLevel1 = WeightsOf(Trained(options, 2, 5));
@@ -193,8 +195,7 @@ TEST_F(GeometricTextureTraining, WritesAfterEachLevelAndItsModelIsComplete)
 {
   const TrainingFiles files = this->Files();
   int seen = 0;
-  const auto stop = [&](const GeometricTextureTrainingStep& step)
-  {
+  const auto stop = [&](const GeometricTextureTrainingStep& step) {
     ++seen;
     // The checkpoint of level 0 was written after its last iteration, long before the interval.
     EXPECT_EQ(std::filesystem::exists(files.Checkpoint), step.Iteration > 3);
@@ -233,8 +234,7 @@ TEST_F(GeometricTextureTraining, RefusesCheckpointsOfAnotherRecipeOrDataset)
 
 TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
 {
-  const auto refusal = [](const auto& change)
-  {
+  const auto refusal = [](const auto& change) {
     GeometricTextureTrainingOptions options = TinyGeometricTexture();
     change(options);
     return TextOf<InvalidInput>([&] { GeometricTextureTrainer(Bumps(1), options); });
@@ -250,8 +250,9 @@ TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
 
 TEST_F(GeometricTextureTraining, RefusesDatasetsThatAreNoLevelsOfOneAnother)
 {
-  const auto refusal = [](const MultiscaleDataset& dataset)
-  { return TextOf<InvalidInput>([&] { GeometricTextureTrainer(dataset, TinyGeometricTexture()); }); };
+  const auto refusal = [](const MultiscaleDataset& dataset) {
+    return TextOf<InvalidInput>([&] { GeometricTextureTrainer(dataset, TinyGeometricTexture()); });
+  };
   EXPECT_THAT(refusal({}), HasSubstr("has no level"));
   MultiscaleDataset skipped = Bumps(3);
   skipped.Levels.erase(skipped.Levels.begin() + 1);

@@ -20,10 +20,7 @@ const TriangleMesh& Sphere()
   return mesh;
 }
 
-PoissonOperators Operators(const TriangleMesh& mesh)
-{
-  return BuildPoissonOperators(mesh, MeshTopology(mesh));
-}
+PoissonOperators Operators(const TriangleMesh& mesh) { return BuildPoissonOperators(mesh, MeshTopology(mesh)); }
 
 torch::Tensor Random(std::vector<std::int64_t> shape)
 {
@@ -72,10 +69,7 @@ std::vector<torch::Tensor> With(std::vector<torch::Tensor> inputs, const torch::
   return inputs;
 }
 
-double Difference(const torch::Tensor& a, const torch::Tensor& b)
-{
-  return ((a - b).norm() / b.norm()).item<double>();
-}
+double Difference(const torch::Tensor& a, const torch::Tensor& b) { return ((a - b).norm() / b.norm()).item<double>(); }
 
 class OnSphere : public testing::Test
 {
@@ -102,8 +96,8 @@ TEST(PoissonOperators, OfATriangleAreThoseComputedByHand)
   EXPECT_NEAR(MassMean(mesh, x).item<double>(), 10.0 / 3.0, 1e-6);
   EXPECT_NEAR(mesh.FaceAreas.item<double>(), 1.0, 1e-7);
   EXPECT_NEAR(mesh.VertexMass.sum().item<double>(), 1.0, 1e-6);
-  EXPECT_TRUE(torch::allclose(VertexMean(mesh, torch::full({ 1, 1 }, 7.0, torch::kFloat64)),
-    torch::full({ 3, 1 }, 7.0, torch::kFloat64)));
+  EXPECT_TRUE(torch::allclose(
+    VertexMean(mesh, torch::full({ 1, 1 }, 7.0, torch::kFloat64)), torch::full({ 3, 1 }, 7.0, torch::kFloat64)));
   // G^T A g with g = (2, 3): hat gradients are (-1/2, -1), (1/2, 0), (0, 1).
   const torch::Tensor expected = torch::tensor({ -4.0, 1.0, 3.0 }, torch::kFloat64).reshape({ 3, 1 });
   EXPECT_LE(Difference(IntegratedDivergence(mesh, gradient), expected), 1e-6);
@@ -155,8 +149,7 @@ TEST_F(OnSphere, GradientOfThePoissonSolve)
 TEST_F(OnSphere, SecondGradientOfThePoissonSolve)
 {
   const torch::Tensor x = Random({ this->Vertices, 2 });
-  const auto first = [&]
-  {
+  const auto first = [&] {
     const torch::Tensor solved = SolvePoisson(this->Mesh, (x - x.mean(-2, true)) * this->Mesh.VertexMass);
     return torch::autograd::grad({ solved.pow(3).sum() }, { x }, {}, true, true)[0];
   };
@@ -164,8 +157,7 @@ TEST_F(OnSphere, SecondGradientOfThePoissonSolve)
   const torch::Tensor weights = Random({ this->Vertices, 2 });
   const torch::Tensor second = torch::autograd::grad({ (first() * weights).sum() }, { x })[0];
   const torch::Tensor direction = Random({ this->Vertices, 2 });
-  const auto shifted = [&](double step)
-  {
+  const auto shifted = [&](double step) {
     {
       const torch::NoGradGuard noGradients;
       x.add_(direction, step);
@@ -255,8 +247,7 @@ TEST_F(OnSphere, ComplexLayersCommuteWithTheTurnOfFrames)
   const ComplexTensor z = { Random({ this->Faces, 6 }), Random({ this->Faces, 6 }) };
   const torch::Tensor features = Random({ this->Faces, 6 });
   const torch::Tensor angle = 3.0 * Random({ this->Faces, 1 });
-  const auto turned = [&](const ComplexTensor& y)
-  {
+  const auto turned = [&](const ComplexTensor& y) {
     return ComplexTensor{ y.Real * torch::cos(angle) - y.Imaginary * torch::sin(angle),
       y.Real * torch::sin(angle) + y.Imaginary * torch::cos(angle) };
   };

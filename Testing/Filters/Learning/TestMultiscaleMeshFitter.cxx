@@ -144,8 +144,7 @@ TEST(MultiscaleMeshFitter, RefusesWhatItCannotFitAndStopsWhenTold)
   options.Template = FitTemplate::Given;
   EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
   double last = -1.0;
-  const auto stop = [&](double fraction)
-  {
+  const auto stop = [&](double fraction) {
     EXPECT_GE(fraction, last);
     last = fraction;
     return fraction < 0.1;

@@ -5,8 +5,8 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "Learning/Networks/PoissonNet.h"
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
+#include "Learning/Networks/PoissonNet.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -257,7 +257,10 @@ TEST(PoissonNetEvaluator, ProgressRisesToOneAndCanStop)
 {
   const PoissonNetEvaluator evaluator(Model(SmallOptions()), Surface());
   std::vector<double> reports;
-  evaluator.Evaluate({}, [&](double fraction) { reports.push_back(fraction); return true; });
+  evaluator.Evaluate({}, [&](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  });
   EXPECT_GE(reports.size(), 10U);
   EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
   EXPECT_EQ(reports.back(), 1.0);

@@ -197,8 +197,9 @@ TEST_F(TrainProgram, TrainsAGeometricTexture)
   MultiscaleDataset dataset;
   dataset.Levels = { Icosphere(0) };
   WriteMultiscaleDataset(this->File("levels.safetensors"), dataset);
-  this->Expect({ "geometric-texture", this->File("levels.safetensors"), this->File("texture.safetensors"), "--iterations",
-                 "2", "--name", "bumps", "--start-channels", "4", "--least-channels", "4", "--device", "cpu" },
+  this->Expect(
+    { "geometric-texture", this->File("levels.safetensors"), this->File("texture.safetensors"), "--iterations", "2",
+      "--name", "bumps", "--start-channels", "4", "--least-channels", "4", "--device", "cpu" },
     0, "wrote ");
   EXPECT_EQ(ReadGeometricTexture(this->File("texture.safetensors")).Name, "bumps");
   this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,

@@ -72,8 +72,7 @@ double AreaOf(vtkPolyData* surface)
   double area = 0.0;
   for (Eigen::Index f = 0; f < mesh.Triangles.rows(); ++f)
   {
-    area += 0.5 *
-      (Corner(mesh, f, 1) - Corner(mesh, f, 0)).cross(Corner(mesh, f, 2) - Corner(mesh, f, 0)).norm();
+    area += 0.5 * (Corner(mesh, f, 1) - Corner(mesh, f, 0)).cross(Corner(mesh, f, 2) - Corner(mesh, f, 0)).norm();
   }
   return area;
 }
@@ -92,8 +91,8 @@ Shapes ShapesOf(vtkPolyData* surface)
       shapes.ShortestEdge = std::min(shapes.ShortestEdge, a.norm());
       shapes.LongestEdge = std::max(shapes.LongestEdge, a.norm());
       shapes.MeanEdge += a.norm() / static_cast<double>(mesh.Triangles.size());
-      shapes.SmallestAngle =
-        std::min(shapes.SmallestAngle, std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / std::acos(-1.0));
+      shapes.SmallestAngle = std::min(
+        shapes.SmallestAngle, std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / std::acos(-1.0));
     }
   }
   return shapes;
@@ -121,12 +120,10 @@ Soup Cube(int n)
 {
   Soup cube;
   std::map<std::vector<int>, vtkIdType> ids;
-  const auto point = [&](const std::vector<int>& at)
-  {
+  const auto point = [&](const std::vector<int>& at) {
     const auto found = ids.find(at);
-    return found != ids.end()
-      ? found->second
-      : ids[at] = cube.AddPoint(at[0] / double(n), at[1] / double(n), at[2] / double(n));
+    return found != ids.end() ? found->second
+                              : ids[at] = cube.AddPoint(at[0] / double(n), at[1] / double(n), at[2] / double(n));
   };
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -136,8 +133,7 @@ Soup Cube(int n)
       {
         for (int j = 0; j < n; ++j)
         {
-          const auto at = [&](int u, int v)
-          {
+          const auto at = [&](int u, int v) {
             std::vector<int> place(3);
             place[axis] = side;
             place[(axis + 1) % 3] = u;

@@ -134,7 +134,8 @@ TEST(IsotropicRemesh, SizingArrayGovernsTheLocalEdgeLength)
     EXPECT_NEAR((a - b).norm() / wanted(middle.data()), 0.95, 0.5);
   }
   filter->SetSizingArrayName("half");
-  EXPECT_NEAR(OutputOf(filter, sphere)->GetNumberOfPoints(), 4.0 * mesh.NumberOfPoints(), 0.1 * 4.0 * mesh.NumberOfPoints());
+  EXPECT_NEAR(
+    OutputOf(filter, sphere)->GetNumberOfPoints(), 4.0 * mesh.NumberOfPoints(), 0.1 * 4.0 * mesh.NumberOfPoints());
   filter->SetTargetNumberOfPoints(1500);
   EXPECT_NEAR(OutputOf(filter, sphere)->GetNumberOfPoints(), 1500, 30) << "then only ratios count";
 }
@@ -146,8 +147,8 @@ TEST(IsotropicRemesh, CreasesAndCornersStay)
   ExpectValid(output, true);
   EXPECT_NEAR(VolumeOf(output), 1.0, 1e-12);
   EXPECT_NEAR(AreaOf(output), 6.0, 1e-12);
-  const auto corners = PointsWhere(output,
-    [](const double* p) { return p[0] * (1.0 - p[0]) + p[1] * (1.0 - p[1]) + p[2] * (1.0 - p[2]) == 0.0; });
+  const auto corners = PointsWhere(
+    output, [](const double* p) { return p[0] * (1.0 - p[0]) + p[1] * (1.0 - p[1]) + p[2] * (1.0 - p[2]) == 0.0; });
   EXPECT_EQ(corners.size(), 8u);
 
   vtkNew<Remesh> smooth;
@@ -169,9 +170,9 @@ TEST(IsotropicRemesh, BoundariesStayOnTheirCurve)
     ExpectValid(output, false);
     EXPECT_NEAR(AreaOf(output), 1.0, 1e-12);
     EXPECT_EQ(EulerCharacteristic(output), 1);
-    EXPECT_EQ(PointsWhere(output, [](const double* p)
-                { return (p[0] == 0.0 || p[0] == 1.0) && (p[1] == 0.0 || p[1] == 1.0); })
-                .size(),
+    EXPECT_EQ(
+      PointsWhere(output, [](const double* p) { return (p[0] == 0.0 || p[0] == 1.0) && (p[1] == 0.0 || p[1] == 1.0); })
+        .size(),
       4u);
   }
 }
@@ -202,8 +203,10 @@ TEST(IsotropicRemesh, ArraysAreInterpolated)
 {
   const auto square = Grid(9).ToPolyData();
   AddPointArray(square, "linear", [](const double* p) { return 2.0 * p[0] - 3.0 * p[1] + 1.0; });
-  AddPointArray(square, "single", [](const double* p) { return p[0]; }, VTK_FLOAT);
-  AddPointArray(square, "label", [](const double* p) { return p[0] < 0.5 ? 3 : 8; }, VTK_INT);
+  AddPointArray(
+    square, "single", [](const double* p) { return p[0]; }, VTK_FLOAT);
+  AddPointArray(
+    square, "label", [](const double* p) { return p[0] < 0.5 ? 3 : 8; }, VTK_INT);
   vtkNew<vtkIntArray> cellArray;
   cellArray->SetName("cell");
   for (vtkIdType c = 0; c < square->GetNumberOfCells(); ++c)
@@ -323,8 +326,8 @@ TEST(IsotropicRemesh, BlocksAreRemeshedByThemselves)
   ExpectValid(vtkPolyData::SafeDownCast(output->GetBlock(0)), true);
   ExpectValid(vtkPolyData::SafeDownCast(output->GetBlock(2)), false);
   const auto alone = Remeshed(blocks->GetBlock(0), 0.15);
-  EXPECT_TRUE(SameBits(
-    alone->GetPoints()->GetData(), vtkPolyData::SafeDownCast(output->GetBlock(0))->GetPoints()->GetData()));
+  EXPECT_TRUE(
+    SameBits(alone->GetPoints()->GetData(), vtkPolyData::SafeDownCast(output->GetBlock(0))->GetPoints()->GetData()));
 }
 
 TEST(IsotropicRemesh, DefectsAreRefusedWithTheFilterThatRepairsThem)
@@ -373,8 +376,7 @@ TEST(IsotropicRemesh, UnchangedParametersRunNothingAndChangesRunOnce)
   vtkNew<Remesh> filter;
   filter->SetInputData(Icosphere(2).ToPolyData());
   EventRecorder events(filter);
-  const auto expectOne = [&](const char* what)
-  {
+  const auto expectOne = [&](const char* what) {
     const int before = events.Executions;
     Update(filter);
     Update(filter);

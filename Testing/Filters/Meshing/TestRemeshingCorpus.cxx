@@ -55,5 +55,5 @@ TEST_P(MalformedSurface, ToSurfaceRepair) { CheckAlone(GetParam(), MakeRepair, R
 
 TEST_P(MalformedSurface, BetweenGoodBlocksToSurfaceRepair) { CheckAsBlock(GetParam(), MakeRepair, RepairTraits()); }
 
-INSTANTIATE_TEST_SUITE_P(Corpus, MalformedSurface, ::testing::ValuesIn(MalformedCorpus()),
-  [](const auto& info) { return info.param.Name; });
+INSTANTIATE_TEST_SUITE_P(
+  Corpus, MalformedSurface, ::testing::ValuesIn(MalformedCorpus()), [](const auto& info) { return info.param.Name; });

@@ -68,63 +68,54 @@ struct DefectCase
 
 std::vector<DefectCase> DefectCases()
 {
-  const auto change = [](const std::function<void(Soup&)>& edit)
-  {
-    return [edit]
-    {
+  const auto change = [](const std::function<void(Soup&)>& edit) {
+    return [edit] {
       Soup soup = Icosphere(2);
       edit(soup);
       return soup;
     };
   };
   return {
-    { MeshDefect::IndexOutOfRange, change([](Soup& s) { s.Polys.push_back({ 0, 1, 1000000 }); }),
+    { MeshDefect::IndexOutOfRange, change([](Soup& s) {
+       s.Polys.push_back({ 0, 1, 1000000 });
+     }),
       "name a point which does not exist", "IndexOutOfRange" },
-    { MeshDefect::NonFinitePoint, change([](Soup& s) { s.Points[30] = Infinity; }), "NaN or infinite", "NonFinitePoint" },
-    { MeshDefect::RepeatedVertex, change([](Soup& s) { s.Polys.push_back({ 4, 4, 5 }); }),
+    { MeshDefect::NonFinitePoint, change([](Soup& s) { s.Points[30] = Infinity; }), "NaN or infinite",
+      "NonFinitePoint" },
+    { MeshDefect::RepeatedVertex, change([](Soup& s) {
+       s.Polys.push_back({ 4, 4, 5 });
+     }),
       "without three different points", "RepeatedVertex" },
-    { MeshDefect::DegenerateTriangle,
-      change(
-        [](Soup& s)
-        {
-          // The middle of an edge as a corner of its own.
-          const auto cell = s.Polys[0];
-          const double* a = &s.Points[3 * cell[0]];
-          const double* b = &s.Points[3 * cell[1]];
-          const vtkIdType middle = s.AddPoint(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]));
-          s.Polys[0] = { cell[0], middle, cell[2] };
-          s.Polys.push_back({ middle, cell[1], cell[2] });
-          s.Polys.push_back({ cell[0], cell[1], middle });
-        }),
+    { MeshDefect::DegenerateTriangle, change([](Soup& s) {
+       // The middle of an edge as a corner of its own.
+       const auto cell = s.Polys[0];
+       const double* a = &s.Points[3 * cell[0]];
+       const double* b = &s.Points[3 * cell[1]];
+       const vtkIdType middle = s.AddPoint(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]));
+       s.Polys[0] = { cell[0], middle, cell[2] };
+       s.Polys.push_back({ middle, cell[1], cell[2] });
+       s.Polys.push_back({ cell[0], cell[1], middle });
+     }),
       "triangles without area removed", "DegenerateTriangle" },
-    { MeshDefect::NonManifoldEdge,
-      change(
-        [](Soup& s)
-        {
-          const auto cell = s.Polys[0];
-          s.Polys.push_back({ cell[0], cell[1], s.AddPoint(0, 0, 0) });
-        }),
+    { MeshDefect::NonManifoldEdge, change([](Soup& s) {
+       const auto cell = s.Polys[0];
+       s.Polys.push_back({ cell[0], cell[1], s.AddPoint(0, 0, 0) });
+     }),
       "sheets met there", "NonManifoldEdge" },
-    { MeshDefect::NonManifoldVertex,
-      change(
-        [](Soup& s)
-        {
-          const vtkIdType a = s.AddPoint(3, 0, 0);
-          s.Polys.push_back({ 0, a, s.AddPoint(3, 1, 0) });
-        }),
+    { MeshDefect::NonManifoldVertex, change([](Soup& s) {
+       const vtkIdType a = s.AddPoint(3, 0, 0);
+       s.Polys.push_back({ 0, a, s.AddPoint(3, 1, 0) });
+     }),
       "points copied", "NonManifoldVertex" },
     { MeshDefect::InconsistentWinding, change([](Soup& s) { std::reverse(s.Polys[7].begin(), s.Polys[7].end()); }),
       "triangles turned around", "InconsistentWinding" },
     { MeshDefect::BoundaryEdge, change([](Soup& s) { s.Polys.resize(s.Polys.size() - 3); }), "holes closed",
       "BoundaryEdge" },
-    { MeshDefect::SeveralComponents,
-      change(
-        [](Soup& s)
-        {
-          const vtkIdType a = s.AddPoint(3, 0, 0);
-          const vtkIdType b = s.AddPoint(4, 0, 0);
-          s.Polys.push_back({ a, b, s.AddPoint(3, 1, 0) });
-        }),
+    { MeshDefect::SeveralComponents, change([](Soup& s) {
+       const vtkIdType a = s.AddPoint(3, 0, 0);
+       const vtkIdType b = s.AddPoint(4, 0, 0);
+       s.Polys.push_back({ a, b, s.AddPoint(3, 1, 0) });
+     }),
       "components removed", "SeveralComponents" },
   };
 }
@@ -164,8 +155,8 @@ TEST_P(RepairOfDefect, IsWhatTheGateRecommends)
   EXPECT_NE(text.find("vtkSurfaceRepairFilter"), std::string::npos) << text;
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryDefect, RepairOfDefect, ::testing::ValuesIn(DefectCases()),
-  [](const auto& info) { return info.param.Name; });
+INSTANTIATE_TEST_SUITE_P(
+  EveryDefect, RepairOfDefect, ::testing::ValuesIn(DefectCases()), [](const auto& info) { return info.param.Name; });
 
 /// What can be repaired is sound afterwards, and closed when asked; what cannot is refused.
 TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
@@ -186,8 +177,8 @@ TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Corpus, RepairOfCorpus, ::testing::ValuesIn(MalformedCorpus()),
-  [](const auto& info) { return info.param.Name; });
+INSTANTIATE_TEST_SUITE_P(
+  Corpus, RepairOfCorpus, ::testing::ValuesIn(MalformedCorpus()), [](const auto& info) { return info.param.Name; });
 
 TEST(SurfaceRepair, ValidSurfacesStayBitForBit)
 {
@@ -368,7 +359,8 @@ TEST(SurfaceRepair, ArraysComeAlong)
   soup.Polys.erase(soup.Polys.begin(), soup.Polys.begin() + 4);
   const auto sphere = soup.ToPolyData();
   AddPointArray(sphere, "z", [](const double* p) { return p[2]; });
-  AddPointArray(sphere, "side", [](const double* p) { return p[2] > 0.0; }, VTK_INT);
+  AddPointArray(
+    sphere, "side", [](const double* p) { return p[2] > 0.0; }, VTK_INT);
   vtkNew<Repair> filter;
   filter->SetHoleFillingToAll();
   const auto output = OutputOf(filter, sphere);

@@ -234,8 +234,8 @@ TEST(Tetrahedralize, SurfaceTrianglesCarryTheCellArrays)
     ASSERT_EQ(grid->GetCellType(c), VTK_TRIANGLE);
     const int cell = static_cast<int>(CellArray(grid, "Material")->GetComponent(c, 0)) - 1;
     seen.insert(cell);
-    EXPECT_EQ(vtkStringArray::SafeDownCast(grid->GetCellData()->GetAbstractArray("Label"))->GetValue(c),
-      std::to_string(cell));
+    EXPECT_EQ(
+      vtkStringArray::SafeDownCast(grid->GetCellData()->GetAbstractArray("Label"))->GetValue(c), std::to_string(cell));
     vtkNew<vtkIdList> made, old;
     grid->GetCellPoints(c, made);
     sphere->GetCellPoints(cell, old);

@@ -96,9 +96,9 @@ TEST(Tetrahedralize, RangesAndPrint)
   EXPECT_EQ(filter->GetMemoryLimit(), 0);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* property : { "QualityRatio", "MinimumDihedralAngle", "MaximumVolume", "TargetEdgeLength",
-         "PreserveSurface", "InnerSurfaces", "SurfaceTriangles", "TimeLimit", "MemoryLimit", "RegionArrayName: Region",
-         "SurfaceArrayName: OnSurface" })
+  for (const char* property :
+    { "QualityRatio", "MinimumDihedralAngle", "MaximumVolume", "TargetEdgeLength", "PreserveSurface", "InnerSurfaces",
+      "SurfaceTriangles", "TimeLimit", "MemoryLimit", "RegionArrayName: Region", "SurfaceArrayName: OnSurface" })
   {
     EXPECT_THAT(text.str(), HasSubstr(property));
   }

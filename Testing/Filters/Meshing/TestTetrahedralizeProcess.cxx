@@ -120,8 +120,8 @@ TEST(TetrahedralizeMessages, SelfIntersection)
 
 TEST(TetrahedralizeMessages, TwoSurfacesInOnePlace)
 {
-  EXPECT_THAT(ErrorOf(Joined({ Shell(2, 1.0), Shell(2, 1.0) })),
-    AllOf(HasSubstr("640 triangles"), HasSubstr("first cell 0")));
+  EXPECT_THAT(
+    ErrorOf(Joined({ Shell(2, 1.0), Shell(2, 1.0) })), AllOf(HasSubstr("640 triangles"), HasSubstr("first cell 0")));
 }
 
 TEST(TetrahedralizeMessages, CellsAreThoseOfTheInput)
@@ -373,7 +373,8 @@ TEST(TetrahedralizeProcess, AMissingProgramIsNamed)
 {
   const Variable program("SURFACE_SYNTHESIS_TETGEN", "/nonexistent/tetgen");
   EXPECT_THAT(ErrorOf(Icosphere(1)),
-    AllOf(HasSubstr("SURFACE_SYNTHESIS_TETGEN"), HasSubstr("/nonexistent/tetgen"), HasSubstr("surfacesynthesis-tetgen")));
+    AllOf(
+      HasSubstr("SURFACE_SYNTHESIS_TETGEN"), HasSubstr("/nonexistent/tetgen"), HasSubstr("surfacesynthesis-tetgen")));
 }
 
 TEST(TetrahedralizeProcess, SomethingThatIsNoProgramIsNamed)

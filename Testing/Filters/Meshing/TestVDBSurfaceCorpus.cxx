@@ -69,7 +69,7 @@ TEST_P(MalformedInput, ToVDBSurface)
   }
 }
 
-TEST_P(MalformedInput, BetweenGoodBlocksToVDBSurface) 
+TEST_P(MalformedInput, BetweenGoodBlocksToVDBSurface)
 {
   CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(GetParam()), TraitsFor(GetParam()));
 }

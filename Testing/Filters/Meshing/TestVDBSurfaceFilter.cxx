@@ -73,7 +73,8 @@ std::string ErrorOf(Filter* filter)
   return events.AllErrors();
 }
 
-std::string ErrorFor(vtkDataObject* input, const std::function<void(Filter*)>& change = [](Filter*) {})
+std::string ErrorFor(
+  vtkDataObject* input, const std::function<void(Filter*)>& change = [](Filter*) {})
 {
   vtkNew<Filter> filter;
   filter->SetInputDataObject(input);
@@ -113,7 +114,8 @@ TEST(VDBSurfaceMessages, EachNamesWhatWasFoundAndWhatToDo)
   EXPECT_THAT(ErrorFor(outside.ToPolyData()), HasSubstr("name a point that does not exist, first cell 3"));
   Soup point = Icosphere(1);
   std::fill(point.Points.begin(), point.Points.end(), 2.0);
-  EXPECT_THAT(ErrorFor(point.ToPolyData()), HasSubstr("span a box of longest side 0, to be divided into voxels of size 0"));
+  EXPECT_THAT(
+    ErrorFor(point.ToPolyData()), HasSubstr("span a box of longest side 0, to be divided into voxels of size 0"));
   const auto sphere = Icosphere(2).ToPolyData();
   EXPECT_THAT(ErrorFor(sphere, [](Filter* f) { f->SetOffset(std::numeric_limits<double>::infinity()); }),
     HasSubstr("Offset is inf; a finite number is needed"));
@@ -154,7 +156,8 @@ TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   ASSERT_EQ(events.Errors.size(), 1u);
-  EXPECT_THAT(events.Errors[0], HasSubstr("Block 2: A vtkUnstructuredGrid was found where a vtkImageData or a vtkPolyData"));
+  EXPECT_THAT(
+    events.Errors[0], HasSubstr("Block 2: A vtkUnstructuredGrid was found where a vtkImageData or a vtkPolyData"));
   auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_GT(vtkPolyData::SafeDownCast(output->GetBlock(0))->GetNumberOfPolys(), 0);
 }

@@ -137,7 +137,8 @@ TEST(VDBSurfaceImages, TheWholeImageIsABoxAndItsBelowIsNothing)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 5, 6, 7 } };
-  const auto image = MakeImage(geometry, [](const Vector3d&) { return 3.0; }, VTK_SHORT);
+  const auto image = MakeImage(
+    geometry, [](const Vector3d&) { return 3.0; }, VTK_SHORT);
   const auto surface = SurfaceOf(FilterOn(image, 2.0));
   // Edges are bevelled over half a voxel: at most a quarter of a unit of volume for each unit of their length.
   EXPECT_LT(VolumeOf(surface), 5.0 * 6.0 * 7.0);
@@ -188,8 +189,9 @@ TEST(VDBSurfaceImages, LargeValuesKeepTheirDifferences)
   const ImageGeometry geometry;
   const auto ball = Ball(geometry.Centre(), 9.0);
   const auto plain = SurfaceOf(FilterOn(MakeImage(geometry, ball, VTK_DOUBLE)));
-  const auto shifted =
-    SurfaceOf(FilterOn(MakeImage(geometry, [&](const Vector3d& x) { return 1e9 + ball(x); }, VTK_DOUBLE), 1e9));
+  const auto shifted = SurfaceOf(FilterOn(MakeImage(
+                                            geometry, [&](const Vector3d& x) { return 1e9 + ball(x); }, VTK_DOUBLE),
+    1e9));
   EXPECT_NEAR(VolumeOf(plain), VolumeOf(shifted), 1e-4 * VolumeOf(plain));
 }
 
@@ -197,12 +199,14 @@ TEST(VDBSurfaceImages, TheIsovalueIsFoundBetweenTwoClasses)
 {
   const ImageGeometry geometry;
   const auto ball = Ball(geometry.Centre(), 9.0);
-  const auto binary = MakeImage(geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 1.0 : 0.0; }, VTK_UNSIGNED_CHAR);
+  const auto binary = MakeImage(
+    geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 1.0 : 0.0; }, VTK_UNSIGNED_CHAR);
   vtkNew<Filter> filter;
   filter->SetInputDataObject(binary);
   SurfaceOf(filter);
   EXPECT_NEAR(filter->GetEffectiveIsoValue(), 0.5, 1e-3);
-  const auto bright = MakeImage(geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 900.0 + x[0] : 100.0 + x[1]; });
+  const auto bright = MakeImage(
+    geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 900.0 + x[0] : 100.0 + x[1]; });
   filter->SetInputDataObject(bright);
   SurfaceOf(filter);
   EXPECT_NEAR(filter->GetEffectiveIsoValue(), 515.0, 20.0);
@@ -224,15 +228,16 @@ TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)
   EXPECT_GT(radii.first, 7.9);
   EXPECT_LT(radii.second, 8.01);
   const auto extreme = MakeImage(geometry, [&](const Vector3d& x) {
-    return (x - centre).norm() < 8.0 ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+    return (x - centre).norm() < 8.0 ? std::numeric_limits<double>::infinity()
+                                     : -std::numeric_limits<double>::infinity();
   });
   EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(extreme))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
-  const auto wide = MakeImage(geometry,
+  const auto wide = MakeImage(
+    geometry,
     [&](const Vector3d& x) { return ((x - centre).norm() < 8.0 ? 1.0 : -1.0) * std::numeric_limits<double>::max(); },
     VTK_DOUBLE);
   EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(wide))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
-  const auto nothing =
-    MakeImage(geometry, [](const Vector3d&) { return std::numeric_limits<double>::quiet_NaN(); });
+  const auto nothing = MakeImage(geometry, [](const Vector3d&) { return std::numeric_limits<double>::quiet_NaN(); });
   vtkNew<Filter> empty;
   empty->SetInputDataObject(nothing);
   EventRecorder events(empty);
@@ -247,8 +252,9 @@ TEST(VDBSurfaceImages, VoxelsThatTouchInAnEdgeOrACornerGiveManifolds)
   {
     ImageGeometry geometry;
     geometry.Dimensions = { { 10, 10, 10 } };
-    const auto image = MakeImage(geometry,
-      [&](const Vector3d& x) { return x == Vector3d(4, 4, 4) || x == second ? 1.0 : 0.0; }, VTK_UNSIGNED_CHAR);
+    const auto image = MakeImage(
+      geometry, [&](const Vector3d& x) { return x == Vector3d(4, 4, 4) || x == second ? 1.0 : 0.0; },
+      VTK_UNSIGNED_CHAR);
     for (const double adaptivity : { 0.0, 0.3, 1.0 })
     {
       SCOPED_TRACE(adaptivity);

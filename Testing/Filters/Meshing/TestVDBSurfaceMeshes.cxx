@@ -191,17 +191,17 @@ TEST(VDBSurfaceMeshes, OpenSheetsBecomePlatesTwoVoxelsThick)
   EXPECT_EQ(ComponentsOf(surface), 2) << "beside a solid too";
   Soup fin = Icosphere(3);
   Append(fin, Grid(8), 0.5);
-  EXPECT_EQ(ComponentsOf(SurfaceOf(FilterOn(fin.ToPolyData())))  , 1) << "and grown together with it";
+  EXPECT_EQ(ComponentsOf(SurfaceOf(FilterOn(fin.ToPolyData()))), 1) << "and grown together with it";
 }
 
 TEST(VDBSurfaceMeshes, DefectsThatTheGateRefusesAreWelcome)
 {
   Soup soup = Icosphere(3);
-  soup.Polys.push_back(soup.Polys[0]);                      // duplicate
+  soup.Polys.push_back(soup.Polys[0]);                                                        // duplicate
   soup.Polys.push_back({ soup.Polys[7][0], soup.Polys[7][1], soup.AddPoint(2.0, 0.0, 0.0) }); // fin
   soup.Polys.push_back({ soup.Polys[9][0], soup.Polys[9][1], soup.Polys[9][1] });             // a point twice
   const vtkIdType twin = soup.AddPoint(soup.Points[0], soup.Points[1], soup.Points[2]);
-  soup.Polys.push_back({ 0, twin, soup.Polys[3][0] });      // no area
+  soup.Polys.push_back({ 0, twin, soup.Polys[3][0] }); // no area
   const auto surface = SurfaceOf(FilterOn(soup.ToPolyData()));
   EXPECT_NEAR(VolumeOf(surface), Ball1, 0.05 * Ball1);
 }

@@ -106,8 +106,7 @@ double AreaOf(vtkPolyData* surface)
 int ComponentsOf(vtkPolyData* surface)
 {
   const surfsynth::TriangleMesh mesh = MeshOf(surface);
-  return surfsynth::ComputeComponents(
-    surfsynth::MeshTopology(mesh), Eigen::VectorXd::Zero(mesh.NumberOfPoints()))
+  return surfsynth::ComputeComponents(surfsynth::MeshTopology(mesh), Eigen::VectorXd::Zero(mesh.NumberOfPoints()))
     .Count;
 }
 

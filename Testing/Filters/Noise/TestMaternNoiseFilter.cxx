@@ -423,5 +423,6 @@ TEST(MaternNoiseFilter, MergesPointsWithTheSameGlobalId)
   {
     ASSERT_EQ(found->GetTuple1(k), expected->GetTuple1(pointIds->GetValue(k))) << "point " << k;
   }
-  EXPECT_TRUE(vtkPolyData::SafeDownCast(pieces->GetOutput())->GetPointData()->GetGlobalIds()) << "the caller's arrays stay";
+  EXPECT_TRUE(vtkPolyData::SafeDownCast(pieces->GetOutput())->GetPointData()->GetGlobalIds())
+    << "the caller's arrays stay";
 }

@@ -352,7 +352,8 @@ TEST(EnsembleMetricsFilter, EachMismatchIsOneErrorThatNamesTheSample)
   ExpectRefusal(Filter(good, Blocks({ Moved(0.0), turned.ToPolyData() })),
     { "reference sample 1 (Block 2) has other polygons", "same cells in the same order" });
   ExpectRefusal(Filter(AtHeights({ 0.0 }), good, "Height"),
-    { "Block 1 of the generated ensemble has no numeric point array called \"Height\"", "name an array that all surfaces have" });
+    { "Block 1 of the generated ensemble has no numeric point array called \"Height\"",
+      "name an array that all surfaces have" });
   ExpectRefusal(Filter(Moved(0.0), good, "Height"), { "The generated surface has no numeric point array" });
   const auto vectors = Moved(0.0);
   vtkNew<vtkFloatArray> array;

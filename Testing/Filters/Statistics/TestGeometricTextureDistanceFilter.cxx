@@ -78,8 +78,9 @@ TEST(GeometricTextureDistance, TheRowIsThatOfThePlainComparison)
   filter->SetSeed(-7);
   const auto table = OutputOf(filter);
   EXPECT_EQ(HashOf(surface) + HashOf(reference), before);
-  const surfsynth::TextureDistance expected = surfsynth::CompareGeometricTextures(surfsynth::ConvertSurface(surface).Mesh,
-    surfsynth::ConvertSurface(reference).Mesh, { 0.5, 0.1, 30, static_cast<std::uint64_t>(-7) });
+  const surfsynth::TextureDistance expected = surfsynth::CompareGeometricTextures(
+    surfsynth::ConvertSurface(surface).Mesh, surfsynth::ConvertSurface(reference).Mesh,
+    { 0.5, 0.1, 30, static_cast<std::uint64_t>(-7) });
   EXPECT_GT(expected.Distance, 0.01);
   EXPECT_EQ(ValueOf(table, "Distance"), expected.Distance);
   EXPECT_EQ(filter->GetDistance(), expected.Distance);

@@ -245,9 +245,9 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ",
-         "EncoderIterations: 0", "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4",
-         "ComplexLayers: 3", "InnerProducts: 0", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
+         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "EncoderIterations: 0",
+         "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
+         "InnerProducts: 0", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
          "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
          "WeightAveraging: 0", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })

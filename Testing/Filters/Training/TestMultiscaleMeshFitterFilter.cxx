@@ -253,8 +253,8 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "NumberOfLevels: 10", "Template: 2", "IcosphereLevel: 2", "TorusSegments: 24",
-         "Iterations: 300", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "LearningRateDecay: 1", "PublishedNormals: 0", "Seed: 0",
-         "DatasetFileName: \n" })
+         "Iterations: 300", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "LearningRateDecay: 1",
+         "PublishedNormals: 0", "Seed: 0", "DatasetFileName: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -36,7 +36,8 @@ MultiscaleDataset TwoLevels()
 
 const std::map<std::string, std::string> Metadata = { { "content", "multiscale_surface" }, { "format_version", "1" } };
 
-std::string RefusalOf(const std::map<std::string, TensorData>& tensors, const std::map<std::string, std::string>& metadata)
+std::string RefusalOf(
+  const std::map<std::string, TensorData>& tensors, const std::map<std::string, std::string>& metadata)
 {
   WriteSafetensors("multiscale.safetensors", tensors, metadata);
   std::string text;

@@ -38,11 +38,10 @@ SignalDataset TwoTriangles(int components)
 /// The content of a dataset file of one surface, to be spoilt.
 struct FileContent
 {
-  std::map<std::string, TensorData> Tensors = {
-    { "sources.0.points", TensorData::FromFloat64({ 3, 3 }, { 0, 0, 0, 1, 0, 0, 0, 1, 0 }) },
+  std::map<std::string, TensorData> Tensors = { { "sources.0.points",
+                                                  TensorData::FromFloat64({ 3, 3 }, { 0, 0, 0, 1, 0, 0, 0, 1, 0 }) },
     { "sources.0.triangles", TensorData::FromInt64({ 1, 3 }, { 0, 1, 2 }) },
-    { "sources.0.signals", TensorData::FromFloat32({ 2, 3, 1 }, { 1, 2, 3, 4, 5, 6 }) }
-  };
+    { "sources.0.signals", TensorData::FromFloat32({ 2, 3, 1 }, { 1, 2, 3, 4, 5, 6 }) } };
   std::map<std::string, std::string> Metadata = { { "content", "surface_signals" }, { "format_version", "1" },
     { "signal_name", "Heat" } };
 };
@@ -122,22 +121,28 @@ TEST(SignalDataset, AFileWithoutTrianglesIsRefused)
 
 TEST(SignalDataset, PointsOfTwoCoordinatesAreRefused)
 {
-  ExpectRefusal([](FileContent& file)
-    { file.Tensors["sources.0.points"] = TensorData::FromFloat64({ 3, 2 }, { 0, 0, 1, 0, 0, 1 }); },
+  ExpectRefusal(
+    [](FileContent& file) {
+      file.Tensors["sources.0.points"] = TensorData::FromFloat64({ 3, 2 }, { 0, 0, 1, 0, 0, 1 });
+    },
     "the last of 2; expected 2, the last of 3");
 }
 
 TEST(SignalDataset, SignalsAtAnotherNumberOfVerticesAreRefused)
 {
-  ExpectRefusal([](FileContent& file)
-    { file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 2, 2, 1 }, { 1, 2, 3, 4 }); },
+  ExpectRefusal(
+    [](FileContent& file) {
+      file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 2, 2, 1 }, { 1, 2, 3, 4 });
+    },
     "signals at 2 vertices; expected 3");
 }
 
 TEST(SignalDataset, SignalsWithoutSamplesAreRefused)
 {
   ExpectRefusal(
-    [](FileContent& file) { file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 0, 3, 1 }, {}); },
+    [](FileContent& file) {
+      file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 0, 3, 1 }, {});
+    },
     "0 samples");
 }
 
@@ -145,24 +150,27 @@ TEST(SignalDataset, IdsOutOfRangeAreRefused)
 {
   for (const std::int64_t id : { std::int64_t(-1), std::int64_t(3), std::int64_t(1) << 40 })
   {
-    ExpectRefusal([id](FileContent& file)
-      { file.Tensors["sources.0.triangles"] = TensorData::FromInt64({ 1, 3 }, { 0, 1, id }); },
+    ExpectRefusal(
+      [id](FileContent& file) {
+        file.Tensors["sources.0.triangles"] = TensorData::FromInt64({ 1, 3 }, { 0, 1, id });
+      },
       "names vertex " + std::to_string(id));
   }
 }
 
 TEST(SignalDataset, NumbersThatAreNotFiniteAreRefused)
 {
-  ExpectRefusal([](FileContent& file)
-    { file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 1, 3, 1 }, { 0.0F, std::nanf(""), 0.0F }); },
+  ExpectRefusal(
+    [](FileContent& file) {
+      file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 1, 3, 1 }, { 0.0F, std::nanf(""), 0.0F });
+    },
     "not finite");
 }
 
 TEST(SignalDataset, PositionsOfTwoComponentsAreRefused)
 {
   ExpectRefusal(
-    [](FileContent& file)
-    {
+    [](FileContent& file) {
       file.Metadata["signal_name"] = "Position";
       file.Tensors["sources.0.signals"] = TensorData::FromFloat32({ 1, 3, 2 }, { 1, 2, 3, 4, 5, 6 });
     },

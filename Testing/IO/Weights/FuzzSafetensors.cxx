@@ -31,8 +31,7 @@ void ReadAll(const SafetensorsFile& file, const std::string& name)
     file.RequireFinite(name);
   }
   catch (const FormatError&) // too large for float32, or not finite
-  {
-  }
+  {}
 }
 
 std::vector<unsigned char> Rewritten(const SafetensorsFile& file)
@@ -61,10 +60,9 @@ void ReadWriteRead(const std::string& bytes)
     }
   }
   catch (const FormatError&)
-  {
-  }
+  {}
 }
-}
+} // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

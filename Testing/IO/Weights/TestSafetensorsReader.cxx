@@ -31,8 +31,8 @@ SafetensorsFile Read(const std::string& bytes, const SafetensorsLimits& limits =
 }
 
 /// The bytes are refused because of @p rule, at @p offset, with @p text in the message.
-void ExpectRefused(const std::string& bytes, int rule, const std::string& text, int offset = -1,
-  const SafetensorsLimits& limits = {})
+void ExpectRefused(
+  const std::string& bytes, int rule, const std::string& text, int offset = -1, const SafetensorsLimits& limits = {})
 {
   try
   {
@@ -92,7 +92,7 @@ TEST(SafetensorsReader, NumbersOfEveryTypeAreExact)
   } cases[] = {
     { "F64", std::string("\x18\x2d\x44\x54\xfb\x21\x09\x40", 8), 3.141592653589793 },
     { "F32", std::string("\xdb\x0f\x49\x40", 4), static_cast<double>(3.14159274F) },
-    { "F16", std::string("\x48\x42", 2), 3.140625 },          // 1.5703125 x 2
+    { "F16", std::string("\x48\x42", 2), 3.140625 },           // 1.5703125 x 2
     { "F16", std::string("\x01\x00", 2), std::ldexp(1, -24) }, // the smallest subnormal number
     { "F16", std::string("\xff\xfb", 2), -65504.0 },           // the largest number
     { "F16", std::string("\x00\x7c", 2), std::numeric_limits<double>::infinity() },
@@ -300,8 +300,7 @@ TEST(SafetensorsReader, Rule7Layout)
   ExpectRefused(FileOf(OneTensor("F32", "[1]", "[0,4]"), FourBytes + "x"), 7, "the file holds 5");
   ExpectRefused(FileOf(OneTensor("F32", "[1]", "[0,4]"), "abc"), 7, "the file holds 3");
   ExpectRefused(FileOf("{}", "x"), 7, "the file holds 1");
-  const auto two = [](const std::string& first, const std::string& second)
-  {
+  const auto two = [](const std::string& first, const std::string& second) {
     return FileOf(R"({"a":{"dtype":"U8","shape":[2],"data_offsets":)" + first +
         R"(},"b":{"dtype":"U8","shape":[2],"data_offsets":)" + second + "}}",
       "1234");
@@ -328,8 +327,8 @@ TEST(SafetensorsReader, Rule7ProductsDoNotOverflow)
 TEST(SafetensorsReader, Rule9NonFiniteNumbersAreNamed)
 {
   const std::string header = OneTensor("F32", "[3]", "[0,12]");
-  const SafetensorsFile file =
-    Read(FileOf(header, std::string("\x00\x00\x80\x3f\x00\x00\xc0\x7f\x00\x00\x80\xff", 12)));
+  const SafetensorsFile file = Read(
+    FileOf(header, std::string("\x00\x00\x80\x3f\x00\x00\xc0\x7f\x00\x00\x80\xff", 12)));
   try
   {
     file.RequireFinite("w");
@@ -383,8 +382,7 @@ TEST(SafetensorsReader, EveryTruncationOfAFileIsRefused)
 
 TEST(SafetensorsReader, PathsThatAreNoFilesAreInvalidInput)
 {
-  const auto message = [](const std::string& path)
-  {
+  const auto message = [](const std::string& path) {
     try
     {
       SafetensorsFile file(path);

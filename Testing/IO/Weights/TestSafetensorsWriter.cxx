@@ -134,7 +134,8 @@ TEST(SafetensorsWriter, AFailureKeepsTheOldFileAndNamesThePath)
   EXPECT_EQ(CountFiles("Folder.safetensors"), 1);
   std::filesystem::remove_all("Folder.safetensors");
   ASSERT_EQ(mkfifo("Pipe.safetensors", 0600), 0);
-  EXPECT_THAT(MessageOf([] { WriteSafetensors("Pipe.safetensors", SomeTensors()); }), HasSubstr("a folder or a device"));
+  EXPECT_THAT(
+    MessageOf([] { WriteSafetensors("Pipe.safetensors", SomeTensors()); }), HasSubstr("a folder or a device"));
   EXPECT_TRUE(std::filesystem::is_fifo("Pipe.safetensors"));
   std::filesystem::remove("Pipe.safetensors");
   if (std::filesystem::exists("/dev/full"))
@@ -153,7 +154,9 @@ TEST(SafetensorsWriter, RefusesWhatCannotBeRead)
   EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "__metadata__", number } }); }), HasSubstr("__metadata__"));
   EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "\xff", number } }); }), HasSubstr("not UTF-8"));
   EXPECT_THAT(MessageOf([&] { SerializeSafetensors({}, { { "k", "\xc3" } }); }), HasSubstr("not UTF-8"));
-  EXPECT_THAT(MessageOf([&] { SerializeSafetensors({ { "w", { TensorType::Float32, { 2 }, { 0, 0, 0, 0 } } } }); }),
+  EXPECT_THAT(MessageOf([&] {
+    SerializeSafetensors({ { "w", { TensorType::Float32, { 2 }, { 0, 0, 0, 0 } } } });
+  }),
     HasSubstr("has 4 bytes; expected 8"));
   EXPECT_THAT(MessageOf([&] {
     SerializeSafetensors({ { "w", { TensorType::Float32, { -1 }, {} } } });
