@@ -4,25 +4,28 @@
 # All tests: installs what is missing (Debian 12, as root or with sudo), then
 #   1. builds with g++ and warnings as errors, and runs every test;
 #   2. unpacks ParaView into build/paraview-prefix, builds the plugin, and runs its tests in ParaView;
-#   3. compiles the library with clang and warnings as errors;
-#   4. builds with AddressSanitizer and UndefinedBehaviorSanitizer, and runs the C++ tests;
-#   5. builds with ThreadSanitizer, and runs the C++ tests.
-# Goes on after a failure and ends with a summary; its exit status is 0 when everything passed.
+#   3. builds with clang, warnings as errors, AddressSanitizer and UndefinedBehaviorSanitizer, and runs the C++ tests;
+#   4. builds with ThreadSanitizer, and runs the C++ tests.
+# Goes on after a failure and ends with a summary; its exit status is 0 when everything passed. Testing/README.md has the
+# budget of each step.
 #
-#   Testing/run.sh [--quick]
+#   Testing/run.sh [--quick | --release]
 #
-# --quick: only step 1.
-# Environment: JOBS (parallel compilations and tests, default the number of processors).
+# --quick: only step 1. --release: the tests with the label release too, which take long and change seldom.
+# Environment: JOBS (parallel compilations and tests, default the number of processors), SURFACE_SYNTHESIS_PARITY_DIR
+# (folder with further parity fixtures, see Testing/Parity/README.md).
 set -uo pipefail
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 jobs=${JOBS:-$(nproc)}
 quick=0
+release=0
 case "$#:${1:-}" in
   0:) ;;
   1:--quick) quick=1 ;;
+  1:--release) release=1 ;;
   *)
-    echo "usage: $0 [--quick]" >&2
+    echo "usage: $0 [--quick | --release]" >&2
     exit 2
     ;;
 esac
@@ -31,6 +34,9 @@ bash "$root/Examples/install-dependencies.sh" --testing || exit 1
 
 cd "$root" || exit 1
 export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}
+# The trees share objects of the same text, the nested builds of the tests among them.
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=1
+export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
 summary=()
 failed_tests=()
 failures=0
@@ -84,12 +90,12 @@ run_tests_at_fixed_addresses() {
 }
 
 step "Build with g++, warnings as errors" build dev && step "All tests" run_all_tests dev
+[ $release = 0 ] || step "Tests before a release" run_all_tests release
 
 if [ $quick = 0 ]; then
   step "ParaView" bash Wrapping/ParaView/fetch-paraview.sh &&
     step "Build of the ParaView plugin" build paraview && step "Tests in ParaView" run_tests paraview
-  step "Library with clang, warnings as errors" build dev-clang --target surfsynth_libraries
-  step "Build with ASan and UBSan" build asan && step "C++ tests with ASan and UBSan" run_tests asan
+  step "Build with clang, ASan and UBSan" build asan && step "C++ tests with ASan and UBSan" run_tests asan
   step "Build with TSan" build tsan && step "C++ tests with TSan" run_tests_at_fixed_addresses tsan
 fi
 

@@ -32,3 +32,35 @@ function (configure_and_build source build)
   cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
   run_command("${CMAKE_COMMAND}" --build "${build}" --parallel ${processors})
 endfunction ()
+
+# copy_sources(<destination> <entry of the root>...)
+#
+# A copy as another tree would have it. Time stamps are kept, so that what has not changed is not compiled again.
+function (copy_sources destination)
+  file(REMOVE_RECURSE "${destination}")
+  foreach (entry IN LISTS ARGN)
+    cmake_path(GET entry PARENT_PATH folder)
+    file(COPY "${SOURCE_DIR}/${entry}" DESTINATION "${destination}/${folder}")
+  endforeach ()
+endfunction ()
+
+# Objects that the outer tree has compiled from the same text come from ccache, where paths are relative to the folder of
+# the build: each nested build lies two folders below its copy of the sources, as the presets' do.
+set(ENV{CCACHE_BASEDIR} "${SOURCE_DIR}")
+set(ENV{CCACHE_NOHASHDIR} 1)
+
+# forbid_libraries(<folder> <regex of a file name>...): no library in the folder may need one of these.
+function (forbid_libraries folder)
+  list(JOIN ARGN "|" forbidden)
+  find_program(READELF readelf REQUIRED)
+  file(GLOB_RECURSE libraries "${folder}/*.so")
+  if (NOT libraries)
+    message(FATAL_ERROR "No library was built in ${folder}")
+  endif ()
+  foreach (library IN LISTS libraries)
+    run_command("${READELF}" -d "${library}")
+    if (OUTPUT MATCHES "NEEDED[^\n]*(${forbidden})[^\n]*")
+      message(FATAL_ERROR "${library} needs ${CMAKE_MATCH_1}")
+    endif ()
+  endforeach ()
+endfunction ()

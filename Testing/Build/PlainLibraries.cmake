@@ -3,25 +3,16 @@
 # The plain libraries without VTK, CHOLMOD and LibTorch, and their tests.
 include("${CMAKE_CURRENT_LIST_DIR}/NestedBuild.cmake")
 
-configure_and_build("${SOURCE_DIR}" "${WORK_DIR}"
+set(build "${WORK_DIR}/Source/build/dev")
+copy_sources("${WORK_DIR}/Source" CMakeLists.txt Filters IO Wrapping Testing Examples LICENSE)
+configure_and_build("${WORK_DIR}/Source" "${build}"
   -DSURFACE_SYNTHESIS_VTK=OFF -DSURFACE_SYNTHESIS_CHOLMOD=OFF -DSURFACE_SYNTHESIS_LEARNING=OFF
+  -DSURFACE_SYNTHESIS_CGAL=OFF -DSURFACE_SYNTHESIS_OPENVDB=OFF -DSURFACE_SYNTHESIS_TETGEN=OFF
   -DSURFACE_SYNTHESIS_BENCHMARKS=OFF "-DSURFACE_SYNTHESIS_WERROR=${WERROR}")
-
-# None of them may have slipped in.
-file(GLOB libraries "${WORK_DIR}/lib/*.so")
-if (NOT libraries)
-  message(FATAL_ERROR "No library was built in ${WORK_DIR}/lib")
-endif ()
-find_program(READELF readelf REQUIRED)
-foreach (library IN LISTS libraries)
-  run_command("${READELF}" -d "${library}")
-  if (OUTPUT MATCHES "NEEDED[^\n]*(libvtk[^\n]*|libcholmod[^\n]*|libtorch[^\n]*)")
-    message(FATAL_ERROR "${library} needs ${CMAKE_MATCH_1}")
-  endif ()
-endforeach ()
+forbid_libraries("${build}/lib" libvtk libcholmod libtorch)
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
-run_command("${CMAKE_CTEST_COMMAND}" --test-dir "${WORK_DIR}" --output-on-failure --no-tests=error
-  --label-regex "core|io" --label-exclude "slow|benchmark" --parallel ${processors})
+run_command("${CMAKE_CTEST_COMMAND}" --test-dir "${build}" --output-on-failure --no-tests=error
+  --label-regex "core|io|inference" --label-exclude "slow|benchmark|release" --parallel ${processors})
 string(REGEX MATCH "[0-9]+% tests passed[^\n]*" summary "${OUTPUT}")
 message(STATUS "${summary}")

@@ -1,25 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
 # A superproject that contains this repository as a subfolder, scans it for VTK modules and builds them with its own
-# program.
+# programs.
 include("${CMAKE_CURRENT_LIST_DIR}/NestedBuild.cmake")
 
-# A copy, as a superproject would have: its folder may not lie outside. Time stamps are kept, so that what has not
-# changed is not compiled again.
-file(REMOVE_RECURSE "${WORK_DIR}/Source")
-file(COPY "${CMAKE_CURRENT_LIST_DIR}/Superproject/" DESTINATION "${WORK_DIR}/Source")
-set(entries "${SOURCE_DIR}/CMakeLists.txt" "${SOURCE_DIR}/vtk.module" "${SOURCE_DIR}/Filters")
-if (IS_DIRECTORY "${SOURCE_DIR}/IO")
-  list(APPEND entries "${SOURCE_DIR}/IO")
-endif ()
-file(COPY ${entries} DESTINATION "${WORK_DIR}/Source/SurfaceSynthesis")
+set(source "${WORK_DIR}/Source")
+file(REMOVE_RECURSE "${source}")
+file(COPY "${CMAKE_CURRENT_LIST_DIR}/Superproject/" DESTINATION "${source}")
+copy_sources("${source}/SurfaceSynthesis" CMakeLists.txt vtk.module Filters IO)
 
-# Its programs do little: optimising would take most of the time.
-string(TOUPPER "${BUILD_TYPE}" type)
-configure_and_build("${WORK_DIR}/Source" "${WORK_DIR}/Build"
+set(build "${source}/SurfaceSynthesis/build/dev")
+configure_and_build("${source}" "${build}"
   "-DSURFACE_SYNTHESIS_CGAL=OFF" "-DSURFACE_SYNTHESIS_OPENVDB=OFF" "-DSURFACE_SYNTHESIS_LEARNING=OFF"
-  "-DSURFACE_SYNTHESIS_TETGEN=${TETGEN}" "-DCMAKE_CXX_FLAGS_${type}=-O0")
-run_command("${WORK_DIR}/Build/noise")
+  "-DSURFACE_SYNTHESIS_TETGEN=${TETGEN}" "-DWERROR=${WERROR}")
+run_command("${build}/noise")
 if (TETGEN)
-  run_command("${WORK_DIR}/Build/tetrahedra")
+  run_command("${build}/tetrahedra")
 endif ()
