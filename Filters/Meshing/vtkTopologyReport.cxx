@@ -33,7 +33,7 @@ namespace
 {
 const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkTable" };
 
-/// An empty column of the table.
+/// Makes an empty column of the table.
 template <typename Array>
 vtkSmartPointer<Array> NewColumn(const char* name, const std::vector<ReportRow>& rows)
 {
@@ -118,7 +118,7 @@ int vtkTopologyReport::RequestData(
   this->Impl->Rows.clear();
   vtkTable* table = vtkTable::GetData(outputVector);
   table->Initialize();
-  // One table is made of all blocks; what the frame makes of each block stays empty and is thrown away.
+  // One table is made of all blocks; the outputs of the frame for each block stay empty and are dropped.
   vtkNew<vtkInformationVector> scratch;
   vtkNew<vtkInformation> information;
   scratch->Append(information);
