@@ -21,14 +21,14 @@
  * polygon or strip uses get 0, and so do those of components without a centre.
  *
  * @par Centres
- * Centres are points of the mesh, chosen one after the other, each with a probability proportional to its lumped mass (a
- * third of the area around it) among those that are not closer than Separation to an earlier one. Centres are therefore
- * distributed uniformly on the surface, on every triangulation.
+ * Centres are points of the mesh, chosen one after the other, each with a probability proportional to its lumped mass
+ * (a third of the area around it) among those that are not closer than Separation to an earlier one. Centres are
+ * therefore distributed uniformly on the surface, on every triangulation.
  *
  * @par Cost
  * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: some thousand centres a
- * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same alone
- * or in a batch.
+ * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same
+ * alone or in a batch.
  *
  * @sa vtkMaternNoiseFilter, vtkIsotropicRemeshFilter
  */

@@ -8,14 +8,14 @@
  * surface ([Sorkine2007], [Levi2015]), by CGAL's Surface_mesh_deformation.
  *
  * @par Input
- * Port 0: vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite dataset
- * of such blocks, each of which is posed by itself, with rotations that differ between blocks. The mesh must be
+ * Port 0: vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite
+ * dataset of such blocks, each of which is posed by itself, with rotations that differ between blocks. The mesh must be
  * connected, with finite points, no degenerate triangle, manifold edges and points, and consistent winding; the error
  * message names the defect, and vtkSurfaceRepairFilter repairs it. Empty input gives empty output.
  *
- * Port 1, optional: a vtkPolyData, another triangulation of the same shape in the same position. Extremities, joints and
- * regions are then found on it. With the same template, seed and sample, every triangulation of the shape gets
- * the same pose: on even triangulations that are fine enough for the limbs, the results agree to about half a per cent of
+ * Port 1, optional: a vtkPolyData, another triangulation of the same shape in the same position. Extremities, joints
+ * and regions are then found on it. With the same template, seed and sample, every triangulation of the shape gets the
+ * same pose: on even triangulations that are fine enough for the limbs, the results agree to about half a per cent of
  * the shape's size on average (root of the mean square) and a few per cent at worst.
  *
  * @par Output

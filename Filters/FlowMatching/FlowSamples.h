@@ -19,8 +19,8 @@ namespace surfsynth
 
 struct Surface;
 
-/// Draws the samples of a filter, and keeps those of the last update: another flow time, number of samples or name of an
-/// array costs no further network evaluation.
+/// Draws the samples of a filter, and keeps those of the last update: another flow time, number of samples or name of
+/// an array costs no further network evaluation.
 class FlowSamples
 {
 public:
@@ -32,15 +32,15 @@ public:
   const FlowMatchingSampler& Sampler() const { return this->Flow; }
 
   /// Drops the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another seed,
-  /// number of steps or integrator than those of @p request, or other noise than @p noise: the states at flow time 0 for
-  /// Draw(), or an empty matrix for the noise of the request.
+  /// number of steps or integrator than those of @p request, or other noise than @p noise: the states at flow time 0
+  /// for Draw(), or an empty matrix for the noise of the request.
   void Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count);
 
   /// Returns true when At() has the sample: at flow times 0 and 1, or with @p everyStep at all times.
   bool Holds(std::uint32_t sample, bool everyStep) const;
 
-  /// Draws the sample of @p request, which must belong to the series of the last Keep(), and holds its state at flow times
-  /// 0 and 1, or with @p everyStep after every step.
+  /// Draws the sample of @p request, which must belong to the series of the last Keep(), and holds its state at flow
+  /// times 0 and 1, or with @p everyStep after every step.
   /// @throws the errors of FlowMatchingSampler::Integrate(); the sample is then not held.
   void Draw(const FlowSampleRequest& request, bool everyStep, const Progress& progress);
 
@@ -57,8 +57,8 @@ private:
   std::map<std::uint32_t, States> Samples;
 };
 
-/// Returns a sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at those
-/// that no polygon uses, without names.
+/// Returns a sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at
+/// those that no polygon uses, without names.
 /// @param displacements true for a signal that is the displacement of the points of @p surface to those of the sample.
 SampleArrays ArraysOf(
   const FlowSamples& samples, const Surface& surface, std::uint32_t sample, double time, bool displacements);

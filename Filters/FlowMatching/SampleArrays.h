@@ -35,9 +35,9 @@ void HoldSample(vtkPolyData* surface, std::int64_t number, const SampleArrays& s
 /// Makes the output for one surface and sample of @p output, which holds a copy of the input.
 using SampleFinisher = std::function<void(vtkPolyData* output, const SampleArrays& sample)>;
 
-/// Fills @p output from @p held, a surface or a tree of surfaces to which HoldSample() has added all samples of @p range:
-/// for one sample with a copy of @p held; for several, @p output being a vtkMultiBlockDataSet, with such a copy for each, in
-/// blocks named "Sample 5". Surfaces without a sample, which have failed or are empty, are copied.
+/// Fills @p output from @p held, a surface or a tree of surfaces to which HoldSample() has added all samples of @p
+/// range: for one sample with a copy of @p held; for several, @p output being a vtkMultiBlockDataSet, with such a copy
+/// for each, in blocks named "Sample 5". Surfaces without a sample, which have failed or are empty, are copied.
 void ArrangeSamples(vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish);
 
 } // namespace surfsynth

@@ -3,9 +3,9 @@
  * @class   vtkFlowMatchingDeformer
  * @brief   Generates random deformations of surfaces with a trained flow matching model
  *
- * Generates poses, shapes or deformations of a surface like those that a model was trained on: vtkFlowMatchingSampler with
- * the positions of the points as the signal ([Kuai2026], sections 4, 5.1 and 5.2). Works on any triangulation of the
- * training shape. vtkFlowMatchingSampler documents the model file, the input, flow time and cost.
+ * Generates poses, shapes or deformations of a surface like those that a model was trained on: vtkFlowMatchingSampler
+ * with the positions of the points as the signal ([Kuai2026], sections 4, 5.1 and 5.2). Works on any triangulation of
+ * the training shape. vtkFlowMatchingSampler documents the model file, the input, flow time and cost.
  *
  * @par Input
  * As for vtkFlowMatchingSampler. A model of a signal other than positions is an error.
@@ -13,16 +13,16 @@
  * @par Output
  * The input with its points moved (the precision of their coordinates stays; see MovePoints), its own cells and arrays,
  * and
- *  - the point array DisplacementArrayName, float64, 3 components: the deformed minus the input position, in world units.
- *    The centroid of the surface, weighted by the area of the input, stays where it is: positions are generated up to a
- *    translation (a model with another than a gradient-domain head may move it);
- *  - the point array InitialNoiseArrayName, float64, 3 components: the noise that the deformation starts from, about 0, in
- *    world units: at flow time 0 the points lie at the centroid of the input plus the initial noise;
- *  - the cell array AreaRatioArrayName, float64: the area of each polygon or strip after the deformation over that in the
- *    input, at the flow time of the output; 1 for vertices and lines.
+ *  - the point array DisplacementArrayName, float64, 3 components: the deformed minus the input position, in world
+ *    units. The centroid of the surface, weighted by the area of the input, stays where it is: positions are generated
+ *    up to a translation (a model with another than a gradient-domain head may move it);
+ *  - the point array InitialNoiseArrayName, float64, 3 components: the noise that the deformation starts from, about 0,
+ *    in world units: at flow time 0 the points lie at the centroid of the input plus the initial noise;
+ *  - the cell array AreaRatioArrayName, float64: the area of each polygon or strip after the deformation over that in
+ *    the input, at the flow time of the output; 1 for vertices and lines.
  *
- * Points that no polygon or strip uses stay where they are, with a displacement and initial noise of 0. Normals, which are
- * those of the old surface, are dropped when points are moved: the active ones and arrays named "Normals".
+ * Points that no polygon or strip uses stay where they are, with a displacement and initial noise of 0. Normals, which
+ * are those of the old surface, are dropped when points are moved: the active ones and arrays named "Normals".
  *
  * For several samples the output is a vtkMultiBlockDataSet with a block for each, as for vtkFlowMatchingSampler.
  *

@@ -6,15 +6,14 @@
  * Flow matching learns a velocity field v(f, t) that carries noise f(0) to a signal f(1) like those it was trained on:
  * df/dt = v(f, t). Here the signal is a function on a surface, the noise is Matérn noise and the velocity field is a
  * PoissonNet. None of them depends on the triangulation: a model that was trained on one triangulation generates on
- * any other of the same shape ([Lipman2023]; [Kuai2026], sections 4 and 5.3.2). The signal is any number of components at each point; vtkFlowMatchingDeformer generates the positions of
- * the points.
+ * any other of the same shape ([Lipman2023]; [Kuai2026], sections 4 and 5.3.2). The signal is any number of components
+ * at each point; vtkFlowMatchingDeformer generates the positions of the points.
  *
  * @par Model file
  * safetensors, as vtkFlowMatchingTrainer writes it: the metadata `architecture` ("flow_matching"), `format_version`
  * ("1") and `flow_matching` (the signal and the noise), and the networks `velocity` and, for models of many surfaces,
  * `encoder`. Files are checked before use; a damaged file, or one without such a model, is an error that names the
- * cause. A file is read once, and again in an update after its size or time of modification has
- * changed.
+ * cause. A file is read once, and again in an update after its size or time of modification has changed.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, open or closed, of any size and position, in
@@ -31,11 +30,11 @@
  *
  * @par Output
  * The input, untouched, plus two float64 point arrays with the components of the signal: SignalArrayName, the generated
- * signal, and InitialNoiseArrayName, the noise that it starts from, in the units of the signal and about 0: at flow time
- * 0 the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
+ * signal, and InitialNoiseArrayName, the noise that it starts from, in the units of the signal and about 0: at flow
+ * time 0 the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
  * noise. Points that no polygon or strip uses get 0 in both. For several samples the output is a vtkMultiBlockDataSet
- * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample
- * 0", "Sample 1", ...
+ * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample 0",
+ * "Sample 1", ...
  *
  * @par Flow time
  * With OutputTrajectory the time of the pipeline is flow time: the filter announces the time steps 0, 1 /
@@ -45,9 +44,9 @@
  * OutputTrajectory, outputs flow time 1.
  *
  * @par Cost
- * Operators and factorisations once for each mesh and model, kept until one of them changes; one solve and NumberOfSteps
- * evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4) for each sample.
- * Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
+ * Operators and factorisations once for each mesh and model, kept until one of them changes; one solve and
+ * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4) for each
+ * sample. Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
  * them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps + 1) bytes.
  *
  * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and

@@ -20,8 +20,8 @@ namespace surfsynth
 /// @throws InvalidInput when there is no such array with one component, or a value is not between 0 and 1.
 Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
 
-/// Reads the mask of a surface whose arrays were interpolated from one that ReadGeometricTextureMask() accepts; values are
-/// clamped to [0, 1], against rounding.
+/// Reads the mask of a surface whose arrays were interpolated from one that ReadGeometricTextureMask() accepts; values
+/// are clamped to [0, 1], against rounding.
 Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
 
 /// Smooths the rise of a mask: values are multiplied by s = t^2 (3 - 2 t), where t is the distance along edges from the

@@ -32,7 +32,8 @@ class GeometricTextureResult
 {
 public:
   /// Synthesizes the texture on the used points of @p mesh.
-  /// @throws the errors of GeometricTextureSampler; InvalidInput before any work when there would be too many triangles.
+  /// @throws the errors of GeometricTextureSampler; InvalidInput before any work when there would be too many
+  /// triangles.
   GeometricTextureResult(std::shared_ptr<const GeometricTextureModel> model, const TriangleMesh& mesh,
     const GeometricTextureSettings& settings, const Progress& progress);
 

@@ -6,13 +6,13 @@
  * A geometric texture is the fine shape of a surface, at several scales: of bark, for instance, or of reptile scales. A
  * model learns it from a single mesh and synthesizes it on any other [Hertz2020]. At each level a network computes
  * displacements of the points, tangential and normal, from every triangle and its three neighbours. Then every triangle
- * is divided into four, and the next level adds finer shape. The input of the network has noise, so that each seed gives
- * a different sample of the same texture.
+ * is divided into four, and the next level adds finer shape. The input of the network has noise, so that each seed
+ * gives a different sample of the same texture.
  *
  * @par Model file
  * safetensors with the metadata `architecture` ("geometric_texture"), as the training of geometric textures writes it.
- * Files are checked before use; a damaged file, or one without such a model, is an error that names the cause. A file is
- * read once, and again in an update after its size or time of modification has changed.
+ * Files are checked before use; a damaged file, or one without such a model, is an error that names the cause. A file
+ * is read once, and again in an update after its size or time of modification has changed.
  *
  * @par Input
  * The target: vtkPolyData with triangles, polygons or strips, float or double points, of any genus, open or closed, any
@@ -20,18 +20,18 @@
  * blocks: a block that cannot be processed is reported and left empty. Polygons and strips are triangulated. The mesh
  * must have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding; the
  * error message names the defect, the first offending cell or point and the filter that repairs it. Triangles should
- * be of even size and shape (see TargetPreparation REMESH): their size sets that of the texture. Empty input gives empty
- * output.
+ * be of even size and shape (see TargetPreparation REMESH): their size sets that of the texture. Empty input gives
+ * empty output.
  *
  * Without an input connection the target is the template in the model file, at the origin, in mean edge lengths of the
  * reference of the training: the results are samples of the reference itself.
  *
  * @par Output
  * A vtkPolyData of triangles with points of the precision of the input's. For n levels each triangle of the target
- * becomes 4^(n - 1) triangles. The target's point arrays are interpolated (floating-point arrays linearly; integers and text,
- * which are labels, from the nearest corner), each triangle has the cell arrays of the cell it comes from, field data
- * is kept. Normals, global ids and ghost arrays, vertices, lines and points that no polygon or strip uses are left out.
- * Added are
+ * becomes 4^(n - 1) triangles. The target's point arrays are interpolated (floating-point arrays linearly; integers and
+ * text, which are labels, from the nearest corner), each triangle has the cell arrays of the cell it comes from, field
+ * data is kept. Normals, global ids and ghost arrays, vertices, lines and points that no polygon or strip uses are left
+ * out. Added are
  *  - the point array DisplacementArrayName, float64, 3 components: the position of the point minus that on the target
  *    without texture, world units;
  *  - the point array LevelArrayName, int: the generator level that added the point; StartLevel for the points of the
@@ -39,23 +39,23 @@
  *
  * With TargetPreparation REMESH the target is first remeshed as by vtkIsotropicRemeshFilter with its defaults, and must
  * then have manifold points, too. Points of the remeshed target lie on the given surface; boundaries, creases above 60
- * degrees and seams of point arrays other than normals are kept as curves; arrays, the mask included, are transferred by
- * the same rules as above, cell arrays from the nearest cell. Displacements are then those from the remeshed target. A
- * seam remains: the surface is open there, as at coincident points of a target that is not remeshed.
+ * degrees and seams of point arrays other than normals are kept as curves; arrays, the mask included, are transferred
+ * by the same rules as above, cell arrays from the nearest cell. Displacements are then those from the remeshed target.
+ * A seam remains: the surface is open there, as at coincident points of a target that is not remeshed.
  *
  * With OutputLevels the output is a vtkMultiBlockDataSet with the surface, or for a composite input a tree of surfaces,
  * after each level, in blocks that are named "Level 0", "Level 1", ...
  *
  * @par Time
  * Animation chooses the meaning of the time of the pipeline. LEVELS: the number of finished levels, from 0, the target
- * without texture, to n; between two numbers the points move along straight lines. Blocks of OutputLevels are empty until
- * their level begins. SEEDS: Interpolation, from 0 to 1. An update without a requested time outputs the finished texture.
- * The input is then the one that its source holds, or outputs without a requested time.
+ * without texture, to n; between two numbers the points move along straight lines. Blocks of OutputLevels are empty
+ * until their level begins. SEEDS: Interpolation, from 0 to 1. An update without a requested time outputs the finished
+ * texture. The input is then the one that its source holds, or outputs without a requested time.
  *
  * @par Cost
- * Linear in the number of triangles of the output, time and memory.
- * Results are kept: a change of names and, once all levels are kept for it, of the time of the animation LEVELS costs no
- * synthesis. The same seed gives the same bits for every number of threads.
+ * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names and, once all
+ * levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives the same bits for
+ * every number of threads.
  *
  * @sa vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkPolyDataNormals
  */
@@ -64,6 +64,7 @@
 #define vtkGeometricTextureSynthesizer_h
 
 #include "vtkDataObjectAlgorithm.h"
+#include "vtkDeprecation.h"                            // For VTK_DEPRECATION
 #include "vtkSurfaceSynthesisGeometricTextureModule.h" // For export macro
 
 #include <memory> // For std::unique_ptr
@@ -263,7 +264,10 @@ public:
    */
   vtkTypeInt64 GetNumberOfSyntheses() const;
 
-  /// @deprecated Former name of GetNumberOfSyntheses().
+  /**
+   * Former name of GetNumberOfSyntheses().
+   */
+  VTK_DEPRECATION("Use GetNumberOfSyntheses()")
   vtkTypeInt64 GetNumberOfGrowths() const { return this->GetNumberOfSyntheses(); }
 
   /**

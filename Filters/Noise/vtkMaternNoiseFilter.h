@@ -6,8 +6,8 @@
  * Adds Matérn noise to the points of a surface: the solution f of the screened Poisson equation
  * (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the lumped mass and n independent normal numbers
  * ([Kuai2026], Algorithm 1; [Lindgren2011]). The variance of the field at the eigenvalue lambda of the Laplacian is
- * 1 / (lambda + tau)^2 on every mesh: refining, coarsening or remeshing the surface changes the resolution of the field,
- * not its distribution.
+ * 1 / (lambda + tau)^2 on every mesh: refining, coarsening or remeshing the surface changes the resolution of the
+ * field, not its distribution.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
@@ -24,9 +24,9 @@
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
- * distance in world units and a standard deviation, as is usual in statistics. SCREENING takes tau itself, as Algorithm 1
- * of the paper. NORMALIZED_SCREENING takes tau relative to the spectrum of the triangulation, as Algorithm 2; the noise
- * is then invariant under scaling of the mesh (but not under refinement).
+ * distance in world units and a standard deviation, as is usual in statistics. SCREENING takes tau itself, as Algorithm
+ * 1 of the paper. NORMALIZED_SCREENING takes tau relative to the spectrum of the triangulation, as Algorithm 2; the
+ * noise is then invariant under scaling of the mesh (but not under refinement).
  *
  * @par Cost
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and

@@ -10,8 +10,8 @@
  * @par Input
  * Port 0: the generated ensemble. Port 1: the reference ensemble. Each is a composite dataset of vtkPolyData, whose
  * leaves in order are the samples (null and empty leaves are left out), or a single vtkPolyData, all on the same points
- * and polygons. ArrayName chooses the values of a sample. Port 2, optional: the source, a vtkPolyData with
- * the same points and polygons, for instance the shape before it was deformed.
+ * and polygons. ArrayName chooses the values of a sample. Port 2, optional: the source, a vtkPolyData with the same
+ * points and polygons, for instance the shape before it was deformed.
  * @par
  * Points are weighted by their lumped barycentric mass on the source, or without one on the surface of the first
  * reference sample. That surface must have finite points and no degenerate triangle. Values must be finite, except
@@ -25,8 +25,8 @@
  *   distance to the nearest generated sample: low is good;
  * - COV: coverage, the fraction of the references that are nearest to at least one generated sample, in (0, 1]:
  *   diversity, high is good;
- * - OneNearestNeighbourAccuracy: the fraction of samples whose nearest other sample in both ensembles together is of the
- *   same ensemble, in [0, 1]: about 0.5 is ideal, 1 means separate ensembles, 0 a copy of every reference;
+ * - OneNearestNeighbourAccuracy: the fraction of samples whose nearest other sample in both ensembles together is of
+ *   the same ensemble, in [0, 1]: about 0.5 is ideal, 1 means separate ensembles, 0 a copy of every reference;
  * - MeanError: the distance of the pointwise means of the two ensembles;
  * - GeneratedSpacing, ReferenceSpacing: the mean distance of a sample to the nearest other one of its own ensemble, 0
  *   for a single sample: the scale for MMD;
@@ -36,8 +36,8 @@
  * of samples from 0 on), SampleName, NearestReferenceName (string: "Block 3" with the flat index of the leaf, and the
  * array's name where a surface has several) and Distance (float64).
  * @par
- * Distances are in world units, or those of the array. Ties go to the first sample,
- * generated before reference. Two empty inputs give empty tables; one is an error.
+ * Distances are in world units, or those of the array. Ties go to the first sample, generated before reference. Two
+ * empty inputs give empty tables; one is an error.
  *
  * @par Cost
  * O((N + M)^2 V) for N generated and M reference samples of V points; the values are read in place. The same bits for

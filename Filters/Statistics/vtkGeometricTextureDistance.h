@@ -3,30 +3,30 @@
  * @class   vtkGeometricTextureDistance
  * @brief   Measures the distance between the geometric textures of two surfaces
  *
- * Measures the quality of a synthesized geometric texture, on surfaces of any shape: compares the local neighbourhoods of
- * the triangles of a surface with those of a reference. These are the input of the networks of
- * vtkGeometricTextureSynthesizer [Hertz2020]. Each triangle has 12 features: for each edge its length and the position of
- * the opposite corner of the neighbour across it, in a frame of that edge; across a boundary the neighbour is the triangle
- * itself. The distance is the sliced Wasserstein-1 distance ([Rabin2011], [Bonneel2015]) of the distributions of these
- * features: the mean, over directions in the space of the features, of the mean difference of equal quantiles along the
- * direction. Each triangle counts in the three cyclic orders of its edges.
+ * Measures the quality of a synthesized geometric texture, on surfaces of any shape: compares the local neighbourhoods
+ * of the triangles of a surface with those of a reference. These are the input of the networks of
+ * vtkGeometricTextureSynthesizer [Hertz2020]. Each triangle has 12 features: for each edge its length and the position
+ * of the opposite corner of the neighbour across it, in a frame of that edge; across a boundary the neighbour is the
+ * triangle itself. The distance is the sliced Wasserstein-1 distance ([Rabin2011], [Bonneel2015]) of the distributions
+ * of these features: the mean, over directions in the space of the features, of the mean difference of equal quantiles
+ * along the direction. Each triangle counts in the three cyclic orders of its edges.
  *
  * The distance is 0 for the same triangulated surface after a translation, a rotation and, without unit lengths, a
- * scaling. It increases with the difference in edge lengths, angles and dihedral angles. It depends on the triangulation:
- * compare surfaces that were triangulated in the same way, for instance level k of a synthesized texture with level k of
- * the reference, and, for scale, the target without texture at the same number of subdivisions.
+ * scaling. It increases with the difference in edge lengths, angles and dihedral angles. It depends on the
+ * triangulation: compare surfaces that were triangulated in the same way, for instance level k of a synthesized texture
+ * with level k of the reference, and, for scale, the target without texture at the same number of subdivisions.
  *
  * @par Input
- * Port 0: the surface. Port 1: the reference. Each is a vtkPolyData with triangles, polygons or strips; anything that is
- * not a triangle is triangulated. The meshes must have finite points, no degenerate triangle, no edge with more than
+ * Port 0: the surface. Port 1: the reference. Each is a vtkPolyData with triangles, polygons or strips; anything that
+ * is not a triangle is triangulated. The meshes must have finite points, no degenerate triangle, no edge with more than
  * two triangles and consistent winding; the error message names the defective one and the filter that repairs it. A
  * composite dataset on port 0 is compared block by block: the output then has a table in the place of each block.
  *
  * @par Output
  * A vtkTable with one row and these columns, float64 unless said otherwise:
  * - Distance: in unit lengths, at least 0: low is good;
- * - StandardError: standard error of Distance as an estimate of the mean over all directions; two distances with the same
- *   Seed share their directions, so that their difference has a smaller error;
+ * - StandardError: standard error of Distance as an estimate of the mean over all directions; two distances with the
+ *   same Seed share their directions, so that their difference has a smaller error;
  * - MeanEdgeLength, ReferenceMeanEdgeLength: world units, each edge counts once;
  * - NumberOfTriangles, NumberOfReferenceTriangles (vtkIdType).
  * @par

@@ -21,8 +21,8 @@ FILTERS = (
      {"Samples", "Milestones"}),
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
      {"Reference"}),
-    ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 3,
-     {"TimestepValues"}),
+    ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml",
+     17, 3, {"TimestepValues"}),
     ("Filters/Training/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh"}),
     ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
@@ -64,6 +64,8 @@ def properties_of_header(path):
     defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
+        if "VTK_DEPRECATION" in group["body"]:
+            continue
         found = SETTER.search(group["body"])
         if found:
             name = found["name"] or found["text"]
