@@ -41,7 +41,7 @@ public:
     }
   }
 
-  /// Forgets the meshes of blocks that are gone, and of those that failed.
+  /// Drops the meshes of blocks that are gone or have failed.
   void DropUnused()
   {
     for (auto block = this->Blocks.begin(); block != this->Blocks.end();)

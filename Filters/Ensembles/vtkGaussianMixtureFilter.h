@@ -11,7 +11,7 @@
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
  * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
  * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * error message names the defect, the first offending cell or point and the filter that repairs it. A composite
  * input is processed block by block, with mixtures that differ between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  *

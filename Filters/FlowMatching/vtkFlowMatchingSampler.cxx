@@ -55,7 +55,7 @@ public:
     : Self(self)
   {}
 
-  /// Checks the properties and reads the model file where that is needed. @throws what the reader throws.
+  /// Checks the properties and reads the model file if needed. @throws the errors of the reader.
   void Begin(double flowTime)
   {
     this->FlowTime = flowTime;

@@ -83,7 +83,7 @@ public:
     }
   }
 
-  /// Forgets the fields of blocks that are gone, and of those that failed.
+  /// Drops the fields of blocks that are gone or have failed.
   void DropUnused()
   {
     for (auto block = this->Fields.begin(); block != this->Fields.end();)

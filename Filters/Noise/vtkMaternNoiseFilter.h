@@ -13,7 +13,7 @@
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
  * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
  * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * error message names the defect, the first offending cell or point and the filter that repairs it. A composite
  * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  *
@@ -128,8 +128,8 @@ public:
   ///@{
   /**
    * Factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius norm of M^-1 L; the noise is
-   * multiplied by sqrt(Gamma). Gamma grows with the number of points, so a value of c for one resolution is too large
-   * for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
+   * multiplied by sqrt(Gamma). Gamma increases with the number of points, so a value of c for one resolution is too
+   * large for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
    */
   vtkSetClampMacro(NormalizedScreening, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(NormalizedScreening, double);
@@ -138,7 +138,7 @@ public:
   ///@{
   /**
    * Number of eigenpairs of the SPECTRAL model, the constant one included; at least 1 and below the number of points.
-   * The cost grows with its square. Default 256.
+   * The cost is proportional to its square. Default 256.
    */
   vtkSetClampMacro(NumberOfEigenpairs, int, 1, VTK_INT_MAX);
   vtkGetMacro(NumberOfEigenpairs, int);

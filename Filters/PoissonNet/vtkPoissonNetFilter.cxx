@@ -66,7 +66,7 @@ public:
     : Self(self)
   {}
 
-  /// Reads the model file where that is needed. @throws what the reader throws.
+  /// Reads the model file if needed. @throws the errors of the reader.
   void Begin()
   {
     if (this->Self->ModelFileName.empty())
