@@ -29,6 +29,7 @@ public:
 
   /// Returns the points that the samples have rows for.
   const UsedPoints& Points() const { return this->Used; }
+  /// Returns the sampler of the surface.
   const FlowMatchingSampler& Sampler() const { return this->Flow; }
 
   /// Drops the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another seed,

@@ -137,7 +137,7 @@ public:
 
   ///@{
   /**
-   * Interpolation, from the noise of Seed at 0 to that of SecondSeed at 1: cos(a) times the first plus sin(a) times the
+   * Interpolation from 0, the noise of Seed, to 1, that of SecondSeed: cos(a) times the first plus sin(a) times the
    * second, with a = Interpolation pi / 2, so that the variance is constant. Default 0.
    */
   vtkSetClampMacro(Interpolation, double, 0.0, 1.0);

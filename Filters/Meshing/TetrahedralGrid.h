@@ -20,6 +20,7 @@ namespace surfsynth
 /// A surface without the points that no triangle uses.
 struct UsedSurface
 {
+  /// Copies the used points of @p surface and renumbers its triangles.
   explicit UsedSurface(const TriangleMesh& surface);
 
   TriangleMesh Mesh;
