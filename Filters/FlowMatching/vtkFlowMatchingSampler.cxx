@@ -47,7 +47,7 @@ struct PreparedBlock
 };
 } // namespace
 
-/// The model, the meshes and the samples of the last update.
+/// Model, meshes and samples of the last update.
 class vtkFlowMatchingSampler::Internals
 {
 public:

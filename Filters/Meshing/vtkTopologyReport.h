@@ -87,12 +87,12 @@ public:
   ///@}
 
   /**
-   * True when every surface of the last update is valid (see Valid above); false when there was none.
+   * Returns true when every surface of the last update is valid (see Valid above); false without a surface.
    */
   bool GetValid() const;
 
   /**
-   * The former name of GetValid().
+   * Former name of GetValid().
    */
   VTK_DEPRECATION("Use GetValid()")
   bool GetSound() const { return this->GetValid(); }

@@ -58,7 +58,7 @@ struct PreparedBlock
 };
 } // namespace
 
-/// The model and the meshes of the last update.
+/// Model and meshes of the last update.
 class vtkPoissonNetFilter::Internals
 {
 public:
