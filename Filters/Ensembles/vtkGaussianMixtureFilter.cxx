@@ -24,7 +24,7 @@ using surfsynth::Surface;
 
 vtkStandardNewMacro(vtkGaussianMixtureFilter);
 
-/// The factored meshes of the last update, and what they told.
+/// Factored meshes of the last update, and their results.
 class vtkGaussianMixtureFilter::Internals
 {
 public:
@@ -41,7 +41,7 @@ public:
     }
   }
 
-  /// Forgets the meshes of blocks that are gone, and of those that failed.
+  /// Drops the meshes of blocks that are gone or have failed.
   void DropUnused()
   {
     for (auto block = this->Blocks.begin(); block != this->Blocks.end();)
@@ -50,7 +50,7 @@ public:
     }
   }
 
-  /// True when the mesh of this block is the one of an earlier update, with the same options.
+  /// Returns true when the mesh of this block is that of an earlier update, with the same options.
   bool Holds(const Surface& surface)
   {
     const auto found = this->Blocks.find(surface.FlatIndex);

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkGaussianMixtureFilter
- * @brief   Random mixtures of Gaussians on surfaces: signals to train and to test on
+ * @brief   Generates random mixtures of Gaussians on surfaces: signals for training and testing
  *
  * Adds signals g(x) = sum_c exp(-d(x, c)^2 / (2 sigma^2)) to the points of a surface, with d the distance along the
- * surface and a few random centres c that keep a distance from each other: the data of appendix C.3 of "Matérn Noise for
- * Triangulation-Agnostic Flow Matching on Meshes". Distances are found by the heat method (Crane, Weischedel and
- * Wardetzky, "Geodesics in Heat", 2013).
+ * surface and a few random centres c at a minimum distance from each other: the data of [Kuai2026], appendix C.3.
+ * Distances are computed by the heat method [Crane2013].
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
  * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
  * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * error message names the defect, the first offending cell or point and the filter that repairs it. A composite
  * input is processed block by block, with mixtures that differ between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  *
@@ -22,14 +21,14 @@
  * polygon or strip uses get 0, and so do those of components without a centre.
  *
  * @par Centres
- * Centres are points of the mesh, chosen one after the other, each with a probability proportional to its lumped mass (a
- * third of the area around it) among those that are not closer than Separation to an earlier one. They are so uniform on
- * the surface, whatever its triangulation.
+ * Centres are points of the mesh, chosen one after the other, each with a probability proportional to its lumped mass
+ * (a third of the area around it) among those that are not closer than Separation to an earlier one. Centres are
+ * therefore distributed uniformly on the surface, on every triangulation.
  *
  * @par Cost
  * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: some thousand centres a
- * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same alone
- * or in a batch.
+ * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same
+ * alone or in a batch.
  *
  * @sa vtkMaternNoiseFilter, vtkIsotropicRemeshFilter
  */
@@ -60,8 +59,8 @@ public:
 
   ///@{
   /**
-   * The standard deviation sigma of each Gaussian, as a fraction of the square root of the area of the surface, or of the
-   * block; larger than 0. Should be some edge lengths. Default 0.08.
+   * Standard deviation sigma of each Gaussian, as a fraction of the square root of the area of the surface, or of the
+   * block; larger than 0. It should be several edge lengths. Default 0.08.
    */
   vtkSetClampMacro(Width, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(Width, double);
@@ -69,7 +68,7 @@ public:
 
   ///@{
   /**
-   * The least distance between two centres, in units of sigma; at least 0. Default 4: Gaussians hardly overlap.
+   * Minimum distance between two centres, in units of sigma; at least 0. Default 4, at which Gaussians hardly overlap.
    */
   vtkSetClampMacro(Separation, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Separation, double);
@@ -77,8 +76,8 @@ public:
 
   ///@{
   /**
-   * The seed. Any integer; each gives other mixtures, and the same seed always gives the same mixtures on the same mesh.
-   * Default 0.
+   * Seed of the random numbers, any integer. Each seed gives different mixtures; the same seed always gives the same
+   * mixtures on the same mesh. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -94,7 +93,7 @@ public:
 
   ///@{
   /**
-   * Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+   * Index of the first sample, at least 0; an ensemble can be generated in parts. Default 0.
    */
   vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
   vtkGetMacro(FirstSample, int);
@@ -102,20 +101,20 @@ public:
 
   ///@{
   /**
-   * Name of the point array that is added; not empty. Default "Mixture".
+   * Name of the added point array; not empty. Default "Mixture".
    */
   void SetOutputArrayName(const char* name);
   vtkGetCharFromStdStringMacro(OutputArrayName);
   ///@}
 
   /**
-   * sigma in the last update, in world units, for the last block of a composite input.
+   * Standard deviation sigma of the last update, in world units, for the last block of a composite input.
    */
   double GetStandardDeviation() const;
 
   /**
-   * Number of meshes assembled and factored since this object was made. Stays the same while only seeds, numbers of
-   * samples or names change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples
+   * or names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 

@@ -49,7 +49,7 @@ surfsynth::MeshRequirements Requirements()
   return requirements;
 }
 
-/// An array of three components with the rows of @p values.
+/// Makes an array of three components from the rows of @p values.
 vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
 {
   vtkSmartPointer<vtkDataArray> array;
@@ -71,7 +71,7 @@ vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool double
 }
 } // namespace
 
-/// The equations of the last update, and what one update does with the parameters of the filter.
+/// Equations of the last update, and the work of one update.
 class vtkPoseEnsembleFilter::Internals
 {
 public:
@@ -108,7 +108,7 @@ public:
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  /// What poses of a block depend on.
+  /// Data that the poses of a block depend on.
   struct Key
   {
     std::uint64_t MeshHash = 0;

@@ -1,30 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkPoseEnsembleFilter
- * @brief   Random poses of a shape: deformed copies whose limbs have swung, to train and to test on
+ * @brief   Generates random poses of a shape: copies with rotated limbs, for training and testing
  *
  * Finds the extremities of a shape (hands, feet, head, tail), holds the part near its centroid and turns each extremity
- * about its joint by random angles; the rest follows as rigidly as possible, with rotations that vary smoothly over the
- * surface (Sorkine and Alexa, "As-Rigid-As-Possible Surface Modeling", 2007; Levi and Gotsman, "Smooth Rotation Enhanced
- * As-Rigid-As-Possible Mesh Animation", 2015), by CGAL's Surface_mesh_deformation.
+ * about its joint by random angles. The rest follows as rigidly as possible, with rotations that vary smoothly over the
+ * surface ([Sorkine2007], [Levi2015]), by CGAL's Surface_mesh_deformation.
  *
  * @par Input
- * Port 0: vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite dataset
- * of such blocks, each of which is posed by itself, with rotations that differ between blocks. The mesh must be
+ * Port 0: vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite
+ * dataset of such blocks, each of which is posed by itself, with rotations that differ between blocks. The mesh must be
  * connected, with finite points, no degenerate triangle, manifold edges and points, and consistent winding; the error
- * message names what is wrong, and vtkSurfaceRepairFilter mends it. Empty input gives empty output.
+ * message names the defect, and vtkSurfaceRepairFilter repairs it. Empty input gives empty output.
  *
- * Port 1, optional: a vtkPolyData, another triangulation of the same shape in the same place, on which extremities,
- * joints and regions are found instead. With the same template, seed and sample, every triangulation of the shape gets
- * the same pose: on even triangulations that are fine enough for the limbs, the results agree to about half a per cent of
+ * Port 1, optional: a vtkPolyData, another triangulation of the same shape in the same position. Extremities, joints
+ * and regions are then found on it. With the same template, seed and sample, every triangulation of the shape gets the
+ * same pose: on even triangulations that are fine enough for the limbs, the results agree to about half a per cent of
  * the shape's size on average (root of the mean square) and a few per cent at worst.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a vtkPolyData
  * for each sample, named Sample_k for k = FirstSample, FirstSample + 1, ...: the input with moved points of the same
  * precision, without normals, plus two point arrays: the displacement from the input (three components, of the points'
- * precision) and the region of the point (int): 0, 1, ... for the extremities, NumberOfHandles for what stays and -1 for
- * what follows. Points that no polygon or strip uses stay where they are.
+ * precision) and the region of the point (int): 0, 1, ... for the extremities, NumberOfHandles for the fixed part and
+ * -1 for the rest. Points that no polygon or strip uses stay where they are.
  *
  * @par Scale
  * Lengths are fractions of the shape's size, the square root of its area; the poses do not change with the unit.
@@ -36,7 +35,7 @@
  *
  * @par Failure
  * A pose that is not finite, or in which more than a twentieth of the surface lies in triangles whose area has become
- * three times as large or as small, is an error that names the sample: MaximumAngle is then too large for the shape.
+ * three times as large or as small, is an error that names the sample; MaximumAngle is then too large for the shape.
  *
  * @sa vtkGaussianMixtureFilter, vtkSurfaceRepairFilter, vtkIsotropicRemeshFilter
  */
@@ -59,21 +58,21 @@ public:
 
   ///@{
   /**
-   * The template of port 1, as a connection or as data; null (the default) for none.
+   * Sets the template of port 1, as a connection or as data; null (the default) for none.
    */
   void SetTemplateConnection(vtkAlgorithmOutput* port);
   void SetTemplateData(vtkDataObject* shape);
   ///@}
 
   /**
-   * Takes the template away again: for ParaView, which cannot name a port in doing so.
+   * Removes the template. ParaView needs this method, because its clean command cannot name a port.
    */
   void RemoveTemplate() { this->SetInputConnection(1, nullptr); }
 
   ///@{
   /**
-   * The seed. Any integer; each gives other poses, and the same seed always gives the same rotations for the same sample
-   * and handle. Default 0.
+   * Seed of the random numbers, any integer. Each seed gives different poses; the same seed always gives the same
+   * rotations for the same sample and handle. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -89,7 +88,7 @@ public:
 
   ///@{
   /**
-   * Index of the first sample, at least 0: an ensemble may be made in parts. Default 0.
+   * Index of the first sample, at least 0; an ensemble can be generated in parts. Default 0.
    */
   vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
   vtkGetMacro(FirstSample, int);
@@ -97,8 +96,8 @@ public:
 
   ///@{
   /**
-   * Number of extremities that are turned, from 1 to 100: those farthest, along the surface, from the centre and from each
-   * other. Default 6.
+   * Number of rotated extremities, from 1 to 100. The extremities are the points farthest, along the surface, from the
+   * centre and from each other. Default 6.
    */
   vtkSetClampMacro(NumberOfHandles, int, 1, 100);
   vtkGetMacro(NumberOfHandles, int);
@@ -106,8 +105,8 @@ public:
 
   ///@{
   /**
-   * The largest angle by which an extremity turns about its joint, in degrees, from 0 to 180; on average it is 3/4 of it,
-   * about any axis. Default 60.
+   * Largest rotation angle of an extremity about its joint, in degrees, from 0 to 180. The mean angle is 3/4 of it; the
+   * axis is random. Default 60.
    */
   vtkSetClampMacro(MaximumAngle, double, 0.0, 180.0);
   vtkGetMacro(MaximumAngle, double);
@@ -115,7 +114,8 @@ public:
 
   ///@{
   /**
-   * The largest angle by which an extremity turns about its own centre besides, in degrees, from 0 to 180. Default 20.
+   * Largest angle of an additional rotation of an extremity about its own centre, in degrees, from 0 to 180. Default
+   * 20.
    */
   vtkSetClampMacro(MaximumTwist, double, 0.0, 180.0);
   vtkGetMacro(MaximumTwist, double);
@@ -123,8 +123,8 @@ public:
 
   ///@{
   /**
-   * The distance along the surface, as a fraction of the shape's size, within which an extremity moves as one piece; from
-   * 0.001 to 1. Default 0.08.
+   * Radius of the rigid part around an extremity, along the surface, as a fraction of the shape's size, from 0.001 to
+   * 1. Default 0.08.
    */
   vtkSetClampMacro(HandleRadius, double, 0.001, 1.0);
   vtkGetMacro(HandleRadius, double);
@@ -132,9 +132,9 @@ public:
 
   ///@{
   /**
-   * How far what stays reaches, as a fraction of the shape's size, from 0.001 to 1: points stay whose distance from the
-   * centroid is at most this much larger than the smallest one. Points within three handle radii of an extremity never
-   * stay. Default 0.12.
+   * Extent of the fixed part near the centroid, as a fraction of the shape's size, from 0.001 to 1. Points are fixed
+   * when their distance from the centroid exceeds the smallest such distance by at most this. Points within three
+   * handle radii of an extremity are never fixed. Default 0.12.
    */
   vtkSetClampMacro(AnchorRadius, double, 0.001, 1.0);
   vtkGetMacro(AnchorRadius, double);
@@ -142,7 +142,8 @@ public:
 
   ///@{
   /**
-   * Where the joint of an extremity is on the way along the surface from the extremity (0) to what stays (1). Default 0.8.
+   * Position of the joint of an extremity on the path along the surface from the extremity (0) to the fixed part (1).
+   * Default 0.8.
    */
   vtkSetClampMacro(PivotPosition, double, 0.0, 1.0);
   vtkGetMacro(PivotPosition, double);
@@ -150,8 +151,8 @@ public:
 
   ///@{
   /**
-   * Number of iterations of the deformation for each pose, from 1 to 10000; more bring different triangulations closer
-   * together. Default 40.
+   * Number of iterations of the deformation for each pose, from 1 to 10000; more make the results of different
+   * triangulations more alike. Default 40.
    */
   vtkSetClampMacro(NumberOfIterations, int, 1, 10000);
   vtkGetMacro(NumberOfIterations, int);
@@ -159,8 +160,8 @@ public:
 
   ///@{
   /**
-   * Resistance to bending, relative to the area, from 0 to 1; larger makes limbs bend over a longer way and needs more
-   * iterations. Default 0.0002.
+   * Resistance to bending, relative to the area, from 0 to 1; with larger values limbs bend over a longer distance, and
+   * more iterations are needed. Default 0.0002.
    */
   vtkSetClampMacro(Stiffness, double, 0.0, 1.0);
   vtkGetMacro(Stiffness, double);
@@ -183,8 +184,8 @@ public:
   ///@}
 
   /**
-   * Number of meshes whose equations have been set up since this object was made. Stays the same while only the seed and
-   * the samples change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only the seed and the samples
+   * change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 

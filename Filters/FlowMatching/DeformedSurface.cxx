@@ -19,7 +19,7 @@ namespace surfsynth
 
 namespace
 {
-/// Area of the triangles of each cell.
+/// Computes the area of the triangles of each cell.
 Eigen::VectorXd CellAreas(const Surface& surface, const TriangleMesh& mesh, Eigen::Index cells)
 {
   const Eigen::VectorXd areas = FaceAreas(mesh);

@@ -13,12 +13,11 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// For each cell of @p surface, the area of its triangles with the points moved by @p displacement over that without; 1
-/// for cells that are neither polygons nor strips.
+/// Returns for each cell of @p surface the ratio of the area of its triangles with the points moved by @p displacement
+/// to that without; 1 for cells that are neither polygons nor strips.
 vtkSmartPointer<vtkDoubleArray> AreaRatios(vtkPolyData* surface, vtkDoubleArray* displacement, const std::string& name);
 
-/// Moves the points of @p surface, which get new coordinates of the same precision, and drops the normals, which are those
-/// of the old surface.
+/// Moves the points of @p surface, in the same precision, and drops its normals, which are those of the old surface.
 void MovePoints(vtkPolyData* surface, vtkDoubleArray* displacement);
 
 } // namespace surfsynth

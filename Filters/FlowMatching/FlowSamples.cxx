@@ -17,7 +17,7 @@ namespace
 /// Distance in steps below which a flow time is that of a step: times reach the filter as k / NumberOfSteps, rounded.
 constexpr double SameStep = 1e-9;
 
-/// The share of a sample's cost that its noise takes: a solve, beside the evaluations of the network.
+/// Fraction of a sample's cost for its noise: one solve, beside the evaluations of the network.
 constexpr double NoiseShare = 0.02;
 
 FlowMatchingSampler MakeSampler(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface,
@@ -28,7 +28,7 @@ FlowMatchingSampler MakeSampler(std::shared_ptr<const FlowMatchingModel> model, 
   return FlowMatchingSampler(std::move(model), points.Compact(surface.Mesh), topology, progress);
 }
 
-/// Rows of used points as an array on all points.
+/// Makes an array on all points from rows of the used points.
 vtkSmartPointer<vtkDoubleArray> PointArray(
   const Surface& surface, const UsedPoints& points, const Eigen::MatrixXd& rows)
 {

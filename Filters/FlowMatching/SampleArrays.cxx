@@ -32,7 +32,7 @@ vtkSmartPointer<vtkDoubleArray> TakeArray(vtkPolyData* surface, const std::strin
   return array;
 }
 
-/// An empty dataset for each sample, in @p output when there are several.
+/// Makes an empty dataset for each sample, in @p output when there are several.
 std::vector<vtkSmartPointer<vtkDataObject>> MakeTargets(
   vtkDataObject* held, const SampleRange& range, vtkDataObject* output)
 {
@@ -56,7 +56,7 @@ std::vector<vtkSmartPointer<vtkDataObject>> MakeTargets(
   return targets;
 }
 
-/// What each sample makes of one surface: a list in the order of samples.
+/// Makes the output of each sample for one surface: a list in the order of samples.
 std::vector<vtkSmartPointer<vtkPolyData>> FinishSurface(
   vtkPolyData* held, const SampleRange& range, const SampleFinisher& finish)
 {

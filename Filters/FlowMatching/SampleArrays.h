@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// From the arrays that hold all samples of a surface, which is how ranks can share the work, to one dataset for each.
+/// Conversion of arrays that hold all samples of a surface, which ranks can share, to one dataset for each sample.
 #pragma once
 
 #include <vtkDoubleArray.h>
@@ -15,7 +15,7 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// The point arrays of one sample.
+/// Point arrays of one sample.
 struct SampleArrays
 {
   vtkSmartPointer<vtkDoubleArray> Signal;
@@ -29,15 +29,15 @@ struct SampleRange
   int Count = 1;
 };
 
-/// Adds the arrays of sample @p number to @p surface, under names of no interest to users.
+/// Adds the arrays of sample @p number to @p surface, under internal names.
 void HoldSample(vtkPolyData* surface, std::int64_t number, const SampleArrays& sample);
 
 /// Makes the output for one surface and sample of @p output, which holds a copy of the input.
 using SampleFinisher = std::function<void(vtkPolyData* output, const SampleArrays& sample)>;
 
-/// Fills @p output from @p held, a surface or a tree of surfaces to which HoldSample() has added all samples of @p range:
-/// for one sample with a copy of @p held; for several, @p output being a vtkMultiBlockDataSet, with such a copy for each, in
-/// blocks named "Sample 5". Surfaces that hold no sample, which are those that failed and empty ones, are copied.
+/// Fills @p output from @p held, a surface or a tree of surfaces to which HoldSample() has added all samples of @p
+/// range: for one sample with a copy of @p held; for several, @p output being a vtkMultiBlockDataSet, with such a copy
+/// for each, in blocks named "Sample 5". Surfaces without a sample, which have failed or are empty, are copied.
 void ArrangeSamples(vtkDataObject* held, const SampleRange& range, vtkDataObject* output, const SampleFinisher& finish);
 
 } // namespace surfsynth

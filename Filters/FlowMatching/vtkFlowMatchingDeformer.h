@@ -1,29 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkFlowMatchingDeformer
- * @brief   Deforms surfaces at random, as a trained flow matching model has learned it
+ * @brief   Generates random deformations of surfaces with a trained flow matching model
  *
- * Generates poses, shapes or deformations of a surface like those that a model was trained on: vtkFlowMatchingSampler with
- * the positions of the points as the signal ("Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes", sections 4,
- * 5.1 and 5.2). Works on any triangulation of the training shape. What the model file, the input and flow time are, what
- * is computed once and what an update costs is said there.
+ * Generates poses, shapes or deformations of a surface like those that a model was trained on: vtkFlowMatchingSampler
+ * with the positions of the points as the signal ([Kuai2026], sections 4, 5.1 and 5.2). Works on any triangulation of
+ * the training shape. vtkFlowMatchingSampler documents the model file, the input, flow time and cost.
  *
  * @par Input
- * As for vtkFlowMatchingSampler. A model that generates something else than positions is an error.
+ * As for vtkFlowMatchingSampler. A model of a signal other than positions is an error.
  *
  * @par Output
  * The input with its points moved (the precision of their coordinates stays; see MovePoints), its own cells and arrays,
  * and
- *  - the point array DisplacementArrayName, float64, 3 components: the deformed minus the input position, in world units.
- *    The centroid of the surface, weighted by the area of the input, stays where it is: positions are generated up to a
- *    translation (a model with another than a gradient-domain head may move it);
- *  - the point array InitialNoiseArrayName, float64, 3 components: the noise that the deformation was made of, about 0, in
- *    world units: at flow time 0 the points lie at the centroid of the input plus the initial noise;
- *  - the cell array AreaRatioArrayName, float64: the area of each polygon or strip after the deformation over that in the
- *    input, at the flow time of the output; 1 for vertices and lines.
+ *  - the point array DisplacementArrayName, float64, 3 components: the deformed minus the input position, in world
+ *    units. The centroid of the surface, weighted by the area of the input, stays where it is: positions are generated
+ *    up to a translation (a model with another than a gradient-domain head may move it);
+ *  - the point array InitialNoiseArrayName, float64, 3 components: the noise that the deformation starts from, about 0,
+ *    in world units: at flow time 0 the points lie at the centroid of the input plus the initial noise;
+ *  - the cell array AreaRatioArrayName, float64: the area of each polygon or strip after the deformation over that in
+ *    the input, at the flow time of the output; 1 for vertices and lines.
  *
- * Points that no polygon or strip uses stay where they are, with a displacement and initial noise of 0. Normals, which are
- * those of the old surface, are dropped when points are moved: the active ones and arrays named "Normals".
+ * Points that no polygon or strip uses stay where they are, with a displacement and initial noise of 0. Normals, which
+ * are those of the old surface, are dropped when points are moved: the active ones and arrays named "Normals".
  *
  * For several samples the output is a vtkMultiBlockDataSet with a block for each, as for vtkFlowMatchingSampler.
  *
@@ -49,7 +48,7 @@ public:
 
   ///@{
   /**
-   * Whether the points of the output are moved; else the deformation is in the arrays only. Default on.
+   * Moves the points of the output; off, the deformation is in the arrays only. Default on.
    */
   vtkSetMacro(MovePoints, bool);
   vtkGetMacro(MovePoints, bool);
@@ -66,7 +65,8 @@ public:
 
   ///@{
   /**
-   * Name of the cell array with the area of each polygon over that in the input; not empty. Default "AreaRatio".
+   * Name of the cell array with the ratio of the area of each polygon to that in the input; not empty. Default
+   * "AreaRatio".
    */
   void SetAreaRatioArrayName(const char* name);
   vtkGetCharFromStdStringMacro(AreaRatioArrayName);

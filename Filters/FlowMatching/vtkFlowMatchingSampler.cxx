@@ -36,10 +36,10 @@ vtkStandardNewMacro(vtkFlowMatchingSampler);
 
 namespace
 {
-/// What preparing a mesh costs, in evaluations of the network: for progress.
+/// Cost of the preparation of a mesh, in evaluations of the network, for progress.
 constexpr double EvaluationsOfPreparation = 3.0;
 
-/// The samples on one mesh, which are those of one model.
+/// Samples of one model on one mesh.
 struct PreparedBlock
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
@@ -47,7 +47,7 @@ struct PreparedBlock
 };
 } // namespace
 
-/// The model, the meshes and the samples of the last update.
+/// Model, meshes and samples of the last update.
 class vtkFlowMatchingSampler::Internals
 {
 public:
@@ -55,7 +55,7 @@ public:
     : Self(self)
   {}
 
-  /// Checks the properties and reads the model file where that is needed. @throws what the reader throws.
+  /// Checks the properties and reads the model file if needed. @throws the errors of the reader.
   void Begin(double flowTime)
   {
     this->FlowTime = flowTime;
@@ -82,7 +82,7 @@ public:
     this->Blocks.Begin();
   }
 
-  /// Adds all samples that fall to this rank to @p output, drawing those that are not there from the last update.
+  /// Adds all samples of this rank to @p output, and draws those that the last update lacks.
   void HoldSamples(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     FlowSamples* samples = this->Find(surface);
@@ -105,7 +105,7 @@ public:
     }
   }
 
-  /// What is held of this block from an earlier update, or null; mesh and model must be the same.
+  /// Finds the data of this block from an earlier update with the same mesh and model; null otherwise.
   FlowSamples* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);
@@ -152,7 +152,7 @@ private:
     return request;
   }
 
-  /// The state that InputNoiseArrayName asks for, or an empty matrix.
+  /// Reads the initial noise of InputNoiseArrayName; an empty matrix without one.
   surfsynth::FeatureMatrix GivenNoise(const FlowSamples& samples, vtkPolyData* surface) const
   {
     if (this->Self->InputNoiseArrayName.empty())
@@ -342,7 +342,7 @@ int vtkFlowMatchingSampler::RequestData(
 bool vtkFlowMatchingSampler::Generate(
   vtkInformationVector** inputVector, vtkInformationVector* outputVector, double time)
 {
-  // All samples first go to a copy of the input, as arrays: what ranks can share among them.
+  // All samples first go to a copy of the input, as arrays, which ranks can share among them.
   vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
   const auto held = vtkSmartPointer<vtkDataObject>::Take(input->NewInstance());
   vtkNew<vtkInformationVector> heldVector;

@@ -5,50 +5,48 @@
  *
  * Flow matching learns a velocity field v(f, t) that carries noise f(0) to a signal f(1) like those it was trained on:
  * df/dt = v(f, t). Here the signal is a function on a surface, the noise is Matérn noise and the velocity field is a
- * PoissonNet, none of which depends on the triangulation: a model that was trained on one triangulation generates on
- * any other of the same shape ("Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes", sections 4 and
- * 5.3.2). The signal is any number of components at each point; vtkFlowMatchingDeformer generates the positions of
- * the points.
+ * PoissonNet. None of them depends on the triangulation: a model that was trained on one triangulation generates on
+ * any other of the same shape ([Lipman2023]; [Kuai2026], sections 4 and 5.3.2). The signal is any number of components
+ * at each point; vtkFlowMatchingDeformer generates the positions of the points.
  *
  * @par Model file
  * safetensors, as vtkFlowMatchingTrainer writes it: the metadata `architecture` ("flow_matching"), `format_version`
  * ("1") and `flow_matching` (the signal and the noise), and the networks `velocity` and, for models of many surfaces,
- * `encoder`. Files are checked before anything is taken from them; a file that is damaged, or is no such model, is an
- * error that says why. A file is read once, and again in an update after its size or time of modification has
- * changed.
+ * `encoder`. Files are checked before use; a damaged file, or one without such a model, is an error that names the
+ * cause. A file is read once, and again in an update after its size or time of modification has changed.
  *
  * @par Input
- * vtkPolyData with triangles, polygons or strips, float or double points, open or closed, of any size and in any place,
- * turned as the surface of the training was; or a composite dataset of such blocks. Polygons and strips are
+ * vtkPolyData with triangles, polygons or strips, float or double points, open or closed, of any size and position, in
+ * the orientation of the surface of the training; or a composite dataset of such blocks. Polygons and strips are
  * triangulated for the computation only. Vertices and lines are ignored, and so are points that no polygon or strip
  * uses. The mesh must have finite points, no degenerate triangle, no edge with more than two triangles, consistent
  * winding (the network is not mirror-invariant) and one component (a Poisson equation leaves the constant on each
  * further component undetermined; split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. A warning is
- * given, once for each mesh, where good samples are unlikely: for a surface whose second moments are unlike those of
- * the training, because it has another shape or is turned, and for a closed surface whose faces point inwards. A
+ * error message names the defect, the first offending cell or point and the filter that repairs it. A warning is
+ * given, once for each mesh, where good samples are unlikely: for a surface whose second moments differ from those of
+ * the training, because it has another shape or orientation, and for a closed surface whose faces point inwards. A
  * composite input is processed block by block, with noise that differs between blocks; a block that cannot be
  * processed is reported and left empty, the others are not affected. Empty input gives empty output.
  *
  * @par Output
  * The input, untouched, plus two float64 point arrays with the components of the signal: SignalArrayName, the generated
- * signal, and InitialNoiseArrayName, the noise it was made of, in the units of the signal and about 0: at flow time 0
- * the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
+ * signal, and InitialNoiseArrayName, the noise that it starts from, in the units of the signal and about 0: at flow
+ * time 0 the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
  * noise. Points that no polygon or strip uses get 0 in both. For several samples the output is a vtkMultiBlockDataSet
- * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample
- * 0", "Sample 1", ...
+ * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample 0",
+ * "Sample 1", ...
  *
  * @par Flow time
  * With OutputTrajectory the time of the pipeline is flow time: the filter announces the time steps 0, 1 /
- * NumberOfSteps, ..., 1 and gives the state at the time that is asked for, between two steps interpolated linearly,
- * before 0 and after 1 that at the end. All states are kept, so that going through time costs no evaluation of the
- * network. The input is then the one that its source holds, or gives when no time is asked for. An update that asks
- * for no time, and one without OutputTrajectory, gives flow time 1.
+ * NumberOfSteps, ..., 1 and outputs the state at the requested time: linear between two steps, constant before 0 and
+ * after 1. All states are kept, so that a change of time costs no evaluation of the network. The input is then the one
+ * that its source holds, or outputs without a requested time. An update without a requested time, and one without
+ * OutputTrajectory, outputs flow time 1.
  *
  * @par Cost
- * Operators and factorisations once for each mesh and model, kept until one of them changes; a solve and NumberOfSteps
- * evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4) for each sample.
- * Samples are kept too: an update evaluates the network only for those that the last one has not made. Memory for
+ * Operators and factorisations once for each mesh and model, kept until one of them changes; one solve and
+ * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4) for each
+ * sample. Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
  * them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps + 1) bytes.
  *
  * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and
@@ -78,7 +76,7 @@ public:
   vtkTypeMacro(vtkFlowMatchingSampler, vtkPassInputTypeAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The ways to integrate df/dt = v(f, t) over a step h.
+  /// Integrators of df/dt = v(f, t) over a step h.
   enum Integrators
   {
     EULER = 0,        ///< f + h v(f, t): one evaluation of the network, first order
@@ -96,8 +94,8 @@ public:
 
   ///@{
   /**
-   * The seed. Any integer; each gives other noise, and so other samples. The same seed gives other samples on another
-   * triangulation. Default 0.
+   * Seed of the random numbers, any integer. Each seed gives different noise and samples. The same seed gives different
+   * samples on another triangulation. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -105,11 +103,11 @@ public:
 
   ///@{
   /**
-   * Name of a point array of the input with the noise to begin with, in place of that which Seed gives. The initial noise
-   * of a sample on another triangulation, brought here as point arrays are (by subdivision, remeshing, resampling), gives
-   * the same sample on this one. It must have the components of the signal, in its units and about 0, and the number of
-   * samples must be 1. Of positions its mean over the surface is removed. On several MPI ranks the surface must lie
-   * whole on one. Default "": the noise of Seed.
+   * Name of a point array of the input with the initial noise, in place of that of Seed. The initial noise of a sample
+   * on another triangulation, transferred as a point array (by subdivision, remeshing or resampling), gives the same
+   * sample on this one. It must have the components of the signal, in its units and about 0, and the number of samples
+   * must be 1. Its mean over the surface is removed where the signal are positions. On several MPI ranks the whole
+   * surface must be on one. Default "": the noise of Seed.
    */
   void SetInputNoiseArrayName(const char* name);
   vtkGetCharFromStdStringMacro(InputNoiseArrayName);
@@ -117,7 +115,7 @@ public:
 
   ///@{
   /**
-   * Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+   * Index of the first sample, at least 0; an ensemble can be generated in parts. Default 0.
    */
   vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
   vtkGetMacro(FirstSample, int);
@@ -134,7 +132,7 @@ public:
 
   ///@{
   /**
-   * Number of steps from noise to signal, from 1 to 10000, of equal length; more are more accurate and cost more.
+   * Number of steps from noise to signal, from 1 to 10000, of equal length. More steps are more accurate and cost more.
    * Default 20.
    */
   vtkSetClampMacro(NumberOfSteps, int, 1, 10000);
@@ -143,7 +141,7 @@ public:
 
   ///@{
   /**
-   * How a step is made. Default MIDPOINT.
+   * Integrator of a step. Default MIDPOINT.
    */
   vtkSetClampMacro(Integrator, int, EULER, RUNGE_KUTTA_4);
   vtkGetMacro(Integrator, int);
@@ -154,7 +152,7 @@ public:
 
   ///@{
   /**
-   * Whether the time of the pipeline is flow time, from noise at 0 to the signal at 1, so that an animation shows the
+   * Makes flow time, from noise at 0 to the signal at 1, the time of the pipeline, so that an animation shows the
    * denoising. Default off.
    */
   vtkSetMacro(OutputTrajectory, bool);
@@ -164,8 +162,8 @@ public:
 
   ///@{
   /**
-   * Name of the point array with the generated signal. Default "": the name of the signal in the model file, which is
-   * "Position" for positions. Not used by vtkFlowMatchingDeformer.
+   * Name of the point array with the generated signal. Default "": the name of the signal in the model file ("Position"
+   * for positions). Not used by vtkFlowMatchingDeformer.
    */
   void SetSignalArrayName(const char* name);
   vtkGetCharFromStdStringMacro(SignalArrayName);
@@ -173,32 +171,31 @@ public:
 
   ///@{
   /**
-   * Name of the point array with the noise that the signal was made of; not empty. Default "InitialNoise".
+   * Name of the point array with the initial noise of the signal; not empty. Default "InitialNoise".
    */
   void SetInitialNoiseArrayName(const char* name);
   vtkGetCharFromStdStringMacro(InitialNoiseArrayName);
   ///@}
 
   /**
-   * One line about the model of the last update: what it generates, from which noise, its network. Empty before there
-   * is one.
+   * Description of the model of the last update in one line: signal, noise and network. Empty before the first model.
    */
   std::string GetModelDescription() const;
 
   /**
-   * Number of model files read since this object was made. Stays the same while the file does.
+   * Number of model files read since this object was made. Unchanged while the file is unchanged.
    */
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of meshes assembled and factored since this object was made. Stays the same while only seeds, numbers of
-   * samples, steps or names change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples,
+   * steps or names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 
   /**
-   * Number of evaluations of the network since this object was made, for the samples that were finished. Stays the same
-   * while only flow time or names change.
+   * Number of evaluations of the network since this object was made, for finished samples only. Unchanged while only
+   * flow time or names change.
    */
   vtkTypeInt64 GetNumberOfEvaluations() const;
 
@@ -209,11 +206,11 @@ protected:
   /// Sets a text property; Modified() on change.
   void SetText(std::string& property, const char* text);
 
-  /// False, or true for a filter that takes the signal as positions: the model must then generate these, and
-  /// AddSample() gets what is added to the points of the input.
+  /// Returns true in a filter whose signal are positions: the model must then generate positions, and AddSample() gets
+  /// their displacement from the points of the input. Default false.
   virtual bool GeneratesDisplacements() const { return false; }
 
-  /// The names of the arrays that AddSample() adds, which must not be empty, with the property that holds each, for
+  /// Returns the names of the arrays that AddSample() adds, which must not be empty, each with its property, for
   /// messages.
   virtual std::vector<std::pair<std::string, std::string>> OutputArrayNames();
 

@@ -18,7 +18,7 @@ namespace surfsynth
 
 namespace
 {
-/// Before memory is spent on all levels but the last.
+/// Throws before memory is spent on all levels but the last.
 void RequireCountableTriangles(const TriangleMesh& mesh, int subdivisions, int levels)
 {
   const double finest = mesh.NumberOfTriangles() * std::pow(4.0, subdivisions + levels - 1);

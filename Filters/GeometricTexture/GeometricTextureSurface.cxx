@@ -22,8 +22,8 @@ namespace
 {
 constexpr std::int64_t Grain = 8192;
 
-/// Where each point of @p level lies on the surface that it was grown on, whose triangles are @p triangles many:
-/// triangle f of a subdivided mesh comes from triangle f modulo that number.
+/// Returns the place of each point of @p level on the target, which has @p triangles triangles: triangle f of a
+/// subdivided mesh comes from triangle f modulo that number.
 std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const GeometricTextureLevel& level)
 {
   const TriangleMatrix& triangles = level.Mesh.Triangles;

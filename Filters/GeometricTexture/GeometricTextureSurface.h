@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A surface with a geometric texture as a dataset.
+/// Conversion of a surface with a geometric texture to a dataset.
 #pragma once
 
 #include "GeometricTextureResult.h"
@@ -13,7 +13,7 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// Names of the point arrays that a textured surface gets.
+/// Names of the point arrays that are added to a textured surface.
 struct GeometricTextureArrayNames
 {
   std::string Displacement;
@@ -22,9 +22,9 @@ struct GeometricTextureArrayNames
 
 /// Fills @p output with the surface after step @p step of @p texture: geometry, the arrays of @p input, those of the
 /// texture.
-/// @param input what the texture was grown on; its points are stored as those of the output are.
+/// @param input the target of the texture; its precision of points is that of the output
 /// @param surface @p input, converted
-/// @param part of the displacement of this step that has taken place, in [0, 1]
+/// @param part fraction of the displacement of this step, in [0, 1]
 void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture,
   int step, double part, const GeometricTextureArrayNames& names, vtkPolyData* output);
 

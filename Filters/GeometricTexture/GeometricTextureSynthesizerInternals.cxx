@@ -76,7 +76,7 @@ vtkSmartPointer<vtkInformation> vtkGeometricTextureSynthesizer::Internals::Templ
 {
   if (this->Model->Template.NumberOfTriangles() == 0)
   {
-    throw surfsynth::InvalidInput("There is no input, and the model has no template; a surface to grow the texture on, "
+    throw surfsynth::InvalidInput("There is no input, and the model has no template; a surface for the texture, "
                                   "or a model with a template, is needed.");
   }
   vtkNew<vtkPolyData> target;
@@ -172,7 +172,7 @@ std::vector<double> vtkGeometricTextureSynthesizer::Internals::AnimationTimes()
   return times;
 }
 
-/// The levels that grow.
+/// Returns the levels of the synthesis.
 surfsynth::GeometricTextureLevelRange vtkGeometricTextureSynthesizer::Internals::Range(
   const surfsynth::GeometricTextureModel& model) const
 {
@@ -203,19 +203,19 @@ double vtkGeometricTextureSynthesizer::Internals::TextureScale() const
   return this->Self->TextureScale;
 }
 
-/// The template is as the model was trained with it.
+/// Returns true for a target to remesh; the template stays as in the training.
 bool vtkGeometricTextureSynthesizer::Internals::Remeshes() const
 {
   return this->Self->TargetPreparation == REMESH && !this->FromTemplate;
 }
 
-/// The target with even triangles and the arrays of @p input.
+/// Remeshes the target with even triangles and the arrays of @p input.
 vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress)
 {
   Surface surface = surfsynth::ConvertSurface(input);
   surface.FlatIndex = block.FlatIndex;
-  // Before any work, and with the ids of the caller's points.
+  // The check comes before any work, and uses the ids of the caller's points.
   surfsynth::ReadGeometricTextureMask(input, surfsynth::UsedPoints(surface.Mesh), this->Self->MaskArrayName);
   const double scale = this->TextureScale();
   std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
@@ -261,7 +261,7 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
   return settings;
 }
 
-/// What is held of this block from an earlier update, or null; all that a texture depends on must be the same.
+/// Finds the texture of this block from an earlier update with the same mesh and settings; null otherwise.
 GeometricTextureResult* vtkGeometricTextureSynthesizer::Internals::Find(
   const Surface& surface, const GeometricTextureSettings& settings)
 {
@@ -273,19 +273,19 @@ GeometricTextureResult& vtkGeometricTextureSynthesizer::Internals::Compute(
   const Surface& surface, const GeometricTextureSettings& settings, const surfsynth::Progress& progress)
 {
   this->Textures.Drop(surface);
-  auto grown = std::make_unique<GeometricTextureResult>(this->Model, surface.Mesh, settings, progress);
+  auto texture = std::make_unique<GeometricTextureResult>(this->Model, surface.Mesh, settings, progress);
   ++this->NumberOfSyntheses;
-  return *this->Textures.Insert(surface, std::move(grown));
+  return *this->Textures.Insert(surface, std::move(texture));
 }
 
-/// How many levels have grown: all, but in an animation of them.
+/// Returns the number of finished levels: all, except in an animation of levels.
 double vtkGeometricTextureSynthesizer::Internals::LevelsAtTime() const
 {
   const bool animated = this->Self->Animation == LEVELS && this->Time;
   return animated ? std::max(0.0, *this->Time) : std::numeric_limits<double>::infinity();
 }
 
-/// The step that is under way, or the last.
+/// Returns the current step, or the last one.
 int vtkGeometricTextureSynthesizer::Internals::StepAtTime(int steps) const
 {
   return static_cast<int>(std::clamp(std::ceil(this->LevelsAtTime()) - 1.0, 0.0, steps - 1.0));

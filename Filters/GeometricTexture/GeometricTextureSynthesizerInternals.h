@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What vtkGeometricTextureSynthesizer makes of its properties and of one block after the other. Private to the filter.
+/// Implementation of vtkGeometricTextureSynthesizer. Private to the filter.
 #pragma once
 
 #include "vtkGeometricTextureSynthesizer.h"
@@ -26,7 +26,7 @@ class vtkDataObject;
 class vtkMultiBlockDataSet;
 class vtkPolyData;
 
-/// The model and the textures of the last update, and what this update makes of them.
+/// Model and textures of the last update, and the work of this update.
 class vtkGeometricTextureSynthesizer::Internals
 {
 public:
@@ -35,24 +35,24 @@ public:
   {}
 
   /// Checks the properties and reads the model file where that is needed.
-  /// @param time that of the animation, where one is asked for. @throws what the reader throws; InvalidInput.
+  /// @param time time of the animation, if requested. @throws the errors of the reader; InvalidInput.
   void Begin(std::optional<double> time, bool fromTemplate);
 
-  /// The template of the model as the target of the first piece; the others get nothing.
-  /// @throws InvalidInput when there is none.
+  /// Returns the template of the model as the target of the first piece; other pieces are empty.
+  /// @throws InvalidInput for a model without a template.
   vtkSmartPointer<vtkInformation> TemplateInformation(vtkInformation* requested) const;
 
-  /// Fills block.Output, or with OutputLevels notes the surfaces of all levels. @throws what growing throws.
+  /// Fills block.Output, or with OutputLevels collects the surfaces of all levels. @throws the errors of the synthesis.
   void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
 
-  /// Forgets what this update has not used.
+  /// Drops the data that this update has not used.
   void End();
 
-  /// Puts the levels that Synthesize() has noted into @p output.
-  /// @param held has the structure of the input.
+  /// Puts the levels that Synthesize() has collected into @p output.
+  /// @param held dataset with the structure of the input
   void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
 
-  /// The times that an animation has; none when the model cannot be read, which the next RequestData reports.
+  /// Returns the times of the animation; none when the model cannot be read, which the next RequestData reports.
   std::vector<double> AnimationTimes();
 
   std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update

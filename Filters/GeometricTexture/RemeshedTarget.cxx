@@ -24,7 +24,7 @@ namespace surfsynth
 
 namespace
 {
-/// The classes of the points that say where arrays have seams. Normals, which a texture drops, make none.
+/// Computes classes of the points that mark the seams of arrays. Normals, which a texture drops, make no seam.
 std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
 {
   vtkNew<vtkPolyData> withoutNormals;
@@ -37,7 +37,7 @@ std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
 #ifdef SURFACE_SYNTHESIS_CGAL
 namespace
 {
-/// The angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
+/// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
 constexpr double CreaseAngle = 60.0;
 
 double AreaOf(const TriangleMesh& mesh)
@@ -51,7 +51,7 @@ double AreaOf(const TriangleMesh& mesh)
   return area;
 }
 
-/// Before time is spent on what no level can grow on.
+/// Throws, before any work, when the levels would have too many triangles.
 void RequireCountableTriangles(const TriangleMesh& mesh, double edgeLength, int levels)
 {
   const double triangles = AreaOf(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);

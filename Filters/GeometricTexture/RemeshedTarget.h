@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A target with even triangles of a wanted size, made once and kept.
+/// Target with even triangles of a given size, remeshed once and kept.
 #pragma once
 
 #include "MeshProcessing/Remeshing/IsotropicRemeshing.h"
@@ -16,20 +16,21 @@ class vtkPolyData;
 namespace surfsynth
 {
 
+/// A remeshed target, with the data that it depends on.
 class RemeshedTarget
 {
 public:
   /// Remeshes @p input as vtkIsotropicRemeshFilter does by default, to a mean edge length of @p scale times its own.
   /// @param surface @p input, converted
-  /// @param levels how many will grow on it: before any work, more triangles than they can have are refused
+  /// @param levels number of levels of the synthesis: too many triangles for them are refused before any work
   /// @throws InvalidInput when the surface does not meet RemeshingRequirements(), there would be too many triangles, or
   /// the library was built without CGAL; Cancelled
   RemeshedTarget(vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress);
 
-  /// Whether this is what another remeshing of the same mesh would give: the seams of the arrays count too.
+  /// Returns true when another remeshing of the same mesh would give this result: the seams of the arrays count too.
   bool Is(vtkPolyData* input, const Surface& surface, double scale) const;
 
-  /// The target, with the arrays that @p input has now.
+  /// Fills @p output with the target and the current arrays of @p input.
   void Fill(vtkPolyData* input, const Surface& surface, vtkPolyData* output) const;
 
 private:

@@ -1,62 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkGeometricTextureSynthesizer
- * @brief   Grows the relief of one surface on another
+ * @brief   Synthesizes the geometric texture of one surface on another
  *
- * A geometric texture is what distinguishes bark from scales: the fine shape of a surface, at several scales. A model
- * learns it from a single mesh and then grows it on any other ("Deep Geometric Texture Synthesis", Hertz et al. 2020).
- * At each level a network looks at every triangle and its three neighbours and displaces the points, along the surface
- * as well as off it; then every triangle is cut into four, and the next level adds finer shape. What the network sees
- * has noise on it, so that each seed grows another sample of the same texture.
+ * A geometric texture is the fine shape of a surface, at several scales: of bark, for instance, or of reptile scales. A
+ * model learns it from a single mesh and synthesizes it on any other [Hertz2020]. At each level a network computes
+ * displacements of the points, tangential and normal, from every triangle and its three neighbours. Then every triangle
+ * is divided into four, and the next level adds finer shape. The input of the network has noise, so that each seed
+ * gives a different sample of the same texture.
  *
  * @par Model file
  * safetensors with the metadata `architecture` ("geometric_texture"), as the training of geometric textures writes it.
- * Files are checked before anything is taken from them; a file that is damaged, or is no such model, is an error that
- * says why. A file is read once, and again in an update after its size or time of modification has changed.
+ * Files are checked before use; a damaged file, or one without such a model, is an error that names the cause. A file
+ * is read once, and again in an update after its size or time of modification has changed.
  *
  * @par Input
  * The target: vtkPolyData with triangles, polygons or strips, float or double points, of any genus, open or closed, any
  * number of components; or a composite dataset of such blocks, processed block by block with noise that differs between
  * blocks: a block that cannot be processed is reported and left empty. Polygons and strips are triangulated. The mesh
  * must have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding; the
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. Triangles should
- * be of even size and shape (TargetPreparation REMESH makes them so): the texture is as large as they are. Empty input
- * gives empty output.
+ * error message names the defect, the first offending cell or point and the filter that repairs it. Triangles should
+ * be of even size and shape (see TargetPreparation REMESH): their size sets that of the texture. Empty input gives
+ * empty output.
  *
- * Without an input connection the texture grows on the template in the model file, at the origin, in mean edge lengths
- * of the reference of the training: samples of the reference itself.
+ * Without an input connection the target is the template in the model file, at the origin, in mean edge lengths of the
+ * reference of the training: the results are samples of the reference itself.
  *
  * @par Output
  * A vtkPolyData of triangles with points of the precision of the input's. For n levels each triangle of the target
- * becomes 4^(n - 1). The target's point arrays are interpolated (floating-point arrays linearly; integers and text,
- * which are labels, from the nearest corner), each triangle has the cell arrays of the cell it comes from, field data
- * is kept. Normals, which would be those of the old surface, global ids and ghost arrays, vertices, lines and points
- * that no polygon or strip uses are left out. Added are
- *  - the point array DisplacementArrayName, float64, 3 components: where the point is minus where it would be on the
- *    bare target, world units;
- *  - the point array LevelArrayName, int: the generator level with which the point came; StartLevel for those of the
+ * becomes 4^(n - 1) triangles. The target's point arrays are interpolated (floating-point arrays linearly; integers and
+ * text, which are labels, from the nearest corner), each triangle has the cell arrays of the cell it comes from, field
+ * data is kept. Normals, global ids and ghost arrays, vertices, lines and points that no polygon or strip uses are left
+ * out. Added are
+ *  - the point array DisplacementArrayName, float64, 3 components: the position of the point minus that on the target
+ *    without texture, world units;
+ *  - the point array LevelArrayName, int: the generator level that added the point; StartLevel for the points of the
  *    target.
  *
- * With TargetPreparation REMESH the texture grows on a target that is made of the given one as vtkIsotropicRemeshFilter
- * does by default, which must then have manifold points, too: its points lie on the given surface; boundaries, creases
- * above 60 degrees and seams of point arrays other than normals are kept as curves; arrays, the mask included, are
- * carried over by the same rules as above, cell arrays from the nearest cell. Displacements are then those from the
- * remeshed target. A seam stays one: the surface is open there, as it is where a target that is not remeshed has two
- * points in one place.
+ * With TargetPreparation REMESH the target is first remeshed as by vtkIsotropicRemeshFilter with its defaults, and must
+ * then have manifold points, too. Points of the remeshed target lie on the given surface; boundaries, creases above 60
+ * degrees and seams of point arrays other than normals are kept as curves; arrays, the mask included, are transferred
+ * by the same rules as above, cell arrays from the nearest cell. Displacements are then those from the remeshed target.
+ * A seam remains: the surface is open there, as at coincident points of a target that is not remeshed.
  *
  * With OutputLevels the output is a vtkMultiBlockDataSet with the surface, or for a composite input a tree of surfaces,
  * after each level, in blocks that are named "Level 0", "Level 1", ...
  *
  * @par Time
- * Animation says what the time of the pipeline is. LEVELS: the number of levels that have grown, from 0, the bare
- * target, to n; between two numbers the points move along straight lines. Blocks of OutputLevels are empty while their
- * level has not begun. SEEDS: Interpolation, from 0 to 1. An update that asks for no time gives the grown texture. The
- * input is then the one that its source holds, or gives when no time is asked for.
+ * Animation chooses the meaning of the time of the pipeline. LEVELS: the number of finished levels, from 0, the target
+ * without texture, to n; between two numbers the points move along straight lines. Blocks of OutputLevels are empty
+ * until their level begins. SEEDS: Interpolation, from 0 to 1. An update without a requested time outputs the finished
+ * texture. The input is then the one that its source holds, or outputs without a requested time.
  *
  * @par Cost
- * Linear in the number of triangles of the output, time and memory.
- * What has grown is kept: names and, once all levels are kept for it, time of the animation LEVELS cost no growth
- * again. The same seed gives the same bits for every number of threads.
+ * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names and, once all
+ * levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives the same bits for
+ * every number of threads.
  *
  * @sa vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkPolyDataNormals
  */
@@ -65,6 +64,7 @@
 #define vtkGeometricTextureSynthesizer_h
 
 #include "vtkDataObjectAlgorithm.h"
+#include "vtkDeprecation.h"                            // For VTK_DEPRECATION
 #include "vtkSurfaceSynthesisGeometricTextureModule.h" // For export macro
 
 #include <memory> // For std::unique_ptr
@@ -77,19 +77,19 @@ public:
   vtkTypeMacro(vtkGeometricTextureSynthesizer, vtkDataObjectAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// What is done with the target before the texture grows.
+  /// Preparations of the target before the synthesis.
   enum TargetPreparations
   {
-    AS_IS = 0,     ///< nothing: the texture has the size that the triangles give it
-    SUBDIVIDE = 1, ///< triangles are cut into four, as often as comes nearest to TextureScale
-    REMESH = 2     ///< even triangles take their place, as large as TextureScale says; needs CGAL
+    AS_IS = 0,     ///< none: the size of the triangles sets that of the texture
+    SUBDIVIDE = 1, ///< division of triangles into four, as often as is nearest to TextureScale
+    REMESH = 2     ///< remeshing with even triangles, of the size that TextureScale sets; needs CGAL
   };
 
-  /// What the time of the pipeline stands for.
+  /// Meanings of the time of the pipeline.
   enum Animations
   {
     NO_ANIMATION = 0, ///< time is that of the input
-    LEVELS = 1,       ///< the number of levels that have grown
+    LEVELS = 1,       ///< the number of finished levels
     SEEDS = 2         ///< Interpolation between the noise of two seeds
   };
 
@@ -103,8 +103,8 @@ public:
 
   ///@{
   /**
-   * The generator level that works on the target as it is, at least 0; above the last level, that. Coarse levels make
-   * large shapes: on a target whose shape is to stay, begin above 0. Default 0.
+   * Generator level that works on the target at its own resolution, at least 0; values above the last level stand for
+   * the last level. Coarse levels make large shapes: begin above 0 to keep the shape of the target. Default 0.
    */
   vtkSetClampMacro(StartLevel, int, 0, VTK_INT_MAX);
   vtkGetMacro(StartLevel, int);
@@ -112,7 +112,8 @@ public:
 
   ///@{
   /**
-   * The last generator level, at least -1; -1, or more than the model has, stands for the model's last. Default -1.
+   * Last generator level, at least -1; -1 and values above the last level stand for the last level of the model.
+   * Default -1.
    */
   vtkSetClampMacro(EndLevel, int, -1, VTK_INT_MAX);
   vtkGetMacro(EndLevel, int);
@@ -120,7 +121,7 @@ public:
 
   ///@{
   /**
-   * The seed. Any integer; each gives other noise, and so another sample of the texture. Default 0.
+   * Seed of the random numbers, any integer. Each seed gives a different sample of the texture. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -128,7 +129,7 @@ public:
 
   ///@{
   /**
-   * The seed of the noise that Interpolation leads to. Any integer. Default 1.
+   * Seed of the noise at Interpolation 1, any integer. Default 1.
    */
   vtkSetMacro(SecondSeed, int);
   vtkGetMacro(SecondSeed, int);
@@ -136,8 +137,8 @@ public:
 
   ///@{
   /**
-   * From the noise of Seed at 0 to that of SecondSeed at 1: cos(a) times the first and sin(a) times the second, a being
-   * that part of a right angle, so that its variance stays. Default 0.
+   * Interpolation from 0, the noise of Seed, to 1, that of SecondSeed: cos(a) times the first plus sin(a) times the
+   * second, with a = Interpolation pi / 2, so that the variance is constant. Default 0.
    */
   vtkSetClampMacro(Interpolation, double, 0.0, 1.0);
   vtkGetMacro(Interpolation, double);
@@ -145,8 +146,8 @@ public:
 
   ///@{
   /**
-   * Standard deviation of the noise on each coordinate, in mean edge lengths of a level, at least -1; below 0 stands
-   * for that of the training, and 0 for no noise. Default -1.
+   * Standard deviation of the noise on each coordinate, in mean edge lengths of a level, at least -1; values below 0
+   * stand for that of the training, and 0 for no noise. Default -1.
    */
   vtkSetClampMacro(NoiseAmplitude, double, -1.0, 1e6);
   vtkGetMacro(NoiseAmplitude, double);
@@ -154,7 +155,7 @@ public:
 
   ///@{
   /**
-   * The generator levels that get no noise: numbers from 0 on between blanks or commas, as in "0 2". Default "".
+   * Generator levels without noise: numbers from 0 on, separated by blanks or commas, as in "0 2". Default "".
    */
   void SetLevelsWithoutNoise(const char* name);
   vtkGetCharFromStdStringMacro(LevelsWithoutNoise);
@@ -162,7 +163,7 @@ public:
 
   ///@{
   /**
-   * What is done with the target before the texture grows. Default AS_IS.
+   * Preparation of the target before the synthesis. Default AS_IS.
    */
   vtkSetClampMacro(TargetPreparation, int, AS_IS, REMESH);
   vtkGetMacro(TargetPreparation, int);
@@ -173,11 +174,11 @@ public:
 
   ///@{
   /**
-   * Size of the texture over that on the target as it is, from 0.001 to 1000; used with SUBDIVIDE and REMESH. Each
-   * subdivision of the target halves it, so that 0.5 and 0.25 are met exactly and others by the nearest power of a
-   * half; 1 and above leave the target as it is. A remeshed target has so many times the mean edge length of the
-   * target, within 2 per cent where its shape, boundaries and creases allow it: 1 makes triangles even; above 1 the
-   * texture gets larger, and the shape of the target coarser. Default 1.
+   * Ratio of the size of the texture to that on the unprepared target, from 0.001 to 1000; used with SUBDIVIDE and
+   * REMESH. Each subdivision of the target halves it: 0.5 and 0.25 are met exactly, other values by the nearest power
+   * of a half; 1 and above leave the target unchanged. Remeshing multiplies the mean edge length of the target by it,
+   * within 2 per cent where shape, boundaries and creases allow it: 1 makes triangles even; above 1 the texture gets
+   * larger, and the shape of the target coarser. Default 1.
    */
   vtkSetClampMacro(TextureScale, double, 0.001, 1000.0);
   vtkGetMacro(TextureScale, double);
@@ -185,9 +186,8 @@ public:
 
   ///@{
   /**
-   * Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with: the
-   * texture grows where it is 1, and where it is 0 points stay where they are. Not used without input. Default "": it
-   * grows everywhere.
+   * Name of a point array of the target with one component, from 0 to 1, the factor of displacements: full texture at
+   * 1, none at 0. Not used without input. Default "": full texture everywhere.
    */
   void SetMaskArrayName(const char* name);
   vtkGetCharFromStdStringMacro(MaskArrayName);
@@ -195,8 +195,8 @@ public:
 
   ///@{
   /**
-   * Distance from points whose mask is 0 over which the texture rises to its full strength, along edges of the target,
-   * in world units, at least 0. Default 0: the values of the mask alone count.
+   * Distance from points with mask 0 over which the texture rises to its full strength, along edges of the target, in
+   * world units, at least 0. Default 0: only the mask counts.
    */
   vtkSetClampMacro(MaskFalloff, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(MaskFalloff, double);
@@ -204,9 +204,9 @@ public:
 
   ///@{
   /**
-   * Without input: the first generator level with noise of the seed, at least 0; below it the noise is what
-   * reconstructs the reference of the training, so that large shapes are those of the reference. More than the model's
-   * levels stands for the reconstruction itself. Default 0.
+   * First generator level with noise of the seed, at least 0, without input. Below it the noise is that which
+   * reconstructs the reference of the training, so that large shapes are those of the reference. Values above the last
+   * level stand for the reconstruction itself. Default 0.
    */
   vtkSetClampMacro(RandomFromLevel, int, 0, VTK_INT_MAX);
   vtkGetMacro(RandomFromLevel, int);
@@ -214,7 +214,7 @@ public:
 
   ///@{
   /**
-   * Whether the output is a multi-block dataset with the surface after each level. Default off.
+   * Makes the output a multi-block dataset with the surface after each level. Default off.
    */
   vtkSetMacro(OutputLevels, bool);
   vtkGetMacro(OutputLevels, bool);
@@ -223,7 +223,7 @@ public:
 
   ///@{
   /**
-   * What the time of the pipeline stands for. Default NO_ANIMATION.
+   * Meaning of the time of the pipeline. Default NO_ANIMATION.
    */
   vtkSetClampMacro(Animation, int, NO_ANIMATION, SEEDS);
   vtkGetMacro(Animation, int);
@@ -242,31 +242,37 @@ public:
 
   ///@{
   /**
-   * Name of the point array with the level with which each point came; not empty. Default "Level".
+   * Name of the point array with the level that added each point; not empty. Default "Level".
    */
   void SetLevelArrayName(const char* name);
   vtkGetCharFromStdStringMacro(LevelArrayName);
   ///@}
 
   /**
-   * One line about the model of the last update: its name, levels and channels. Empty before there is one.
+   * Description of the model of the last update in one line: name, levels and channels. Empty before the first model.
    */
   std::string GetModelDescription() const;
 
   /**
-   * Number of model files read since this object was made. Stays the same while the file does.
+   * Number of model files read since this object was made. Unchanged while the file is unchanged.
    */
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of textures grown since this object was made. Stays the same while only names or the time of an animation of
-   * levels change.
+   * Number of textures synthesized since this object was made. Unchanged while only names or the time of an animation
+   * of levels change.
    */
   vtkTypeInt64 GetNumberOfSyntheses() const;
 
   /**
-   * Number of targets remeshed since this object was made. Stays the same while a target, the seams of its arrays and
-   * TextureScale do.
+   * Former name of GetNumberOfSyntheses().
+   */
+  VTK_DEPRECATION("Use GetNumberOfSyntheses()")
+  vtkTypeInt64 GetNumberOfGrowths() const { return this->GetNumberOfSyntheses(); }
+
+  /**
+   * Number of targets remeshed since this object was made. Unchanged while the target, the seams of its arrays and
+   * TextureScale are.
    */
   vtkTypeInt64 GetNumberOfRemeshings() const;
 

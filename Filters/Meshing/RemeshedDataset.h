@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Remeshing of VTK's surfaces with their arrays, for the filters that do so. Only where CGAL is on; private to the
-/// library.
+/// Remeshing of VTK's surfaces with their arrays. Only where CGAL is on; private to the library.
 #pragma once
 
 #include "MeshProcessing/Remeshing/IsotropicRemeshing.h"
@@ -18,16 +17,16 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// What RemeshIsotropically() asks of a surface: manifold edges and points, consistent winding.
+/// Requirements of RemeshIsotropically(): manifold edges and points, consistent winding.
 VTKSURFACESYNTHESISMESHING_EXPORT MeshRequirements RemeshingRequirements();
 
-/// RemeshIsotropically() with progress, and cancelled at once.
-/// @param surface, options outlive this call when it is cancelled.
-/// @throws what RemeshIsotropically() throws
+/// Calls RemeshIsotropically() with progress and immediate cancellation.
+/// @param surface, options outlive a cancelled call
+/// @throws the errors of RemeshIsotropically()
 VTKSURFACESYNTHESISMESHING_EXPORT RemeshedSurface RemeshSurface(std::shared_ptr<const Surface> surface,
   std::shared_ptr<const RemeshingOptions> options, const Progress& progress = {});
 
-/// Puts the new mesh, in the precision of @p input, and the arrays of @p input into @p output: point arrays are
+/// Fills @p output with the new mesh, in the precision of @p input, and the arrays of @p input: point arrays are
 /// interpolated, cell arrays come from the nearest cell, field data is kept.
 /// @param surface @p input, converted
 /// @param remeshed with the places that point arrays need, and the origins that cell arrays need

@@ -61,7 +61,7 @@ void SetCells(vtkUnstructuredGrid* output, const TetrahedronMatrix& tetrahedra, 
   output->SetCells(types, cells);
 }
 
-/// For each new point the triangle of the surface that it lies on, -1 inside.
+/// Returns for each new point the triangle of the surface on which it lies, -1 inside.
 std::vector<Index> TrianglesOfNewPoints(const TetrahedralMesh& mesh, Index given)
 {
   std::vector<Index> triangles(static_cast<std::size_t>(mesh.Points.rows() - given), -1);
@@ -79,7 +79,7 @@ std::vector<Index> TrianglesOfNewPoints(const TetrahedralMesh& mesh, Index given
   return triangles;
 }
 
-/// Where on the surface each point takes its arrays from.
+/// Returns the place on the surface from which each point takes its arrays.
 std::vector<SurfacePlace> PlacesOf(
   const TetrahedralMesh& mesh, const TriangleMesh& surface, const std::vector<Index>& triangleOfNew)
 {
@@ -120,7 +120,7 @@ std::vector<SurfacePlace> PlacesOf(
   return places;
 }
 
-/// The point arrays of the surface: interpolated, and the very bits on its own points.
+/// Adds the point arrays of the surface: interpolated, and exact on its own points.
 void AddPointArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const UsedSurface& used,
   std::vector<SurfacePlace> places)
 {
@@ -137,7 +137,7 @@ void AddPointArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surfa
   }
 }
 
-/// The cell arrays of the surface on its triangles, after zeros for the tetrahedra.
+/// Adds the cell arrays of the surface on its triangles, after zeros for the tetrahedra.
 void AddCellArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const TetrahedralMesh& mesh)
 {
   std::vector<std::int64_t> cells;

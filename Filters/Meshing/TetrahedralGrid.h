@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// From tetrahedra to the unstructured grid that a user sees. Private to the module.
+/// Conversion of tetrahedra to an unstructured grid. Private to the module.
 #pragma once
 
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
@@ -20,6 +20,7 @@ namespace surfsynth
 /// A surface without the points that no triangle uses.
 struct UsedSurface
 {
+  /// Copies the used points of @p surface and renumbers its triangles.
   explicit UsedSurface(const TriangleMesh& surface);
 
   TriangleMesh Mesh;
@@ -33,8 +34,8 @@ struct GridNames
   std::string OnSurface;
 };
 
-/// Fills @p output with the mesh, which was made of @p used, with the arrays of @p input and, if asked for, the triangles
-/// of the surface as cells.
+/// Fills @p output with the mesh, which was made of @p used, with the arrays of @p input and, with @p surfaceTriangles,
+/// the triangles of the surface as cells.
 void FillGrid(vtkUnstructuredGrid* output, const GridNames& names, vtkPolyData* input, const Surface& surface,
   const UsedSurface& used, const TetrahedralMesh& mesh, bool surfaceTriangles);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The lines of a topology report. Private to the module.
+/// Rows of a topology report. Private to the module.
 #pragma once
 
 #include "Core/Mesh/MeshStatistics.h"
@@ -14,22 +14,23 @@ namespace surfsynth
 
 struct InspectedSurface;
 
+/// A row of the table of vtkTopologyReport.
 struct ReportRow
 {
   unsigned int Block = 0; ///< flat index, 0 for a surface by itself
   int Component = -1;     ///< -1 for the whole surface
   std::string Property;   ///< a name in CamelCase
   double Value = 0.0;
-  std::int64_t First = -1; ///< id of the first cell or point that the value is about, -1 for none
+  std::int64_t First = -1; ///< id of the first cell or point that the value refers to, -1 for none
   std::string Remark;
 };
 
-/// Everything about one surface. @p components is how many of its components get rows of their own, the largest first, in
-/// a surface that has more than one.
+/// Returns all rows of one surface.
+/// @param components number of components with rows of their own, the largest first, in a surface of more than one
 std::vector<ReportRow> ReportRows(
   unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics, int components);
 
-/// Whether ConvertSurface() and CheckSurface() would accept the surface for a filter without demands of its own.
+/// Returns true when ConvertSurface() and CheckSurface() accept the surface for a filter without further requirements.
 bool IsValid(const InspectedSurface& surface, const MeshStatistics& statistics);
 
 } // namespace surfsynth

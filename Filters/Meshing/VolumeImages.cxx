@@ -32,7 +32,7 @@ constexpr std::int64_t Grain = 1 << 16;
 /// Values between two reports of progress.
 constexpr std::int64_t Slab = 1 << 24;
 constexpr int Bins = 1024;
-/// How far directions may be from orthogonal unit vectors; files store them in single precision.
+/// Tolerance of directions as orthogonal unit vectors; files store them in single precision.
 constexpr double DirectionTolerance = 1e-4;
 
 /// Calls task(begin, end, value) for consecutive parts of [0, @p count), in parallel, with value(i) the i-th value.
@@ -66,7 +66,7 @@ std::int64_t CountOf(const ImageLattice& lattice)
   return std::int64_t(lattice.Dimensions[0]) * lattice.Dimensions[1] * lattice.Dimensions[2];
 }
 
-/// The eight samples around a place and their weights.
+/// Eight samples around a position, and their weights.
 struct Surrounding
 {
   Surrounding(const ImageLattice& lattice, const Eigen::Vector3d& place)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Between vtkImageData and the samples of a volume. Private to the module.
+/// Conversion between vtkImageData and the samples of a volume. Private to the module.
 #pragma once
 
 #include "MeshProcessing/LevelSets/VolumeSurface.h"
@@ -16,17 +16,17 @@ class vtkImageData;
 namespace surfsynth
 {
 
-/// Where the samples of an image lie: p = Origin + Axes (i, j, k), i from 0 to Dimensions - 1. The samples lie on the
-/// points of the image or in the middle of its cells.
+/// Positions of the samples of an image: p = Origin + Axes (i, j, k), i from 0 to Dimensions - 1. The samples lie on
+/// the points of the image or in the middle of its cells.
 struct ImageLattice
 {
   /// @throws InvalidInput when spacing, origin or direction are not finite, a spacing is 0, or the directions are not
-  /// orthogonal and of unit length: lengths in world units would then depend on the place.
+  /// orthogonal and of unit length: lengths in world units would then depend on the direction.
   ImageLattice(vtkImageData* image, bool onCells);
 
-  /// Points [N, 3] in samples times Spacing to world coordinates.
+  /// Converts points [N, 3] from samples times Spacing to world coordinates.
   PointMatrix ToWorld(const PointMatrix& local) const;
-  /// True when Axes is left-handed, so that triangles must be turned.
+  /// Returns true when Axes is left-handed, so that triangles must be reversed.
   bool IsMirrored() const { return this->Axes.determinant() < 0.0; }
 
   std::array<int, 3> Dimensions;
@@ -35,7 +35,7 @@ struct ImageLattice
   Eigen::Matrix3d Axes;
 };
 
-/// Smallest and largest finite value of an array of one component; NaN when there is none.
+/// Smallest and largest finite value of an array of one component; NaN without a finite value.
 struct ValueRange
 {
   double Lower;
@@ -43,13 +43,13 @@ struct ValueRange
 };
 ValueRange FiniteRange(vtkDataArray* values, const Progress& progress);
 
-/// Otsu's threshold (1979): the value that splits the histogram (1024 bins over the range) into two classes with the
-/// largest variance between them; the middle where several splits are equally good. The middle of the range when all
-/// values are the same.
+/// Computes Otsu's threshold [Otsu1979]: the value that splits the histogram (1024 bins over the range) into two
+/// classes with the largest variance between them; the middle of several equally good splits; the middle of the range
+/// when all values are the same.
 double OtsuThreshold(vtkDataArray* values, const ValueRange& range, const Progress& progress);
 
-/// The samples of @p values, negative where they are above (or, with @p insideIsBelow, below) @p isoValue. Values that are
-/// NaN are outside, infinite ones on the side of their sign.
+/// Makes the samples of @p values, negative where they are above (or, with @p insideIsBelow, below) @p isoValue. Values
+/// that are NaN are outside, infinite ones on the side of their sign.
 VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, double isoValue, bool insideIsBelow,
   const ValueRange& range, const Progress& progress);
 

@@ -29,7 +29,7 @@ namespace
 const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
 } // namespace
 
-/// What one update does with the parameters of the filter.
+/// Work of one update with the parameters of the filter.
 class vtkIsotropicRemeshFilter::Internals
 {
 public:

@@ -3,17 +3,16 @@
  * @class   vtkIsotropicRemeshFilter
  * @brief   Remeshes a surface with triangles of even size and shape
  *
- * Replaces the triangles of a surface by nearly equilateral ones of a wanted edge length: rounds of edge splits,
- * collapses, flips, tangential relaxation and projection to the input (Botsch and Kobbelt, "A Remeshing Approach to
- * Multiresolution Modeling", 2004), by CGAL's isotropic_remeshing(). With a point array of wanted lengths the triangles
- * vary in size over the surface.
+ * Replaces the triangles of a surface by nearly equilateral ones of a given edge length: rounds of edge splits,
+ * collapses, flips, tangential relaxation and projection to the input [Botsch2004], by CGAL's isotropic_remeshing().
+ * With a point array of edge lengths the triangles vary in size over the surface.
  *
  * @par Input
- * vtkPolyData with triangles, polygons or strips, float or double points, open or closed, any number of components; or a
- * composite dataset of such blocks, processed block by block: a block that cannot be processed is reported and left
+ * vtkPolyData with triangles, polygons or strips, float or double points, open or closed, any number of components; or
+ * a composite dataset of such blocks, processed block by block: a block that cannot be processed is reported and left
  * empty. The mesh must have finite points, no degenerate triangle, manifold edges and points, and consistent winding;
- * the error message names what is wrong, and vtkSurfaceRepairFilter mends it. Points of equal coordinates are taken for
- * one point, so a surface that was stored triangle by triangle is sewn together. Empty input gives empty output.
+ * the error message names the defect, and vtkSurfaceRepairFilter repairs it. Points of equal coordinates are merged, so
+ * that a triangle soup becomes a connected surface. Empty input gives empty output.
  *
  * @par Output
  * A vtkPolyData of triangles in world coordinates, with points of the precision of the input's. Its points lie on the
@@ -22,9 +21,9 @@
  * kept. Global ids, ghost arrays, vertices and lines are left out.
  *
  * @par Curves
- * Boundaries, creases (KeepFeatureEdges) and seams of point arrays are kept as curves: their points are placed along
- * them anew, and corners stay. A seam is where points of equal coordinates have different values, as at the edge of a
- * texture: there the output has a point on either side, too.
+ * Boundaries, creases (KeepFeatureEdges) and seams of point arrays are kept as curves: their points are redistributed
+ * along them, and corners are kept. At a seam points of equal coordinates have different values, as at the border of a
+ * texture image; the output then has a point on either side, too.
  *
  * @par Cost
  * About two seconds for 100,000 triangles of the output. The result does not depend on the number of threads.
@@ -50,9 +49,9 @@ public:
 
   ///@{
   /**
-   * The wanted edge length, in world units; at least 0. Most edges end up between 4/5 and 4/3 of it, 0.92 on average
-   * unless the input's edges were within these bounds before. 0 (the default) stands for the mean edge length of the
-   * input. Ignored when TargetNumberOfPoints or SizingArrayName is set.
+   * Target edge length, in world units; at least 0. Most edges of the output are between 4/5 and 4/3 of it, on average
+   * 0.92 of it unless the edges of the input already were within these bounds. 0 (the default) stands for the mean edge
+   * length of the input. Ignored when TargetNumberOfPoints or SizingArrayName is set.
    */
   vtkSetClampMacro(TargetEdgeLength, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(TargetEdgeLength, double);
@@ -60,8 +59,8 @@ public:
 
   ///@{
   /**
-   * The wanted number of points of the output, or of each block; at least 0. Met within about 2 per cent where curves
-   * allow it, by up to six attempts, each of which costs a remeshing. 0 (the default): the edge length decides.
+   * Target number of points of the output, or of each block; at least 0. It is met within about 2 per cent where curves
+   * allow it, by up to six attempts, each of which costs a remeshing. 0 (the default) uses the edge length.
    */
   vtkSetClampMacro(TargetNumberOfPoints, int, 0, VTK_INT_MAX);
   vtkGetMacro(TargetNumberOfPoints, int);
@@ -69,8 +68,8 @@ public:
 
   ///@{
   /**
-   * Name of a point array with one component: the wanted edge length at each point, in world units, larger than 0. With
-   * TargetNumberOfPoints, only the ratios of its values count. Empty (the default): the same length everywhere.
+   * Name of a point array with one component: the target edge length at each point, in world units, larger than 0. With
+   * TargetNumberOfPoints, only the ratios of its values matter. Empty (the default): the same length everywhere.
    */
   void SetSizingArrayName(const char* name);
   vtkGetCharFromStdStringMacro(SizingArrayName);
@@ -78,7 +77,7 @@ public:
 
   ///@{
   /**
-   * Whether creases, edges whose triangles meet at more than FeatureAngle, are kept. Default on.
+   * Keeps creases: edges whose triangles meet at more than FeatureAngle. Default on.
    */
   vtkSetMacro(KeepFeatureEdges, bool);
   vtkGetMacro(KeepFeatureEdges, bool);
@@ -87,8 +86,8 @@ public:
 
   ///@{
   /**
-   * The angle between the normals of two triangles above which their edge is a crease, in degrees, from 0 to 180. Noisy
-   * scans need a large one; creases that are shorter than five of the wanted edges are taken for noise. Default 60.
+   * Angle between the normals of two triangles above which their edge is a crease, in degrees, from 0 to 180. Noisy
+   * scans need a large angle; creases shorter than five target edge lengths count as noise. Default 60.
    */
   vtkSetClampMacro(FeatureAngle, double, 0.0, 180.0);
   vtkGetMacro(FeatureAngle, double);
@@ -96,8 +95,8 @@ public:
 
   ///@{
   /**
-   * Whether every point of a boundary stays where it is, for instance because another surface continues there; boundary
-   * edges that are too long are still divided. Off: boundaries are resampled along themselves. Default off.
+   * Keeps every point of a boundary, for instance where another surface continues; boundary edges that are too long are
+   * still divided. Off: points are redistributed along boundaries. Default off.
    */
   vtkSetMacro(KeepBoundaryPoints, bool);
   vtkGetMacro(KeepBoundaryPoints, bool);
@@ -106,7 +105,7 @@ public:
 
   ///@{
   /**
-   * Number of rounds, from 1 to 100; more give evener triangles and cost more. Default 3.
+   * Number of rounds, from 1 to 100; more rounds give more even triangles and cost more. Default 3.
    */
   vtkSetClampMacro(NumberOfIterations, int, 1, 100);
   vtkGetMacro(NumberOfIterations, int);
@@ -114,14 +113,14 @@ public:
 
   ///@{
   /**
-   * Steps of tangential relaxation in each round, from 0 to 100. Default 1.
+   * Number of steps of tangential relaxation in each round, from 0 to 100. Default 1.
    */
   vtkSetClampMacro(NumberOfRelaxationSteps, int, 0, 100);
   vtkGetMacro(NumberOfRelaxationSteps, int);
   ///@}
 
   /**
-   * The mean edge length of what the last update made, world units, for the last block of a composite input.
+   * Mean edge length of the output of the last update, world units, for the last block of a composite input.
    */
   double GetMeanEdgeLength() const { return this->MeanEdgeLength; }
 

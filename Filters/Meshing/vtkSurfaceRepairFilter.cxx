@@ -60,7 +60,7 @@ void AddReport(const surfsynth::RepairReport& report, vtkPolyData* output)
   output->GetFieldData()->AddArray(counts);
 }
 
-/// Puts the repaired mesh and the arrays of @p input that it carries into @p output.
+/// Fills @p output with the repaired mesh and the arrays of @p input.
 void Fill(vtkPolyData* input, const UncheckedSurface& surface, const RepairedSurface& repaired, vtkPolyData* output)
 {
   surfsynth::SetGeometry(output, repaired.Mesh, surfsynth::HasDoublePoints(input));
@@ -78,7 +78,7 @@ void Fill(vtkPolyData* input, const UncheckedSurface& surface, const RepairedSur
 }
 } // namespace
 
-/// What one update does with the parameters of the filter.
+/// Work of one update with the parameters of the filter.
 class vtkSurfaceRepairFilter::Internals
 {
 public:

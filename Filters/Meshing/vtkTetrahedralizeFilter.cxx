@@ -27,7 +27,7 @@ namespace
 {
 const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
 
-/// Bytes that one process may have when nobody says how many.
+/// Default memory limit of one process, bytes.
 std::int64_t DefaultMemoryLimit()
 {
   const long pages = sysconf(_SC_PHYS_PAGES);

@@ -3,50 +3,49 @@
  * @class   vtkTetrahedralizeFilter
  * @brief   Fills closed surfaces with tetrahedra of bounded shape and size, by TetGen in a process of its own
  *
- * A constrained Delaunay tetrahedralisation, refined until its tetrahedra are as well shaped and as small as asked for
- * (Si, "TetGen, a Delaunay-Based Quality Tetrahedral Mesh Generator", ACM Transactions on Mathematical Software 41,
- * 2015). TetGen 1.5 (AGPL-3) is linked only by the program surfacesynthesis-tetgen, which this filter starts for each
- * surface: a crash, an endless loop or a shortage of memory in there is one error here, and never the end of the
- * application.
+ * Computes a constrained Delaunay tetrahedralisation and refines it to given bounds of the shape and size of tetrahedra
+ * [Si2015]. TetGen 1.5 (AGPL-3) is linked only by the program surfacesynthesis-tetgen, which this filter starts for
+ * each surface: a crash, an endless loop or a shortage of memory in it is one error of this filter, and never the end
+ * of the application.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, or a composite dataset of such blocks. The
  * surface must have finite points, no degenerate triangle, two triangles at every edge (so that it is closed), and no
- * self-intersection; the error message names what is wrong, the first offending cell or point and the filter that repairs
- * it. It may have several parts, beside and inside each other. Which way cells are wound does not matter. Vertices and
+ * self-intersection; the error message names the defect, the first offending cell or point and the filter that repairs
+ * it. It may have several parts, beside and inside each other. The winding of cells does not matter. Vertices and
  * lines are ignored. Empty input gives empty output; a block that cannot be processed is reported and left empty.
  *
  * @par Output
- * vtkUnstructuredGrid of VTK_TETRA cells of positive volume, or a composite dataset of them. Points are stored in double
- * precision: first the points that the surface uses, in their order and with their coordinates, then new ones.
+ * vtkUnstructuredGrid of VTK_TETRA cells of positive volume, or a composite dataset of them. Points are stored in
+ * double precision: first the points that the surface uses, in their order and with their coordinates, then new ones.
  * - Cell array Region (int; RegionArrayName): the number of the part of the surface that directly encloses the
  *   tetrahedron, parts being numbered in the order of their first cells. Two parts that touch in a point count as two.
  * - Point array OnSurface (unsigned char; SurfaceArrayName): 1 on the surface, new points on it included, else 0.
  * - The point arrays of the surface: unchanged on its points; on new points of the surface interpolated on the triangle
- *   they lie on; inside, interpolated at the nearest place of the surface. Interpolated are floating-point numbers, normals
- *   then scaled to unit length; integers and text, which are labels, come from the nearest corner. Global and pedigree
- *   ids and ghost flags are left out.
- * - With SurfaceTriangles, also a VTK_TRIANGLE cell for each triangle of the surface, after the tetrahedra, with the cell
- *   arrays of the surface. On tetrahedra these arrays hold zeros (or empty text). The Region of a triangle is the number of
- *   its part. Without SurfaceTriangles the cell arrays of the surface are dropped.
+ *   they lie on; inside, interpolated at the nearest place of the surface. Interpolated are floating-point numbers,
+ *   normals then scaled to unit length; integers and text, which are labels, come from the nearest corner. Global and
+ *   pedigree ids and ghost flags are left out.
+ * - With SurfaceTriangles, also a VTK_TRIANGLE cell for each triangle of the surface, after the tetrahedra, with the
+ *   cell arrays of the surface. On tetrahedra these arrays hold zeros (or empty text). The Region of a triangle is the
+ *   number of its part. Without SurfaceTriangles the cell arrays of the surface are dropped.
  * - Field data is that of the input.
  *
  * @par Bounds
- * The bounds of shape and size are what TetGen refines the mesh for. It does not come below them near sharp edges of the
- * surface and, with PreserveSurface, at the surface; and the last step, which removes flat tetrahedra, may exceed them by
- * up to about a quarter.
+ * TetGen refines the mesh to the bounds of shape and size. It does not meet them near sharp edges of the surface and,
+ * with PreserveSurface, at the surface. The last step, which removes flat tetrahedra, may exceed them by up to about a
+ * quarter.
  *
  * @par Several parts
  * Parts inside others are either boundaries between regions, or the walls of cavities: see InnerSurfaces. Surfaces with
- * more than one part are meshed twice, first without bounds, to find out which part lies inside which.
+ * more than one part are meshed twice, first without bounds, to compute the nesting of the parts.
  *
  * @par Cost
- * About a second for 10,000 triangles, and as much again for each 30,000 tetrahedra, on one thread. The same input gives
- * the same bits.
+ * About a second for 10,000 triangles, and as much again for each 30,000 tetrahedra, on one thread. The same input
+ * gives the same bits.
  *
  * @par The program
- * It is looked for in the folder of the library that this class is in, or is what the environment variable
- * SURFACE_SYNTHESIS_TETGEN names.
+ * The filter starts surfacesynthesis-tetgen in the folder of its own library, or the program that the environment
+ * variable SURFACE_SYNTHESIS_TETGEN names.
  *
  * @sa vtkTopologyReport, vtkSurfaceRepairFilter, vtkVDBSurfaceFilter, vtkDelaunay3D
  */
@@ -67,18 +66,18 @@ public:
   vtkTypeMacro(vtkTetrahedralizeFilter, vtkDataObjectAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// What is done with closed surfaces inside others.
+  /// Treatments of closed surfaces inside others.
   enum InnerSurfaceModes
   {
-    REGIONS = 0, ///< everything enclosed is filled, and Region tells the parts apart
-    HOLES = 1    ///< what every second of nested surfaces encloses stays empty
+    REGIONS = 0, ///< fill everything enclosed, with a number of Region for each part
+    HOLES = 1    ///< leave the inside of every second nested surface empty
   };
 
   ///@{
   /**
    * Largest ratio of a tetrahedron's circumradius to its shortest edge, without unit; 0 for no bound, else at least 1.
-   * Smaller is better shaped and more: 2, the default, is always reached away from sharp corners, 1.2 usually; the regular
-   * tetrahedron has 0.61. With PreserveSurface, tetrahedra at the surface may exceed it.
+   * Smaller values give better shaped and more tetrahedra: 2, the default, is always reached away from sharp corners,
+   * 1.2 usually; the regular tetrahedron has 0.61. With PreserveSurface, tetrahedra at the surface may exceed it.
    */
   vtkSetClampMacro(QualityRatio, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(QualityRatio, double);
@@ -86,8 +85,8 @@ public:
 
   ///@{
   /**
-   * Smallest angle between two faces of a tetrahedron that is aimed at, degrees from 0 (no bound, the default) to 60.
-   * Values up to about 18 are usually reached; TetGen may not come to an end with larger ones.
+   * Target for the smallest angle between two faces of a tetrahedron, degrees, from 0 (no bound, the default) to 60.
+   * Values up to about 18 are usually reached; with larger ones TetGen may not terminate.
    */
   vtkSetClampMacro(MinimumDihedralAngle, double, 0.0, 60.0);
   vtkGetMacro(MinimumDihedralAngle, double);
@@ -95,8 +94,8 @@ public:
 
   ///@{
   /**
-   * Largest volume of a tetrahedron, cubic world units; 0, the default, for no bound. With PreserveSurface, tetrahedra at
-   * the surface may exceed it.
+   * Largest volume of a tetrahedron, cubic world units; 0, the default, for no bound. With PreserveSurface, tetrahedra
+   * at the surface may exceed it.
    */
   vtkSetClampMacro(MaximumVolume, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(MaximumVolume, double);
@@ -104,8 +103,9 @@ public:
 
   ///@{
   /**
-   * The same bound said by a length L in world units: no tetrahedron is larger than the regular one with edges of this
-   * length, whose volume is L^3 / (6 sqrt(2)); 0, the default, for no bound. The stricter of the two holds.
+   * Bound of the volume by a length L in world units: no tetrahedron is larger than the regular one with edges of this
+   * length, whose volume is L^3 / (6 sqrt(2)); 0, the default, for no bound. The stricter of this and MaximumVolume
+   * holds.
    */
   vtkSetClampMacro(TargetEdgeLength, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(TargetEdgeLength, double);
@@ -113,9 +113,9 @@ public:
 
   ///@{
   /**
-   * Whether the boundary of the tetrahedra is the surface as it is, without new points, so that its arrays stay exact and
-   * its triangles can be found again. Off, edges and triangles of the surface are split where the bounds ask for it; the
-   * shape stays the same. Default on.
+   * Keeps the surface, without new points, as the boundary of the tetrahedra, so that its arrays are exact and its
+   * triangles remain. Off, edges and triangles of the surface are split where the bounds require it; the shape stays
+   * the same. Default on.
    */
   vtkSetMacro(PreserveSurface, bool);
   vtkGetMacro(PreserveSurface, bool);
@@ -124,9 +124,9 @@ public:
 
   ///@{
   /**
-   * What is done with closed surfaces inside others. REGIONS (the default) fills everything that is enclosed, and the array
-   * Region tells the parts apart; HOLES leaves the inside of a surface inside another one empty, and fills that of one
-   * inside that again.
+   * Treatment of closed surfaces inside others. REGIONS (the default) fills everything that is enclosed, with a number
+   * in the array Region for each part; HOLES leaves the inside of a surface inside another one empty, and fills that of
+   * one inside that again.
    */
   vtkSetClampMacro(InnerSurfaces, int, REGIONS, HOLES);
   vtkGetMacro(InnerSurfaces, int);
@@ -136,7 +136,7 @@ public:
 
   ///@{
   /**
-   * Whether the triangles of the surface are cells of the output as well, with its cell arrays. Default off.
+   * Adds the triangles of the surface, with its cell arrays, to the cells of the output. Default off.
    */
   vtkSetMacro(SurfaceTriangles, bool);
   vtkGetMacro(SurfaceTriangles, bool);
@@ -145,8 +145,8 @@ public:
 
   ///@{
   /**
-   * Seconds that TetGen may take for one surface (each of its two runs, for one of several parts) before it is stopped and
-   * an error is reported; 0 for no limit. Default 300.
+   * Time limit of TetGen for one surface (for each of two runs, with several parts), in seconds, at least 0; beyond it,
+   * TetGen is stopped and an error is reported. 0 for no limit. Default 300.
    */
   vtkSetClampMacro(TimeLimit, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(TimeLimit, double);
@@ -154,8 +154,8 @@ public:
 
   ///@{
   /**
-   * Memory that TetGen may use, MiB; 0, the default, for three quarters of that of the machine. It uses about 2 KiB for each
-   * tetrahedron.
+   * Memory limit of TetGen, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. TetGen
+   * uses about 2 KiB for each tetrahedron.
    */
   vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
   vtkGetMacro(MemoryLimit, int);
@@ -163,7 +163,7 @@ public:
 
   ///@{
   /**
-   * Name of the cell array with the numbers of regions; not empty. Default "Region".
+   * Name of the cell array with the region numbers; not empty. Default "Region".
    */
   void SetRegionArrayName(const char* name);
   vtkGetCharFromStdStringMacro(RegionArrayName);
@@ -171,7 +171,7 @@ public:
 
   ///@{
   /**
-   * Name of the point array that tells points on the surface from those inside; not empty. Default "OnSurface".
+   * Name of the point array that marks points on the surface; not empty. Default "OnSurface".
    */
   void SetSurfaceArrayName(const char* name);
   vtkGetCharFromStdStringMacro(SurfaceArrayName);

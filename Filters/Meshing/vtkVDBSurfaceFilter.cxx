@@ -41,11 +41,11 @@ namespace
 const surfsynth::BlockTypes Types{ { "vtkImageData", "vtkPolyData" }, "vtkPolyData",
   "vtkDataSetSurfaceFilter extracts a surface, vtkResampleToImage an image" };
 
-/// Samples and triangles that are turned into a surface in a second, for the estimate behind the progress.
+/// Samples and triangles converted to a surface in a second, for the estimate of progress.
 constexpr double SamplesPerSecond = 2e7;
 constexpr double TrianglesPerSecond = 2e5;
 
-/// Runs @p make on another thread, which keeps what it captures alive. When the user stops it, so does OpenVDB soon.
+/// Runs @p make on another thread, which keeps its captures alive. OpenVDB stops soon after the user's abort.
 TriangleMesh Interruptible(const std::function<TriangleMesh(const surfsynth::StopFlag&)>& make, double expectedSeconds,
   const surfsynth::Progress& progress)
 {
@@ -75,7 +75,7 @@ void RequireFinite(const char* name, double value)
   }
 }
 
-/// Of all that the gate finds, only points that are not finite are in the way of a level set.
+/// Throws for points that are not finite: the only defect that a level set does not accept.
 void RequireFinitePoints(const TriangleMesh& mesh)
 {
   surfsynth::MeshRequirements none;
@@ -90,7 +90,7 @@ void RequireFinitePoints(const TriangleMesh& mesh)
 }
 } // namespace
 
-/// What is done with one dataset.
+/// Processing of one dataset.
 class vtkVDBSurfaceFilter::Internals
 {
 public:
@@ -175,7 +175,7 @@ private:
     surfsynth::InterpolateArrays(input->GetPointData(), *mesh, *places, output->GetPointData());
   }
 
-  /// The array to contour, and whether it lies on the cells.
+  /// Finds the array to contour; the flag is true for an array of the cells.
   vtkDataArray* Scalars(vtkImageData* image, bool& onCells) const
   {
     int association = vtkDataObject::FIELD_ASSOCIATION_POINTS;

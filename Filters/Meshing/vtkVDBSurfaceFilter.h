@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkVDBSurfaceFilter
- * @brief   Closed manifold surfaces of image data and of messy surfaces, through OpenVDB's level sets
+ * @brief   Computes closed manifold surfaces from images and defective surfaces, by OpenVDB's level sets
  *
- * Turns image data, or any surface however broken, into a solid on a grid of voxels, works on the solid (closing,
- * smoothing, offset, cavities, largest part), and extracts its surface. The output is closed, manifold in edges and
- * points, consistently wound outwards, and without degenerate triangles, so that every filter of this library takes it.
+ * Converts image data, or any surface or triangle soup, to a solid on a grid of voxels [Museth2013], processes the
+ * solid (closing, smoothing, offset, cavities, largest part), and extracts its surface. The output is closed, manifold
+ * in edges and points, consistently wound outwards, and without degenerate triangles, so that every filter of this
+ * library accepts it.
  *
  * @par Input
- * vtkImageData with any origin, spacing, direction (orthogonal) and scalar type; or vtkPolyData with triangles, polygons
- * or strips; or a composite dataset of such blocks, which are processed one by one. Empty input gives empty output.
+ * vtkImageData with any origin, spacing, direction (orthogonal) and scalar type; or vtkPolyData with triangles,
+ * polygons or strips; or a composite dataset of such blocks, which are processed one by one. Empty input gives empty
+ * output.
  *
  * @par Images
- * The solid is where the scalars (SetInputArrayToProcess(); default the active point scalars; one component, on points or
- * cells) are above IsoValue, or below it. Values between samples are linear. Where the solid reaches the border of the
- * image it is capped half a sample beyond the outermost samples. NaN is outside. Points are in world coordinates, in
- * double precision, also for anisotropic, rotated and mirrored images. As long as VoxelSize, Closing, Offset and
- * Smoothing are at their defaults the surface is taken from the samples themselves.
+ * The solid is the region with scalars (SetInputArrayToProcess(); default the active point scalars; one component, on
+ * points or cells) above IsoValue, or below it. Values between samples are linear. Where the solid reaches the border
+ * of the image the surface is capped half a sample beyond the outermost samples. NaN is outside. Points are in world
+ * coordinates, in double precision, also for anisotropic, rotated and mirrored images. As long as VoxelSize, Closing,
+ * Offset and Smoothing are at their defaults the surface is taken from the samples themselves.
  *
  * @par Surfaces
- * Non-manifold edges, inconsistent winding, holes, self-intersections, duplicate and degenerate triangles and any number
- * of parts are welcome; only points that are not finite and cells that cannot be read are errors. Where the surface is
- * closed, manifold and consistently wound, and its parts do not overlap, its winding says what is inside: cavities stay.
- * Otherwise the solid is all that cannot be reached from outside: gaps narrower than a voxel, or than twice Closing, are
- * bridged, overlapping parts united, cavities filled. Parts of the surface that enclose nothing, such as open sheets,
- * become plates two voxels thick. The result lies within about half a voxel of the input; what is thinner than a voxel
- * may get holes or vanish.
+ * Non-manifold edges, inconsistent winding, holes, self-intersections, duplicate and degenerate triangles and any
+ * number of parts are accepted; only points that are not finite and unreadable cells are errors. For a closed, manifold
+ * and consistently wound surface whose parts do not overlap, the winding defines the inside, and cavities remain.
+ * Otherwise the solid is the region that is not connected to the outside: gaps narrower than a voxel, or than twice
+ * Closing, are bridged, overlapping parts united, cavities filled. Parts of the surface that enclose nothing, such as
+ * open sheets, become plates two voxels thick. The result lies within about half a voxel of the input; parts thinner
+ * than a voxel may get holes or vanish.
  *
  * @par Output
  * vtkPolyData of triangles. The point arrays of a surface are interpolated from the nearest place on it; those of an
@@ -33,9 +35,9 @@
  * nothing lies inside, the output is empty and a warning names the range of the data.
  *
  * @par Order
- * Level set, Closing, Smoothing, Offset, FillCavities, LargestComponent, extraction with Adaptivity. Lengths are in world
- * units. The result has the same bits for every number of threads. The order of cost: the number of voxels along the
- * surface, its area / VoxelSize^2.
+ * Level set, Closing, Smoothing, Offset, FillCavities, LargestComponent, extraction with Adaptivity. Lengths are in
+ * world units. The result has the same bits for every number of threads. The cost is proportional to the number of
+ * voxels along the surface, its area / VoxelSize^2.
  *
  * @sa vtkFlyingEdges3D, vtkDiscreteMarchingCubes, vtkImplicitModeller
  */
@@ -57,30 +59,30 @@ public:
   vtkTypeMacro(vtkVDBSurfaceFilter, vtkDataObjectAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Which side of the isovalue is solid.
+  /// Sides of the isovalue that are solid.
   enum InsideRules
   {
     ABOVE = 0, ///< values larger than the isovalue
     BELOW = 1  ///< values smaller than the isovalue
   };
 
-  /// How the level set is smoothed.
+  /// Methods of smoothing of the level set.
   enum SmoothingTypes
   {
-    NONE = 0,           ///< not at all
-    GAUSSIAN = 1,       ///< a Gaussian of standard deviation 1.6 voxels; strong, shrinks what is thin
-    MEAN_CURVATURE = 2, ///< flow by mean curvature: takes spikes away, shrinks spheres slowly
+    NONE = 0,           ///< no smoothing
+    GAUSSIAN = 1,       ///< a Gaussian of standard deviation 1.6 voxels; strong, shrinks thin parts
+    MEAN_CURVATURE = 2, ///< flow by mean curvature: removes spikes, shrinks spheres slowly
     MEDIAN = 3,         ///< the median of 3 x 3 x 3 voxels: removes specks, keeps corners better; slow
     LAPLACIAN = 4       ///< flow by the Laplacian of the distance
   };
 
-  /// The output when the input is no composite dataset, else null.
+  /// Returns the output for an input that is no composite dataset, else null.
   vtkPolyData* GetPolyDataOutput();
 
   ///@{
   /**
-   * Whether the isovalue is found from the histogram of the image by Otsu's method, which separates two classes of values
-   * best, instead of taken from IsoValue. Default on.
+   * Computes the isovalue from the histogram of the image by Otsu's method, which separates two classes of values best
+   * [Otsu1979]. Off, IsoValue is used. Default on.
    */
   vtkSetMacro(ComputeIsoValue, bool);
   vtkGetMacro(ComputeIsoValue, bool);
@@ -89,7 +91,7 @@ public:
 
   ///@{
   /**
-   * The value of the image on the surface, in units of the scalars; finite. Used when ComputeIsoValue is off. Default 0.
+   * Value of the image on the surface, in units of the scalars; finite. Used when ComputeIsoValue is off. Default 0.
    */
   vtkSetMacro(IsoValue, double);
   vtkGetMacro(IsoValue, double);
@@ -97,7 +99,7 @@ public:
 
   ///@{
   /**
-   * Which side of the isovalue is solid, in images. Default ABOVE.
+   * Side of the isovalue that is solid, in images. Default ABOVE.
    */
   vtkSetClampMacro(InsideRule, int, ABOVE, BELOW);
   vtkGetMacro(InsideRule, int);
@@ -107,9 +109,9 @@ public:
 
   ///@{
   /**
-   * Side of the voxels of the level set, world units, at least 0; it is the size of the smallest features that stay, and
-   * of the triangles. Time and memory grow with its inverse square. 0 (the default) stands for the smallest spacing of an
-   * image, and for 1/128 of the longest side of the bounding box of a surface.
+   * Side of the voxels of the level set, world units, at least 0; it is the size of the smallest features and of the
+   * triangles of the output. Time and memory are proportional to its inverse square. 0 (the default) stands for the
+   * smallest spacing of an image, and for 1/128 of the longest side of the bounding box of a surface.
    */
   vtkSetClampMacro(VoxelSize, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(VoxelSize, double);
@@ -118,7 +120,7 @@ public:
   ///@{
   /**
    * Radius of a morphological closing, world units, at least 0: gaps, holes and grooves narrower than twice this are
-   * filled, and the rest of the surface stays where it is. Default 0.
+   * filled, and the rest of the surface is unchanged. Default 0.
    */
   vtkSetClampMacro(Closing, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Closing, double);
@@ -126,7 +128,7 @@ public:
 
   ///@{
   /**
-   * How the level set is smoothed. Default NONE.
+   * Method of smoothing of the level set. Default NONE.
    */
   vtkSetClampMacro(Smoothing, int, NONE, LAPLACIAN);
   vtkGetMacro(Smoothing, int);
@@ -139,8 +141,8 @@ public:
 
   ///@{
   /**
-   * Number of times that smoothing is applied, from 0 to 1000; each acts over one or two voxels, and n of them over
-   * sqrt(n) times that. Default 3.
+   * Number of iterations of the smoothing, from 0 to 1000; the range is one or two voxels for one iteration, and
+   * sqrt(n) times that for n. Default 3.
    */
   vtkSetClampMacro(SmoothingIterations, int, 0, 1000);
   vtkGetMacro(SmoothingIterations, int);
@@ -148,7 +150,7 @@ public:
 
   ///@{
   /**
-   * Distance by which the surface is moved outwards, world units; negative moves it inwards. Default 0.
+   * Distance by which the surface is moved outwards, world units; negative values move it inwards. Default 0.
    */
   vtkSetMacro(Offset, double);
   vtkGetMacro(Offset, double);
@@ -156,8 +158,8 @@ public:
 
   ///@{
   /**
-   * How far flat regions may be covered by larger triangles, from 0 (all of the size of voxels) to 1 (up to eight voxels,
-   * also across edges, which are then cut). Default 0.
+   * Degree to which larger triangles cover flat regions, from 0 (all of the size of voxels) to 1 (up to eight voxels,
+   * also across sharp edges, which are then bevelled). Default 0.
    */
   vtkSetClampMacro(Adaptivity, double, 0.0, 1.0);
   vtkGetMacro(Adaptivity, double);
@@ -165,7 +167,7 @@ public:
 
   ///@{
   /**
-   * Whether cavities, which the solid encloses, become solid. Default off.
+   * Fills the cavities of the solid. Default off.
    */
   vtkSetMacro(FillCavities, bool);
   vtkGetMacro(FillCavities, bool);
@@ -174,8 +176,8 @@ public:
 
   ///@{
   /**
-   * Whether only the part of the solid with the largest volume is kept, with its cavities. Parts hang together where
-   * voxels share a face. Default off.
+   * Keeps only the component of the solid with the largest volume, with its cavities. Voxels are connected across
+   * faces. Default off.
    */
   vtkSetMacro(LargestComponent, bool);
   vtkGetMacro(LargestComponent, bool);
@@ -184,15 +186,15 @@ public:
 
   ///@{
   /**
-   * Number of voxels along the surface beyond which there is an error, before memory is taken; at least 1000. A voxel
-   * takes about 20 bytes. The message names a VoxelSize that fits. Default 200000000.
+   * Largest number of voxels along the surface, at least 1000. More are an error, before memory is allocated; the
+   * message names a possible VoxelSize. A voxel takes about 20 bytes. Default 200000000.
    */
   vtkSetClampMacro(MaximumNumberOfVoxels, int, 1000, VTK_INT_MAX);
   vtkGetMacro(MaximumNumberOfVoxels, int);
   ///@}
 
   /**
-   * The isovalue of the last image, given or found; 0 before.
+   * Isovalue of the last image, given or computed; 0 before the first image.
    */
   double GetEffectiveIsoValue() const;
 

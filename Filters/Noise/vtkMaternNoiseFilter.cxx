@@ -31,7 +31,7 @@ vtkStandardNewMacro(vtkMaternNoiseFilter);
 
 namespace
 {
-/// True when two sets of options share operators, factor and eigenpairs.
+/// Returns true when two sets of options share operators, factor and eigenpairs.
 bool SameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
 {
   return a.Model == b.Model && a.Mode == b.Mode && a.CorrelationRange == b.CorrelationRange &&
@@ -39,7 +39,7 @@ bool SameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
     a.NumberOfEigenpairs == b.NumberOfEigenpairs;
 }
 
-/// Options with the fields that model and mode ignore at their defaults, so that a change of them keeps the factor.
+/// Returns options with unused fields reset to their defaults, so that a change of them keeps the factor.
 MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
 {
   const MaternFieldOptions defaults;
@@ -58,7 +58,7 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
 }
 } // namespace
 
-/// The random fields of the last update, and what they told.
+/// Random fields of the last update, and their results.
 class vtkMaternNoiseFilter::Internals
 {
 public:
@@ -83,7 +83,7 @@ public:
     }
   }
 
-  /// Forgets the fields of blocks that are gone, and of those that failed.
+  /// Drops the fields of blocks that are gone or have failed.
   void DropUnused()
   {
     for (auto block = this->Fields.begin(); block != this->Fields.end();)
@@ -108,7 +108,7 @@ public:
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
-  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
+  /// Finds the field of this block from an earlier update with the same mesh and options; null otherwise.
   const CachedField* Find(const Surface& surface)
   {
     const auto found = this->Fields.find(surface.FlatIndex);
@@ -128,7 +128,7 @@ public:
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  /// The options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
+  /// Options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
   MaternFieldOptions Options() const
   {
     MaternFieldOptions options;
@@ -141,7 +141,7 @@ private:
     return WithoutIgnoredFields(options);
   }
 
-  /// What samples of unit deviation are multiplied with.
+  /// Factor of the samples of unit deviation.
   double Scale() const
   {
     const bool inRangeMode = this->Self->ScaleMode == CORRELATION_RANGE &&

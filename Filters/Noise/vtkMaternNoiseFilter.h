@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkMaternNoiseFilter
- * @brief   Gaussian random fields on surfaces whose statistics do not depend on the triangulation
+ * @brief   Generates Gaussian random fields on surfaces, with statistics independent of the triangulation
  *
  * Adds Matérn noise to the points of a surface: the solution f of the screened Poisson equation
  * (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the lumped mass and n independent normal numbers
- * ("Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes", Algorithm 1; Lindgren, Rue and Lindström 2011).
- * The variance of the field at spatial frequency lambda is 1 / (lambda + tau)^2 whatever the mesh: refining, coarsening
- * or remeshing the surface changes the resolution of the field, not its distribution.
+ * ([Kuai2026], Algorithm 1; [Lindgren2011]). The variance of the field at the eigenvalue lambda of the Laplacian is
+ * 1 / (lambda + tau)^2 on every mesh: refining, coarsening or remeshing the surface changes the resolution of the
+ * field, not its distribution.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
  * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
  * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
- * error message names what is wrong, the first offending cell or point and the filter that repairs it. A composite
+ * error message names the defect, the first offending cell or point and the filter that repairs it. A composite
  * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  *
@@ -23,10 +23,10 @@
  * than 1. Points that no polygon or strip uses get 0.
  *
  * @par Scale
- * ScaleMode chooses one of three ways to say how smooth the field is. CORRELATION_RANGE (the default) takes a distance
- * in world units and a standard deviation, as statisticians do; SCREENING takes tau itself, as Algorithm 1 of the
- * paper; NORMALIZED_SCREENING takes tau relative to the spectrum of the triangulation, as Algorithm 2, and makes the
- * noise invariant under scaling of the mesh (but not under refinement).
+ * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
+ * distance in world units and a standard deviation, as is usual in statistics. SCREENING takes tau itself, as Algorithm
+ * 1 of the paper. NORMALIZED_SCREENING takes tau relative to the spectrum of the triangulation, as Algorithm 2; the
+ * noise is then invariant under scaling of the mesh (but not under refinement).
  *
  * @par Cost
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
@@ -52,7 +52,7 @@ public:
   vtkTypeMacro(vtkMaternNoiseFilter, vtkPassInputTypeAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The distributions that can be sampled.
+  /// Distributions of the noise.
   enum NoiseModels
   {
     MATERN = 0,     ///< Matérn noise: independent of the triangulation
@@ -62,7 +62,7 @@ public:
     SPECTRAL = 4    ///< Matérn noise truncated to the lowest eigenpairs, for comparison
   };
 
-  /// The ways to say the scale.
+  /// Parameters of the scale.
   enum ScaleModes
   {
     CORRELATION_RANGE = 0,   ///< by CorrelationRange and StandardDeviation
@@ -72,7 +72,7 @@ public:
 
   ///@{
   /**
-   * The distribution to sample. Default MATERN.
+   * Distribution of the noise. Default MATERN.
    */
   vtkSetClampMacro(NoiseModel, int, MATERN, SPECTRAL);
   vtkGetMacro(NoiseModel, int);
@@ -85,7 +85,7 @@ public:
 
   ///@{
   /**
-   * How the scale of MATERN and SPECTRAL noise is given. Default CORRELATION_RANGE.
+   * Parameter that sets the scale of MATERN and SPECTRAL noise. Default CORRELATION_RANGE.
    */
   vtkSetClampMacro(ScaleMode, int, CORRELATION_RANGE, NORMALIZED_SCREENING);
   vtkGetMacro(ScaleMode, int);
@@ -96,10 +96,10 @@ public:
 
   ///@{
   /**
-   * The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along the
-   * surface; larger is smoother. tau = 8 / CorrelationRange^2 (kappa = sqrt(8 nu) / range with smoothness nu = 1).
-   * 0 (the default) stands for 0.2 times the longest side of the bounding box of the input, or of the block.
-   * A warning is given where edges are longer than a third of the range. Used in CORRELATION_RANGE mode.
+   * Distance at which the correlation of two points is about 0.14, in world units, measured along the surface; larger
+   * is smoother. tau = 8 / CorrelationRange^2 (kappa = sqrt(8 nu) / range with smoothness nu = 1). 0 (the default)
+   * stands for 0.2 times the longest side of the bounding box of the input, or of the block. Edges longer than a third
+   * of the range cause a warning. Used in CORRELATION_RANGE mode.
    */
   vtkSetClampMacro(CorrelationRange, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(CorrelationRange, double);
@@ -107,11 +107,10 @@ public:
 
   ///@{
   /**
-   * The standard deviation of the noise, in the units wanted for the output; at least 0. Holds for closed surfaces,
-   * within 5 % where edges are shorter than about a tenth of the range and parts are wider than the range; the deviation
-   * is larger on coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a
-   * straight one).
-   * Used in CORRELATION_RANGE mode, and by PER_VERTEX. Default 1.
+   * Standard deviation of the noise, in units of the output; at least 0. Accurate on closed surfaces, within 5 % where
+   * edges are shorter than about a tenth of the range and parts are wider than the range; the deviation is larger on
+   * coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a straight
+   * one). Used in CORRELATION_RANGE mode, and by PER_VERTEX. Default 1.
    */
   vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(StandardDeviation, double);
@@ -119,8 +118,8 @@ public:
 
   ///@{
   /**
-   * The screening term tau, in 1 / square world units, larger than 0; larger is rougher and weaker (the correlation
-   * range is sqrt(8 / tau)). Used in SCREENING mode. Default 100, the value of the paper for shapes of unit size.
+   * Screening term tau, in 1 / square world units, larger than 0; larger is rougher and weaker (the correlation range
+   * is sqrt(8 / tau)). Used in SCREENING mode. Default 100, the value of the paper for shapes of unit size.
    */
   vtkSetClampMacro(Screening, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(Screening, double);
@@ -128,9 +127,9 @@ public:
 
   ///@{
   /**
-   * The factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius norm of M^-1 L; the noise
-   * is multiplied by sqrt(Gamma). Gamma grows with the number of points, so c that suits one resolution is too large
-   * for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
+   * Factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius norm of M^-1 L; the noise is
+   * multiplied by sqrt(Gamma). Gamma increases with the number of points, so a value of c for one resolution is too
+   * large for a finer one. Used in NORMALIZED_SCREENING mode. Default 1e-4.
    */
   vtkSetClampMacro(NormalizedScreening, double, 1e-300, VTK_DOUBLE_MAX);
   vtkGetMacro(NormalizedScreening, double);
@@ -139,7 +138,7 @@ public:
   ///@{
   /**
    * Number of eigenpairs of the SPECTRAL model, the constant one included; at least 1 and below the number of points.
-   * The cost grows with its square. Default 256.
+   * The cost is proportional to its square. Default 256.
    */
   vtkSetClampMacro(NumberOfEigenpairs, int, 1, VTK_INT_MAX);
   vtkGetMacro(NumberOfEigenpairs, int);
@@ -147,8 +146,8 @@ public:
 
   ///@{
   /**
-   * The seed. Any integer; each gives other noise, and the same seed always gives the same noise for the same points,
-   * sample and component, whatever the other parameters. Default 0.
+   * Seed of the random numbers, any integer. Each seed gives different noise; the same seed always gives the same noise
+   * for the same points, sample and component, whatever the other parameters. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -156,8 +155,8 @@ public:
 
   ///@{
   /**
-   * Number of components of each array, independent of each other; at least 1. Three make a random displacement for
-   * vtkWarpVector. Default 1.
+   * Number of components of each array, independent of each other; at least 1. Three components are a random
+   * displacement for vtkWarpVector. Default 1.
    */
   vtkSetClampMacro(NumberOfComponents, int, 1, VTK_INT_MAX);
   vtkGetMacro(NumberOfComponents, int);
@@ -173,7 +172,7 @@ public:
 
   ///@{
   /**
-   * Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
+   * Index of the first sample, at least 0; an ensemble can be generated in parts. Default 0.
    */
   vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
   vtkGetMacro(FirstSample, int);
@@ -181,7 +180,7 @@ public:
 
   ///@{
   /**
-   * Name of the point array that is added; not empty. Default "MaternNoise".
+   * Name of the added point array; not empty. Default "MaternNoise".
    */
   void SetOutputArrayName(const char* name);
   vtkGetCharFromStdStringMacro(OutputArrayName);
@@ -189,7 +188,7 @@ public:
 
   ///@{
   /**
-   * What the last update found, for the last block of a composite input. EffectiveScreening: tau in use, 1 / square
+   * Results of the last update, for the last block of a composite input. EffectiveScreening: tau in use, 1 / square
    * world units. EffectiveCorrelationRange: sqrt(8 / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world units.
    * All three are 0 for models without tau.
    */
@@ -205,8 +204,8 @@ public:
   double GetRelativeResidual() const;
 
   /**
-   * Number of meshes assembled and factored since this object was made. Stays the same while only seeds, numbers of
-   * samples or names change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples
+   * or names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 

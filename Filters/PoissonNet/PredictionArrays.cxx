@@ -25,10 +25,10 @@ namespace surfsynth
 
 namespace
 {
-/// The label of points and cells that the network has not seen.
+/// Label of points and cells that are no input of the network.
 constexpr int NoLabel = -1;
 
-/// Where the values of a domain go: a tuple of the output for each row of them, some tuples without one.
+/// Destination of the values of a domain: a tuple of the output for each row; some tuples have no row.
 struct Rows
 {
   FeatureMatrix Values;
@@ -47,9 +47,8 @@ Rows PointRows(const EvaluatedSurface& evaluated, const FeatureMatrix& values)
   return rows;
 }
 
-/// A cell that was cut into triangles gets their mean, weighted by area. For a classifier that is the mean of the
-/// logits, up to a constant that the new normalisation takes away: what the network does with the corners of a
-/// triangle.
+/// Averages the values of the triangles of each cell, weighted by area. For a classifier that is the mean of the
+/// logits, up to a constant that the new normalisation removes, as the network averages the corners of a triangle.
 Rows CellRows(const EvaluatedSurface& evaluated, const FeatureMatrix& values, vtkIdType cells)
 {
   const Surface& surface = evaluated.Input;
@@ -90,7 +89,7 @@ Rows CellRows(const EvaluatedSurface& evaluated, const FeatureMatrix& values, vt
   return rows;
 }
 
-/// The same numbers for the whole surface: one tuple of field data.
+/// Returns the values for the whole surface: one tuple of field data.
 Rows GlobalRows(const FeatureMatrix& values) { return { values, { 0 }, 1 }; }
 
 vtkSmartPointer<vtkDataArray> ValueArray(const Rows& rows, const std::string& name, const PoissonNetModel& model)
@@ -123,7 +122,7 @@ vtkSmartPointer<vtkDataArray> LabelArray(const Rows& rows, const std::string& na
   return array;
 }
 
-/// The centroid of the surface when its points are at @p points.
+/// Computes the centroid of the surface when its points are at @p points.
 Eigen::RowVector3d Centroid(const TriangleMesh& mesh, const Eigen::VectorXd& areas, const PointMatrix& points)
 {
   Eigen::RowVector3d moment = Eigen::RowVector3d::Zero();
@@ -137,7 +136,7 @@ Eigen::RowVector3d Centroid(const TriangleMesh& mesh, const Eigen::VectorXd& are
   return moment / areas.sum();
 }
 
-/// Predicted positions in the caller's coordinates, and how to get there with the centroid left where it is.
+/// Adds predicted positions in the caller's coordinates, and the displacement to them that keeps the centroid.
 void AddPositions(
   const EvaluatedSurface& evaluated, const FeatureMatrix& values, const PredictionNames& names, vtkPolyData* output)
 {

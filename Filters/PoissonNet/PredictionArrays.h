@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a network says about a surface, as VTK's arrays.
+/// Predictions of a network on a surface, as VTK's arrays.
 #pragma once
 
 #include "Core/Mesh/UsedPoints.h"
@@ -15,7 +15,7 @@ namespace surfsynth
 
 struct Surface;
 
-/// The names of the arrays, which are properties of the filter.
+/// Names of the arrays, which are properties of the filter.
 struct PredictionNames
 {
   std::string Prediction;
@@ -24,7 +24,7 @@ struct PredictionNames
   std::string Displacement;
 };
 
-/// What was evaluated on a surface.
+/// A surface and the model that was evaluated on it.
 struct EvaluatedSurface
 {
   const Surface& Input;
@@ -33,8 +33,8 @@ struct EvaluatedSurface
   const MeshNormalisation& Normalisation;
 };
 
-/// Adds @p prediction to @p output, a copy of the surface that was evaluated: point, cell or field data as its domain
-/// says, labels and class names of a classifier, the displacement of a gradient-domain head. The header of
+/// Adds @p prediction to @p output, a copy of the surface that was evaluated: point, cell or field data by its
+/// domain, labels and class names of a classifier, the displacement of a gradient-domain head. The header of
 /// vtkPoissonNetFilter describes the arrays.
 void AddPredictionArrays(const EvaluatedSurface& evaluated, const PoissonNetPrediction& prediction,
   const PredictionNames& names, vtkPolyData* output);

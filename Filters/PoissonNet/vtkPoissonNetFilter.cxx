@@ -46,7 +46,7 @@ std::string Described(const surfsynth::PoissonNetModel& model)
     " input channels, " + std::to_string(options.ExtraFeatures) + " conditions";
 }
 
-/// The network on one mesh. The operators outlive a change of the model.
+/// Network on one mesh. The operators outlive a change of the model.
 struct PreparedBlock
 {
   surfsynth::InputNormalisation Normalisation = surfsynth::InputNormalisation::None;
@@ -58,7 +58,7 @@ struct PreparedBlock
 };
 } // namespace
 
-/// The model and the meshes of the last update.
+/// Model and meshes of the last update.
 class vtkPoissonNetFilter::Internals
 {
 public:
@@ -66,7 +66,7 @@ public:
     : Self(self)
   {}
 
-  /// Reads the model file where that is needed. @throws what the reader throws.
+  /// Reads the model file if needed. @throws the errors of the reader.
   void Begin()
   {
     if (this->Self->ModelFileName.empty())
@@ -84,7 +84,7 @@ public:
     const surfsynth::UsedPoints used(surface.Mesh);
     const surfsynth::TriangleMesh mesh = used.Compact(surface.Mesh);
     const surfsynth::MeshNormalisation coordinates = surfsynth::ComputeNormalisation(mesh, this->Normalisation());
-    // What is wrong with the input is said before the operators, which take long, are made.
+    // Errors of the input are reported before the operators, which take long, are assembled.
     const surfsynth::PoissonNetInput input = surfsynth::MakeNetworkInput(
       *this->Model, this->Request(), output, used, coordinates);
     PreparedBlock* prepared = this->Find(surface);
@@ -100,7 +100,7 @@ public:
       { surface, used, *this->Model, prepared->Coordinates }, prediction, this->Names(), output);
   }
 
-  /// What is held of this block from an earlier update, or null; mesh and normalisation must be the same.
+  /// Finds the data of this block from an earlier update with the same mesh and normalisation; null otherwise.
   PreparedBlock* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);

@@ -4,17 +4,15 @@
  * @brief   Evaluates a trained PoissonNet on surfaces: segmentation, classification, features, predicted shapes
  *
  * PoissonNet is a network on triangle meshes whose blocks alternate between a small network at each point, one at each
- * triangle that works on gradients, and a Poisson equation that joins them ("PoissonNet: A Local-Global Approach for
- * Learning on Surfaces", Maesumi et al. 2025; "Matérn Noise for Triangulation-Agnostic Flow Matching on Meshes",
- * section 4). This filter reads a model file and evaluates whatever network it describes; nothing about the task is
- * built in.
+ * triangle that works on gradients, and a Poisson equation that joins them ([Maesumi2025]; [Kuai2026], section 4).
+ * This filter reads a model file and evaluates the network that it describes, for any task.
  *
  * @par Model file
  * safetensors, with the tensors under their published names and the architecture in the metadata (keys `config`,
  * `head`, `C_in`, `C_out`, `C_width`, `n_blocks`, `extra_features`, `outputs_at`, `last_activation`, `classes`,
- * `input_normalisation`). `python3 -m surfacesynthesis convert` makes one of a PyTorch checkpoint. Files are checked
- * before anything is taken from them; a file that is damaged, or is not such a model, is an error that says why. A
- * file is read once, and again in an update after its size or time of modification has changed.
+ * `input_normalisation`). `python3 -m surfacesynthesis convert` makes one from a PyTorch checkpoint. Files are
+ * checked before use; a damaged file, or one without such a model, is an error that names the cause. A file is read
+ * once, and again in an update after its size or time of modification has changed.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, open or closed; or a composite dataset of
@@ -22,8 +20,8 @@
  * are points that no polygon or strip uses. The mesh must have finite points, no degenerate triangle, no edge with
  * more than two triangles, consistent winding (the network is not mirror-invariant) and one component (a Poisson
  * equation leaves the constant on each further component undetermined; split a mesh with vtkPolyDataConnectivityFilter
- * and give its parts as blocks). The error message names what is wrong, the first offending cell or point and the
- * filter that repairs it. A warning is given where good answers are unlikely: for a closed surface whose faces point
+ * and give its parts as blocks). The error message names the defect, the first offending cell or point and the filter
+ * that repairs it. A warning is given where good results are unlikely: for a closed surface whose faces point
  * inwards, and for an area below 0.1 or above 10 that is not normalised. A composite input is processed block by
  * block; a block that cannot be processed is reported and left empty, the others are not affected. Empty input gives
  * empty output.
@@ -33,7 +31,7 @@
  * point array SignalArrayName, any numeric type, with as many components as the model takes input channels.
  *
  * @par Output
- * The input, untouched, plus, as the model's head says:
+ * The input, untouched, plus arrays that depend on the head of the model:
  *  - a linear head at the vertices: the point array PredictionArrayName, float32, a component for each output channel;
  *  - a linear head at the faces: the cell array of that name. A polygon or strip gets the mean of its triangles,
  *    weighted by area (of a classifier: of their logits);
@@ -41,7 +39,7 @@
  *  - a gradient-domain head: the point array of that name, float64, 3 components: predicted positions. Positions are
  *    those of the network, mapped back to the coordinates of the input where it was normalised; their centroid is then
  *    that of the input, and the origin when nothing was normalised. And the point array DisplacementArrayName,
- *    float64, 3 components: what moves the points there with the centroid of the surface left where it is.
+ *    float64, 3 components: the displacement to these positions, less that of the centroid of the surface.
  *
  * A classifier (a model whose last activation is the logarithm of softmax, or whose metadata name `classes`) also gives
  * LabelArrayName, int32, the class of the largest component, beside the prediction, which holds log-probabilities then;
@@ -73,11 +71,11 @@ public:
   vtkTypeMacro(vtkPoissonNetFilter, vtkPassInputTypeAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// What the mesh goes through before the network sees it.
+  /// Normalisations of the mesh before the evaluation.
   enum InputNormalisations
   {
-    MODEL = 0,        ///< what the model file says; nothing when it says nothing, as published files do
-    NONE = 1,         ///< nothing
+    MODEL = 0,        ///< as given in the model file; none where it gives none, as published files
+    NONE = 1,         ///< no normalisation
     SURFACE_AREA = 2, ///< moved to the area-weighted centroid and scaled to area 1
     UNIT_SPHERE = 3   ///< moved to the area-weighted centroid and scaled to the largest distance 1 from it
   };
@@ -92,8 +90,8 @@ public:
 
   ///@{
   /**
-   * What the mesh goes through before the network sees it, which should be what meshes went through in training:
-   * networks depend on size and place. Default MODEL.
+   * Normalisation of the mesh before the evaluation. It should be that of the training, because networks depend on size
+   * and position. Default MODEL.
    */
   vtkSetClampMacro(InputNormalisation, int, MODEL, UNIT_SPHERE);
   vtkGetMacro(InputNormalisation, int);
@@ -105,10 +103,9 @@ public:
 
   ///@{
   /**
-   * The conditions (extra features) of the model, the same for all points: finite numbers, as many as the model takes,
-   * in the units of its training; for instance a time in [0, 1]. SetNumberOfConditions() clamps to 0 and more and
-   * fills up with 0; SetCondition() does nothing for an index out of range, and GetCondition() returns 0. Default
-   * none.
+   * Conditions (extra features) of the model, the same for all points: finite numbers, as many as the model takes, in
+   * the units of its training; for instance a time in [0, 1]. SetNumberOfConditions() clamps to 0 and more and fills
+   * with 0; SetCondition() does nothing for an index out of range, and GetCondition() returns 0. Default none.
    */
   void SetNumberOfConditions(int number);
   int GetNumberOfConditions() const { return static_cast<int>(this->Conditions.size()); }
@@ -118,8 +115,8 @@ public:
 
   ///@{
   /**
-   * Name of a point array that holds the conditions of each point; it goes before the numbers of SetCondition().
-   * Default "": none.
+   * Name of a point array that holds the conditions of each point; it takes precedence over the numbers of
+   * SetCondition(). Default "": none.
    */
   void SetConditionArrayName(const char* name);
   vtkGetCharFromStdStringMacro(ConditionArrayName);
@@ -127,9 +124,9 @@ public:
 
   ///@{
   /**
-   * Name of a point array that the network takes in place of the positions; needed by models with another number of
-   * input channels than 3. For a gradient-domain head these are positions, and are normalised with the mesh. Default
-   * "": the positions.
+   * Name of the point array that is the input of the network in place of the positions; needed by models with another
+   * number of input channels than 3. For a gradient-domain head these are positions, and are normalised with the mesh.
+   * Default "": the positions.
    */
   void SetSignalArrayName(const char* name);
   vtkGetCharFromStdStringMacro(SignalArrayName);
@@ -168,19 +165,19 @@ public:
   ///@}
 
   /**
-   * One line about the model of the last update: head, blocks, width, what it takes and gives. Empty before there is
-   * one.
+   * Description of the model of the last update in one line: head, blocks, width, inputs and outputs. Empty before the
+   * first model.
    */
   std::string GetModelDescription() const;
 
   /**
-   * Number of model files read since this object was made. Stays the same while the file does.
+   * Number of model files read since this object was made. Unchanged while the file is unchanged.
    */
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of meshes assembled and factored since this object was made. Stays the same while only the model, conditions
-   * or names change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only the model, conditions or
+   * names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 

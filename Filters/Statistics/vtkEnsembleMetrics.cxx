@@ -82,7 +82,7 @@ void FillNearest(vtkTable* table, const EnsembleMetrics& metrics, const Ensemble
   AddColumn<vtkDoubleArray>(table, "Distance", metrics.DistanceToReference);
 }
 
-/// True when there is nothing to compare at all.
+/// Returns true when both ensembles are empty.
 /// @throws InvalidInput when only one of the ensembles is empty
 bool NothingToCompare(const Ensemble& generated, const Ensemble& reference)
 {
@@ -95,7 +95,7 @@ bool NothingToCompare(const Ensemble& generated, const Ensemble& reference)
 }
 } // namespace
 
-/// The metrics of the last update.
+/// Metrics of the last update.
 class vtkEnsembleMetrics::Internals
 {
 public:

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkEnsembleMetrics
- * @brief   How alike a generated and a reference ensemble of shapes or signals on one triangulation are
+ * @brief   Computes metrics between a generated and a reference ensemble of shapes or signals
  *
- * Tells how well a generative model has learned a distribution: compares an ensemble that it has generated with one of
- * the real thing, sample by sample, as section 5 and appendix D of "Matérn Noise for Triangulation-Agnostic Flow
- * Matching on Meshes" do (after Achlioptas et al. 2018, Lopez-Paz and Oquab 2017 and Yang et al. 2019).
+ * Measures the quality of a generative model: compares a generated ensemble with a reference ensemble on the same
+ * triangulation, sample by sample, as [Kuai2026], section 5 and appendix D (after [Achlioptas2018], [LopezPaz2017] and
+ * [Yang2019]).
  *
  * @par Input
  * Port 0: the generated ensemble. Port 1: the reference ensemble. Each is a composite dataset of vtkPolyData, whose
  * leaves in order are the samples (null and empty leaves are left out), or a single vtkPolyData, all on the same points
- * and polygons. The values of a sample are those that ArrayName says. Port 2, optional: the source, a vtkPolyData with
- * the same points and polygons, for instance the shape before it was deformed.
+ * and polygons. ArrayName chooses the values of a sample. Port 2, optional: the source, a vtkPolyData with the same
+ * points and polygons, for instance the shape before it was deformed.
  * @par
  * Points are weighted by their lumped barycentric mass on the source, or without one on the surface of the first
  * reference sample. That surface must have finite points and no degenerate triangle. Values must be finite, except
@@ -19,25 +19,25 @@
  *
  * @par Output
  * Port 0: a vtkTable with one row and these columns, float64 unless said otherwise:
- * - MMD: minimum matching distance in the words of the paper, the mean over the generated samples of the distance to
+ * - MMD: minimum matching distance as defined in [Kuai2026], the mean over the generated samples of the distance to
  *   the nearest reference: fidelity, low is good;
- * - ReverseMMD: minimum matching distance in the words of Achlioptas et al., the mean over the references of the
+ * - ReverseMMD: minimum matching distance as defined in [Achlioptas2018], the mean over the references of the
  *   distance to the nearest generated sample: low is good;
  * - COV: coverage, the fraction of the references that are nearest to at least one generated sample, in (0, 1]:
  *   diversity, high is good;
- * - OneNearestNeighbourAccuracy: how often the nearest other sample of both ensembles together is of the same ensemble,
- *   in [0, 1]: about 0.5 is ideal, 1 means that the ensembles are apart, 0 that every reference has a copy;
+ * - OneNearestNeighbourAccuracy: the fraction of samples whose nearest other sample in both ensembles together is of
+ *   the same ensemble, in [0, 1]: about 0.5 is ideal, 1 means separate ensembles, 0 a copy of every reference;
  * - MeanError: the distance of the pointwise means of the two ensembles;
  * - GeneratedSpacing, ReferenceSpacing: the mean distance of a sample to the nearest other one of its own ensemble, 0
- *   where there is only one: what MMD is to be seen beside;
+ *   for a single sample: the scale for MMD;
  * - NumberOfGenerated, NumberOfReferences, NumberOfPoints, NumberOfComponents (vtkIdType).
  * @par
  * Port 1: a vtkTable with a row for each generated sample and the columns Sample, NearestReference (vtkIdType, numbers
  * of samples from 0 on), SampleName, NearestReferenceName (string: "Block 3" with the flat index of the leaf, and the
  * array's name where a surface has several) and Distance (float64).
  * @par
- * Distances are in world units, or those of the array. Of samples at the same distance the first one is the nearest,
- * generated before reference. Two empty inputs give empty tables; one is an error.
+ * Distances are in world units, or those of the array. Ties go to the first sample, generated before reference. Two
+ * empty inputs give empty tables; one is an error.
  *
  * @par Cost
  * O((N + M)^2 V) for N generated and M reference samples of V points; the values are read in place. The same bits for
@@ -62,7 +62,7 @@ public:
   vtkTypeMacro(vtkEnsembleMetrics, vtkTableAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The distances a - b of two samples, with m the mass of the points.
+  /// Distances of two samples a and b, with m the mass of the points.
   enum Distances
   {
     MEAN_L2 = 0, ///< sum_i m_i || a_i - b_i || / sum_i m_i
@@ -71,7 +71,7 @@ public:
 
   ///@{
   /**
-   * The point array that is compared, with any number of components. A surface without an array of this name has a
+   * Name of the compared point array, with any number of components. A surface without an array of this name has a
    * sample in each of the arrays called ArrayName_0, ArrayName_1 and so on, as vtkMaternNoiseFilter names its samples.
    * Empty (the default) stands for the points themselves.
    */
@@ -81,8 +81,8 @@ public:
 
   ///@{
   /**
-   * The distance of two samples. MEAN_L2 is the mean distance of corresponding points, the one of the paper; RMS the
-   * root of the mean squared one, which weighs outliers more. Default MEAN_L2.
+   * Distance of two samples. MEAN_L2 is the mean distance of corresponding points, as in the paper. RMS is the root of
+   * the mean squared distance, with a larger weight of outliers. Default MEAN_L2.
    */
   vtkSetClampMacro(Distance, int, MEAN_L2, RMS);
   vtkGetMacro(Distance, int);
@@ -92,8 +92,8 @@ public:
 
   ///@{
   /**
-   * Whether each sample is compared less its mean value, weighted by mass, so that shapes are compared up to
-   * translation. Default off.
+   * Subtracts the mean value of each sample, weighted by mass, so that shapes are compared up to translation. Default
+   * off.
    */
   vtkSetMacro(RemoveCentroid, bool);
   vtkGetMacro(RemoveCentroid, bool);
@@ -101,13 +101,13 @@ public:
   ///@}
 
   /**
-   * Takes the source away again: for ParaView, which cannot name a port in doing so.
+   * Removes the source. ParaView needs this method, because its clean command cannot name a port.
    */
   void RemoveSource() { this->SetInputConnection(2, nullptr); }
 
   ///@{
   /**
-   * The metrics of the last update, as in the table of port 0; 0 when there are none.
+   * Metrics of the last update, as in the table of port 0; 0 without an update.
    */
   double GetMMD() const;
   double GetReverseMMD() const;

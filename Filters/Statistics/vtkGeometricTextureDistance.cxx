@@ -27,7 +27,7 @@ vtkStandardNewMacro(vtkGeometricTextureDistance);
 
 namespace
 {
-/// The datasets of one update; an empty one is null.
+/// Datasets of one update; an empty one is null.
 struct Pair
 {
   explicit Pair(vtkInformationVector** inputVector)
@@ -45,7 +45,7 @@ private:
   }
 };
 
-/// @param name begins messages
+/// @param name beginning of messages
 TriangleMesh MeshOf(vtkPolyData* given, const std::string& name)
 {
   if (!given)

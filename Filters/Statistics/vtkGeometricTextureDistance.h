@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkGeometricTextureDistance
- * @brief   How alike the relief of two surfaces is, whatever their shape
+ * @brief   Measures the distance between the geometric textures of two surfaces
  *
- * Tells how well a geometric texture has been learned and grown: compares what the triangles of a surface see of their
- * neighbours with what those of a reference see, which is all that the networks of vtkGeometricTextureSynthesizer and
- * its training know ("Deep Geometric Texture Synthesis", Hertz et al. 2020). Each triangle has 12 features: for each
- * edge its length and where the opposite corner of the neighbour beyond lies in a frame of that edge; beyond a boundary
- * lies the triangle itself. The distance is the sliced Wasserstein-1 distance (Rabin et al. 2011) of the distributions
+ * Measures the quality of a synthesized geometric texture, on surfaces of any shape: compares the local neighbourhoods
+ * of the triangles of a surface with those of a reference. These are the input of the networks of
+ * vtkGeometricTextureSynthesizer [Hertz2020]. Each triangle has 12 features: for each edge its length and the position
+ * of the opposite corner of the neighbour across it, in a frame of that edge; across a boundary the neighbour is the
+ * triangle itself. The distance is the sliced Wasserstein-1 distance ([Rabin2011], [Bonneel2015]) of the distributions
  * of these features: the mean, over directions in the space of the features, of the mean difference of equal quantiles
- * along the direction. Each triangle counts in the three orders that its edges have around it.
+ * along the direction. Each triangle counts in the three cyclic orders of its edges.
  *
- * It is 0 for the same triangulated surface, moved, turned and, without unit lengths, scaled, and grows with the
- * difference in edge lengths, angles and dihedral angles. It sees the triangulation: compare surfaces whose triangles
- * were made in the same way, for instance the level k of a grown texture with the level k of the reference, beside the
- * bare target subdivided as often.
+ * The distance is 0 for the same triangulated surface after a translation, a rotation and, without unit lengths, a
+ * scaling. It increases with the difference in edge lengths, angles and dihedral angles. It depends on the
+ * triangulation: compare surfaces that were triangulated in the same way, for instance level k of a synthesized texture
+ * with level k of the reference, and, for scale, the target without texture at the same number of subdivisions.
  *
  * @par Input
- * Port 0: the surface. Port 1: the reference. Each is a vtkPolyData with triangles, polygons or strips; anything that is
- * not a triangle is triangulated. The meshes must have finite points, no degenerate triangle, no edge with more than
- * two triangles and consistent winding; the error message says which of both is wrong and the filter that repairs it. A
+ * Port 0: the surface. Port 1: the reference. Each is a vtkPolyData with triangles, polygons or strips; anything that
+ * is not a triangle is triangulated. The meshes must have finite points, no degenerate triangle, no edge with more than
+ * two triangles and consistent winding; the error message names the defective one and the filter that repairs it. A
  * composite dataset on port 0 is compared block by block: the output then has a table in the place of each block.
  *
  * @par Output
  * A vtkTable with one row and these columns, float64 unless said otherwise:
  * - Distance: in unit lengths, at least 0: low is good;
- * - StandardError: how far Distance may be from that over all directions, one standard deviation, because there are
- *   finitely many; two distances with the same Seed share their directions, and differ by less;
+ * - StandardError: standard error of Distance as an estimate of the mean over all directions; two distances with the
+ *   same Seed share their directions, so that their difference has a smaller error;
  * - MeanEdgeLength, ReferenceMeanEdgeLength: world units, each edge counts once;
  * - NumberOfTriangles, NumberOfReferenceTriangles (vtkIdType).
  * @par
@@ -54,9 +54,9 @@ public:
 
   ///@{
   /**
-   * What lengths of the surface are divided by, world units, at least 0; 0 stands for its own mean edge length. A grown
-   * texture has longer edges than the bare target: to compare it as the network sees it, give the mean edge length of
-   * the target as the texture begins on it, over 2^k for what is subdivided k times. Default 0.
+   * Divisor of lengths of the surface, world units, at least 0; 0 stands for its own mean edge length. A synthesized
+   * texture has longer edges than its target. For the scale of the network, give the mean edge length of the target at
+   * the first level, divided by 2^k after k subdivisions. Default 0.
    */
   vtkSetClampMacro(UnitLength, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(UnitLength, double);
@@ -64,9 +64,8 @@ public:
 
   ///@{
   /**
-   * What lengths of the reference are divided by, world units, at least 0; 0 stands for its own mean edge length. For
-   * level k of the meshes that a texture was trained on, the network sees the mean edge length of level 0 over 2^k.
-   * Default 0.
+   * Divisor of lengths of the reference, world units, at least 0; 0 stands for its own mean edge length. For the scale
+   * of the network at level k of the training meshes, give the mean edge length of level 0 divided by 2^k. Default 0.
    */
   vtkSetClampMacro(ReferenceUnitLength, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(ReferenceUnitLength, double);
@@ -74,7 +73,8 @@ public:
 
   ///@{
   /**
-   * Number of random directions, from 1 to 1,000,000. The standard error falls with its square root. Default 128.
+   * Number of random directions, from 1 to 1,000,000. The standard error is proportional to 1 /
+   * sqrt(NumberOfProjections). Default 128.
    */
   vtkSetClampMacro(NumberOfProjections, int, 1, 1000000);
   vtkGetMacro(NumberOfProjections, int);
@@ -82,7 +82,7 @@ public:
 
   ///@{
   /**
-   * The seed of the directions. Any integer. Default 0.
+   * Seed of the directions, any integer. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -90,7 +90,7 @@ public:
 
   ///@{
   /**
-   * The results of the last update, as in the table; 0 when there are none.
+   * Results of the last update, as in the table; 0 without an update.
    */
   double GetDistance() const { return this->Distance; }
   double GetStandardError() const { return this->StandardError; }

@@ -16,26 +16,26 @@ FILTERS = (
     (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues"}),
-    ("Filters/FlowMatching/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
-    ("Filters/FlowMatching/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
+    ("Filters/Statistics/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
+    ("Filters/Training/vtkFlowMatchingTrainer.h", "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones"}),
-    ("Filters/Geometry/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
+    ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
      {"Reference"}),
-    ("Filters/Geometry/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 3,
-     {"TimestepValues"}),
-    ("Filters/Geometry/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
+    ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml",
+     17, 3, {"TimestepValues"}),
+    ("Filters/Training/vtkGeometricTextureTrainer.h", "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh"}),
-    ("Filters/Geometry/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
+    ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
      {"GivenTemplate"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
-    ("Filters/Meshing/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
+    ("Filters/Ensembles/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
     ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
-    ("Filters/Noise/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),
+    ("Filters/Ensembles/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
-    ("Filters/Prediction/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
+    ("Filters/PoissonNet/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
 )
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
@@ -64,6 +64,8 @@ def properties_of_header(path):
     defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):
+        if "VTK_DEPRECATION" in group["body"]:
+            continue
         found = SETTER.search(group["body"])
         if found:
             name = found["name"] or found["text"]

@@ -28,8 +28,8 @@ if (PARAVIEW_USE_QT)
   find_package(Qt5 QUIET COMPONENTS Core Widgets)
   if (Qt5_FOUND AND TARGET ParaView::pqComponents)
     set(surfsynth_widgets ON)
-    # The link interface of ParaView's widget libraries names all that ParaView was built with (HDF5, NetCDF, GLEW, ...).
-    # A plugin, whose symbols ParaView itself provides, needs the development files of none of them.
+    # The link interface of ParaView's widget libraries names all libraries of its build (HDF5, NetCDF, GLEW, ...).
+    # A plugin needs the development files of none of them: ParaView itself provides their symbols.
     set_target_properties(ParaView::pqComponents ParaView::pqCore PROPERTIES
       INTERFACE_LINK_LIBRARIES Qt5::Widgets
       IMPORTED_LINK_DEPENDENT_LIBRARIES_DEBUG "")
@@ -40,10 +40,10 @@ if (PARAVIEW_USE_QT)
 endif ()
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The plugin, its modules included. An installed plugin finds ParaView's libraries where they are now: pvpython, unlike
+# The plugin with its modules. An installed plugin finds ParaView's libraries at their present paths: pvpython, unlike
 # paraview, has not loaded those of the widgets.
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
-# Modules with filters; the bridge between them and the core is no module for users and is not wrapped in Python.
+# Modules with filters. The bridge between them and the core is not for users, and is not wrapped in Python.
 include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/MeshProcessing/Options.cmake")
 set(surfsynth_filter_modules
   VTK::SurfaceSynthesisEnsembles

@@ -1,13 +1,13 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# Puts ParaView 5.11 and its development files into a folder, and installs what they need beside the library's own
-# dependencies, which Examples/install-dependencies.sh installs (Debian 12, as root or with sudo). Quick when everything
-# is there.
+# Unpacks ParaView 5.11 and its development files into a folder, and installs their dependencies beyond those of the
+# library, which Examples/install-dependencies.sh installs (Debian 12, as root or with sudo). Takes seconds when nothing
+# is missing.
 #
 #   Wrapping/ParaView/fetch-paraview.sh [folder]
 #
-# folder: default build/paraview-prefix, where the preset paraview looks.
+# folder: default build/paraview-prefix, the folder of the preset paraview.
 #
 # ParaView is unpacked and not installed because Debian's Python wrapping of ParaView and of VTK exclude each other.
 set -euo pipefail
@@ -17,7 +17,7 @@ prefix=$(realpath -m -- "${1:-$root/build/paraview-prefix}")
 needed=(
   # MPI, an X server without a screen, Qt's development files for the plugin's widgets
   libopenmpi-dev openmpi-bin xauth xvfb qtbase5-dev
-  # what ParaView loads and libvtk9-dev does not bring
+  # libraries that ParaView loads and libvtk9-dev does not install
   libqt5help5 libqt5opengl5 libqt5sql5-sqlite libqt5svg5
 )
 packages=(paraview paraview-dev python3-paraview)

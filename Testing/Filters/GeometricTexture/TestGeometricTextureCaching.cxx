@@ -132,6 +132,17 @@ TEST(GeometricTextureCaching, WhatIsTheSameDoesNotGrowAgain)
   EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 }));
 }
 
+TEST(GeometricTextureCaching, TheFormerNameOfTheCountAnswers)
+{
+  const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("former.model"));
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), 1);
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  EXPECT_EQ(filter->GetNumberOfGrowths(), 1);
+#pragma GCC diagnostic pop
+}
+
 TEST(GeometricTextureCaching, GoingThroughLevelsCostsNoGrowth)
 {
   const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("flow.model"));
