@@ -95,8 +95,7 @@ foreach (file IN LISTS sources)
 endforeach ()
 
 # The top level is fixed. In a clone only what git tracks counts.
-set(top_level CMakeLists.txt Filters IO Wrapping Testing Examples vtk.module README.md LICENSE CMakePresets.json CITATION.cff
-  CHANGELOG.md CONTRIBUTING.md)
+set(top_level CMakeLists.txt Filters IO Wrapping Testing Examples vtk.module README.md LICENSE CMakePresets.json)
 set(entries "")
 find_program(GIT_PROGRAM git)
 if (EXISTS "${SOURCE_DIR}/.git" AND GIT_PROGRAM)

@@ -3,7 +3,6 @@
 # Checks by reading that the documentation (*.md) fits the repository:
 #
 #   - Each relative link, of pictures too, leads to a file or folder inside the repository, and its #anchor to a heading.
-#   - No text names a folder outside the repository (../shared and the like).
 #   - Each BibTeX entry of README.md stands in Examples/references.bib, letter by letter.
 #
 # -DSOURCE_DIR=<root of the repository>. Prints every violation and fails when there is one, or when there is nothing to
@@ -48,9 +47,6 @@ foreach (document IN LISTS documents)
   cmake_path(GET document PARENT_PATH folder)
   file(RELATIVE_PATH name "${SOURCE_DIR}" "${document}")
   read("${document}" text)
-  if (text MATCHES "\\.\\./shared")
-    string(APPEND violations "  ${name}: names a folder outside the repository, ${CMAKE_MATCH_0}\n")
-  endif ()
   # In code < and ) mean other things.
   string(REGEX REPLACE "\n```[^`]*```" "" text "\n${text}")
   string(REGEX REPLACE "`[^`\n]*`" "" text "${text}")

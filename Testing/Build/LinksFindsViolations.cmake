@@ -33,7 +33,6 @@ check("![gone](Gallery/gone.png)" "${entry}" "the link Gallery/gone.png leads no
 check("[outside](../../elsewhere)" "${entry}" "leads nowhere")
 check("[no such section](#removing-a-filter)" "${entry}" "leads to no heading")
 check("[no such section](../README.md#removing-a-filter)" "${entry}" "leads to no heading")
-check("read from ../shared/parity" "${entry}" "names a folder outside the repository")
 string(REPLACE "2011}" "2012}" changed "${entry}")
 check("harmless" "${changed}" "the entry @article{Rue2011 differs")
 check("harmless" "no entry\n" "0 BibTeX entries")
