@@ -179,7 +179,7 @@ void RegisterReferences()
 {
   Register("ReferenceEigenTriplets", ReferenceEigenTriplets);
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
-  Register("ReferenceCholmodFactorisation", ReferenceCholmodFactorisation);
+  Register("ReferenceCholmodFactorization", ReferenceCholmodFactorisation);
   Register("ReferenceCholmodSolve1", ReferenceCholmodSolve<1>);
   Register("ReferenceCholmodSolve100", ReferenceCholmodSolve<100>);
   Register("ReferenceCholmodSolve128", ReferenceCholmodSolve<128>);
