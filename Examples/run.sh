@@ -1,9 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), builds the library, renders the
-# gallery, takes a scan of a brain and one of a femur to meshes with random fields, and lets trained models generate
-# signals, poses and textures.
+# From nothing to pictures: installs what is missing (Debian 12, as root or with sudo), then
+#   1. builds the library without CGAL, OpenVDB, TetGen and LibTorch, and makes the first picture: four random fields;
+#   2. builds the rest of the library, and makes all pictures of Examples/README.md that need no training.
 #
 #   Examples/run.sh [mesh]
 #
@@ -31,21 +31,48 @@ bash "$root/Examples/install-dependencies.sh"
 cd "$root"
 export CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}
 build=$root/build/examples
-cmake --preset default -B "$build" -DSURFACE_SYNTHESIS_TESTING=OFF -DSURFACE_SYNTHESIS_BENCHMARKS=OFF
-cmake --build "$build" --parallel "$jobs"
-
-mkdir -p "$output"
 export PYTHONPATH=$build/lib/python3${PYTHONPATH:+:$PYTHONPATH}
-xvfb-run -a -s "-screen 0 1280x1024x24" \
-  /usr/bin/python3 "$root/Examples/Python/gallery.py" --output "$output" "${meshes[@]}"
+mkdir -p "$output"
+
+# build <ON or OFF>: with or without the libraries that take most of the time. Both use one build folder: the first part is
+# compiled once.
+build() {
+  local options=(-DSURFACE_SYNTHESIS_TESTING=OFF -DSURFACE_SYNTHESIS_BENCHMARKS=OFF) name
+  for name in CGAL OPENVDB TETGEN LEARNING EXAMPLES; do
+    options+=("-DSURFACE_SYNTHESIS_$name=$1")
+  done
+  cmake --preset default -B "$build" "${options[@]}"
+  cmake --build "$build" --parallel "$jobs"
+}
+
+# example <script> <argument>...: runs an example of Examples/Python.
+example() {
+  local script=$root/Examples/Python/$1
+  shift
+  xvfb-run -a -s "-screen 0 1280x1024x24" /usr/bin/python3 "$script" "$@" --output "$output"
+}
+
+# A folder in which the second part was configured before is not taken back to the first one.
+if ! grep -qs '^SURFACE_SYNTHESIS_LEARNING:BOOL=ON' "$build/CMakeCache.txt"; then
+  started=$SECONDS
+  build OFF
+  seconds=$((SECONDS - started))
+  example gallery.py --only seeds "${meshes[@]}"
+  echo
+  echo "The first picture, after $seconds s of building: $output/matern_seeds.png"
+  echo
+  if [ -n "${DISPLAY:-}" ] && command -v xdg-open >/dev/null; then
+    xdg-open "$output/matern_seeds.png" >/dev/null 2>&1 || true
+  fi
+fi
+
+build ON
+example gallery.py "${meshes[@]}"
 for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shapes
-  xvfb-run -a -s "-screen 0 1280x1024x24" \
-    /usr/bin/python3 "$root/Examples/Python/medical.py" "$pipeline" --output "$output"
+  example medical.py "$pipeline"
 done
-xvfb-run -a -s "-screen 0 1280x1024x24" \
-  /usr/bin/python3 "$root/Examples/Python/flow_matching.py" --output "$output"
-xvfb-run -a -s "-screen 0 1280x1024x24" \
-  /usr/bin/python3 "$root/Examples/Python/geometric_textures.py" --output "$output"
+example flow_matching.py
+example geometric_textures.py
 
 echo
 echo "The pictures and surfaces are in $output:"

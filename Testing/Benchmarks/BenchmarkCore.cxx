@@ -97,7 +97,7 @@ void RegisterCore()
 {
   Register("MeshCheck", MeshCheck);
   Register("Assembly", Assembly);
-  Register("Factorisation", Factorisation);
+  Register("Factorization", Factorisation);
   Register("ColdStart", ColdStart);
   Register("NextSample", NextSample);
   Register("HundredSamples", HundredSamples);

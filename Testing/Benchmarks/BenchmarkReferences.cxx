@@ -179,10 +179,10 @@ void RegisterReferences()
 {
   Register("ReferenceEigenTriplets", ReferenceEigenTriplets);
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
-  Register("ReferenceCholmodFactorisation", ReferenceCholmodFactorisation);
-  Register("YardstickCholmodSolve1", ReferenceCholmodSolve<1>);
-  Register("YardstickCholmodSolve100", ReferenceCholmodSolve<100>);
-  Register("YardstickCholmodSolve128", ReferenceCholmodSolve<128>);
+  Register("ReferenceCholmodFactorization", ReferenceCholmodFactorisation);
+  Register("ReferenceCholmodSolve1", ReferenceCholmodSolve<1>);
+  Register("ReferenceCholmodSolve100", ReferenceCholmodSolve<100>);
+  Register("ReferenceCholmodSolve128", ReferenceCholmodSolve<128>);
 #endif
   for (const int threads : { 1, 2 })
   {

@@ -81,7 +81,7 @@ void PlainNeighbours(benchmark::State& state, const TriangleMesh& mesh)
 void RegisterStatistics()
 {
   Register("EnsembleMetrics", CompareEnsembles);
-  Register("ReferenceEnsembleNeighbours", PlainNeighbours);
+  Register("ReferenceEnsembleNeighbors", PlainNeighbours);
 }
 
 } // namespace surfsynth::bench

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Times the plain SciPy assembly of mass and cotangent stiffness, as the yardstick for the library's own.
+"""Times the plain SciPy assembly of mass and cotangent stiffness, as the reference for the library.
 
 usage: OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python3 scipy_reference.py mesh.off [repetitions]
 
 The mesh is an OFF file of triangles; SurfaceSynthesisBenchmarks --write-mesh=603000:mesh.off writes those of the
-benchmarks. Prints medians in seconds. SciPy has no sparse Cholesky: the yardsticks of factor and solves are CHOLMOD's,
-in SurfaceSynthesisBenchmarks.
+benchmarks. Prints medians in seconds. SciPy has no sparse Cholesky: the references of factorization and solves are those
+of CHOLMOD, in SurfaceSynthesisBenchmarks.
 """
 import statistics
 import sys

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Checks by reading that the documentation (*.md) fits the repository:
+#
+#   - Each relative link, of pictures too, leads to a file or folder inside the repository, and its #anchor to a heading.
+#   - Each BibTeX entry of README.md stands in Examples/references.bib, letter by letter.
+#
+# -DSOURCE_DIR=<root of the repository>. Prints every violation and fails when there is one, or when there is nothing to
+# check.
+cmake_minimum_required(VERSION 3.24)
+
+file(GLOB documents "${SOURCE_DIR}/*.md")
+foreach (folder IN ITEMS Filters IO Wrapping Testing Examples)
+  file(GLOB_RECURSE found "${SOURCE_DIR}/${folder}/*.md")
+  list(APPEND documents ${found})
+endforeach ()
+
+# read(<file> <variable>): the text without what CMake's lists treat specially; a link [text](target) becomes text<target).
+function (read file variable)
+  file(READ "${file}" text)
+  string(REPLACE ";" "," text "${text}")
+  string(REPLACE "](" "<" text "${text}")
+  string(REPLACE "[" "" text "${text}")
+  string(REPLACE "]" "" text "${text}")
+  set(${variable} "${text}" PARENT_SCOPE)
+endfunction ()
+
+# find_anchor(<file> <anchor> <variable>): true when a heading of the file has the anchor that web sites give it.
+function (find_anchor file anchor variable)
+  set(${variable} FALSE PARENT_SCOPE)
+  read("${file}" text)
+  string(REGEX MATCHALL "\n#+ [^\n]*" headings "\n${text}")
+  foreach (heading IN LISTS headings)
+    string(REGEX REPLACE "^\n#+ " "" heading "${heading}")
+    string(TOLOWER "${heading}" heading)
+    string(REGEX REPLACE "[^a-z0-9 _-]" "" heading "${heading}")
+    string(REPLACE " " "-" heading "${heading}")
+    if (heading STREQUAL anchor)
+      set(${variable} TRUE PARENT_SCOPE)
+    endif ()
+  endforeach ()
+endfunction ()
+
+set(violations "")
+set(number_of_links 0)
+foreach (document IN LISTS documents)
+  cmake_path(GET document PARENT_PATH folder)
+  file(RELATIVE_PATH name "${SOURCE_DIR}" "${document}")
+  read("${document}" text)
+  # In code < and ) mean other things.
+  string(REGEX REPLACE "\n```[^`]*```" "" text "\n${text}")
+  string(REGEX REPLACE "`[^`\n]*`" "" text "${text}")
+  string(REGEX MATCHALL "<[^<>() \n]+\\)" links "${text}")
+  foreach (link IN LISTS links)
+    string(REGEX REPLACE "^<(.*)\\)$" "\\1" link "${link}")
+    if (link MATCHES "^[a-z]+:")
+      continue() # another site
+    endif ()
+    math(EXPR number_of_links "${number_of_links} + 1")
+    set(anchor "")
+    if (link MATCHES "^([^#]*)#(.*)$")
+      set(path "${CMAKE_MATCH_1}")
+      set(anchor "${CMAKE_MATCH_2}")
+    else ()
+      set(path "${link}")
+    endif ()
+    set(target "${document}")
+    if (path)
+      cmake_path(ABSOLUTE_PATH path BASE_DIRECTORY "${folder}" NORMALIZE OUTPUT_VARIABLE target)
+    endif ()
+    cmake_path(IS_PREFIX SOURCE_DIR "${target}" inside)
+    if (NOT inside OR NOT EXISTS "${target}")
+      string(APPEND violations "  ${name}: the link ${link} leads nowhere\n")
+    elseif (anchor)
+      find_anchor("${target}" "${anchor}" found)
+      if (NOT found)
+        string(APPEND violations "  ${name}: the link ${link} leads to no heading\n")
+      endif ()
+    endif ()
+  endforeach ()
+endforeach ()
+
+read("${SOURCE_DIR}/README.md" text)
+read("${SOURCE_DIR}/Examples/references.bib" bibliography)
+string(REGEX MATCHALL "\n@[a-z]+{[^@]*\n}\n" entries "${text}")
+foreach (entry IN LISTS entries)
+  string(FIND "${bibliography}" "${entry}" position)
+  if (position EQUAL -1)
+    string(REGEX MATCH "@[^\n,]*" entry "${entry}")
+    string(APPEND violations "  README.md: the entry ${entry} differs from Examples/references.bib\n")
+  endif ()
+endforeach ()
+
+list(LENGTH entries number_of_entries)
+if (number_of_links LESS 3 OR number_of_entries LESS 1)
+  message(FATAL_ERROR "Only ${number_of_links} links and ${number_of_entries} BibTeX entries in ${SOURCE_DIR}")
+endif ()
+if (violations)
+  message(FATAL_ERROR "Violations in the documentation:\n${violations}")
+endif ()
+message(STATUS "${number_of_links} links and ${number_of_entries} BibTeX entries fit the repository")
