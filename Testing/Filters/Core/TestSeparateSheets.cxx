@@ -6,7 +6,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include <Eigen/Geometry>
 
