@@ -12,6 +12,8 @@
 #   Testing/run.sh [--quick]
 #
 # --quick: only step 1.
+# Tests with the label release are left out, because they take long: ctest --preset release runs them, after a build with
+# the preset dev.
 # Environment: JOBS (parallel compilations and tests, default the number of processors).
 set -uo pipefail
 

@@ -22,6 +22,6 @@ endforeach ()
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
 run_command("${CMAKE_CTEST_COMMAND}" --test-dir "${WORK_DIR}" --output-on-failure --no-tests=error
-  --label-regex "core|io" --label-exclude "slow|benchmark" --parallel ${processors})
+  --label-regex "core|io|meshing" --label-exclude "slow|benchmark|release" --parallel ${processors})
 string(REGEX MATCH "[0-9]+% tests passed[^\n]*" summary "${OUTPUT}")
 message(STATUS "${summary}")
