@@ -30,6 +30,9 @@ const StopFlag GoOn{ false };
 
 double BallVolume(double radius) { return 4.0 / 3.0 * Pi * radius * radius * radius; }
 
+/// Volume of a thin shell: the error of a ball whose radius is wrong by @p thickness.
+double ShellVolume(double radius, double thickness) { return 4.0 * Pi * radius * radius * thickness; }
+
 using Function = std::function<double(const Eigen::Vector3d&)>;
 
 /// Samples of a distance, cut off at -1 and 1.
@@ -85,7 +88,7 @@ TEST(SurfaceOfVolume, BallHasItsVolumeAndArea)
   const TriangleMesh surface = SurfaceOfVolume(samples, {}, GoOn);
   EXPECT_EQ(DefectsOf(surface), "");
   EXPECT_EQ(EulerCharacteristicOf(surface), 2);
-  EXPECT_NEAR(VolumeOf(surface), BallVolume(radius), 0.01 * BallVolume(radius));
+  EXPECT_NEAR(VolumeOf(surface), BallVolume(radius), ShellVolume(radius, 0.05));
   EXPECT_NEAR(AreaOf(surface), 4.0 * Pi * radius * radius, 0.02 * 4.0 * Pi * radius * radius);
   for (const auto& point : surface.Points.rowwise())
   {
@@ -110,7 +113,8 @@ TEST(SurfaceOfVolume, SolidIsCappedHalfASampleBeyondTheLastOnes)
   const auto inside = [](const Eigen::Vector3d&) { return -1.0; };
   const TriangleMesh box = SurfaceOfVolume(SamplesOf({ 10, 12, 14 }, Eigen::Vector3d::Ones(), inside), {}, GoOn);
   EXPECT_EQ(DefectsOf(box), "");
-  EXPECT_NEAR(VolumeOf(box), 10.0 * 12.0 * 14.0, 0.02 * 10.0 * 12.0 * 14.0); // edges are cut off
+  // The meshing cuts edges off, by a quarter of a square voxel, and corners by as much as a few of the cells around them.
+  EXPECT_NEAR(VolumeOf(box), 10.0 * 12.0 * 14.0 - 0.25 * 4.0 * (10.0 + 12.0 + 14.0), 3.0);
   const BoundingBox bounds = ComputeBoundingBox(box);
   EXPECT_NEAR((bounds.Lower - Eigen::Vector3d(-0.5, -0.5, -0.5)).norm(), 0.0, 1e-5);
   EXPECT_NEAR((bounds.Upper - Eigen::Vector3d(9.5, 11.5, 13.5)).norm(), 0.0, 1e-5);
@@ -149,7 +153,7 @@ TEST(SurfaceOfMesh, SphereKeepsItsVolume)
     EXPECT_EQ(DefectsOf(surface), "");
     EXPECT_EQ(EulerCharacteristicOf(surface), 2);
     EXPECT_NEAR(VolumeOf(surface), VolumeOf(sphere), 0.01 * VolumeOf(sphere)); // wound outwards
-    EXPECT_LT(LargestDistance(surface.Points, sphere), 0.02);
+    EXPECT_LT((surface.Points.rowwise().norm().array() - 1.0).abs().maxCoeff(), 0.02);
   }
 }
 
@@ -172,7 +176,8 @@ TEST(SurfaceOfMesh, OpenMeshBecomesAPlateOfTwoVoxels)
   const double thickness = 2.0 * 0.05;
   // A round rim of half the thickness comes on top.
   const double rim = 8.0 * 0.5 * Pi * 0.25 * thickness * thickness;
-  EXPECT_NEAR(VolumeOf(plate), 4.0 * thickness + rim, 0.05 * 4.0 * thickness);
+  EXPECT_GT(VolumeOf(plate), 4.0 * thickness);
+  EXPECT_LT(VolumeOf(plate), 4.0 * thickness + rim);
 }
 
 TEST(SurfaceOfMesh, ClosingBridgesAHole)
@@ -228,14 +233,15 @@ class MeshDistances : public ::testing::Test
 protected:
   void SetUp() override { openvdb::initialize(); }
 
-  /// The largest error of the distances near a sphere of this radius around the origin.
-  static double LargestError(const openvdb::FloatGrid& grid, double radius)
+  /// The largest error of the distances of at most @p within to a sphere of this radius around the origin.
+  static double LargestError(const openvdb::FloatGrid& grid, double radius, double within)
   {
     double largest = 0.0;
     for (auto value = grid.cbeginValueOn(); value; ++value)
     {
       const openvdb::Vec3d at = value.getCoord().asVec3d();
-      largest = std::max(largest, std::abs(*value - (at.length() - radius)));
+      const double distance = at.length() - radius;
+      largest = std::max(largest, std::abs(distance) <= within ? std::abs(*value - distance) : 0.0);
     }
     return largest;
   }
@@ -252,7 +258,8 @@ TEST_F(MeshDistances, OfASphereAreSignedAndExact)
   // The triangles lie up to 0.02 below the sphere of radius 12.
   const auto grid = LevelSetOfOrientedMesh(Icosphere(4, 12.0), this->Interrupter);
   EXPECT_GT(grid->activeVoxelCount(), 5000U);
-  EXPECT_LT(LargestError(*grid, 12.0), 0.05);
+  EXPECT_LT(LargestError(*grid, 12.0, 1.0), 0.05);
+  EXPECT_LT(LargestError(*grid, 12.0, HalfWidth), 0.4); // OpenVDB's err by a few tenths three voxels away
   EXPECT_EQ(At(*grid, 0), -HalfWidth);
   EXPECT_EQ(At(*grid, 40), HalfWidth);
   EXPECT_TRUE(IsConsistent(*grid));
@@ -282,7 +289,8 @@ TEST_F(MeshDistances, OfASoupNeedNoWinding)
     std::swap(mixed.Triangles(f, 1), mixed.Triangles(f, 2));
   }
   const auto grid = LevelSetOfSoup(mixed, 0.0, this->Interrupter);
-  EXPECT_LT(LargestError(*grid, 12.0), 0.3); // OpenVDB's distances err by a few tenths of a voxel
+  EXPECT_LT(LargestError(*grid, 12.0, 1.0), 0.05);
+  EXPECT_LT(LargestError(*grid, 12.0, HalfWidth), 0.4);
   EXPECT_EQ(At(*grid, 0), -HalfWidth);
   EXPECT_EQ(At(*grid, 40), HalfWidth);
 }
@@ -294,7 +302,7 @@ TEST_F(MeshDistances, MoveSurfaceAddsToTheRadius)
     const auto grid = LevelSetOfOrientedMesh(Icosphere(4, 12.0), this->Interrupter);
     MoveSurface(*grid, distance, this->Interrupter);
     const TriangleMesh moved = MeshOfGrid(*grid, 0.0, 0.0);
-    EXPECT_NEAR(VolumeOf(moved), BallVolume(12.0 + distance), 0.02 * BallVolume(12.0 + distance)) << distance;
+    EXPECT_NEAR(VolumeOf(moved), BallVolume(12.0 + distance), ShellVolume(12.0 + distance, 0.1)) << distance;
   }
 }
 
@@ -304,6 +312,6 @@ TEST_F(MeshDistances, MeshOfGridIsTheIsosurfaceWoundOutwards)
   for (const double isoValue : { -1.0, 0.0, 1.0 })
   {
     const double radius = 12.0 + isoValue;
-    EXPECT_NEAR(VolumeOf(MeshOfGrid(*grid, isoValue, 0.0)), BallVolume(radius), 0.01 * BallVolume(radius)) << isoValue;
+    EXPECT_NEAR(VolumeOf(MeshOfGrid(*grid, isoValue, 0.0)), BallVolume(radius), ShellVolume(radius, 0.1)) << isoValue;
   }
 }

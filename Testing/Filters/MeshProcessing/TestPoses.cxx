@@ -28,7 +28,7 @@ using ::testing::ThrowsMessage;
 namespace
 {
 /// Lengths of the arms along +x, -x, +y, -y.
-constexpr std::array<int, 4> Arms = { 9, 8, 7, 6 };
+constexpr std::array<int, 4> Arms = { 12, 9, 7, 6 };
 
 /// Arms of unit cubes around the cube [-0.5, 0.5]^3, each face of a cube with eight triangles.
 TriangleMesh Cross()
@@ -110,7 +110,7 @@ TEST(PoseHandles, ExtremitiesOfACrossAreTheEndsOfItsArms)
   }
   EXPECT_EQ(arms, (std::set<int>{ 0, 1, 2, 3 }));
   // The longest arm comes first.
-  EXPECT_EQ(handles.Handles()[0].Centre[0], 9.5);
+  EXPECT_EQ(handles.Handles()[0].Centre[0], Arms[0] + 0.5);
 }
 
 TEST(PoseHandles, SizeIsTheRootOfTheArea)
