@@ -11,8 +11,9 @@
 # Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
 # registers each of its tests with CTest as <target>.<suite>.<test>.
 #
-#   LABELS       at least one of core, inference, learning, io, meshing, filters, python, paraview, parity, benchmark, gpu, build; and
-#                "slow" for tests that take more than a few seconds
+#   LABELS       at least one of core, inference, meshing, learning, io, filters, python, paraview, parity, benchmark, gpu, build;
+#                "slow" for tests that take more than a few seconds; and "release" for those that take so long that
+#                they run before a release only, by ctest --preset release: the other presets leave them out
 #   ENVIRONMENT  for each test
 #   TIMEOUT      of each test, default 120; sanitizers multiply it by four
 #   AS_ONE       registers all as one test named <target>: for many quick tests, which take less time than a process for

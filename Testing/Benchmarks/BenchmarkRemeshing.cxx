@@ -12,8 +12,8 @@
 #include <vtkNIFTIImageReader.h>
 #endif
 
+#include "ExampleMeshes.h"
 #include "SurfaceArrays.h"
-#include "TestMeshes.h"
 
 #include <vtkDataArray.h>
 #include <vtkImageData.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ensembles compared by the core, and by the expression that one writes down.
 #include "BenchmarkMeshes.h"
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Statistics/EnsembleMetrics.h"
 

@@ -13,6 +13,6 @@ forbid_libraries("${build}/lib" libvtk libcholmod libtorch)
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
 run_command("${CMAKE_CTEST_COMMAND}" --test-dir "${build}" --output-on-failure --no-tests=error
-  --label-regex "core|io|inference" --label-exclude "slow|benchmark|release" --parallel ${processors})
+  --label-regex "core|io|inference|meshing" --label-exclude "slow|benchmark|release" --parallel ${processors})
 string(REGEX MATCH "[0-9]+% tests passed[^\n]*" summary "${OUTPUT}")
 message(STATUS "${summary}")

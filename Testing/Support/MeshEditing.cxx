@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Refinement and decimation of the test surfaces (declared in TestMeshes.h).
-#include "TestMeshes.h"
+// Refinement and decimation of the test surfaces (declared in ExampleMeshes.h).
+#include "ExampleMeshes.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RandomGeometricTexture.h"
 
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TrainingData.h"
 
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 

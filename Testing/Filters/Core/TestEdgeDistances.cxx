@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances along edges: the shortest of all paths.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/EdgeDistances.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What triangles see of their neighbours: by hand, under motions, at boundaries, at vertices of any degree.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The distance of the edge features of two meshes: shifts by hand, invariances, growth with roughness, refusals.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

@@ -8,8 +8,8 @@
 //  - sqrt(n) times the correlation of two coefficients is about N(0, 1). Bound: 1e-4 / 4,950 pairs, z = 5.61;
 //  - n times the sum of the squared correlations is about chi-square with 4,950 degrees. Bound: z = 4;
 //  - sqrt(n) times the mean of x is N(0, 1). Bound: z = 4.89.
+#include "ExampleMeshes.h"
 #include "SpectralSamples.h"
-#include "TestMeshes.h"
 
 #include "Core/Noise/MaternField.h"
 

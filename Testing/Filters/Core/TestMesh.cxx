@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -272,7 +272,7 @@ TEST(MeshComponents, OfAnEmptyMeshAreNone)
 
 // --- The test meshes themselves ---------------------------------------------------------------------------------
 
-TEST(TestMeshes, DecimationAndRefinementKeepTheSurface)
+TEST(ExampleMeshes, DecimationAndRefinementKeepTheSurface)
 {
   const TriangleMesh surface = test::BumpySurface(4);
   const double area = FaceAreas(surface).sum();
@@ -284,7 +284,7 @@ TEST(TestMeshes, DecimationAndRefinementKeepTheSurface)
   EXPECT_NEAR(FaceAreas(fine).sum(), area, 1e-12 * area);
 }
 
-TEST(TestMeshes, OffFilesRoundTrip)
+TEST(ExampleMeshes, OffFilesRoundTrip)
 {
   const std::string path = testing::TempDir() + "surfsynth-roundtrip.off";
   const TriangleMesh mesh = test::BumpySurface(2);

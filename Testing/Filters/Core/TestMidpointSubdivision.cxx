@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Midpoint subdivision: the published order, on meshes that are open, closed and not manifold.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

@@ -6,7 +6,8 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
+#include "MeshChecks.h"
 
 #include <Eigen/Geometry>
 
@@ -14,7 +15,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <map>
 #include <set>
 
 using namespace surfsynth;
@@ -22,52 +22,7 @@ using namespace surfsynth::test;
 
 namespace
 {
-using Voxel = std::array<int, 3>;
-using Voxels = std::set<Voxel>;
-
-/// The boundary of a set of unit cubes, wound outwards, with one point for each corner that it touches: edges with four
-/// triangles and points with several fans wherever cubes touch in an edge or a corner only.
-TriangleMesh BoundaryOf(const Voxels& voxels)
-{
-  std::map<Voxel, Index> ids;
-  std::vector<std::array<Index, 3>> triangles;
-  for (const Voxel& voxel : voxels)
-  {
-    for (int side = 0; side < 6; ++side)
-    {
-      const int axis = side / 2;
-      Voxel next = voxel;
-      next[axis] += side % 2 == 0 ? -1 : 1;
-      if (voxels.count(next) > 0)
-      {
-        continue;
-      }
-      std::array<Index, 4> corner;
-      for (int k = 0; k < 4; ++k)
-      {
-        Voxel at = voxel;
-        at[axis] += side % 2;
-        at[(axis + 1) % 3] += k == 1 || k == 2 ? 1 : 0;
-        at[(axis + 2) % 3] += k >= 2 ? 1 : 0;
-        corner[side % 2 == 0 ? 3 - k : k] = ids.emplace(at, static_cast<Index>(ids.size())).first->second;
-      }
-      triangles.push_back({ corner[0], corner[1], corner[2] });
-      triangles.push_back({ corner[0], corner[2], corner[3] });
-    }
-  }
-  TriangleMesh mesh;
-  mesh.Points.resize(static_cast<Index>(ids.size()), 3);
-  for (const auto& id : ids)
-  {
-    mesh.Points.row(id.second) << id.first[0], id.first[1], id.first[2];
-  }
-  mesh.Triangles.resize(static_cast<Index>(triangles.size()), 3);
-  for (std::size_t f = 0; f < triangles.size(); ++f)
-  {
-    mesh.Triangles.row(static_cast<Index>(f)) << triangles[f][0], triangles[f][1], triangles[f][2];
-  }
-  return mesh;
-}
+using Voxels = std::set<UnitCube>;
 
 Voxels Noise(int side, std::uint32_t seed)
 {
@@ -82,28 +37,6 @@ Voxels Noise(int side, std::uint32_t seed)
   return voxels;
 }
 
-double Volume(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k)
-    {
-      corners.col(k) = mesh.Points.row(mesh.Triangles(f, k)).transpose();
-    }
-    sum += corners.determinant() / 6.0;
-  }
-  return sum;
-}
-
-std::string DefectsOf(const TriangleMesh& mesh)
-{
-  MeshRequirements all;
-  all.ManifoldVertices = all.ConsistentWinding = all.Closed = true;
-  return DescribeFindings(CheckMesh(mesh, all));
-}
-
 Index ComponentsOf(const TriangleMesh& mesh)
 {
   return ComputeComponents(MeshTopology(mesh), Eigen::VectorXd::Zero(mesh.NumberOfPoints())).Count;
@@ -113,7 +46,7 @@ void ExpectSeparated(const TriangleMesh& mesh)
 {
   const TriangleMesh result = SeparateSheets(mesh);
   EXPECT_EQ(DefectsOf(result), "");
-  EXPECT_NEAR(Volume(result), Volume(mesh), 1e-9 * std::abs(Volume(mesh)));
+  EXPECT_NEAR(VolumeOf(result), VolumeOf(mesh), 1e-9 * std::abs(VolumeOf(mesh)));
 }
 } // namespace
 
@@ -130,19 +63,19 @@ TEST(SeparateSheets, LeavesValidMeshesAsTheyAre)
 
 TEST(SeparateSheets, CubesThatTouchInAnEdgeBecomeTwoParts)
 {
-  const TriangleMesh touching = BoundaryOf({ { { 0, 0, 0 } }, { { 1, 1, 0 } } });
+  const TriangleMesh touching = SurfaceOfCubes({ { { 0, 0, 0 } }, { { 1, 1, 0 } } });
   ASSERT_NE(DefectsOf(touching), "");
   const TriangleMesh result = SeparateSheets(touching);
   EXPECT_EQ(DefectsOf(result), "");
   EXPECT_EQ(result.NumberOfPoints(), 16);
   EXPECT_EQ(result.NumberOfTriangles(), 24);
   EXPECT_EQ(ComponentsOf(result), 2);
-  EXPECT_NEAR(Volume(result), 2.0, 1e-12);
+  EXPECT_NEAR(VolumeOf(result), 2.0, 1e-12);
 }
 
 TEST(SeparateSheets, CubesThatTouchInACornerBecomeTwoParts)
 {
-  const TriangleMesh touching = BoundaryOf({ { { 0, 0, 0 } }, { { 1, 1, 1 } } });
+  const TriangleMesh touching = SurfaceOfCubes({ { { 0, 0, 0 } }, { { 1, 1, 1 } } });
   ASSERT_NE(DefectsOf(touching), "");
   const TriangleMesh result = SeparateSheets(touching);
   EXPECT_EQ(DefectsOf(result), "");
@@ -160,7 +93,7 @@ TEST(SeparateSheets, AnEdgeThatOneFanPassesTwiceAtEitherEndGetsAPoint)
   }
   voxels.insert({ { 0, 0, 1 } });
   voxels.insert({ { 1, 1, 1 } });
-  const TriangleMesh pinched = BoundaryOf(voxels);
+  const TriangleMesh pinched = SurfaceOfCubes(voxels);
   ASSERT_NE(DefectsOf(pinched), "");
   const TriangleMesh result = SeparateSheets(pinched);
   EXPECT_EQ(DefectsOf(result), "");
@@ -168,7 +101,7 @@ TEST(SeparateSheets, AnEdgeThatOneFanPassesTwiceAtEitherEndGetsAPoint)
   EXPECT_EQ(result.NumberOfPoints(), pinched.NumberOfPoints() + 1);
   EXPECT_EQ(result.NumberOfTriangles(), pinched.NumberOfTriangles() + 2);
   EXPECT_EQ(result.Points.row(result.NumberOfPoints() - 1), Eigen::RowVector3d(1.0, 1.0, 1.5));
-  EXPECT_NEAR(Volume(result), 10.0, 1e-12);
+  EXPECT_NEAR(VolumeOf(result), 10.0, 1e-12);
 }
 
 TEST(SeparateSheets, BoundariesOfRandomVoxelsBecomeManifold)
@@ -176,7 +109,7 @@ TEST(SeparateSheets, BoundariesOfRandomVoxelsBecomeManifold)
   for (std::uint32_t seed = 1; seed <= 20; ++seed)
   {
     SCOPED_TRACE(seed);
-    ExpectSeparated(BoundaryOf(Noise(static_cast<int>(2 + seed / 2), seed)));
+    ExpectSeparated(SurfaceOfCubes(Noise(static_cast<int>(2 + seed / 2), seed)));
   }
 }
 
@@ -200,7 +133,7 @@ TEST(SeparateSheets, AMeshOnItselfTwiceBecomesManifold)
   twice.Triangles << once, once;
   const TriangleMesh result = SeparateSheets(twice);
   EXPECT_EQ(DefectsOf(result), "");
-  EXPECT_NEAR(Volume(result), 2.0 * Volume(Icosphere(1)), 1e-12);
+  EXPECT_NEAR(VolumeOf(result), 2.0 * VolumeOf(Icosphere(1)), 1e-12);
 }
 
 TEST(SeparateSheets, NamesTheEdgeThatIsNotBalanced)
@@ -225,7 +158,7 @@ TEST(SeparateSheets, NamesTheEdgeThatIsNotBalanced)
 
 TEST(SeparateSheets, GivesTheSameBitsForEveryNumberOfThreads)
 {
-  const TriangleMesh mesh = BoundaryOf(Noise(24, 7));
+  const TriangleMesh mesh = SurfaceOfCubes(Noise(24, 7));
   const ThreadScope one(1);
   const TriangleMesh expected = SeparateSheets(mesh);
   for (const int threads : { 2, 5 })
@@ -254,7 +187,7 @@ TEST(RemoveDegenerateTriangles, ContractsEdgesWithoutLength)
   EXPECT_EQ(DefectsOf(result), "");
   EXPECT_EQ(result.NumberOfPoints(), mesh.NumberOfPoints() - 1);
   EXPECT_EQ(result.NumberOfTriangles(), mesh.NumberOfTriangles() - 2);
-  EXPECT_NEAR(Volume(result), Volume(mesh), 1e-12);
+  EXPECT_NEAR(VolumeOf(result), VolumeOf(mesh), 1e-12);
 }
 
 TEST(RemoveDegenerateTriangles, FlipsTheEdgeOnWhichTheOppositeCornerLies)
@@ -272,7 +205,7 @@ TEST(RemoveDegenerateTriangles, FlipsTheEdgeOnWhichTheOppositeCornerLies)
   EXPECT_EQ(DefectsOf(result), "");
   EXPECT_EQ(result.NumberOfPoints(), 5);
   EXPECT_EQ(result.NumberOfTriangles(), 6);
-  EXPECT_NEAR(Volume(result), Volume(Tetrahedron()), 1e-12);
+  EXPECT_NEAR(VolumeOf(result), VolumeOf(Tetrahedron()), 1e-12);
 }
 
 TEST(RemoveDegenerateTriangles, ASolidWithoutVolumeVanishes)
@@ -291,7 +224,7 @@ TEST(RemoveDegenerateTriangles, RoundedPointsOfRandomVoxelsLeaveNoDefect)
   for (std::uint32_t seed = 1; seed <= 10; ++seed)
   {
     SCOPED_TRACE(seed);
-    TriangleMesh mesh = BoundaryOf(Noise(6, seed));
+    TriangleMesh mesh = SurfaceOfCubes(Noise(6, seed));
     mesh.Points = (mesh.Points.array() / 3.0).floor() * 3.0;
     EXPECT_EQ(DefectsOf(SeparateSheets(RemoveDegenerateTriangles(mesh))), "");
   }

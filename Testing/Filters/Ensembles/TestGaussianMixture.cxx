@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkGaussianMixtureFilter: arrays, names, caching, messages. The mixtures themselves: Core/TestHeatGeodesics.cxx.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkGaussianMixtureFilter.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What vtkPoseEnsembleFilter makes of a shape with six limbs.
-#include "MeshingTesting.h"
+#include "SurfaceChecks.h"
 
 #include "SurfaceArrays.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R1, R2, R3 and R6 of vtkFlowMatchingSampler and vtkFlowMatchingDeformer, on the corpus of malformed inputs.
-#include "FlowMatchingTesting.h"
+#include "FlowMatchingPipelines.h"
 #include "MalformedCorpus.h"
 
 #include <gtest/gtest.h>

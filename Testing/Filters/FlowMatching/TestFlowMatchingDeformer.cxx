@@ -2,7 +2,7 @@
 //
 // What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where
 // they go, several samples, blocks, flow time.
-#include "FlowMatchingTesting.h"
+#include "FlowMatchingPipelines.h"
 
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 

@@ -2,7 +2,7 @@
 //
 // R5 (how often vtkGeometricTextureSynthesizer executes), what an execution costs, R7 (the same bits for every number
 // of threads), R9 and R10 (abort and progress), R12 (two filters on two threads).
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "Core/Common/Parallel.h"
 #include "RandomGeometricTexture.h"

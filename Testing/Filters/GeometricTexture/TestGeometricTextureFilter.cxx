@@ -2,7 +2,7 @@
 //
 // What vtkGeometricTextureSynthesizer makes of a target: the numbers of the plain sampler, the target's arrays on finer
 // meshes, masks, subdivision, levels as blocks, time, the template.
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "SurfaceBridge.h"
 

@@ -2,7 +2,7 @@
 //
 // Each thing that can be wrong with a model file, a target or a property of vtkGeometricTextureSynthesizer, and the
 // text that the user reads.
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "IO/Weights/SafetensorsWriter.h"
 

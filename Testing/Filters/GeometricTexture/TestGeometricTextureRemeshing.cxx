@@ -2,7 +2,7 @@
 //
 // TargetPreparation REMESH of vtkGeometricTextureSynthesizer: sizes of triangles, arrays, masks, blocks, what is kept,
 // messages; and what it says without CGAL.
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "SurfaceBridge.h"
 

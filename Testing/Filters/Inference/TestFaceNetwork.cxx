@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Convolutions over triangles: the split and gathered form against the definition, in double.
+#include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Parallel.h"
 #include "Core/Solvers/SingleThreadedBlas.h"

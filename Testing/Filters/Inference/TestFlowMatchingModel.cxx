@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Model files of flow matching: what is written is read, and what does not fit is named.
+#include "ExampleMeshes.h"
 #include "RandomFlowMatching.h"
 #include "RandomPoissonNet.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"

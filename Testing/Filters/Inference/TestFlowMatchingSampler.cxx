@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plain sampler of flow matching models: integrators, units, invariances, errors.
+#include "ExampleMeshes.h"
 #include "RandomFlowMatching.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The noise that a flow begins with: Matérn noise, smoothed so that its gradients do not depend on the triangulation.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"

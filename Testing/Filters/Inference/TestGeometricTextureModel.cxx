@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Model files of geometric textures: what is written is read, and what does not fit is named.
+#include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometric textures grown on meshes: invariances, levels, noise, masks, errors.
+#include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

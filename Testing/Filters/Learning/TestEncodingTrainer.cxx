@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The encoding of many surfaces, and flow matching models that use it.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 #include "TrainingData.h"
 
 #include "Core/Common/Errors.h"

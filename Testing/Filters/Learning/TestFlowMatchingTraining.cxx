@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TrainingData.h"
 
+#include "ExampleMeshes.h"
 #include "RandomPoissonNet.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Operators/SurfaceOperators.h"

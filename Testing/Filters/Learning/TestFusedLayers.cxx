@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The single steps of float32 layers against the plain expressions in float64, forward and backward; the dense Poisson
 // inverse; the loss of flow matching.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Learning/Layers/ComplexMlp.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Layers and losses of geometric textures: values against the core's, gradients against finite differences, in float64.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Learning/Layers/FaceConvolution.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Training of geometric textures: seeds, checkpoints, files, and what is refused.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 #include "TrainingData.h"
 
 #include "Core/Common/Errors.h"

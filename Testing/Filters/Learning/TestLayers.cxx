@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The layers of PoissonNet: hand-computed cases, finite differences, and what the architecture promises.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Learning/Networks/PoissonNet.h"

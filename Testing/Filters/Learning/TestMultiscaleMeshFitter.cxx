@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Meshes of one surface at several scales.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MeshCheck.h"

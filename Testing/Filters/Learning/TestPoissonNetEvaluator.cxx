@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fast path against the differentiable one, and its contracts.
+#include "ExampleMeshes.h"
 #include "RandomPoissonNet.h"
-#include "TestMeshes.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"

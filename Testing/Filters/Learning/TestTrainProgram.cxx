@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // surfacesynthesis-train from outside: arguments, files, exit status, signals.
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 #include "TrainingData.h"
 
 #include "IO/Datasets/MultiscaleDataset.h"

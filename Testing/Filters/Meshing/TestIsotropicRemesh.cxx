@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What vtkIsotropicRemeshFilter makes of surfaces: shape, curves, attributes.
-#include "MeshingTesting.h"
+#include "SurfaceChecks.h"
 
 #include "vtkIsotropicRemeshFilter.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R7, R9, R10 and R12 of the filters that CGAL is behind: the same bits always, progress, abort, two at a time.
-#include "MeshingTesting.h"
+#include "SurfaceChecks.h"
 
 #include "vtkIsotropicRemeshFilter.h"
 #include "vtkSurfaceRepairFilter.h"

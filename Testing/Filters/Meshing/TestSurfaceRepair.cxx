@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What vtkSurfaceRepairFilter mends, and what it says of it.
-#include "MeshingTesting.h"
+#include "SurfaceChecks.h"
 
 #include "MalformedCorpus.h"
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What the tetrahedra are like: volumes, arrays, regions, bounds.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
 #include "TetrahedraChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkTetrahedralizeFilter.h"
 

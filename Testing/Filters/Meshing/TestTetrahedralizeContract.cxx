@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R1 to R6 on the corpus of malformed inputs, ranges and Print.
+#include "FilterChecks.h"
 #include "MalformedCorpus.h"
-#include "TestSurfaces.h"
+#include "VtkSurfaces.h"
 
 #include "vtkTetrahedralizeFilter.h"
 

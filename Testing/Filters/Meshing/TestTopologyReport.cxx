@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "FilterChecks.h"
 #include "MalformedCorpus.h"
-#include "TestSurfaces.h"
+#include "VtkSurfaces.h"
 
 #include "SurfaceBridge.h"
 #include "vtkTopologyReport.h"

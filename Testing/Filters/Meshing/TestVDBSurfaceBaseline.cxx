@@ -4,8 +4,9 @@
 //
 // The file changes only when the surfaces are meant to change. To write it again, from the build folder:
 //   SURFACE_SYNTHESIS_REGENERATE_BASELINES=1 bin/TestVDBSurfaceBaseline
-#include "TestSurfaces.h"
-#include "VolumeTesting.h"
+#include "ExampleImages.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R1, R2, R3 and R6 of vtkVDBSurfaceFilter on the corpus of malformed inputs; what it makes is closed and manifold.
+#include "ExampleImages.h"
+#include "FilterChecks.h"
 #include "MalformedCorpus.h"
-#include "TestSurfaces.h"
-#include "VolumeTesting.h"
+#include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkVDBSurfaceFilter as a filter: messages, executions, bits, interruption, memory limit.
-#include "TestSurfaces.h"
-#include "VolumeTesting.h"
+#include "ExampleImages.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
 

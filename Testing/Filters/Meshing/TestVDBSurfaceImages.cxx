@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Surfaces of images: where they lie, that they are closed manifolds, and what the properties do.
-#include "TestSurfaces.h"
-#include "VolumeTesting.h"
+#include "ExampleImages.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
 

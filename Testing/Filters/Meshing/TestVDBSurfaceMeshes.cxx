@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Closed manifolds of surfaces that are none.
-#include "TestSurfaces.h"
-#include "VolumeTesting.h"
+#include "ExampleImages.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the tests of vtkTetrahedralizeFilter share.
+/// Boxes and shells, and measures and expectations of the tetrahedra made of them.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkTetrahedralizeFilter.h"
 

@@ -4,7 +4,8 @@
 //
 // The file changes only when the noise is meant to change. To write it again, from the build folder:
 //   SURFACE_SYNTHESIS_REGENERATE_BASELINES=1 bin/TestMaternNoiseBaseline
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R9 and R10: progress and abort of long runs, on a surface of 300,000 points.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
 

@@ -2,7 +2,8 @@
 //
 // R11: no growth over many runs, and a failed allocation becomes an error. This executable replaces malloc() and its
 // kin, on which operator new and Eigen rest, by versions that can be told to fail.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Each thing that can be wrong, and the text that the user reads.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
 

@@ -2,7 +2,8 @@
 //
 // R7: the same seed gives the same bits, whatever the number of threads and however the samples are asked for.
 // R12: two filters on two threads do not disturb each other (run this under ThreadSanitizer too).
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
 

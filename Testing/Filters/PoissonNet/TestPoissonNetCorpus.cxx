@@ -2,7 +2,7 @@
 //
 // R1, R2, R3 and R6 of vtkPoissonNetFilter, on the corpus of malformed inputs.
 #include "MalformedCorpus.h"
-#include "PoissonNetTesting.h"
+#include "PoissonNetPipelines.h"
 
 #include <gtest/gtest.h>
 

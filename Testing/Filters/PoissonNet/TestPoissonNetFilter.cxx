@@ -2,7 +2,7 @@
 //
 // What vtkPoissonNetFilter adds to a surface: the numbers of the published implementation, where they go, and what the
 // filter does to the input.
-#include "PoissonNetTesting.h"
+#include "PoissonNetPipelines.h"
 
 #include "Fixtures.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Each thing that can be wrong with a model file, a mesh or a property, and the text that the user reads.
-#include "PoissonNetTesting.h"
+#include "PoissonNetPipelines.h"
 
 #include "IO/Weights/SafetensorsWriter.h"
 

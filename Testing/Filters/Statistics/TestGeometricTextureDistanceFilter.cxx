@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkGeometricTextureDistance: the numbers of the plain comparison, its ports, messages, broken surfaces, abort.
+#include "FilterChecks.h"
 #include "MalformedCorpus.h"
-#include "TestSurfaces.h"
+#include "VtkSurfaces.h"
 
 #include "vtkGeometricTextureDistance.h"
 

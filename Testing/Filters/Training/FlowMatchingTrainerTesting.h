@@ -3,7 +3,8 @@
 /// Small trainings that the tests of vtkFlowMatchingTrainer share.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkFlowMatchingTrainer.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkGeometricTextureTrainer: the model of the plain training, its table, resuming, messages.
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "vtkGeometricTextureTrainer.h"
 

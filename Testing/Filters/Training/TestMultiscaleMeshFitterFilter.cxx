@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkMultiscaleMeshFitter: the numbers of the plain fit, what it says of them, its ports, messages, abort.
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "vtkMultiscaleMeshFitter.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "MeshingTesting.h"
+#include "SurfaceChecks.h"
 
 #include "SurfaceArrays.h"
 

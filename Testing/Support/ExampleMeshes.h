@@ -5,8 +5,10 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,16 @@ TriangleMesh WithUnreferencedPoints(const TriangleMesh& mesh);
 
 /// Sphere-like closed surface with bumps of several sizes and no symmetry, so that its eigenvalues are simple.
 TriangleMesh BumpySurface(int level);
+
+/// The lower corner of a cube of side 1.
+using UnitCube = std::array<int, 3>;
+
+/// The boundary of a set of unit cubes, wound outwards, with one point for each corner that it touches: edges with four
+/// triangles and points with several fans wherever cubes touch in an edge or a corner only.
+TriangleMesh SurfaceOfCubes(const std::set<UnitCube>& cubes);
+
+/// Sphere around the origin without the triangles whose centroid lies above @p height, wound outwards.
+TriangleMesh SphereWithoutCap(int level, double height);
 
 TriangleMesh Scaled(TriangleMesh mesh, double factor);
 TriangleMesh Translated(TriangleMesh mesh, const Eigen::Vector3d& offset);

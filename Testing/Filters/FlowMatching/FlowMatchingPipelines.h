@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Small flow matching models with random weights in model files, for the tests of vtkFlowMatchingSampler and
-/// vtkFlowMatchingDeformer.
+/// Pipelines of vtkFlowMatchingSampler and vtkFlowMatchingDeformer with small model files of random weights.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkFlowMatchingDeformer.h"
 #include "vtkFlowMatchingSampler.h"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Small networks with random weights in model files, for the tests of vtkPoissonNetFilter.
+/// Pipelines of vtkPoissonNetFilter with small model files of random weights.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkPoissonNetFilter.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "FlowMatchingTesting.h"
+#include "FlowMatchingPipelines.h"
 
+#include "ExampleMeshes.h"
 #include "RandomFlowMatching.h"
-#include "TestMeshes.h"
 
 namespace surfsynthtest
 {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the tests of the meshing filters share.
+/// Measures and expectations of surfaces, and runs of a filter on one, for the tests of the meshing filters.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "SurfaceBridge.h"
 

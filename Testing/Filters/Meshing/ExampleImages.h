@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Images, and what a surface of a volume must be, for the tests of vtkVDBSurfaceFilter.
+/// Images, and measures of the surfaces made of them, for the tests of vtkVDBSurfaceFilter.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -18,7 +18,7 @@
 namespace surfsynthtest
 {
 
-/// Where an image lies.
+/// The lattice of an image in world coordinates.
 struct ImageGeometry
 {
   std::array<int, 3> Dimensions{ { 32, 32, 32 } };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "TestMeshes.h"
+#include "ExampleMeshes.h"
 
 #include <Eigen/Geometry>
 
@@ -8,6 +8,8 @@
 #include <fstream>
 #include <initializer_list>
 #include <limits>
+#include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -343,6 +345,64 @@ TriangleMesh BumpySurface(int level)
   }
   mesh.Points.col(0) *= 1.6;
   mesh.Points.col(1) *= 1.2;
+  return mesh;
+}
+
+TriangleMesh SurfaceOfCubes(const std::set<UnitCube>& cubes)
+{
+  std::map<UnitCube, Index> ids;
+  std::vector<std::array<Index, 3>> triangles;
+  for (const UnitCube& cube : cubes)
+  {
+    for (int side = 0; side < 6; ++side)
+    {
+      const int axis = side / 2;
+      UnitCube next = cube;
+      next[axis] += side % 2 == 0 ? -1 : 1;
+      if (cubes.count(next) > 0)
+      {
+        continue;
+      }
+      std::array<Index, 4> corner;
+      for (int k = 0; k < 4; ++k)
+      {
+        UnitCube at = cube;
+        at[axis] += side % 2;
+        at[(axis + 1) % 3] += k == 1 || k == 2 ? 1 : 0;
+        at[(axis + 2) % 3] += k >= 2 ? 1 : 0;
+        corner[side % 2 == 0 ? 3 - k : k] = ids.emplace(at, static_cast<Index>(ids.size())).first->second;
+      }
+      triangles.push_back({ corner[0], corner[1], corner[2] });
+      triangles.push_back({ corner[0], corner[2], corner[3] });
+    }
+  }
+  TriangleMesh mesh;
+  mesh.Points.resize(static_cast<Index>(ids.size()), 3);
+  for (const auto& id : ids)
+  {
+    mesh.Points.row(id.second) << id.first[0], id.first[1], id.first[2];
+  }
+  mesh.Triangles.resize(static_cast<Index>(triangles.size()), 3);
+  for (std::size_t f = 0; f < triangles.size(); ++f)
+  {
+    mesh.Triangles.row(static_cast<Index>(f)) << triangles[f][0], triangles[f][1], triangles[f][2];
+  }
+  return mesh;
+}
+
+TriangleMesh SphereWithoutCap(int level, double height)
+{
+  TriangleMesh mesh = Icosphere(level);
+  Index kept = 0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f).eval();
+    if (mesh.Points(t(0), 2) + mesh.Points(t(1), 2) + mesh.Points(t(2), 2) <= 3.0 * height)
+    {
+      mesh.Triangles.row(kept++) = t;
+    }
+  }
+  mesh.Triangles.conservativeResize(kept, 3);
   return mesh;
 }
 

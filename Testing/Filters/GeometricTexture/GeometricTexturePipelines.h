@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Small geometric textures with random weights in model files, for the tests of vtkGeometricTextureSynthesizer.
+/// Pipelines of vtkGeometricTextureSynthesizer with small model files of random weights.
 #pragma once
 
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "vtkGeometricTextureSynthesizer.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "VolumeTesting.h"
+#include "ExampleImages.h"
 
 #include "SurfaceBridge.h"
 

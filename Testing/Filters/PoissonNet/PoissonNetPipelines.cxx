@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "PoissonNetTesting.h"
+#include "PoissonNetPipelines.h"
 
 #include "RandomPoissonNet.h"
 

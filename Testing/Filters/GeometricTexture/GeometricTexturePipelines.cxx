@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "GeometricTextureTesting.h"
+#include "GeometricTexturePipelines.h"
 
 #include "RandomGeometricTexture.h"
 
