@@ -67,7 +67,7 @@ def trained(options, task, noise):
         learning_rate=options.learning_rate,
         milestones=[2 * options.iterations // 3],
         averaging=max(0.0, 1.0 - 10.0 / options.iterations),  # over the last tenth
-        noise=NOISES[noise][1],
+        noise_model=NOISES[noise][1],
         noise_smoothing=NOISES[noise][2],
         seed=options.seed,
     )
@@ -90,7 +90,7 @@ def noise_on_mean(options, mesh, samples, weights):
     """Unscreened noise on the mean of the samples."""
     mean = samples.mean(axis=0, keepdims=True)
     noise = surfacesynthesis.matern_noise(
-        mesh, model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
+        mesh, noise_model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
     )
     noise = noise.reshape(options.samples, *mean.shape[1:])
     return mean + SPREAD_OF_NOISE * spread(samples, weights) / spread(noise, weights) * noise

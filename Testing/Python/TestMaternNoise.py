@@ -182,7 +182,7 @@ def test_range_mode_has_the_standard_deviation_asked_for():
 
 
 def test_per_vertex_noise_is_independent_and_scaled(pair):
-    noise = matern_noise(pair, model="per_vertex", standard_deviation=2.0, samples=400)
+    noise = matern_noise(pair, noise_model="per_vertex", standard_deviation=2.0, samples=400)
     assert abs(noise.std() / 2.0 - 1) < 0.02
     correlation = np.corrcoef(noise[:, :100].T) - np.eye(100)
     assert abs(correlation).max() < 6 / np.sqrt(400)
@@ -202,18 +202,18 @@ def test_normalized_screening_ignores_the_size_of_the_mesh(pair):
 
 
 def test_unscreened_noise_has_no_mean_and_white_noise_is_rough(pair):
-    unscreened = matern_noise(pair, model="unscreened")
+    unscreened = matern_noise(pair, noise_model="unscreened")
     mass = np.zeros(len(pair[0]))
     a, b, c = (pair[0][pair[1][:, k]] for k in range(3))
     np.add.at(mass, pair[1], (np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6)[:, None])
     assert abs(mass @ unscreened) < 1e-9 * (mass @ abs(unscreened))
-    white = matern_noise(pair, model="white", samples=200)
+    white = matern_noise(pair, noise_model="white", samples=200)
     assert abs((white * np.sqrt(mass)).std() - 1) < 0.02
 
 
 def test_spectral_model_takes_eigenpairs(pair):
-    few = matern_noise(pair, model="spectral", range=1.0, eigenpairs=4)
-    many = matern_noise(pair, model="spectral", range=1.0, eigenpairs=200)
+    few = matern_noise(pair, noise_model="spectral", range=1.0, eigenpairs=4)
+    many = matern_noise(pair, noise_model="spectral", range=1.0, eigenpairs=200)
     coordinates = np.column_stack([np.ones(len(pair[0])), pair[0]])  # what the 4 lowest eigenfunctions of a sphere span
     rest = few - coordinates @ np.linalg.lstsq(coordinates, few, rcond=None)[0]
     assert np.linalg.norm(rest) < 0.01 * np.linalg.norm(few)
@@ -258,11 +258,12 @@ def test_same_bits_for_every_number_of_threads(pair):
         ({"components": 0}, "components must be from 1"),
         ({"eigenpairs": 0}, "eigenpairs must be from 1"),
         ({"name": ""}, "name must be"),
-        ({"model": "perlin"}, "unknown model 'perlin'; choose one of matern, per_vertex, white, unscreened, spectral"),
+        ({"noise_model": "perlin"},
+         "unknown noise_model 'perlin'; choose one of matern, per_vertex, white, unscreened, spectral"),
         ({"range": 1.0, "screening": 8.0}, "range and screening exclude each other"),
-        ({"range": 1.0, "model": "white"}, "range has no meaning for the model 'white'"),
+        ({"range": 1.0, "noise_model": "white"}, "range has no meaning for the model 'white'"),
         ({"screening": 8.0, "standard_deviation": 2.0}, "standard_deviation goes with range, not with screening"),
-        ({"standard_deviation": 2.0, "model": "unscreened"}, "standard_deviation has no meaning"),
+        ({"standard_deviation": 2.0, "noise_model": "unscreened"}, "standard_deviation has no meaning"),
     ],
 )
 def test_values_out_of_range_are_value_errors(pair, arguments, words):
@@ -272,7 +273,7 @@ def test_values_out_of_range_are_value_errors(pair, arguments, words):
 
 @pytest.mark.parametrize(
     "arguments",
-    [{"range": "5"}, {"range": True}, {"seed": 1.5}, {"seed": None}, {"samples": "3"}, {"model": 0}, {"name": 3},
+    [{"range": "5"}, {"range": True}, {"seed": 1.5}, {"seed": None}, {"samples": "3"}, {"noise_model": 0}, {"name": 3},
      {"progress": 1}, {"components": True}],
 )  # fmt: skip
 def test_wrong_types_are_type_errors(pair, arguments):

@@ -7,8 +7,9 @@ import signal
 import sys
 import warnings
 
-from .commands import COMMANDS
+from .commands import COMMANDS, FORMER_COMMANDS
 from .commands.common import PROGRAM, Outcome, UsageError
+from .deprecation import note_renamed
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
@@ -31,6 +32,18 @@ def build_parser():
     return parser
 
 
+def _parse(arguments):
+    """The parsed arguments; a former name of a command is replaced by the new one."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    former = arguments[0] if arguments else None
+    if former in FORMER_COMMANDS:
+        arguments[0] = FORMER_COMMANDS[former]
+    parsed = build_parser().parse_args(arguments)
+    if former in FORMER_COMMANDS:
+        note_renamed(parsed, f"the command {former}", FORMER_COMMANDS[former])
+    return parsed
+
+
 def _one_line(text):
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
@@ -48,17 +61,19 @@ def _terminate(number, _frame):
 
 
 def main(arguments=None):
-    """Runs a command line (default: the process's own) and returns the exit status: 0 or what the command documents, 1
-    after an error, 2 for wrong usage, 130 after Ctrl-C."""
+    """Runs a command line (default: the process's own) and returns the exit status: 0 or that of the command, 1 after an
+    error, 2 for wrong usage, 130 after Ctrl-C."""
     if arguments is None:
         signal.signal(signal.SIGTERM, _terminate)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always")
             warnings.showwarning = _show_warning
-            parsed = build_parser().parse_args(arguments)
+            parsed = _parse(arguments)
             if parsed.quiet:
                 warnings.simplefilter("ignore")
+            for remark in getattr(parsed, "remarks", ()):
+                warnings.warn(remark, DeprecationWarning, stacklevel=1)
             done = parsed.run(parsed)
         text, status = done if isinstance(done, Outcome) else (done, 0)
         if not parsed.quiet:
