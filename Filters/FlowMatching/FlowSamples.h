@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The samples of a flow matching model on one surface, drawn once and kept.
+/// Samples of a flow matching model on one surface, drawn once and kept.
 #pragma once
-
-#include "SampleArrays.h"
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
+
+#include <vtkDoubleArray.h>
+#include <vtkSmartPointer.h>
 
 #include <cstdint>
 #include <map>
@@ -55,6 +56,13 @@ private:
   FlowSampleRequest Series; ///< what all samples that are held have in common
   FeatureMatrix GivenNoise; ///< and this: what they begin with, or empty
   std::map<std::uint32_t, States> Samples;
+};
+
+/// The point arrays of one sample.
+struct SampleArrays
+{
+  vtkSmartPointer<vtkDoubleArray> Signal;
+  vtkSmartPointer<vtkDoubleArray> Noise;
 };
 
 /// A sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at those that

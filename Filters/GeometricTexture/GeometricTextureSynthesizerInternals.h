@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What vtkGeometricTextureSynthesizer makes of its properties and of one block after the other. Private to the filter.
+/// Algorithm of vtkGeometricTextureSynthesizer, block by block. Private to the filter.
 #pragma once
 
 #include "vtkGeometricTextureSynthesizer.h"
@@ -9,7 +9,7 @@
 #include "BlockCache.h"
 #include "FileCache.h"
 #include "GeometricTextureResult.h"
-#include "LevelBlocks.h"
+#include "OutputSeries.h"
 #include "RemeshedTarget.h"
 #include "SurfaceBridge.h"
 
@@ -22,8 +22,6 @@
 #include <optional>
 #include <vector>
 
-class vtkDataObject;
-class vtkMultiBlockDataSet;
 class vtkPolyData;
 
 /// The model and the textures of the last update, and what this update makes of them.
@@ -42,15 +40,16 @@ public:
   /// @throws InvalidInput when there is none.
   vtkSmartPointer<vtkInformation> TemplateInformation(vtkInformation* requested) const;
 
-  /// Fills block.Output, or with OutputLevels notes the surfaces of all levels. @throws what growing throws.
+  /// Fills block.Output, or with OutputLevels those of block.Outputs whose level has begun. @throws what the synthesis
+  /// throws.
   void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
 
   /// Forgets what this update has not used.
   void End();
 
-  /// Puts the levels that Synthesize() has noted into @p output.
-  /// @param held has the structure of the input.
-  void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
+  /// The outputs of one block: with OutputLevels one for each level, else one.
+  /// @throws InvalidInput when the model does not have the levels that the properties ask for.
+  surfsynth::OutputSeries Series() const;
 
   /// The times that an animation has; none when the model cannot be read, which the next RequestData reports.
   std::vector<double> AnimationTimes();
@@ -85,6 +84,5 @@ private:
   surfsynth::BlockCache<std::unique_ptr<surfsynth::GeometricTextureResult>> Textures;
   std::optional<double> Time;
   bool FromTemplate = false;
-  std::vector<int> WithoutNoise;     ///< generator levels
-  surfsynth::LevelSurfaces Surfaces; ///< with OutputLevels
+  std::vector<int> WithoutNoise; ///< generator levels
 };
