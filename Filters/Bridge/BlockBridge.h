@@ -57,10 +57,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int RequestBlocks(vtkAlgorithm* self, vtkInform
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
 ///  - leaves empty input empty, without an error;
-///  - on several MPI ranks, works on datasets where they lie. A dataset of which several ranks hold a piece is an error on
-///    all ranks, because the pieces of a result cannot be made of the pieces of a dataset.
-/// @return 0 when an input by itself failed, else 1: in a composite input a failed block is reported and left empty, and
-/// the others are kept. An abort is no failure: the output is empty, and the next update runs again.
+///  - on several MPI ranks, works on datasets where they lie. A dataset of which several ranks hold a piece is an error
+///    on all ranks, because the pieces of a result cannot be made of the pieces of a dataset.
+/// @return 0 when an input by itself failed, else 1: in a composite input a failed block is reported and left empty,
+/// and the others are kept. An abort is no failure: the output is empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const BlockTypes& types, const BlockWorker& worker,
   const OutputSeries& series = {});

@@ -16,12 +16,13 @@ class vtkInformationVector;
 namespace surfsynth
 {
 
-/// Numbers and names of the outputs [First, First + Count). One contract holds for ProcessSurfaces() and ProcessBlocks():
-/// the worker gets all outputs of one dataset at once, and each output as a whole has the structure of the input.
+/// Numbers and names of the outputs [First, First + Count). One contract holds for ProcessSurfaces() and
+/// ProcessBlocks(): the worker gets all outputs of one dataset at once, and each output as a whole has the structure of
+/// the input.
 ///  - Without a BlockName there is one output: the dataset itself.
-///  - With a BlockName the output is a vtkMultiBlockDataSet of Count blocks, "Sample 5", "Sample 6" and so on. Each is a
-///    dataset, or for a composite input a vtkMultiBlockDataSet with its structure and field data. Leaves of datasets that
-///    are empty or have failed are empty.
+///  - With a BlockName the output is a vtkMultiBlockDataSet of Count blocks, "Sample 5", "Sample 6" and so on. Each is
+///    a dataset, or for a composite input a vtkMultiBlockDataSet with its structure and field data. Leaves of datasets
+///    that are empty or have failed are empty.
 struct OutputSeries
 {
   int First = 0;         ///< number of the first output, at least 0

@@ -27,7 +27,7 @@ namespace
 {
 vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
 
-/// What is made of one surface, one for each output of the series.
+/// Results of one surface, one for each output of the series.
 using PolyDataList = std::vector<vtkSmartPointer<vtkPolyData>>;
 /// The output of each series as a whole: a surface, or a tree of surfaces.
 using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
@@ -67,8 +67,8 @@ public:
     return this->Conclude(error, flatIndex, outputs);
   }
 
-  /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked on
-  /// by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
+  /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked
+  /// on by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
   bool DistributedPolygons(const Ranks& ranks, vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex,
     const Progress& progress) const
   {
@@ -311,7 +311,7 @@ private:
     }
   }
 
-  /// Whether this rank has points for what the workers have made, or none and needs none.
+  /// True when the points of @p output are those of this rank's piece.
   static bool HasPiece(const GatheredSurface& gathered, vtkPolyData* output)
   {
     return static_cast<vtkIdType>(gathered.WholeOfLocal.size()) == output->GetNumberOfPoints();

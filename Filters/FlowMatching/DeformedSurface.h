@@ -17,8 +17,8 @@ namespace surfsynth
 /// for cells that are neither polygons nor strips.
 vtkSmartPointer<vtkDoubleArray> AreaRatios(vtkPolyData* surface, vtkDoubleArray* displacement, const std::string& name);
 
-/// Moves the points of @p surface, which get new coordinates of the same precision, and drops the normals, which are those
-/// of the old surface.
+/// Moves the points of @p surface, which get new coordinates of the same precision, and drops the normals, which are
+/// those of the old surface.
 void MovePoints(vtkPolyData* surface, vtkDoubleArray* displacement);
 
 } // namespace surfsynth

@@ -32,20 +32,21 @@ public:
   const UsedPoints& Points() const { return this->Used; }
   const FlowMatchingSampler& Sampler() const { return this->Flow; }
 
-  /// Forgets the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another seed,
-  /// number of steps or integrator than those of @p request, or other noise than @p noise: states at flow time 0 that
-  /// Draw() begins with, or an empty matrix for the noise of the request.
+  /// Forgets the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another
+  /// seed, number of steps or integrator than those of @p request, or other noise than @p noise: states at flow time 0
+  /// that Draw() begins with, or an empty matrix for the noise of the request.
   void Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count);
 
   /// True when At() knows the sample: at flow times 0 and 1, or with @p everyStep at all times.
   bool Holds(std::uint32_t sample, bool everyStep) const;
 
-  /// Draws the sample of @p request, which must be of the series that Keep() was told, and holds its state at flow times 0
-  /// and 1, or with @p everyStep after every step.
+  /// Draws the sample of @p request, which must be of the series that Keep() was told, and holds its state at flow
+  /// times 0 and 1, or with @p everyStep after every step.
   /// @throws what FlowMatchingSampler::Integrate() throws; then nothing is held of it.
   void Draw(const FlowSampleRequest& request, bool everyStep, const Progress& progress);
 
-  /// The state of a sample that is held at flow time @p time in [0, 1]: as it was after a step, or linear between two steps.
+  /// The state of a sample that is held at flow time @p time in [0, 1]: as it was after a step, or linear between two
+  /// steps.
   FeatureMatrix At(std::uint32_t sample, double time) const;
 
 private:

@@ -79,8 +79,8 @@ public:
     this->Blocks.Begin();
   }
 
-  /// Adds the arrays of each sample that falls to this rank to its output, drawing those that are not there from the last
-  /// update.
+  /// Adds the arrays of each sample that falls to this rank to its output, drawing those that are not there from the
+  /// last update.
   void AddSamples(const Surface& surface, const std::vector<vtkPolyData*>& outputs, const surfsynth::Progress& progress)
   {
     FlowSamples* samples = this->Find(surface);

@@ -20,8 +20,8 @@ namespace surfsynth
 /// @throws InvalidInput when there is no such array with one component, or a value is not between 0 and 1.
 Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
 
-/// The same of a surface whose arrays were interpolated from one that ReadGeometricTextureMask() accepts: what rounding adds beyond
-/// 0 and 1 is cut off.
+/// The same of a surface whose arrays were interpolated from one that ReadGeometricTextureMask() accepts: what rounding
+/// adds beyond 0 and 1 is cut off.
 Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
 
 /// Lets a mask rise gently: values are multiplied by s = t^2 (3 - 2 t), where t is the distance along edges from the

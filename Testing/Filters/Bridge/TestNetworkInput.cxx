@@ -77,7 +77,7 @@ struct Fixture
 };
 } // namespace
 
-// --- PointRows --------------------------------------------------------------------------------------------------------
+// --- PointRows -------------------------------------------------------------------------------------------------------
 
 TEST(PointRows, AreTheTuplesOfUsedPoints)
 {
@@ -121,7 +121,7 @@ TEST(PointRows, NumbersMustBeFiniteInSinglePrecisionAtUsedPoints)
     AllOf(HasSubstr("\"Heat\", which HeatArrayName names, is not finite in single precision at point 5")));
 }
 
-// --- NetworkInput -----------------------------------------------------------------------------------------------------
+// --- NetworkInput ----------------------------------------------------------------------------------------------------
 
 TEST(NetworkInput, PositionsWithoutConditionsNeedNothing)
 {

@@ -108,7 +108,7 @@ vtkSmartPointer<vtkMultiBlockDataSet> TwoBlocksAndAHole()
 }
 } // namespace
 
-// --- MakeOutputs ------------------------------------------------------------------------------------------------------
+// --- MakeOutputs -----------------------------------------------------------------------------------------------------
 
 TEST(OutputSeries, BlocksAreNamedByNumber)
 {
@@ -193,7 +193,7 @@ TEST(OutputSeries, TheClassOfTheOutputIsSetOnce)
   EXPECT_TRUE(BlocksOf(vtkDataObject::GetData(outputs)));
 }
 
-// --- ProcessSurfaces with a series ------------------------------------------------------------------------------------
+// --- ProcessSurfaces with a series -----------------------------------------------------------------------------------
 
 TEST(SurfaceSeries, EachOutputIsACopyOfTheInputWithWhatTheWorkerAdds)
 {
@@ -328,7 +328,7 @@ TEST(SurfaceSeries, PiecesOfOneSurfaceGetTheirPartOfEachOutput)
   }
 }
 
-// --- ProcessBlocks with a series --------------------------------------------------------------------------------------
+// --- ProcessBlocks with a series -------------------------------------------------------------------------------------
 
 TEST(BlockSeries, TheWorkerGetsAllOutputsOfABlock)
 {

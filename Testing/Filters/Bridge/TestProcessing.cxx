@@ -114,7 +114,7 @@ const BlockTypes Surfaces{ { "vtkPolyData" }, "vtkPolyData" };
 void Copy(const Block& block, const Progress&) { block.Output->ShallowCopy(block.Input); }
 } // namespace
 
-// --- ProcessSurfaces --------------------------------------------------------------------------------------------------
+// --- ProcessSurfaces -------------------------------------------------------------------------------------------------
 
 TEST(ProcessSurfaces, TheWorkerFillsACopyOfTheInput)
 {
@@ -258,7 +258,7 @@ TEST(ProcessSurfaces, AcceptsSurfacesAndTrees)
   EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 1), "vtkDataObjectTree");
 }
 
-// --- ProcessBlocks ----------------------------------------------------------------------------------------------------
+// --- ProcessBlocks ---------------------------------------------------------------------------------------------------
 
 TEST(ProcessBlocks, MakesADatasetOfTheOutputTypeOfEachBlock)
 {
@@ -356,7 +356,7 @@ TEST(ProcessBlocks, AcceptsItsTypesAndTrees)
   EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 1), "vtkDataObjectTree");
 }
 
-// --- ProcessJointly ---------------------------------------------------------------------------------------------------
+// --- ProcessJointly --------------------------------------------------------------------------------------------------
 
 TEST(ProcessJointly, TheWorkerIsCalledOnceForAllBlocks)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Conversions of broken surfaces: SurfaceInspection.h, which counts faults, and UncheckedSurface.h, which uses the rest.
+// Conversions of broken surfaces: SurfaceInspection.h counts faults, UncheckedSurface.h uses the rest.
 #include "BridgeTesting.h"
 #include "TestSurfaces.h"
 
@@ -66,7 +66,7 @@ void ExpectFault(const CellFault& fault, std::int64_t count, std::int64_t first)
 }
 } // namespace
 
-// --- SurfaceInspection ------------------------------------------------------------------------------------------------
+// --- SurfaceInspection -----------------------------------------------------------------------------------------------
 
 TEST(SurfaceInspection, CellsAreCountedByKind)
 {
@@ -163,7 +163,7 @@ TEST(SurfaceInspection, AnEmptySurfaceIsAllZeros)
   ExpectFault(surface.Unreadable, 0, -1);
 }
 
-// --- UncheckedSurface -------------------------------------------------------------------------------------------------
+// --- UncheckedSurface ------------------------------------------------------------------------------------------------
 
 TEST(UncheckedSurface, AValidSurfaceLosesNothing)
 {
