@@ -11,7 +11,6 @@
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
 #include <vtkDataObjectTypes.h>
-#include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkSmartPointer.h>
@@ -47,6 +46,8 @@ std::string Alternatives(const std::vector<std::string>& classes)
   return text;
 }
 
+using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
+
 /// One call of a filter's RequestData.
 class BlockProcessing
 {
@@ -59,9 +60,9 @@ public:
     , Controller(Ranks::Several())
   {}
 
-  /// Fills @p output from @p input, which is no composite dataset.
+  /// Fills @p outputs from @p input, which is no composite dataset.
   /// @return false after an error, which is reported here. Collective on several ranks.
-  bool Dataset(vtkDataObject* input, vtkDataObject* output)
+  bool Dataset(vtkDataObject* input, const OutputList& outputs)
   {
     if (!this->Accepts(input))
     {
@@ -80,19 +81,19 @@ public:
     bool cancelled = false;
     try
     {
-      error = this->Attempted(input, output, 0, this->Steps.Within(0.0, 1.0));
+      error = this->Attempted(input, outputs, 0, this->Steps.Within(0.0, 1.0));
     }
     catch (const Cancelled&)
     {
       cancelled = true;
     }
     CancelTogether(ranks, cancelled);
-    return this->Conclude(ranks.FirstText(error), 0, output);
+    return this->Conclude(ranks.FirstText(error), 0, outputs);
   }
 
-  /// Fills @p output, which has the structure of @p input, block by block. Collective on several ranks.
+  /// Fills @p outputs, trees with the structure of @p input, block by block. Collective on several ranks.
   /// @throws Cancelled
-  void Tree(vtkDataObjectTree* input, vtkDataObjectTree* output)
+  void Tree(vtkDataObjectTree* input, const OutputList& outputs)
   {
     std::vector<std::int64_t> sizes;
     EachLeaf(input, [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
@@ -112,12 +113,12 @@ public:
       const double before = done / total;
       const bool isShared = shared[leaf];
       done += 1.0 + static_cast<double>(sizes[leaf++]);
-      this->Leaf(place, isShared, output, this->Steps.Within(before, done / total));
+      this->Leaf(place, isShared, outputs, this->Steps.Within(before, done / total));
     });
   }
 
 private:
-  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, vtkDataObjectTree* output, const Progress& progress)
+  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const OutputList& outputs, const Progress& progress)
   {
     vtkDataObject* input = place->GetCurrentDataObject();
     const unsigned int flatIndex = place->GetCurrentFlatIndex();
@@ -135,9 +136,16 @@ private:
       this->RejectType(input, flatIndex);
       return;
     }
-    const auto result = NewDataObject(this->Types.Output);
-    this->Conclude(this->Attempted(input, result, flatIndex, progress), flatIndex, result);
-    output->SetDataSet(place, result);
+    OutputList results;
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+    {
+      results.push_back(NewDataObject(this->Types.Output));
+    }
+    this->Conclude(this->Attempted(input, results, flatIndex, progress), flatIndex, results);
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+    {
+      vtkDataObjectTree::SafeDownCast(outputs[k])->SetDataSet(place, results[k]);
+    }
   }
 
   bool Accepts(vtkDataObject* input) const
@@ -149,26 +157,30 @@ private:
   /// Works on @p input; the text of what went wrong.
   /// @throws Cancelled
   std::string Attempted(
-    vtkDataObject* input, vtkDataObject* output, unsigned int flatIndex, const Progress& progress) const
+    vtkDataObject* input, const OutputList& outputs, unsigned int flatIndex, const Progress& progress) const
   {
     return Attempt(input, [&] {
       Report(progress, 0.0);
       if (SizeOf(input) > 0)
       {
-        this->Worker({ input, output, flatIndex, BlockName(flatIndex) }, progress);
+        this->Worker(
+          { input, outputs.front(), flatIndex, BlockName(flatIndex), { outputs.begin(), outputs.end() } }, progress);
       }
     });
   }
 
-  /// Reports @p error, if there is one, and then empties @p output.
-  bool Conclude(const std::string& error, unsigned int flatIndex, vtkDataObject* output) const
+  /// Reports @p error, if there is one, and then empties @p outputs.
+  bool Conclude(const std::string& error, unsigned int flatIndex, const OutputList& outputs) const
   {
     if (error.empty())
     {
       return true;
     }
     ReportError(this->Self, BlockName(flatIndex), error);
-    output->Initialize();
+    for (const auto& output : outputs)
+    {
+      output->Initialize();
+    }
     return false;
   }
 
@@ -206,8 +218,8 @@ int AcceptBlocks(vtkInformation* info, const BlockTypes& types)
   return 1;
 }
 
-int RequestBlocks(
-  vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector, const BlockTypes& types)
+int RequestBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
+  const BlockTypes& types, bool isSeries)
 {
   vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
   if (!input)
@@ -215,31 +227,24 @@ int RequestBlocks(
     ReportError(self, "", "There is no input; " + Alternatives(types.Input) + ", or a composite dataset, is needed.");
     return 0;
   }
-  const std::string wanted = vtkDataObjectTree::SafeDownCast(input) ? input->GetClassName() : types.Output;
-  vtkDataObject* present = vtkDataObject::GetData(outputVector);
-  if (!present || wanted != present->GetClassName())
-  {
-    outputVector->GetInformationObject(0)->Set(vtkDataObject::DATA_OBJECT(), NewDataObject(wanted));
-  }
+  const std::string single = vtkDataObjectTree::SafeDownCast(input) ? input->GetClassName() : types.Output;
+  SetOutputClass(outputVector, isSeries ? "vtkMultiBlockDataSet" : single);
   return 1;
 }
 
 int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const BlockTypes& types, const BlockWorker& worker)
+  const BlockTypes& types, const BlockWorker& worker, const OutputSeries& series)
 {
   return RunGuarded(self, outputVector, [&] {
     vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-    vtkDataObject* output = vtkDataObject::GetData(outputVector);
+    const OutputList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
     BlockProcessing processing(self, types, worker);
     auto* tree = vtkDataObjectTree::SafeDownCast(input);
     if (!tree)
     {
-      return processing.Dataset(input, output);
+      return processing.Dataset(input, outputs);
     }
-    auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
-    outputTree->CopyStructure(tree);
-    outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
-    processing.Tree(tree, outputTree);
+    processing.Tree(tree, outputs);
     return true;
   });
 }

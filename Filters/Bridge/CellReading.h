@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Looking at the cells of a vtkCellArray that may be broken. Private to the bridge.
+/// Access to the cells of a vtkCellArray that may be broken. Private to the bridge.
 #pragma once
 
 #include <vtkAOSDataArrayTemplate.h>
@@ -12,13 +12,13 @@
 namespace surfsynth
 {
 
-/// The number of cells; 0 for none, and for an array without offsets.
+/// Number of cells; 0 for none, and for an array without offsets.
 inline std::int64_t CountCells(vtkCellArray* cells)
 {
   return cells ? std::max<std::int64_t>(cells->GetNumberOfCells(), 0) : 0;
 }
 
-/// Calls visit(cell, ids, size) for each cell of the storage, with size -1 where its offsets do not fit.
+/// Calls visit(cell, ids, size) for each cell of the storage, with null ids and size -1 where its offsets do not fit.
 template <typename Id, typename Visit>
 void EachCell(vtkAOSDataArrayTemplate<Id>* offsets, vtkAOSDataArrayTemplate<Id>* ids, const Visit& visit)
 {
@@ -34,7 +34,7 @@ void EachCell(vtkAOSDataArrayTemplate<Id>* offsets, vtkAOSDataArrayTemplate<Id>*
   }
 }
 
-/// The same for whichever type of id the array stores.
+/// The same for either type of id that the array stores.
 template <typename Visit>
 void EachCell(vtkCellArray* cells, const Visit& visit)
 {
@@ -52,7 +52,7 @@ void EachCell(vtkCellArray* cells, const Visit& visit)
   }
 }
 
-/// Whether all ids are those of points.
+/// True when all ids are in [0, @p points).
 template <typename Id>
 bool InRange(const Id* ids, std::int64_t size, std::int64_t points)
 {

@@ -109,8 +109,8 @@ void Ranks::Broadcast(vtkPolyData* polydata, int source) const
 
 namespace
 {
-/// Appends the cells of @p source to @p target that are not ghosts, and their global ids to @p targetIds where there are
-/// any. @p firstCell is the id of the first cell in the polydata.
+/// Appends the cells of @p source to @p target that are not ghosts, and their global ids to @p targetIds where there
+/// are any. @p firstCell is the id of the first cell in the polydata.
 void CopyCells(vtkCellArray* source, vtkIdType firstCell, vtkUnsignedCharArray* ghosts, vtkDataArray* sourceIds,
   vtkCellArray* target, vtkIdTypeArray* targetIds)
 {
@@ -176,7 +176,8 @@ std::int64_t Surfaces(vtkPolyData* piece) { return piece->GetNumberOfPolys() + p
 
 using PieceList = std::vector<vtkSmartPointer<vtkPolyData>>;
 
-/// For each piece, the id in the whole of each of its points; and where in the pieces each point of the whole comes from.
+/// For each piece, the id in the whole of each of its points; and where in the pieces each point of the whole comes
+/// from.
 struct PointMerge
 {
   std::vector<std::vector<std::int64_t>> WholeOfPiece;

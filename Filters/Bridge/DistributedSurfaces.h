@@ -2,7 +2,8 @@
 /// @file
 /// Surfaces that lie on several MPI ranks. Private to the bridge.
 ///
-/// Everything here is collective: all ranks call it in the same order, and no rank leaves early, whatever happens on it.
+/// Everything here is collective: all ranks call it in the same order, and no rank leaves early, whatever happens on
+/// it.
 #pragma once
 
 #include "vtkSmartPointer.h"
@@ -18,27 +19,28 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// The ranks that run this pipeline together.
+/// Ranks that run this pipeline together.
 class Ranks
 {
 public:
-  /// The global controller's, or null when there is one process only.
+  /// Returns the global controller, or null when there is one process only.
   static vtkMultiProcessController* Several();
 
   /// @param controller null for a pipeline that runs in one process.
   explicit Ranks(vtkMultiProcessController* controller)
     : Controller(controller)
   {}
-  int Rank() const;
-  int Count() const;
+  int Rank() const;  ///< of this process
+  int Count() const; ///< number of ranks, at least 1
 
-  /// The numbers of all ranks, in the order of ranks: [Count()][values.size()]. The lengths must agree.
+  /// Returns the numbers of all ranks, in the order of ranks: [Count()][values.size()]. The lengths must agree.
   std::vector<std::vector<std::int64_t>> Gather(const std::vector<std::int64_t>& values) const;
-  /// The lowest rank's text that is not empty, the same on all ranks; empty when there is none.
+  /// Returns the lowest rank's text that is not empty, the same on all ranks; empty when there is none.
   std::string FirstText(const std::string& text) const;
-  /// The array of rank @p source: @p array there, one of the same name, type and content on every other rank, whose own
-  /// argument is not used.
+  /// Returns the array of rank @p source: @p array there, one of the same name, type and content on every other rank,
+  /// whose own argument is not used.
   vtkSmartPointer<vtkDataArray> Share(vtkDataArray* array, int source) const;
+  /// Replaces @p polydata on all ranks by that of rank @p source.
   void Broadcast(vtkPolyData* polydata, int source) const;
 
 private:
@@ -69,7 +71,7 @@ GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece);
 /// True when two points of @p piece have the same global id: pieces of a distributed surface that one process has read.
 bool RepeatsGlobalIds(vtkPolyData* piece);
 
-/// The tuples of @p whole, an array on the points of the whole surface, that belong to the local piece.
+/// Returns the tuples of @p whole, an array on the points of the whole surface, that belong to the local piece.
 vtkSmartPointer<vtkDataArray> TakeLocal(const GatheredSurface& surface, vtkDataArray* whole);
 
 } // namespace surfsynth

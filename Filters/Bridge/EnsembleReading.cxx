@@ -110,7 +110,7 @@ void AddSamples(Ensemble& ensemble, vtkPolyData* surface, const std::string& pla
   }
 }
 
-/// Whether both arrays hold the same ids, in 32 bits or in 64.
+/// True when both arrays hold the same ids, in 32 bits or in 64.
 bool SameIds(vtkDataArray* a, vtkDataArray* b)
 {
   if (a->GetNumberOfValues() != b->GetNumberOfValues())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Ensembles of shapes or signals in VTK's data objects. Private to the module.
+/// Ensembles of shapes or signals in VTK's data objects.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -27,37 +27,41 @@ struct EnsembleSample
   vtkSmartPointer<vtkDataArray> Values; ///< [V, C] float32 or float64, tuple after tuple; a copy of what is neither
 };
 
+/// Samples of one input, in order.
 struct VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble
 {
   std::string Role; ///< "generated" or "reference": begins messages
   std::vector<EnsembleSample> Samples;
 
-  /// "generated sample 4 (Block 7)"
+  /// Name of a sample in messages: "generated sample 4 (Block 7)".
   std::string NameOf(std::size_t sample) const;
+  /// Values of all samples in place, each [V, C] in its own precision; valid while the samples are.
   std::vector<SampleValues> Values() const;
 };
 
-/// The samples of a vtkPolyData or of the leaves of a composite dataset, in order; null and empty leaves are left out.
+/// Reads the samples of a vtkPolyData or of the leaves of a composite dataset, in order; null and empty leaves are left
+/// out.
 /// With an empty @p arrayName the sample of a surface is its points. Else it is the point array of that name where the
 /// surface has one, and otherwise the arrays <arrayName>_0, <arrayName>_1 and so on, in order of these numbers.
 /// @throws InvalidInput when a leaf is no vtkPolyData or lacks the array, or an array is too short
 VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble ReadEnsemble(
   vtkDataObject* input, const std::string& role, const std::string& arrayName);
 
-/// What all samples must have the points and cells of.
+/// Surface whose points and cells all samples must have.
 struct SharedSurface
 {
-  vtkPolyData* Surface = nullptr;
-  std::string Name; ///< "the source", "reference sample 0 (Block 1)"
+  vtkPolyData* Surface = nullptr; ///< belongs to the input
+  std::string Name;               ///< "the source", "reference sample 0 (Block 1)"
 };
 
-/// Expects that the samples lie on @p shared and have @p components components.
-/// @throws InvalidInput
+/// Checks that the samples lie on @p shared and have @p components components.
+/// @throws InvalidInput naming the first sample with other points, cells, values or components.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void RequireOneTriangulation(
   const Ensemble& ensemble, const SharedSurface& shared, int components);
 
-/// Lumped barycentric mass of the points.
-/// @throws InvalidInput when the surface is not sound
+/// Lumped barycentric mass of the points, [V] float64: a third of the area of the triangles at each. Edges of more than
+/// two triangles are allowed.
+/// @throws InvalidInput when the surface is not valid otherwise.
 VTKSURFACESYNTHESISBRIDGE_EXPORT Eigen::VectorXd MassOf(const SharedSurface& shared);
 
 } // namespace surfsynth

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a filter has read from a file, read again only when the file has changed.
+/// Cache of what a filter has read from a file, which is read again only when the file has changed.
 #pragma once
 
 #include "Core/Common/Errors.h"
@@ -16,20 +16,22 @@
 namespace surfsynth
 {
 
-/// Holds what the last file that was asked for contains.
+/// Holds the content of the last file that was asked for.
 template <typename Content>
 class FileCache
 {
 public:
+  /// Reads a file; throws what Get() is to throw.
   using Reader = std::function<Content(const std::string& path)>;
 
-  /// @param advice a sentence for who names a file that does not exist: what is needed, and where it comes from.
+  /// @param advice ends the error of a missing file: a sentence on what is needed, and where it comes from.
   FileCache(Reader reader, std::string advice)
     : Read(std::move(reader))
     , Advice(std::move(advice))
   {}
 
-  /// The content of the file: what was read last when path, size and modification time of the file are the same.
+  /// Returns the content of the file: what was read last when path, size and modification time of the file are the
+  /// same.
   /// @throws InvalidInput when there is no such file; what the reader throws. Then nothing is held.
   std::shared_ptr<const Content> Get(const std::string& path)
   {
@@ -53,7 +55,7 @@ public:
     return this->Held;
   }
 
-  /// Files read since this object was made.
+  /// Number of files read since this object was made.
   std::int64_t NumberOfLoads() const { return this->Loads; }
 
 private:

@@ -25,7 +25,7 @@ std::int64_t PointsOf(vtkDataObject* data)
   return data ? std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::POINT), 0) : 0;
 }
 
-/// Whether this rank holds anything of the inputs.
+/// True when this rank holds anything of the inputs.
 bool HoldsInput(vtkAlgorithm* self, vtkInformationVector** inputVector)
 {
   std::int64_t points = 0;

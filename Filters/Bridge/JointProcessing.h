@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The frame around RequestData of filters that make one thing of all their inputs together: a comparison, a table.
+/// Frame around RequestData of filters that make one result of all their inputs together: a comparison, a table.
 /// (Filters that work on one dataset after the other: SurfaceBridge.h, BlockBridge.h.)
 #pragma once
 
@@ -24,7 +24,7 @@ using JointWorker = std::function<void(const Progress& progress)>;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and all outputs into empty ones;
 ///  - on several MPI ranks, works where the inputs lie, on the first when all are empty. Inputs on several ranks are an
-///    error on all of them: what can be made of a part is no part of what is made of the whole.
+///    error on all of them, because no part of the result can be made of a part of the inputs.
 /// @return 0 after an error, else 1. An abort is no failure: the outputs are empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessJointly(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const JointWorker& worker);

@@ -11,8 +11,9 @@
 namespace surfsynth
 {
 
-/// The numbers of @p text, which are at least 0 and stand between blanks and commas: "0 2, 3".
-/// @param property whose value the text is, for messages. @throws InvalidInput naming what is no such number.
+/// Reads the numbers of @p text, which are at least 0 and stand between blanks and commas: "0 2, 3".
+/// @param property name of the property with this text, for messages.
+/// @throws InvalidInput naming the property and the first word that is no such number.
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<int> ReadLevelList(const std::string& text, const std::string& property);
 
 } // namespace surfsynth

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a network takes beside the mesh: conditions and, in place of the positions, a signal; from VTK's arrays.
+/// Input of a network beside the mesh, from VTK's arrays: conditions and, in place of the positions, a signal.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -16,7 +16,7 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// What the user of a filter has set.
+/// Properties of a filter that say where the input comes from.
 struct NetworkInputRequest
 {
   std::vector<double> Conditions; ///< the same for all points
@@ -24,9 +24,9 @@ struct NetworkInputRequest
   std::string SignalArrayName;    ///< point array; "" for the positions
 };
 
-/// The input of @p model on the used points of @p surface.
-/// @param normalisation from the caller's coordinates to the network's: the signal of a gradient-domain head is a set
-/// of positions and goes through it.
+/// Makes the input of @p model on the used points of @p surface.
+/// @param normalisation step from the caller's coordinates to the network's: the signal of a gradient-domain head is a
+/// set of positions and goes through it.
 /// @throws InvalidInput, in terms of the filter's properties, when the model takes another number of conditions or
 /// channels, an array is missing or has another shape, or a number is not finite.
 VTKSURFACESYNTHESISBRIDGE_EXPORT PoissonNetInput MakeNetworkInput(const PoissonNetModel& model,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Arrays for what filters compute.
+/// Arrays for the results of filters.
 #pragma once
 
 #include <vtkSmartPointer.h>
@@ -13,7 +13,7 @@
 namespace surfsynth
 {
 
-/// An array of zeros that fails with bad_alloc when there is no memory for it, which VTK's own allocation need not.
+/// Makes an array of zeros. @throws std::bad_alloc when there is no memory for it, which VTK's own allocation need not.
 template <typename Array>
 vtkSmartPointer<Array> NewArray(const std::string& name, vtkIdType tuples, int components)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The arrays that filters on random fields add. Private to the module.
+/// Arrays that filters on random fields add.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -18,11 +18,11 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// An uninitialised array. @throws std::bad_alloc, which vtkDoubleArray's own allocation need not.
+/// Makes an uninitialised array. @throws std::bad_alloc, which vtkDoubleArray's own allocation need not.
 VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDoubleArray> NewNoiseArray(
   const std::string& name, vtkIdType tuples, int components);
 
-/// The name of a sample's array: @p name, or name_sample where there are several samples.
+/// Name of a sample's array: @p name, or name_sample where there are several samples.
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
   const std::string& name, int numberOfSamples, std::uint32_t sample);
 

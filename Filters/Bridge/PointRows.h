@@ -20,15 +20,16 @@ namespace surfsynth
 /// A point array that a property of a filter names.
 struct NamedPointArray
 {
-  std::string Name;
-  std::string Property; ///< for messages
+  std::string Name;     ///< of the array
+  std::string Property; ///< name of the property, for messages
 };
 
+/// Tuples as rows.
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The tuples of a point array of @p surface at the used points, [V, components].
-/// @throws InvalidInput, naming array and property, when it is not there, has other than @p components components or not a
-/// tuple for each point, or is not finite in single precision, which is what the networks compute in.
+/// Reads the tuples of a point array of @p surface at the used points, [V, components] float64.
+/// @throws InvalidInput, naming array and property, when it is not there, has other than @p components components or
+/// not a tuple for each point, or is not finite in single precision, which is what the networks compute in.
 VTKSURFACESYNTHESISBRIDGE_EXPORT PointRows ReadPointRows(
   vtkPolyData* surface, const UsedPoints& points, const NamedPointArray& array, std::int64_t components);
 

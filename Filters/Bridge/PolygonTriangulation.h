@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Polygons into triangles. Private to the bridge.
+/// Triangulation of polygons. Private to the bridge.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"

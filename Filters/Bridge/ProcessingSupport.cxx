@@ -22,7 +22,8 @@ namespace surfsynth
 
 namespace
 {
-/// Whether the user asked to stop: vtkAlgorithm::CheckAbort() where VTK has it (9.3 and ParaView 5.11), else the flag.
+/// True when the user asked to stop: vtkAlgorithm::CheckAbort() where VTK has it (9.3 and ParaView 5.11), else the
+/// flag.
 template <typename Algorithm>
 auto AbortRequested(Algorithm* self, int) -> decltype(static_cast<bool>(self->CheckAbort()))
 {

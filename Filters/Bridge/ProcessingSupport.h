@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the frames around RequestData have in common. Private to the bridge.
+/// Parts that the frames around RequestData share. Private to the bridge.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -22,15 +22,15 @@ namespace surfsynth
 
 class Ranks;
 
-/// The progress of one call of a filter's RequestData: what core calls report goes to UpdateProgress(), never backwards,
-/// and what the user asks of the filter, to stop, goes to them.
+/// Progress of one call of a filter's RequestData: reports of core calls go to UpdateProgress(), never backwards, and
+/// the user's request to stop goes to them.
 class PipelineProgress
 {
 public:
   explicit PipelineProgress(vtkAlgorithm* self)
     : Self(self)
   {}
-  /// The callback that covers [@p begin, @p end] of the filter's progress; it must not outlive this object.
+  /// Returns the callback that covers [@p begin, @p end] of the filter's progress; it must not outlive this object.
   Progress Within(double begin, double end);
 
 private:
@@ -38,25 +38,25 @@ private:
   double Done = 0.0;
 };
 
-/// "" for a dataset by itself, whose @p flatIndex is 0, "Block 3" for one in a composite dataset.
+/// Name of a dataset in messages: "" for one by itself, whose @p flatIndex is 0, "Block 3" in a composite dataset.
 std::string BlockName(unsigned int flatIndex);
 
 /// Reports one error of @p self: @p text, after @p where when that is not empty.
 void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
 
-/// The text of what went wrong in @p work on @p input, which may be null; empty when nothing did.
+/// Calls @p work on @p input, which may be null, and returns the text of what went wrong; empty when nothing did.
 /// @throws Cancelled
 std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
 
-/// Calls @p work with as many threads for the core as vtkSMPTools uses, and turns what it throws into one error event or,
-/// when it was cancelled, into an empty output that the next update makes again.
+/// Calls @p work with as many threads for the core as vtkSMPTools uses, and turns what it throws into one error event
+/// or, when it was cancelled, into an empty output that the next update makes again.
 /// @return what RequestData returns: 1 when @p work returned true or was cancelled, else 0.
 int RunGuarded(vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work);
 
 /// Throws Cancelled on every rank when @p cancelled is true on one. Collective.
 void CancelTogether(const Ranks& ranks, bool cancelled);
 
-/// For each leaf of the tree, in order, whether several ranks hold something of it; @p sizes says how much this rank
+/// Finds the leaves of the tree, in order, of which several ranks hold something; @p sizes says how much this rank
 /// does. Collective. Empty, and an error on every rank, when the trees differ from rank to rank.
 std::vector<bool> SharedLeaves(
   vtkAlgorithm* self, const Ranks& ranks, vtkDataObjectTree* tree, const std::vector<std::int64_t>& sizes);

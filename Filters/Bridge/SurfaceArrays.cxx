@@ -101,7 +101,7 @@ void InterpolateTuple(vtkDataArray* old, const TriangleMesh& mesh, const Surface
   }
 }
 
-/// Whether two tuples of the arrays that are carried over agree.
+/// Comparison of two tuples of the arrays that are carried over.
 class TupleComparison
 {
 public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Carrying geometry and attributes between VTK's datasets and new meshes.
+/// Transfer of geometry and attributes between VTK's datasets and new meshes.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -22,7 +22,7 @@ namespace surfsynth
 /// Replaces the geometry of @p output by @p mesh; its arrays go. Points are stored in double or single precision.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void SetGeometry(vtkPolyData* output, const TriangleMesh& mesh, bool doublePrecision);
 
-/// True when the points of @p surface are stored in double precision, and those of what is made of it should be.
+/// True when the points of @p surface are stored in double precision, as those of its result should then be.
 VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
 
 /// Removes the normals of @p surface, which mean nothing once its points have moved: the active ones and arrays named
@@ -39,7 +39,7 @@ public:
   NearestPlaces(const NearestPlaces&) = delete;
   NearestPlaces& operator=(const NearestPlaces&) = delete;
 
-  /// The place that is nearest to each point, in parallel.
+  /// Returns the place that is nearest to each point of @p points, [N, 3], in parallel.
   std::vector<SurfacePlace> Find(const PointMatrix& points) const;
 
 private:
@@ -47,15 +47,15 @@ private:
   std::unique_ptr<Internals> Impl;
 };
 
-/// The same in one call: a PlaceFinder.
+/// Does the same in one call: a PlaceFinder.
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<SurfacePlace> FindNearestPlaces(
   const TriangleMesh& mesh, const PointMatrix& points);
 
 /// Fills @p target, one tuple for each place, with the point arrays @p source interpolated on @p mesh: floating-point
 /// arrays linearly, normals then scaled to unit length; integers and text, which are labels, from the nearest corner.
-/// Arrays that only mean something on the old mesh (global and pedigree ids, ghost flags) are left out, and so are those
-/// too short for the mesh. Which arrays
-/// are the active scalars, vectors, normals, texture coordinates and tensors stays.
+/// Arrays that only mean something on the old mesh (global and pedigree ids, ghost flags) are left out, and so are
+/// those too short for the mesh. The active scalars, vectors, normals, texture coordinates and tensors stay the active
+/// ones.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void InterpolateArrays(vtkDataSetAttributes* source, const TriangleMesh& mesh,
   const std::vector<SurfacePlace>& places, vtkDataSetAttributes* target);
 
@@ -63,10 +63,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT void InterpolateArrays(vtkDataSetAttributes* so
 VTKSURFACESYNTHESISBRIDGE_EXPORT void PickArrays(
   vtkDataSetAttributes* source, const std::vector<std::int64_t>& ids, vtkDataSetAttributes* target);
 
-/// [V] a class for each point of @p surface, whose coordinates are @p points: two points are in one class when they have
-/// the same coordinates and, in all point arrays that InterpolateArrays() carries over, the same values up to a millionth
-/// of the array's range. Points of equal coordinates in different classes lie at a seam, for instance of texture
-/// coordinates. A class is named by its lowest point.
+/// Returns a class for each point of @p surface, [V], whose coordinates are @p points, [V, 3]: two points are in one
+/// class when they have the same coordinates and, in all point arrays that InterpolateArrays() carries over, the same
+/// values up to a millionth of the array's range. Points of equal coordinates in different classes lie at a seam, for
+/// instance of texture coordinates. A class is named by its lowest point.
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<Index> AttributeClasses(vtkPolyData* surface, const PointMatrix& points);
 
 } // namespace surfsynth

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Between VTK's data objects and the library's own types: the only place that converts one into the other, and the
-/// frame around RequestData that every filter on surfaces shares.
+/// Conversion between VTK's data objects and the library's own types, which happens here only, and the frame around
+/// RequestData that all filters on surfaces share.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
+
+#include "OutputSeries.h"
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshCheck.h"
@@ -26,15 +28,15 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// Which part of the work on a surface falls to this rank: where that is many independent things, such as the samples
-/// of an ensemble, those with index k for which k % Count == Index.
+/// Part of the work on a surface that falls to this rank: of many independent things, such as the samples of an
+/// ensemble, those with index k for which k % Count == Index.
 struct SurfacePart
 {
-  int Index = 0;
-  int Count = 1;
+  int Index = 0; ///< in [0, Count)
+  int Count = 1; ///< number of ranks that work on the surface
 };
 
-/// A surface as the core sees it.
+/// Surface as the core sees it.
 struct Surface
 {
   TriangleMesh Mesh; ///< all points of the input in their order (float64), its polygons and strips as triangles
@@ -51,6 +53,20 @@ struct Surface
 
   /// Cell id of triangle @p f.
   std::int64_t Cell(std::int64_t f) const { return this->CellOfTriangle.empty() ? f : this->CellOfTriangle[f]; }
+
+  /// ContentHash() of Mesh, by which caches know it: computed at the first call and kept, so that all caches together
+  /// hash a mesh once for each update. Mesh must not change afterwards. To be called on one thread.
+  std::uint64_t MeshHash() const
+  {
+    if (!this->KnownHash)
+    {
+      this->KnownHash = ContentHash(this->Mesh);
+    }
+    return *this->KnownHash;
+  }
+
+private:
+  mutable std::optional<std::uint64_t> KnownHash;
 };
 
 /// Converts @p input and checks it: triangles are taken as they are, polygons are triangulated by ear cutting, strips
@@ -61,19 +77,38 @@ struct Surface
 /// triangulated, or the triangles do not meet @p requirements.
 VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ToSurface(vtkPolyData* input, const MeshRequirements& requirements);
 
-/// The two halves of ToSurface(): the conversion, after which ids are in range and polygons are triangles, ...
+/// Converts only, the first half of ToSurface(): ids are then in range and polygons are triangles. Throws what
+/// ToSurface() throws.
 VTKSURFACESYNTHESISBRIDGE_EXPORT Surface ConvertSurface(vtkPolyData* input);
-/// ... and the check, which fills surface.Topology. Both throw what ToSurface() throws.
+/// Checks only, the second half of ToSurface(), and fills surface.Topology. Throws what ToSurface() throws.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void CheckSurface(Surface& surface, const MeshRequirements& requirements);
 
-/// The points of @p input in double precision.
+/// Returns the points of @p input in double precision, [V, 3].
 /// @throws InvalidInput when there are more than 2^31 - 1, or they do not have three coordinates.
 VTKSURFACESYNTHESISBRIDGE_EXPORT PointMatrix ConvertPoints(vtkPolyData* input);
 
-/// What a filter does with one surface: fills @p output, which already holds a shallow copy of the input.
+/// Work of a filter on one surface: fills @p output, which already holds a shallow copy of the input.
 using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
 
-/// True for a converted surface that the filter knows to be sound, because it still holds what it made of the same mesh.
+/// Work of a filter with several outputs on one surface. @p outputs holds a shallow copy of the input for each output
+/// of the series; those with an index k for which k % surface.Part.Count == surface.Part.Index are to be filled.
+using SurfaceSeriesWorker =
+  std::function<void(const Surface& surface, const std::vector<vtkPolyData*>& outputs, const Progress& progress)>;
+
+/// Last work on one output of one surface, after the work of all ranks: what depends on cells, moves points or chooses
+/// the active arrays.
+using OutputFinisher = std::function<void(vtkPolyData* output)>;
+
+/// Several outputs of each surface.
+struct SurfaceSeries
+{
+  OutputSeries Outputs;       ///< numbers and names
+  SurfaceSeriesWorker Worker; ///< adds point arrays
+  OutputFinisher Finish;      ///< called for each output of a surface that holds what the worker has added
+};
+
+/// True for a converted surface that is known to be valid, because the filter still holds what it made of the same
+/// mesh.
 using ValidSurface = std::function<bool(const Surface& surface)>;
 
 /// Accepts vtkPolyData and vtkDataObjectTree on the port; for FillInputPortInformation.
@@ -85,16 +120,22 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
 ///  - leaves empty input empty, without an error;
-///  - on several MPI ranks, works on blocks where they lie, gathers a surface of which several ranks hold pieces, shares
-///    its @p parts (independent things to make, each one point array, in order) among the ranks, hands the new point
-///    arrays and the field data back to the pieces, and reports an error on all ranks. New cell arrays are an error
-///    there; the arrays of pieces are not gathered. What has one part is worked on where a surface lies whole. Points of different pieces are the same when their
-///    global ids are, or else their coordinates; with global ids of points and cells the result has the same bits as
-///    on one rank.
+///  - on several MPI ranks, works on blocks where they lie, gathers a surface of which several ranks hold pieces,
+///    shares its @p parts (independent things to make, each one point array, in order) among the ranks, hands the new
+///    point arrays and the field data back to the pieces, and reports an error on all ranks. New cell arrays are an
+///    error there; the arrays of pieces are not gathered. Work of one part is done where a surface lies whole. Points
+///    of different pieces are the same when their global ids are, or else their coordinates; with global ids of points
+///    and cells the result has the same bits as on one rank.
 /// @return 0 when a polydata input failed, else 1: in a composite input a failed block is reported and left empty, and
 /// the others are kept. An abort is no failure: the output is empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
   const ValidSurface& isKnownValid = {}, int parts = 1);
+
+/// The same for a filter that makes several outputs of each surface, which are arranged as OutputSeries says. On
+/// several MPI ranks the parts that ranks share are the outputs.
+VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
+  vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceSeries& series,
+  const ValidSurface& isKnownValid = {});
 
 } // namespace surfsynth

@@ -23,7 +23,7 @@ namespace
 {
 constexpr std::int64_t Grain = 8192;
 
-/// How many ids of a range have a property, and the lowest of them.
+/// Number of ids of a range with a property, and the lowest of them.
 struct Finding
 {
   std::int64_t Count = 0;

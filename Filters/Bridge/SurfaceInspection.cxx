@@ -81,7 +81,7 @@ private:
     this->Surface.Polygons += size > 4 ? 1 : 0;
   }
 
-  /// Whether the cell can be looked at at all; counts the fault when not.
+  /// True when the cell can be read; else counts its fault.
   template <typename Id>
   bool IsReadable(std::int64_t cell, const Id* ids, std::int64_t size)
   {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The conversion of a surface that may be broken in any way: unlike ConvertSurface() it never throws because of the
-/// surface, but tells what it had to leave out.
+/// Conversion of a surface that may be broken in any way: unlike ConvertSurface() it does not throw because of a
+/// defect, but counts what it left out.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -16,24 +16,25 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// How many cells have a fault, and the first of them.
+/// Number of cells with a fault, and the first of them.
 struct CellFault
 {
   std::int64_t Count = 0;
-  std::int64_t First = -1;
+  std::int64_t First = -1; ///< id of the cell; -1 when there is none
 
+  /// Counts @p cell; cells are to be added in ascending order.
   void Add(std::int64_t cell) { this->First = this->Count++ == 0 ? cell : this->First; }
 };
 
-/// What could be read of a surface.
+/// Readable part of a surface, and the faults of the rest.
 struct InspectedSurface
 {
   /// All points (none when they have not three coordinates each), and the triangles of every polygon and strip that is
   /// not counted as a fault below. Ids are in range; triangles may still repeat a point, have no area, and so on.
   TriangleMesh Mesh;
   std::vector<std::int64_t> CellOfTriangle; ///< [F]
-  std::int64_t Points = 0;
-  int PointComponents = 3;
+  std::int64_t Points = 0;                  ///< number of tuples of the coordinates
+  int PointComponents = 3;                  ///< number of coordinates of each point
 
   std::int64_t Vertices = 0; ///< cells
   std::int64_t Lines = 0;
@@ -50,6 +51,8 @@ struct InspectedSurface
   CellFault IgnoredCells;  ///< vertices and lines with one of the first two faults; filters on surfaces ignore them
 };
 
+/// Reads @p input, which is not null, as far as it can be read. Points that are not finite and degenerate triangles are
+/// taken over. @throws InvalidInput when there are more than 2^31 - 1 points.
 VTKSURFACESYNTHESISBRIDGE_EXPORT InspectedSurface InspectSurface(vtkPolyData* input);
 
 } // namespace surfsynth

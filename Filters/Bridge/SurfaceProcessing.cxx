@@ -27,35 +27,50 @@ namespace
 {
 vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
 
+/// Results of one surface, one for each output of the series.
+using PolyDataList = std::vector<vtkSmartPointer<vtkPolyData>>;
+/// The output of each series as a whole: a surface, or a tree of surfaces.
+using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
+
+PolyDataList NewSurfaces(std::size_t count)
+{
+  PolyDataList surfaces;
+  for (std::size_t k = 0; k < count; ++k)
+  {
+    surfaces.push_back(vtkSmartPointer<vtkPolyData>::New());
+  }
+  return surfaces;
+}
+
 /// One call of a filter's RequestData.
 class Processing
 {
 public:
-  Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceWorker& worker,
+  Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceSeries& series,
     const ValidSurface& isKnownValid, int parts)
     : Steps(self)
     , Self(self)
     , Requirements(requirements)
-    , Worker(worker)
+    , Series(series)
     , IsKnownValid(isKnownValid)
     , Parts(parts)
   {}
 
   PipelineProgress Steps;
 
-  /// Fills @p output from @p input; after an error, which is reported here, it is empty.
+  /// Fills @p outputs from @p input; after an error, which is reported here, they are empty.
   /// @return false after an error.
   /// @throws Cancelled
-  bool Polygons(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
+  bool Polygons(vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
   {
-    const std::string error = Attempt(input, [&] { this->Work(input, output, flatIndex, { 0, 1 }, progress); });
-    return this->Conclude(error, flatIndex, output);
+    const std::string error = Attempt(input, [&] { this->WorkAndFinish(input, outputs, flatIndex, progress); });
+    return this->Conclude(error, flatIndex, outputs);
   }
 
-  /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked on
-  /// by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
-  bool DistributedPolygons(
-    const Ranks& ranks, vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const Progress& progress) const
+  /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked
+  /// on by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
+  bool DistributedPolygons(const Ranks& ranks, vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex,
+    const Progress& progress) const
   {
     // A piece that is broken in itself is not sent around.
     const auto convert = [&] {
@@ -69,20 +84,20 @@ public:
     error = ranks.FirstText(error.empty() || !several ? error : "Rank " + std::to_string(ranks.Rank()) + ": " + error);
     if (!error.empty())
     {
-      return this->Conclude(error, flatIndex, output);
+      return this->Conclude(error, flatIndex, outputs);
     }
     const GatheredSurface gathered = GatherPieces(ranks, input);
     if (gathered.Owners == 0)
     {
-      return this->Polygons(input, output, flatIndex, progress);
+      return this->Polygons(input, outputs, flatIndex, progress);
     }
-    return this->Conclude(this->WorkTogether(ranks, gathered, input, output, flatIndex, progress), flatIndex, output);
+    return this->Conclude(this->WorkTogether(ranks, gathered, input, outputs, flatIndex, progress), flatIndex, outputs);
   }
 
-  /// Fills @p output, which has the structure of @p input, block by block.
+  /// Fills @p outputs, trees with the structure of @p input, block by block.
   /// @throws Cancelled
   void Blocks(
-    vtkDataObjectTree* input, vtkDataObjectTree* output, const std::function<bool(std::size_t leaf)>& isWanted = {})
+    vtkDataObjectTree* input, const OutputList& outputs, const std::function<bool(std::size_t leaf)>& isWanted = {})
   {
     double cells = 0.0;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
@@ -102,18 +117,18 @@ public:
       }
       const double before = done / cells;
       done += Weight(block);
-      vtkNew<vtkPolyData> result;
+      const PolyDataList results = NewSurfaces(outputs.size());
       const Progress progress = this->Steps.Within(before, done / cells);
       RepeatsGlobalIds(block)
-        ? this->DistributedPolygons(Ranks(nullptr), block, result, place->GetCurrentFlatIndex(), progress)
-        : this->Polygons(block, result, place->GetCurrentFlatIndex(), progress);
-      output->SetDataSet(place, result);
+        ? this->DistributedPolygons(Ranks(nullptr), block, results, place->GetCurrentFlatIndex(), progress)
+        : this->Polygons(block, results, place->GetCurrentFlatIndex(), progress);
+      SetLeaves(place, results, outputs);
     });
   }
 
   /// The same when each rank holds some of the blocks, or pieces of blocks. Blocks that lie on one rank are worked on
   /// there; the others are gathered one after the other. Collective.
-  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, vtkDataObjectTree* output)
+  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, const OutputList& outputs)
   {
     std::vector<std::int64_t> cells;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) {
@@ -127,7 +142,7 @@ public:
     bool cancelled = false;
     try
     {
-      this->Blocks(input, output, [&](std::size_t leaf) { return !shared[leaf]; });
+      this->Blocks(input, outputs, [&](std::size_t leaf) { return !shared[leaf]; });
     }
     catch (const Cancelled&)
     {
@@ -139,12 +154,12 @@ public:
       if (shared[leaf++])
       {
         vtkNew<vtkPolyData> empty;
-        vtkNew<vtkPolyData> result;
+        const PolyDataList results = NewSurfaces(outputs.size());
         this->DistributedPolygons(
-          ranks, block ? block : empty.Get(), result, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
+          ranks, block ? block : empty.Get(), results, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
         if (block)
         {
-          output->SetDataSet(place, result);
+          SetLeaves(place, results, outputs);
         }
       }
     });
@@ -162,15 +177,28 @@ private:
     });
   }
 
+  /// Puts the results of one surface into the trees of the outputs.
+  static void SetLeaves(vtkDataObjectTreeIterator* place, const PolyDataList& results, const OutputList& outputs)
+  {
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+    {
+      vtkDataObjectTree::SafeDownCast(outputs[k])->SetDataSet(place, results[k]);
+    }
+  }
+
   /// Converts, checks and works on one surface.
-  void Work(vtkPolyData* input, vtkPolyData* output, unsigned int flatIndex, const SurfacePart& part,
+  /// @return false for an empty surface, on which there is nothing to work.
+  bool Work(vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const SurfacePart& part,
     const Progress& progress) const
   {
     Report(progress, 0.0);
-    output->ShallowCopy(input);
+    for (const auto& output : outputs)
+    {
+      output->ShallowCopy(input);
+    }
     if (input->GetNumberOfPoints() == 0 && Cells(input) == 0)
     {
-      return;
+      return false;
     }
     Surface surface = ConvertSurface(input);
     surface.FlatIndex = flatIndex;
@@ -180,26 +208,49 @@ private:
     {
       CheckSurface(surface, this->Requirements);
     }
-    this->Worker(surface, output, progress);
+    this->Series.Worker(surface, { outputs.begin(), outputs.end() }, progress);
+    return true;
+  }
+
+  void Finish(const PolyDataList& outputs) const
+  {
+    if (this->Series.Finish)
+    {
+      std::for_each(outputs.begin(), outputs.end(), this->Series.Finish);
+    }
+  }
+
+  /// All work on a surface that lies on this rank.
+  void WorkAndFinish(
+    vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
+  {
+    if (this->Work(input, outputs, flatIndex, { 0, 1 }, progress))
+    {
+      this->Finish(outputs);
+    }
   }
 
   /// Work on a gathered surface, by as many ranks as there are parts; by the one that holds all of it when there is one
   /// part. Collective.
   /// @return the text of what went wrong on some rank; empty when nothing did.
-  std::string WorkTogether(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* input, vtkPolyData* output,
-    unsigned int flatIndex, const Progress& progress) const
+  std::string WorkTogether(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* input,
+    const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
   {
     const int workers = std::max(1, std::min(this->Parts, ranks.Count()));
     const bool inPlace = workers == 1 && gathered.TakenFrom >= 0;
     const bool works = inPlace ? ranks.Rank() == gathered.TakenFrom : ranks.Rank() < workers;
-    vtkNew<vtkPolyData> whole;
+    const PolyDataList wholes = NewSurfaces(outputs.size());
     bool cancelled = false;
     const auto work = [&] {
       try
       {
-        inPlace ? this->Work(input, output, flatIndex, { 0, 1 }, progress)
-                : this->Work(gathered.Whole, whole, flatIndex, { ranks.Rank(), workers }, progress);
-        RefuseCellArrays(whole);
+        if (inPlace)
+        {
+          this->WorkAndFinish(input, outputs, flatIndex, progress);
+          return;
+        }
+        this->Work(gathered.Whole, wholes, flatIndex, { ranks.Rank(), workers }, progress);
+        std::for_each(wholes.begin(), wholes.end(), RefuseCellArrays);
       }
       catch (const Cancelled&)
       {
@@ -209,27 +260,43 @@ private:
     std::string error = works ? Attempt(inPlace ? input : gathered.Whole.Get(), work) : std::string();
     CancelTogether(ranks, cancelled);
     error = ranks.FirstText(error);
-    if (error.empty() && inPlace && !works)
+    if (!error.empty() || (inPlace && works))
+    {
+      return error;
+    }
+    for (const auto& output : outputs)
     {
       output->ShallowCopy(input);
     }
-    if (error.empty() && !inPlace)
-    {
-      output->ShallowCopy(input);
-      HandBack(ranks, gathered, whole, output);
-    }
-    return error;
+    return inPlace ? error : this->HandBackAll(ranks, gathered, wholes, outputs);
   }
 
-  /// Reports @p error, if there is one, and then empties @p output.
-  bool Conclude(const std::string& error, unsigned int flatIndex, vtkPolyData* output) const
+  /// Gives each rank its part of what the workers have made of the whole surface, and finishes it. Collective.
+  /// @return the text of what went wrong on some rank.
+  std::string HandBackAll(
+    const Ranks& ranks, const GatheredSurface& gathered, const PolyDataList& wholes, const PolyDataList& outputs) const
+  {
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+    {
+      const int owner = static_cast<int>(k) % std::max(1, std::min(this->Parts, ranks.Count()));
+      this->HandBack(ranks, gathered, wholes[k], owner, outputs[k]);
+    }
+    const bool finishes = HasPiece(gathered, outputs.front());
+    return ranks.FirstText(finishes ? Attempt(outputs.front(), [&] { this->Finish(outputs); }) : std::string());
+  }
+
+  /// Reports @p error, if there is one, and then empties @p outputs.
+  bool Conclude(const std::string& error, unsigned int flatIndex, const PolyDataList& outputs) const
   {
     if (error.empty())
     {
       return true;
     }
     this->Fail(error, BlockName(flatIndex));
-    output->Initialize();
+    for (const auto& output : outputs)
+    {
+      output->Initialize();
+    }
     return false;
   }
 
@@ -244,22 +311,29 @@ private:
     }
   }
 
+  /// True when the points of @p output are those of this rank's piece.
+  static bool HasPiece(const GatheredSurface& gathered, vtkPolyData* output)
+  {
+    return static_cast<vtkIdType>(gathered.WholeOfLocal.size()) == output->GetNumberOfPoints();
+  }
+
   /// Gives each rank its part of the point arrays that the workers have added to @p whole, part by part, and the field
-  /// data that the first one has.
-  static void HandBack(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, vtkPolyData* output)
+  /// data that @p owner has.
+  void HandBack(
+    const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* whole, int owner, vtkPolyData* output) const
   {
     std::vector<vtkDataArray*> made;
     for (int k = 0; k < whole->GetPointData()->GetNumberOfArrays(); ++k)
     {
       vtkDataArray* array = whole->GetPointData()->GetArray(k);
-      if (array && !gathered.Whole->GetPointData()->HasArray(array->GetName()))
+      if (array && gathered.Whole->GetPointData()->GetArray(array->GetName()) != array)
       {
         made.push_back(array);
       }
     }
     const auto counts = ranks.Gather({ static_cast<std::int64_t>(made.size()) });
     const std::int64_t most = (*std::max_element(counts.begin(), counts.end()))[0];
-    const bool hasPiece = static_cast<vtkIdType>(gathered.WholeOfLocal.size()) == output->GetNumberOfPoints();
+    const bool hasPiece = HasPiece(gathered, output);
     for (std::int64_t k = 0; k < most; ++k)
     {
       for (int rank = 0; rank < ranks.Count(); ++rank)
@@ -273,21 +347,21 @@ private:
     }
     vtkNew<vtkPolyData> fields;
     fields->GetFieldData()->ShallowCopy(whole->GetFieldData());
-    ranks.Broadcast(fields, 0);
+    ranks.Broadcast(fields, owner);
     for (int k = 0; k < fields->GetFieldData()->GetNumberOfArrays(); ++k)
     {
       output->GetFieldData()->AddArray(fields->GetFieldData()->GetAbstractArray(k));
     }
   }
 
-  static void AddToPiece(const GatheredSurface& gathered, vtkDataArray* array, vtkPolyData* piece)
+  void AddToPiece(const GatheredSurface& gathered, vtkDataArray* array, vtkPolyData* piece) const
   {
     if (!piece)
     {
       return;
     }
     piece->GetPointData()->AddArray(TakeLocal(gathered, array));
-    if (!piece->GetPointData()->GetScalars())
+    if (!this->Series.Finish && !piece->GetPointData()->GetScalars()) // else the active arrays are for it to choose
     {
       piece->GetPointData()->SetActiveScalars(array->GetName());
     }
@@ -297,36 +371,49 @@ private:
 
   vtkAlgorithm* Self;
   const MeshRequirements& Requirements;
-  const SurfaceWorker& Worker;
+  const SurfaceSeries& Series;
   const ValidSurface& IsKnownValid;
   int Parts;
 };
 
 /// Throws Cancelled; reports inputs of another type.
-bool Process(Processing& processing, vtkAlgorithm* self, vtkDataObject* input, vtkDataObject* output)
+bool Process(
+  Processing& processing, vtkAlgorithm* self, const OutputSeries& series, vtkDataObject* input, vtkDataObject* output)
 {
   vtkMultiProcessController* several = Ranks::Several();
   if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
   {
-    auto* outputTree = vtkDataObjectTree::SafeDownCast(output);
-    outputTree->CopyStructure(tree);
-    outputTree->GetFieldData()->ShallowCopy(tree->GetFieldData());
-    several ? processing.DistributedBlocks(Ranks(several), tree, outputTree) : processing.Blocks(tree, outputTree);
+    const OutputList outputs = MakeOutputs(tree, series, "vtkPolyData", output);
+    several ? processing.DistributedBlocks(Ranks(several), tree, outputs) : processing.Blocks(tree, outputs);
     return true;
   }
   if (auto* polygons = vtkPolyData::SafeDownCast(input))
   {
-    auto* result = vtkPolyData::SafeDownCast(output);
+    PolyDataList results;
+    for (const auto& made : MakeOutputs(polygons, series, "vtkPolyData", output))
+    {
+      results.push_back(vtkPolyData::SafeDownCast(made));
+    }
     const Progress progress = processing.Steps.Within(0.0, 1.0);
     return several || RepeatsGlobalIds(polygons)
-      ? processing.DistributedPolygons(Ranks(several), polygons, result, 0, progress)
-      : processing.Polygons(polygons, result, 0, progress);
+      ? processing.DistributedPolygons(Ranks(several), polygons, results, 0, progress)
+      : processing.Polygons(polygons, results, 0, progress);
   }
   vtkErrorWithObjectMacro(self, << "The input is "
                                 << (input ? std::string("a ") + input->GetClassName() : std::string("missing"))
                                 << "; a vtkPolyData or a composite dataset of them is needed, and "
                                    "vtkDataSetSurfaceFilter extracts a surface.");
   return false;
+}
+
+int ProcessParts(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
+  const MeshRequirements& requirements, const SurfaceSeries& series, const ValidSurface& isKnownValid, int parts)
+{
+  return RunGuarded(self, outputVector, [&] {
+    Processing processing(self, requirements, series, isKnownValid, parts);
+    return Process(
+      processing, self, series.Outputs, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
+  });
 }
 } // namespace
 
@@ -341,10 +428,16 @@ int AcceptSurfaces(vtkInformation* info)
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
   const MeshRequirements& requirements, const SurfaceWorker& worker, const ValidSurface& isKnownValid, int parts)
 {
-  return RunGuarded(self, outputVector, [&] {
-    Processing processing(self, requirements, worker, isKnownValid, parts);
-    return Process(processing, self, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
-  });
+  SurfaceSeries single;
+  single.Worker = [&worker](const Surface& surface, const std::vector<vtkPolyData*>& outputs,
+                    const Progress& progress) { worker(surface, outputs.front(), progress); };
+  return ProcessParts(self, inputVector, outputVector, requirements, single, isKnownValid, parts);
+}
+
+int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
+  const MeshRequirements& requirements, const SurfaceSeries& series, const ValidSurface& isKnownValid)
+{
+  return ProcessParts(self, inputVector, outputVector, requirements, series, isKnownValid, series.Outputs.Count);
 }
 
 } // namespace surfsynth

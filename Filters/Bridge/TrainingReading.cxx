@@ -53,8 +53,8 @@ vtkSmartPointer<vtkPolyData> CopyOfStructure(vtkPolyData* surface)
   return copy;
 }
 
-/// What to take off positions so that they keep their digits in single precision: nothing near the origin, else about the
-/// middle of the surface, such that the difference is exact. Training does not see where a sample lies.
+/// Offset to take off positions so that they keep their digits in single precision: nothing near the origin, else about
+/// the middle of the surface, such that the difference is exact. Training does not see where a sample lies.
 Eigen::RowVector3d ShiftToOrigin(const TriangleMesh& mesh)
 {
   const Eigen::RowVector3d low = mesh.Points.colwise().minCoeff();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Datasets for training out of VTK's data objects. Private to the module.
+/// Datasets for training out of VTK's data objects.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -22,30 +22,34 @@ namespace surfsynth
 
 struct EnsembleSample;
 
-/// Gathers the samples of one signal on one source surface or several. What it has read is its own: the inputs may change
+/// Reader of the samples of one signal on one source surface or several. It copies what it reads: the inputs may change
 /// between two calls, as those of a time series do.
 class VTKSURFACESYNTHESISBRIDGE_EXPORT TrainingReader
 {
 public:
-  /// @param sources a vtkPolyData, or a composite dataset whose leaves in order are the sources; empty leaves are left out.
-  /// Polygons are triangulated, points that no polygon uses are left out.
+  /// @param sources a vtkPolyData, or a composite dataset whose leaves in order are the sources; empty leaves are left
+  /// out. Polygons are triangulated, points that no polygon uses are left out.
   /// @param arrayName the point array that is the signal; "" for the positions.
-  /// @throws InvalidInput when a leaf is no vtkPolyData, or a surface does not meet FlowMatchingSampler::Requirements().
+  /// @throws InvalidInput when a leaf is no vtkPolyData, or a surface does not meet
+  /// FlowMatchingSampler::Requirements().
   TrainingReader(vtkDataObject* sources, const std::string& arrayName);
 
+  /// Number of surfaces that are not empty.
   std::int64_t NumberOfSources() const { return static_cast<std::int64_t>(this->Sources.size()); }
 
-  /// Adds samples: with one source each surface in @p samples; with several, each surface in the block of @p samples that
-  /// stands in the place of the source. Surfaces without points are left out. With an array name, a surface with no array
-  /// of that name has a sample in each of the arrays <name>_0, <name>_1 and so on.
+  /// Adds samples: with one source each surface in @p samples; with several, each surface in the block of @p samples
+  /// that stands in the place of the source. Surfaces without points are left out. With an array name, a surface with
+  /// no array of that name has a sample in each of the arrays <name>_0, <name>_1 and so on.
   /// @throws InvalidInput naming the first sample with other points or cells than its source, without the array, with
-  /// another number of components than the first, or with a number that is not finite; or when blocks and sources differ
-  /// in number.
+  /// another number of components than the first, or with a number that is not finite; or when blocks and sources
+  /// differ in number.
   void AddSamples(vtkDataObject* samples);
 
+  /// Number of samples of all sources.
   std::int64_t NumberOfSamples() const;
 
-  /// What was read; the reader is empty afterwards. @throws InvalidInput naming the first source without a sample.
+  /// Returns what was read; the reader is empty afterwards. @throws InvalidInput naming the first source without a
+  /// sample.
   SignalDataset Take();
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Surfaces that are too broken for ToSurface(): as much of them as can be used.
+/// Conversion of the usable part of a surface that is too broken for ToSurface().
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -14,11 +14,11 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// The triangles of a polydata that name three different points which exist and are finite, and what was left out.
+/// Triangles of a polydata that name three different points which exist and are finite, and counts of the rest.
 struct UncheckedSurface
 {
-  Surface Usable; ///< all points of the input, NaN and infinite ones set to zero; no triangle uses those
-  ConversionLosses Losses;
+  Surface Usable;          ///< all points of the input, NaN and infinite ones set to zero; no triangle uses those
+  ConversionLosses Losses; ///< what was left out or changed
 };
 
 /// Converts what can be converted of @p input; never fails on cells or coordinates.

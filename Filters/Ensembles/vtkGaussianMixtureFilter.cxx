@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkGaussianMixtureFilter.h"
 
+#include "BlockCache.h"
 #include "NoiseArrays.h"
 #include "SurfaceBridge.h"
 
@@ -15,8 +16,7 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
-#include <iterator>
-#include <map>
+#include <utility>
 #include <vector>
 
 using surfsynth::GaussianMixtures;
@@ -24,7 +24,22 @@ using surfsynth::Surface;
 
 vtkStandardNewMacro(vtkGaussianMixtureFilter);
 
-/// Factored meshes of the last update, and their results.
+namespace
+{
+bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
+{
+  return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
+}
+
+/// The mixtures on one mesh.
+struct PreparedBlock
+{
+  surfsynth::GaussianMixtureOptions Options;
+  std::unique_ptr<GaussianMixtures> Mixtures;
+};
+} // namespace
+
+/// The factored meshes of the last update, and their figures.
 class vtkGaussianMixtureFilter::Internals
 {
 public:
@@ -35,43 +50,24 @@ public:
   void Begin()
   {
     this->StandardDeviation = 0.0;
-    for (auto& block : this->Blocks)
-    {
-      block.second.InUse = false;
-    }
+    this->Blocks.Begin();
   }
 
-  /// Drops the meshes of blocks that are gone or have failed.
-  void DropUnused()
+  /// The mixtures of this block from an earlier update, or null; mesh and options must be the same.
+  const GaussianMixtures* Find(const Surface& surface)
   {
-    for (auto block = this->Blocks.begin(); block != this->Blocks.end();)
-    {
-      block = block->second.InUse ? std::next(block) : this->Blocks.erase(block);
-    }
-  }
-
-  /// Returns true when the mesh of this block is that of an earlier update, with the same options.
-  bool Holds(const Surface& surface)
-  {
-    const auto found = this->Blocks.find(surface.FlatIndex);
-    if (found == this->Blocks.end() || !SameMixtures(found->second.Options, this->Options()) ||
-      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
-    {
-      return false;
-    }
-    found->second.InUse = true;
-    return true;
+    const auto isCurrent = [options = this->Options()](
+                             const PreparedBlock& held) { return SameMixtures(held.Options, options); };
+    const PreparedBlock* found = this->Blocks.Find(surface, isCurrent);
+    return found ? found->Mixtures.get() : nullptr;
   }
 
   void AddMixtures(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     const double factored = 10.0 / (10.0 + 0.1 * this->Self->NumberOfSamples * this->Self->NumberOfCentres);
-    const bool held = this->Holds(surface);
-    if (!held)
-    {
-      this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
-    }
-    const GaussianMixtures& mixtures = *this->Blocks.at(surface.FlatIndex).Mixtures;
+    const GaussianMixtures* held = this->Find(surface);
+    const GaussianMixtures& mixtures = held ? *held
+                                            : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
     std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
     const auto newArray = [&](std::uint32_t sample) {
       arrays.push_back(surfsynth::NewNoiseArray(
@@ -84,23 +80,11 @@ public:
     this->StandardDeviation = mixtures.StandardDeviation();
   }
 
+  surfsynth::BlockCache<PreparedBlock> Blocks;
   double StandardDeviation = 0.0;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  struct CachedBlock
-  {
-    std::uint64_t MeshHash = 0;
-    surfsynth::GaussianMixtureOptions Options;
-    std::unique_ptr<GaussianMixtures> Mixtures;
-    bool InUse = false;
-  };
-
-  static bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
-  {
-    return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
-  }
-
   surfsynth::GaussianMixtureOptions Options() const
   {
     surfsynth::GaussianMixtureOptions options;
@@ -123,20 +107,17 @@ private:
     return request;
   }
 
-  void Build(const Surface& surface, const surfsynth::Progress& progress)
+  const GaussianMixtures& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
-    this->Blocks.erase(surface.FlatIndex); // first, so that two factors are never held for one block
-    CachedBlock block;
-    block.MeshHash = surfsynth::ContentHash(surface.Mesh);
-    block.Options = this->Options();
-    block.InUse = true;
-    block.Mixtures = std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, block.Options, progress);
+    this->Blocks.Drop(surface);
+    PreparedBlock prepared;
+    prepared.Options = this->Options();
+    prepared.Mixtures = std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, prepared.Options, progress);
     ++this->NumberOfFactorizations;
-    this->Blocks.insert_or_assign(surface.FlatIndex, std::move(block));
+    return *this->Blocks.Insert(surface, std::move(prepared)).Mixtures;
   }
 
   vtkGaussianMixtureFilter* Self;
-  std::map<unsigned int, CachedBlock> Blocks; ///< by flat index
 };
 
 vtkGaussianMixtureFilter::vtkGaussianMixtureFilter()
@@ -184,12 +165,12 @@ int vtkGaussianMixtureFilter::RequestData(
   const auto addMixtures = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
     this->Impl->AddMixtures(surface, output, progress);
   };
-  const auto isHeld = [this](const Surface& surface) { return this->Impl->Holds(surface); };
+  const auto isHeld = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
   const int success = surfsynth::ProcessSurfaces(
     this, inputVector, outputVector, surfsynth::MeshRequirements(), addMixtures, isHeld, this->NumberOfSamples);
   if (success && !this->GetAbortExecute())
   {
-    this->Impl->DropUnused();
+    this->Impl->Blocks.DropUnused();
   }
   return success;
 }

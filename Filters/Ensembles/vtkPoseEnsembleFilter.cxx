@@ -2,6 +2,7 @@
 #include "vtkPoseEnsembleFilter.h"
 
 #include "BlockBridge.h"
+#include "BlockCache.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -25,7 +26,7 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
-#include <map>
+#include <utility>
 
 using surfsynth::PointMatrix;
 using surfsynth::PoseHandleOptions;
@@ -49,7 +50,31 @@ surfsynth::MeshRequirements Requirements()
   return requirements;
 }
 
-/// Makes an array of three components from the rows of @p values.
+/// Properties that poses of a block depend on, beside its mesh.
+struct PoseKey
+{
+  std::uint64_t TemplateHash = 0;
+  PoseHandleOptions Handles;
+  PoseOptions Options;
+};
+
+bool Same(const PoseKey& a, const PoseKey& b)
+{
+  return a.TemplateHash == b.TemplateHash && a.Handles.NumberOfHandles == b.Handles.NumberOfHandles &&
+    a.Handles.HandleRadius == b.Handles.HandleRadius && a.Handles.AnchorRadius == b.Handles.AnchorRadius &&
+    a.Handles.PivotPosition == b.Handles.PivotPosition && a.Options.MaximumAngle == b.Options.MaximumAngle &&
+    a.Options.MaximumTwist == b.Options.MaximumTwist && a.Options.NumberOfIterations == b.Options.NumberOfIterations &&
+    a.Options.Stiffness == b.Options.Stiffness;
+}
+
+/// The equations on one mesh.
+struct PreparedBlock
+{
+  PoseKey Key;
+  std::shared_ptr<const SurfacePoses> Poses;
+};
+
+/// An array of three components with the rows of @p values.
 vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
 {
   vtkSmartPointer<vtkDataArray> array;
@@ -83,15 +108,23 @@ public:
   void Begin(vtkPolyData* shape)
   {
     this->Template = shape;
-    this->Last = std::move(this->Current);
-    this->Current.clear();
+    this->ConvertedTemplate.reset();
+    this->Blocks.Begin();
+  }
+
+  /// Ends an update: forgets what it has not used.
+  void End()
+  {
+    this->ConvertedTemplate.reset();
+    this->Blocks.DropUnused();
   }
 
   void MakePoses(const surfsynth::Block& block, const surfsynth::Progress& progress)
   {
     auto* input = vtkPolyData::SafeDownCast(block.Input);
-    const Surface surface = surfsynth::ToSurface(input, Requirements());
-    const SurfacePoses& poses = this->PosesOf(surface, block.FlatIndex, surfsynth::SubProgress(progress, 0.02, 0.1));
+    Surface surface = surfsynth::ToSurface(input, Requirements());
+    surface.FlatIndex = block.FlatIndex;
+    const SurfacePoses& poses = this->PosesOf(surface, surfsynth::SubProgress(progress, 0.02, 0.1));
     surfsynth::PoseRequest request;
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
     request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample);
@@ -105,37 +138,14 @@ public:
     this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
   }
 
+  surfsynth::BlockCache<PreparedBlock> Blocks;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  /// Data that the poses of a block depend on.
-  struct Key
+  PoseKey KeyOf(const Surface& shape) const
   {
-    std::uint64_t MeshHash = 0;
-    std::uint64_t TemplateHash = 0;
-    PoseHandleOptions Handles;
-    PoseOptions Options;
-  };
-  struct CachedPoses
-  {
-    Key Of;
-    std::shared_ptr<const SurfacePoses> Poses;
-  };
-
-  static bool Same(const Key& a, const Key& b)
-  {
-    return a.MeshHash == b.MeshHash && a.TemplateHash == b.TemplateHash &&
-      a.Handles.NumberOfHandles == b.Handles.NumberOfHandles && a.Handles.HandleRadius == b.Handles.HandleRadius &&
-      a.Handles.AnchorRadius == b.Handles.AnchorRadius && a.Handles.PivotPosition == b.Handles.PivotPosition &&
-      a.Options.MaximumAngle == b.Options.MaximumAngle && a.Options.MaximumTwist == b.Options.MaximumTwist &&
-      a.Options.NumberOfIterations == b.Options.NumberOfIterations && a.Options.Stiffness == b.Options.Stiffness;
-  }
-
-  Key KeyOf(const Surface& surface, const Surface& shape) const
-  {
-    Key key;
-    key.MeshHash = surfsynth::ContentHash(surface.Mesh);
-    key.TemplateHash = surfsynth::ContentHash(shape.Mesh);
+    PoseKey key;
+    key.TemplateHash = shape.MeshHash();
     key.Handles.NumberOfHandles = this->Self->NumberOfHandles;
     key.Handles.HandleRadius = this->Self->HandleRadius;
     key.Handles.AnchorRadius = this->Self->AnchorRadius;
@@ -147,35 +157,38 @@ private:
     return key;
   }
 
-  const SurfacePoses& PosesOf(const Surface& surface, unsigned int flatIndex, const surfsynth::Progress& progress)
+  const SurfacePoses& PosesOf(const Surface& surface, const surfsynth::Progress& progress)
   {
+    const std::shared_ptr<const Surface> pattern = this->TemplateSurface();
+    const PoseKey key = this->KeyOf(pattern ? *pattern : surface);
+    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedBlock& found) { return Same(found.Key, key); }))
+    {
+      return *held->Poses;
+    }
+    this->Blocks.Drop(surface);
     // Shared with the work, which outlives this call when it is cancelled.
     const auto mesh = std::make_shared<const Surface>(surface);
-    const auto shape = this->Template ? std::make_shared<const Surface>(this->TemplateSurface()) : mesh;
-    CachedPoses& cached = this->Current[flatIndex];
-    cached.Of = this->KeyOf(*mesh, *shape);
-    const auto last = this->Last.find(flatIndex);
-    if (last != this->Last.end() && last->second.Poses && Same(last->second.Of, cached.Of))
-    {
-      cached.Poses = last->second.Poses;
-      return *cached.Poses;
-    }
+    const auto shape = pattern ? pattern : mesh;
     const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
-    const auto work = [mesh, shape, key = cached.Of, made] {
+    const auto work = [mesh, shape, key, made] {
       const PoseHandles handles(shape->Mesh, *shape->Topology, key.Handles, surfsynth::FindNearestPlaces);
       *made = std::make_shared<const SurfacePoses>(mesh->Mesh, handles, key.Options);
     };
     surfsynth::RunCancellable(work, 0.1 + 2e-5 * mesh->Mesh.NumberOfPoints(), progress);
     ++this->NumberOfFactorizations;
-    cached.Poses = *made;
-    return *cached.Poses;
+    return *this->Blocks.Insert(surface, { key, *made }).Poses;
   }
 
-  Surface TemplateSurface() const
+  /// The template, converted at the first call of an update; null when there is none.
+  std::shared_ptr<const Surface> TemplateSurface()
   {
     try
     {
-      return surfsynth::ToSurface(this->Template, Requirements());
+      if (this->Template && !this->ConvertedTemplate)
+      {
+        this->ConvertedTemplate = std::make_shared<const Surface>(surfsynth::ToSurface(this->Template, Requirements()));
+      }
+      return this->ConvertedTemplate;
     }
     catch (const surfsynth::InvalidInput& error)
     {
@@ -216,8 +229,7 @@ private:
 
   vtkPoseEnsembleFilter* Self;
   vtkPolyData* Template = nullptr;
-  std::map<unsigned int, CachedPoses> Last; ///< by flat index
-  std::map<unsigned int, CachedPoses> Current;
+  std::shared_ptr<const Surface> ConvertedTemplate; ///< of this update
 };
 
 vtkPoseEnsembleFilter::vtkPoseEnsembleFilter()
@@ -276,10 +288,12 @@ int vtkPoseEnsembleFilter::RequestData(
     return 0;
   }
   this->Impl->Begin(vtkPolyData::GetData(inputVector[1]));
-  return surfsynth::ProcessBlocks(
-    this, inputVector, outputVector, Types, [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
-      this->Impl->MakePoses(block, progress);
-    });
+  const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+    this->Impl->MakePoses(block, progress);
+  };
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, makePoses);
+  this->Impl->End();
+  return success;
 }
 
 vtkTypeInt64 vtkPoseEnsembleFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }

@@ -22,6 +22,8 @@ void vtkFlowMatchingDeformer::SetDisplacementArrayName(const char* name)
 
 void vtkFlowMatchingDeformer::SetAreaRatioArrayName(const char* name) { this->SetText(this->AreaRatioArrayName, name); }
 
+std::string vtkFlowMatchingDeformer::GeneratedArrayName() { return this->DisplacementArrayName; }
+
 std::vector<std::pair<std::string, std::string>> vtkFlowMatchingDeformer::OutputArrayNames()
 {
   return { { "InitialNoiseArrayName", this->GetInitialNoiseArrayName() },

@@ -77,6 +77,7 @@ protected:
   ~vtkFlowMatchingDeformer() override;
 
   bool GeneratesDisplacements() const override { return true; }
+  std::string GeneratedArrayName() override;
   std::vector<std::pair<std::string, std::string>> OutputArrayNames() override;
   void AddSample(vtkPolyData* output, vtkDoubleArray* displacement, vtkDoubleArray* noise) override;
 

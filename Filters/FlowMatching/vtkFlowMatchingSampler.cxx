@@ -5,7 +5,6 @@
 #include "FileCache.h"
 #include "FlowSamples.h"
 #include "PointRows.h"
-#include "SampleArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -17,8 +16,6 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkMultiBlockDataSet.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -82,8 +79,9 @@ public:
     this->Blocks.Begin();
   }
 
-  /// Adds all samples of this rank to @p output, and draws those that the last update lacks.
-  void HoldSamples(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  /// Adds the arrays of each sample that falls to this rank to its output, drawing those that are not there from the
+  /// last update.
+  void AddSamples(const Surface& surface, const std::vector<vtkPolyData*>& outputs, const surfsynth::Progress& progress)
   {
     FlowSamples* samples = this->Find(surface);
     const surfsynth::FlowSampleRequest series = this->Request(surface);
@@ -93,19 +91,34 @@ public:
     {
       samples = &this->Build(surface, surfsynth::SubProgress(progress, 0.0, begin));
     }
-    samples->Keep(series, this->GivenNoise(*samples, output), this->Self->FirstSample, this->Self->NumberOfSamples);
+    samples->Keep(
+      series, this->GivenNoise(*samples, outputs.front()), this->Self->FirstSample, this->Self->NumberOfSamples);
     for (int k = surface.Part.Index; k < this->Self->NumberOfSamples; k += surface.Part.Count)
     {
       const double share = (1.0 - begin) / this->Self->NumberOfSamples;
       surfsynth::FlowSampleRequest request = series;
       request.Sample = static_cast<std::uint32_t>(this->Self->FirstSample) + static_cast<std::uint32_t>(k);
       this->Draw(*samples, request, surfsynth::SubProgress(progress, begin + k * share, begin + (k + 1) * share));
-      surfsynth::HoldSample(output, request.Sample,
-        ArraysOf(*samples, surface, request.Sample, this->FlowTime, this->Self->GeneratesDisplacements()));
+      this->AddArrays(ArraysOf(*samples, surface, request.Sample, this->FlowTime, this->Self->GeneratesDisplacements()),
+        outputs[static_cast<std::size_t>(k)]);
     }
   }
 
-  /// Finds the data of this block from an earlier update with the same mesh and model; null otherwise.
+  /// Makes a sample of one surface of the copy of the input that AddSamples() has added its arrays to.
+  void Finish(vtkPolyData* output) const
+  {
+    const vtkSmartPointer<vtkDoubleArray> signal = Find(output, this->Self->GeneratedArrayName());
+    const vtkSmartPointer<vtkDoubleArray> noise = Find(output, this->Self->InitialNoiseArrayName);
+    this->Self->AddSample(output, signal, noise);
+  }
+
+  /// The outputs of one surface, one for each sample.
+  surfsynth::OutputSeries Series() const
+  {
+    return { this->Self->FirstSample, this->Self->NumberOfSamples, this->Self->NumberOfSamples == 1 ? "" : "Sample" };
+  }
+
+  /// What is held of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);
@@ -125,6 +138,19 @@ public:
   vtkTypeInt64 NumberOfEvaluations = 0;
 
 private:
+  void AddArrays(const surfsynth::SampleArrays& sample, vtkPolyData* output) const
+  {
+    sample.Signal->SetName(this->Self->GeneratedArrayName().c_str());
+    sample.Noise->SetName(this->Self->InitialNoiseArrayName.c_str());
+    output->GetPointData()->AddArray(sample.Noise);
+    output->GetPointData()->AddArray(sample.Signal);
+  }
+
+  static vtkDoubleArray* Find(vtkPolyData* output, const std::string& name)
+  {
+    return vtkDoubleArray::SafeDownCast(output->GetPointData()->GetArray(name.c_str()));
+  }
+
   void CheckNames() const
   {
     std::set<std::string> names;
@@ -234,6 +260,8 @@ std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputA
     { "InitialNoiseArrayName", this->InitialNoiseArrayName } };
 }
 
+std::string vtkFlowMatchingSampler::GeneratedArrayName() { return this->Impl->SignalArrayName(); }
+
 void vtkFlowMatchingSampler::AddSample(vtkPolyData* output, vtkDoubleArray* signal, vtkDoubleArray* noise)
 {
   signal->SetName(this->Impl->SignalArrayName().c_str());
@@ -263,13 +291,7 @@ int vtkFlowMatchingSampler::RequestDataObject(
   {
     return this->Superclass::RequestDataObject(request, inputVector, outputVector);
   }
-  vtkInformation* info = outputVector->GetInformationObject(0);
-  vtkDataObject* present = vtkDataObject::GetData(info);
-  if (!present || std::string(present->GetClassName()) != "vtkMultiBlockDataSet")
-  {
-    vtkNew<vtkMultiBlockDataSet> blocks;
-    info->Set(vtkDataObject::DATA_OBJECT(), blocks);
-  }
+  surfsynth::SetOutputClass(outputVector, "vtkMultiBlockDataSet");
   return 1;
 }
 
@@ -342,38 +364,26 @@ int vtkFlowMatchingSampler::RequestData(
 bool vtkFlowMatchingSampler::Generate(
   vtkInformationVector** inputVector, vtkInformationVector* outputVector, double time)
 {
-  // All samples first go to a copy of the input, as arrays, which ranks can share among them.
-  vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-  const auto held = vtkSmartPointer<vtkDataObject>::Take(input->NewInstance());
-  vtkNew<vtkInformationVector> heldVector;
-  vtkNew<vtkInformation> heldInfo;
-  heldInfo->Set(vtkDataObject::DATA_OBJECT(), held);
-  heldVector->Append(heldInfo);
-  const auto hold = [this](const Surface& surface, vtkPolyData* copy, const surfsynth::Progress& progress) {
-    this->Impl->HoldSamples(surface, copy, progress);
-  };
+  surfsynth::SurfaceSeries samples;
+  samples.Outputs = this->Impl->Series();
+  samples.Worker = [this](const Surface& surface, const std::vector<vtkPolyData*>& outputs,
+                     const surfsynth::Progress& progress) { this->Impl->AddSamples(surface, outputs, progress); };
+  samples.Finish = [this](vtkPolyData* output) { this->Impl->Finish(output); };
   const auto isPrepared = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
-  if (!surfsynth::ProcessSurfaces(this, inputVector, heldVector, surfsynth::FlowMatchingSampler::Requirements(), hold,
-        isPrepared, this->NumberOfSamples))
+  if (!surfsynth::ProcessSurfaces(
+        this, inputVector, outputVector, surfsynth::FlowMatchingSampler::Requirements(), samples, isPrepared))
   {
     return false;
   }
-  vtkInformation* outputInfo = outputVector->GetInformationObject(0);
-  vtkDataObject* output = vtkDataObject::GetData(outputInfo);
-  if (heldInfo->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
+  vtkInformation* info = outputVector->GetInformationObject(0);
+  if (info->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
   {
-    output->Initialize(); // stopped: the next update runs again
-    outputInfo->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
-    return true;
+    return true; // stopped: the next update runs again
   }
   this->Impl->Blocks.DropUnused();
-  const auto finish = [this](vtkPolyData* surface, const surfsynth::SampleArrays& sample) {
-    this->AddSample(surface, sample.Signal, sample.Noise);
-  };
-  surfsynth::ArrangeSamples(held, { this->FirstSample, this->NumberOfSamples }, output, finish);
   if (this->OutputTrajectory)
   {
-    output->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(), time);
+    vtkDataObject::GetData(info)->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(), time);
   }
   return true;
 }

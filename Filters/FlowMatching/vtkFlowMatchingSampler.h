@@ -214,6 +214,9 @@ protected:
   /// messages.
   virtual std::vector<std::pair<std::string, std::string>> OutputArrayNames();
 
+  /// Name of the point array with the generated signal.
+  virtual std::string GeneratedArrayName();
+
   /// Adds one sample to @p output, a copy of one surface of the input.
   virtual void AddSample(vtkPolyData* output, vtkDoubleArray* signal, vtkDoubleArray* noise);
 

@@ -9,7 +9,6 @@
 #include "Core/Common/Errors.h"
 
 #include <vtkDataObject.h>
-#include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
@@ -37,7 +36,6 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->Time = time;
   this->FromTemplate = fromTemplate;
   this->Model.reset();
-  this->Surfaces.clear();
   if (this->Self->ModelFileName.empty())
   {
     throw surfsynth::InvalidInput("ModelFileName is empty; the path of a geometric texture model is needed.");
@@ -113,14 +111,10 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
     this->Fill(input, surface, *texture, present, vtkPolyData::SafeDownCast(block.Output));
     return;
   }
-  auto& levels = this->Surfaces[block.FlatIndex];
-  for (int step = 0; step < texture->NumberOfSteps(); ++step)
+  for (int step = 0; step <= present; ++step)
   {
-    levels.push_back(vtkSmartPointer<vtkPolyData>::New());
-    if (step <= present)
-    {
-      this->Fill(input, surface, *texture, step, levels.back());
-    }
+    this->Fill(
+      input, surface, *texture, step, vtkPolyData::SafeDownCast(block.Outputs[static_cast<std::size_t>(step)]));
   }
 }
 
@@ -140,10 +134,14 @@ void vtkGeometricTextureSynthesizer::Internals::Check(Surface& surface) const
   }
 }
 
-void vtkGeometricTextureSynthesizer::Internals::ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output)
+surfsynth::OutputSeries vtkGeometricTextureSynthesizer::Internals::Series() const
 {
-  surfsynth::ArrangeLevels(this->Surfaces, held, this->Range(*this->Model).First, output);
-  this->Surfaces.clear();
+  if (!this->Self->OutputLevels)
+  {
+    return {};
+  }
+  const surfsynth::GeometricTextureLevelRange range = this->Range(*this->Model);
+  return { range.First, range.Count(), "Level" };
 }
 
 std::vector<double> vtkGeometricTextureSynthesizer::Internals::AnimationTimes()

@@ -9,7 +9,7 @@
 #include "BlockCache.h"
 #include "FileCache.h"
 #include "GeometricTextureResult.h"
-#include "LevelBlocks.h"
+#include "OutputSeries.h"
 #include "RemeshedTarget.h"
 #include "SurfaceBridge.h"
 
@@ -22,8 +22,6 @@
 #include <optional>
 #include <vector>
 
-class vtkDataObject;
-class vtkMultiBlockDataSet;
 class vtkPolyData;
 
 /// Model and textures of the last update, and the work of this update.
@@ -48,9 +46,9 @@ public:
   /// Drops the data that this update has not used.
   void End();
 
-  /// Puts the levels that Synthesize() has collected into @p output.
-  /// @param held dataset with the structure of the input
-  void ArrangeLevels(vtkDataObject* held, vtkMultiBlockDataSet* output);
+  /// The outputs of one block: with OutputLevels one for each level, else one.
+  /// @throws InvalidInput when the model does not have the levels that the properties ask for.
+  surfsynth::OutputSeries Series() const;
 
   /// Returns the times of the animation; none when the model cannot be read, which the next RequestData reports.
   std::vector<double> AnimationTimes();
@@ -85,6 +83,5 @@ private:
   surfsynth::BlockCache<std::unique_ptr<surfsynth::GeometricTextureResult>> Textures;
   std::optional<double> Time;
   bool FromTemplate = false;
-  std::vector<int> WithoutNoise;     ///< generator levels
-  surfsynth::LevelSurfaces Surfaces; ///< with OutputLevels
+  std::vector<int> WithoutNoise; ///< generator levels
 };

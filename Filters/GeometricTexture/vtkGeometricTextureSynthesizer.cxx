@@ -5,11 +5,9 @@
 #include "GeometricTextureSynthesizerInternals.h"
 
 #include <vtkDataObject.h>
-#include <vtkDemandDrivenPipeline.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
@@ -72,25 +70,11 @@ int vtkGeometricTextureSynthesizer::FillInputPortInformation(int, vtkInformation
 int vtkGeometricTextureSynthesizer::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  const bool hasInput = this->GetNumberOfInputConnections(0) > 0;
-  if (hasInput && !this->OutputLevels)
+  if (this->GetNumberOfInputConnections(0) > 0)
   {
-    return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+    return surfsynth::RequestBlocks(this, inputVector, outputVector, Types, this->OutputLevels);
   }
-  if (hasInput && !vtkDataObject::GetData(inputVector[0]))
-  {
-    vtkErrorMacro("There is no input; a vtkPolyData, or a composite dataset, is needed.");
-    return 0;
-  }
-  vtkInformation* info = outputVector->GetInformationObject(0);
-  vtkDataObject* present = vtkDataObject::GetData(info);
-  const std::string wanted = this->OutputLevels ? "vtkMultiBlockDataSet" : "vtkPolyData";
-  if (!present || wanted != present->GetClassName())
-  {
-    const auto made = this->OutputLevels ? vtkSmartPointer<vtkDataObject>(vtkSmartPointer<vtkMultiBlockDataSet>::New())
-                                         : vtkSmartPointer<vtkDataObject>(vtkSmartPointer<vtkPolyData>::New());
-    info->Set(vtkDataObject::DATA_OBJECT(), made);
-  }
+  surfsynth::SetOutputClass(outputVector, this->OutputLevels ? "vtkMultiBlockDataSet" : "vtkPolyData");
   return 1;
 }
 
@@ -177,29 +161,8 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
     this->Impl->Synthesize(block, progress);
   };
   vtkInformationVector* given[] = { targets };
-  if (!this->OutputLevels)
-  {
-    const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize);
-    this->Impl->End();
-    return done != 0;
-  }
-  // The blocks of the input first, in a dataset of its structure, to which the levels are then put side by side.
-  vtkNew<vtkInformation> heldInfo;
-  vtkNew<vtkInformationVector> heldVector;
-  const auto held = vtkSmartPointer<vtkDataObject>::Take(vtkDataObject::GetData(targets)->NewInstance());
-  heldInfo->Set(vtkDataObject::DATA_OBJECT(), held);
-  heldVector->Append(heldInfo);
-  vtkInformation* outputInfo = outputVector->GetInformationObject(0);
-  auto* output = vtkMultiBlockDataSet::GetData(outputInfo);
-  output->Initialize();
-  const int done = surfsynth::ProcessBlocks(this, given, heldVector, Types, synthesize);
+  const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize, this->Impl->Series());
   this->Impl->End();
-  if (heldInfo->Get(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
-  {
-    outputInfo->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1); // stopped: the next update runs again
-    return true;
-  }
-  this->Impl->ArrangeLevels(held, output);
   return done != 0;
 }
 

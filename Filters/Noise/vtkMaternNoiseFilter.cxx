@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMaternNoiseFilter.h"
 
+#include "BlockCache.h"
 #include "NoiseArrays.h"
 #include "SurfaceBridge.h"
 
@@ -19,8 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <map>
+#include <utility>
 #include <vector>
 
 using surfsynth::MaternField;
@@ -56,20 +56,19 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   return options;
 }
+
+/// The field on one mesh.
+struct PreparedBlock
+{
+  MaternFieldOptions Options;
+  std::unique_ptr<MaternField> Field;
+};
 } // namespace
 
 /// Random fields of the last update, and their results.
 class vtkMaternNoiseFilter::Internals
 {
 public:
-  struct CachedField
-  {
-    std::uint64_t MeshHash = 0;
-    MaternFieldOptions Options;
-    std::unique_ptr<MaternField> Field;
-    bool InUse = false;
-  };
-
   explicit Internals(vtkMaternNoiseFilter* self)
     : Self(self)
   {}
@@ -77,19 +76,7 @@ public:
   void Begin()
   {
     this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
-    for (auto& block : this->Fields)
-    {
-      block.second.InUse = false;
-    }
-  }
-
-  /// Drops the fields of blocks that are gone or have failed.
-  void DropUnused()
-  {
-    for (auto block = this->Fields.begin(); block != this->Fields.end();)
-    {
-      block = block->second.InUse ? std::next(block) : this->Fields.erase(block);
-    }
+    this->Blocks.Begin();
   }
 
   void AddNoise(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
@@ -97,10 +84,9 @@ public:
     const surfsynth::SampleRequest request = this->Request(surface);
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
-    const CachedField* cached = this->Find(surface);
+    const MaternField* cached = this->Find(surface);
     const double begin = cached ? 0.0 : factored;
-    const MaternField& field = cached ? *cached->Field
-                                      : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
+    const MaternField& field = cached ? *cached : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
     this->Sample(field, request, output, surfsynth::SubProgress(progress, begin, 1.0));
     this->EffectiveScreening = field.EffectiveScreening();
     this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
@@ -108,19 +94,16 @@ public:
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
-  /// Finds the field of this block from an earlier update with the same mesh and options; null otherwise.
-  const CachedField* Find(const Surface& surface)
+  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
+  const MaternField* Find(const Surface& surface)
   {
-    const auto found = this->Fields.find(surface.FlatIndex);
-    if (found == this->Fields.end() || !SameFactor(found->second.Options, this->Options()) ||
-      found->second.MeshHash != surfsynth::ContentHash(surface.Mesh))
-    {
-      return nullptr;
-    }
-    found->second.InUse = true;
-    return &found->second;
+    const auto isCurrent = [options = this->Options()](
+                             const PreparedBlock& held) { return SameFactor(held.Options, options); };
+    const PreparedBlock* found = this->Blocks.Find(surface, isCurrent);
+    return found ? found->Field.get() : nullptr;
   }
 
+  surfsynth::BlockCache<PreparedBlock> Blocks;
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
   double Gamma = 0.0;
@@ -175,15 +158,13 @@ private:
 
   const MaternField& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
-    this->Fields.erase(surface.FlatIndex); // first, so that two factors are never held for one block
-    CachedField cached;
-    cached.MeshHash = surfsynth::ContentHash(surface.Mesh);
-    cached.Options = this->Options();
-    cached.InUse = true;
-    cached.Field = std::make_unique<MaternField>(surface.Mesh, *surface.Topology, cached.Options, progress);
+    this->Blocks.Drop(surface);
+    PreparedBlock prepared;
+    prepared.Options = this->Options();
+    prepared.Field = std::make_unique<MaternField>(surface.Mesh, *surface.Topology, prepared.Options, progress);
     ++this->NumberOfFactorizations;
-    this->WarnOfLongEdges(*cached.Field, surface);
-    return *this->Fields.insert_or_assign(surface.FlatIndex, std::move(cached)).first->second.Field;
+    this->WarnOfLongEdges(*prepared.Field, surface);
+    return *this->Blocks.Insert(surface, std::move(prepared)).Field;
   }
 
   void WarnOfLongEdges(const MaternField& field, const Surface& surface) const
@@ -216,7 +197,6 @@ private:
   }
 
   vtkMaternNoiseFilter* Self;
-  std::map<unsigned int, CachedField> Fields; ///< by flat index
 };
 
 vtkMaternNoiseFilter::vtkMaternNoiseFilter()
@@ -269,7 +249,7 @@ int vtkMaternNoiseFilter::RequestData(
     this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
   if (success && !this->GetAbortExecute())
   {
-    this->Impl->DropUnused();
+    this->Impl->Blocks.DropUnused();
   }
   return success;
 }

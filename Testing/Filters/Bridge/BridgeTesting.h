@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Filter whose requests are functions, and texts of exceptions, for the tests of the bridge.
+#pragma once
+
+#include <vtkDataObjectAlgorithm.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+namespace surfsynthtest
+{
+
+/// Filter that calls functions in place of RequestDataObject and RequestData.
+class FunctionFilter : public vtkDataObjectAlgorithm
+{
+public:
+  static FunctionFilter* New();
+  vtkTypeMacro(FunctionFilter, vtkDataObjectAlgorithm);
+
+  using Request = std::function<int(vtkAlgorithm*, vtkInformationVector**, vtkInformationVector*)>;
+
+  Request DataObject;                        ///< RequestDataObject
+  Request Data;                              ///< RequestData
+  std::function<int(vtkInformation*)> Input; ///< FillInputPortInformation; without it any data object is accepted
+
+protected:
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+  int RequestDataObject(vtkInformation*, vtkInformationVector** input, vtkInformationVector* output) override;
+  int RequestData(vtkInformation*, vtkInformationVector** input, vtkInformationVector* output) override;
+};
+
+/// The text of the exception of type Thrown that @p call throws; fails the test when there is none.
+template <typename Thrown, typename Call>
+std::string TextOf(const Call& call)
+{
+  try
+  {
+    call();
+  }
+  catch (const Thrown& error)
+  {
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+} // namespace surfsynthtest
