@@ -266,7 +266,7 @@ void MaternField::SampleInto(
     return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
   };
 
-  this->Impl->ForgetResidual();
+  this->Impl->ResetResidual();
   // Large arrays are made once for each thread: the system hands out fresh pages slowly.
   ScratchPool<LargeArray<double>> scratch;
   const std::thread::id caller = std::this_thread::get_id();
@@ -341,7 +341,7 @@ double MaternField::EffectiveCorrelationRange() const
 
 double MaternField::Gamma() const { return this->Impl->Gamma; }
 
-double MaternField::RelativeResidual() const { return this->Impl->WorstResidual(); }
+double MaternField::RelativeResidual() const { return this->Impl->MaximumResidual(); }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
 

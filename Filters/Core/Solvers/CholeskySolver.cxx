@@ -26,7 +26,7 @@ constexpr std::int64_t Grain = 16384;
 
 std::string Entry(Index row, Index column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; }
 
-/// The same structure in every matrix that is handed on: compressed, rows ascending in each column.
+/// Converts a matrix to the structure that the factorisations read: compressed, rows ascending in each column.
 SparseMatrix Sorted(const SparseMatrix& matrix)
 {
   SparseMatrix sorted = SparseMatrix(SparseRowMatrix(matrix)); // converting sorts
@@ -87,7 +87,7 @@ void RequireSymmetric(const SparseMatrix& matrix)
       }
       ++mirror;
     }
-    // What is left of the column above the diagonal has no mirror image.
+    // The rest of the column above the diagonal has no mirror image.
     const Index next = cursor[column];
     if (next < start[column + 1] && rows[next] < column)
     {

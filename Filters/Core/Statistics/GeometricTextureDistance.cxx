@@ -32,7 +32,7 @@ Direction RandomDirection(std::uint64_t seed, int projection)
   return normals.normalized().cast<float>();
 }
 
-/// @p direction for triangles whose edges are counted from edge @p first on.
+/// Shifts the components of @p direction cyclically, for triangles whose edges are counted from edge @p first on.
 Direction Turned(const Direction& direction, int first)
 {
   Direction turned;
@@ -55,8 +55,8 @@ void Project(const EdgeFeatureMatrix& features, const Direction& direction, Eige
   std::sort(sorted.data(), sorted.data() + sorted.size());
 }
 
-/// The integral of |A(t) - B(t)| over t from 0 to 1, where A and B are the quantiles of @p a and @p b, which are steps of
-/// width 1 / n and 1 / m: ascending numbers of any count.
+/// The integral of |A(t) - B(t)| over t from 0 to 1, where A and B are the quantiles of @p a and @p b, which are steps
+/// of width 1 / n and 1 / m: ascending numbers of any count.
 double Wasserstein(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
 {
   const std::int64_t n = a.size();
@@ -76,7 +76,7 @@ double Wasserstein(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
   return sum / static_cast<double>(n) / static_cast<double>(m);
 }
 
-/// What the network would see of a mesh.
+/// Edge features of a mesh, as the network gets them.
 struct SeenMesh
 {
   /// @param name "surface" or "reference": begins messages
