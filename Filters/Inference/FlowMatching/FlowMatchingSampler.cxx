@@ -13,10 +13,10 @@ namespace surfsynth
 
 namespace
 {
-/// How far second moments may lie from those of the training before it is said: a tenth of their trace, beyond what
-/// surfaces of the training differ among themselves.
+/// Tolerance of the distance of second moments from those of the training, beyond their spread: a tenth of their trace.
+/// Surfaces beyond it get a warning.
 constexpr double MomentTolerance = 0.1;
-/// States of a trained flow stay near 1; beyond this the flow has left what it was trained on for good.
+/// Limit of the state. States of a trained flow stay near 1; beyond the limit the flow does not return.
 constexpr float LargestState = 1e6F;
 
 std::optional<PoissonNetEvaluator> MakeEvaluator(const std::shared_ptr<const FlowMatchingModel>& model,

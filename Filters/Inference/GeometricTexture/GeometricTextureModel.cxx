@@ -63,7 +63,7 @@ bool HasDiscriminator(const SafetensorsFile& file)
   return first != file.Tensors().end() && first->first.compare(0, prefix.size(), prefix) == 0;
 }
 
-/// What @p file must hold, given which of the parts that may be absent it has.
+/// Shapes of the tensors that @p file must hold, given its optional parts.
 TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureOptions& options)
 {
   TensorShapes expected = ExpectedGeometricTextureTensors(options, false);
@@ -98,7 +98,7 @@ void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Options.NoiseAmplitude = reader.Number("noise_amplitude");
 }
 
-/// Names, shapes and finite numbers.
+/// Checks names and shapes of the tensors, and that their numbers are finite.
 void RequireTensors(const SafetensorsFile& file, const GeometricTextureOptions& options)
 {
   TensorShapes found;
@@ -140,7 +140,7 @@ void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Template.Points = Eigen::Map<const PointMatrix>(points.data(), file.Entry(PointsName).Shape[0], 3);
   model.Template.Triangles.resize(file.Entry(TrianglesName).Shape[0], 3);
   std::transform(ids.begin(), ids.end(), model.Template.Triangles.data(), [](std::int64_t id) {
-    // What is no vertex id in any mesh stays none.
+    // A number that is no vertex id in any mesh becomes one that is out of range.
     return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
   });
   model.ReconstructionNoise = Eigen::Map<const SinglePoints>(

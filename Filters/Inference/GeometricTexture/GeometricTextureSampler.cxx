@@ -61,7 +61,7 @@ SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitud
   return noise;
 }
 
-/// That of the seeds, where the request does not want none.
+/// Noise of a level by the seeds of the request; no rows for a level without noise.
 NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfModel)
 {
   const double amplitude = request.NoiseAmplitude < 0.0 ? amplitudeOfModel : request.NoiseAmplitude;
@@ -96,7 +96,7 @@ void CheckRequest(
   {
     Refuse("the mesh has no triangle", "at least one");
   }
-  // Before hours of work on all levels but the last.
+  // Checked before hours of work on all levels but the last.
   const double finest = mesh.NumberOfTriangles() * std::pow(4.0, levels.Count() - 1);
   if (finest > std::numeric_limits<Index>::max())
   {
