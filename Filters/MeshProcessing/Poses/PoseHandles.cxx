@@ -16,7 +16,7 @@ namespace surfsynth
 
 namespace
 {
-/// What stays keeps this many handle radii away from the extremities, so that something can bend in between.
+/// Distance of the fixed region from the extremities, in handle radii: the surface between them can bend.
 constexpr double Clearance = 3.0;
 /// Half the width of the band of the surface whose centroid is the joint, as a fraction of the way.
 constexpr double BandHalfWidth = 0.1;
@@ -95,7 +95,7 @@ void PoseHandles::FindPivots(const Eigen::VectorXd& mass)
     double weight = 0.0;
     for (Index v = 0; v < this->Shape.NumberOfPoints(); ++v)
     {
-      // A hat around the wanted distance, never empty: it has a part of each triangle on the way.
+      // A weight around the wanted distance, never 0: each triangle on the way has a share.
       const double apart = std::abs(this->Distances(v, k) / way - this->Options.PivotPosition);
       const double share = mass[v] > 0.0 ? mass[v] * std::max(1.0 - apart / BandHalfWidth, 1e-12 / (1e-6 + apart))
                                          : 0.0;

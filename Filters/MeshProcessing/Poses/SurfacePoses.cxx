@@ -155,8 +155,8 @@ public:
     return points;
   }
 
-  /// @throws SolverFailure when @p pose is not finite, or has triangles on much of the surface that are no longer like
-  /// those of the shape.
+  /// @throws SolverFailure when @p pose is not finite, or when much of its surface lies in triangles unlike those of
+  /// the shape.
   void RequireShape(const PointMatrix& pose, std::uint32_t sample) const
   {
     if (!pose.allFinite())

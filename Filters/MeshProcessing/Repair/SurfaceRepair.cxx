@@ -104,7 +104,7 @@ private:
     this->Mesh = ToCgalMesh(soup.Mesh);
     if (changes.AddedPoints > 0 && this->Options.MergePoints)
     {
-      // Where a third sheet was cut off, the two that remain belong together again.
+      // Two sheets that remain at an edge, after a third one was cut off, are joined again.
       this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
     }
     if (changes.AddedPoints > 0)
@@ -161,7 +161,7 @@ private:
     return ToCgalPoint(at + 0.01 * shortest * direction.normalized());
   }
 
-  /// Numbers what is left without gaps, in the same order: much of CGAL relies on that.
+  /// Renumbers the rest without gaps, in the same order: much of CGAL relies on that.
   void Compact()
   {
     std::vector<bool> isFilling;
@@ -291,7 +291,7 @@ private:
     {
       before[f] = secondCorner(f);
     }
-    // What lies inside what is only defined where nothing crosses; else each component is turned by itself.
+    // Nesting is only defined without self-intersections; with them each component is oriented by itself.
     try
     {
       PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);
