@@ -29,7 +29,7 @@ FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations);
 /// The bytes of a file; fails the test when there is none.
 std::string BytesOf(const std::string& path);
 
-/// The rows of a step that say what was computed.
+/// Rows of a step about its results, without those about time.
 std::vector<double> Numbers(const TrainingStep& step);
 
 /// The model's weights, by name.
@@ -41,7 +41,7 @@ FlowMatchingTrainer Trained(const SignalDataset& dataset, const FlowMatchingTrai
 /// An encoder of one block whose result has two channels.
 PoissonNetOptions TwoChannelEncoder();
 
-/// The text of what @p call throws; fails the test when that is nothing.
+/// Text of the exception of @p call; fails the test when it throws none.
 template <typename Thrown, typename Call>
 std::string TextOf(const Call& call)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the tests of the meshing filters share.
+/// Checks of surfaces for the tests of the meshing filters.
 #pragma once
 
 #include "TestSurfaces.h"

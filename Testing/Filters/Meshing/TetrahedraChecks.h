@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the tests of vtkTetrahedralizeFilter share.
+/// Surfaces, and checks of tetrahedra, for the tests of vtkTetrahedralizeFilter.
 #pragma once
 
 #include "TestSurfaces.h"
