@@ -2,9 +2,9 @@
 #include "Core/Noise/MaternField.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Noise/MaternFieldInternals.h"
 
@@ -25,7 +25,8 @@ void Require(bool condition, const char* name, double value, const char* expecte
 {
   if (!condition)
   {
-    throw InvalidInput(std::string("MaternField: ") + name + " is " + Text(value) + "; expected " + expected + ".");
+    throw InvalidInput(
+      std::string("MaternField: ") + name + " is " + FormatNumber(value) + "; expected " + expected + ".");
   }
 }
 

@@ -2,9 +2,9 @@
 #include "Core/Solvers/CholeskySolver.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
 #include "Core/Solvers/SupernodalFactor.h"
@@ -82,8 +82,8 @@ void RequireSymmetric(const SparseMatrix& matrix)
       const double tolerance = 1e-10 * std::max(std::abs(values[k]), std::abs(other)) + 1e-14 * largest;
       if (!found || !(std::abs(values[k] - other) <= tolerance))
       {
-        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + Text(values[k]) +
-          " but entry " + Entry(column, rows[k]) + " is " + Text(other) + "; expected a symmetric matrix.");
+        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + FormatNumber(values[k]) +
+          " but entry " + Entry(column, rows[k]) + " is " + FormatNumber(other) + "; expected a symmetric matrix.");
       }
       ++mirror;
     }

@@ -2,9 +2,9 @@
 #include "Core/Statistics/EnsembleMetrics.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/SharedProgress.h"
-#include "Core/Common/Text.h"
 #include "Core/Statistics/NearestSamples.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
   {
     if (!std::isfinite(mass[v]) || mass[v] < 0.0)
     {
-      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) +
+      Refuse("the mass of point " + std::to_string(v) + " is " + FormatNumber(mass[v]) +
         "; expected a finite number of at "
         "least 0.");
     }

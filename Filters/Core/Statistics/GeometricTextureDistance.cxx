@@ -2,8 +2,8 @@
 #include "Core/Statistics/GeometricTextureDistance.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Random/CounterNormals.h"
 
 #include <algorithm>
@@ -84,8 +84,8 @@ struct SeenMesh
   {
     if (!(unitLength >= 0.0) || !std::isfinite(unitLength))
     {
-      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " + Text(unitLength) +
-        "; expected 0 or more.");
+      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " +
+        FormatNumber(unitLength) + "; expected 0 or more.");
     }
     if (mesh.NumberOfTriangles() == 0)
     {
@@ -100,8 +100,9 @@ struct SeenMesh
     this->Features = ComputeEdgeFeatures(points.cast<float>(), mesh.Triangles, neighbours);
     if (!(this->Features.array().abs() < LargestFeature).all())
     {
-      throw InvalidInput("CompareGeometricTextures: in a unit length of " + Text(unit) + " the " + name +
-        " has features that are not finite or above " + Text(LargestFeature) + "; expected finite points and edges.");
+      throw InvalidInput("CompareGeometricTextures: in a unit length of " + FormatNumber(unit) + " the " + name +
+        " has features that are not finite or above " + FormatNumber(LargestFeature) +
+        "; expected finite points and edges.");
     }
   }
 

@@ -2,7 +2,7 @@
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
@@ -254,7 +254,7 @@ void CheckOptions(const GeometricTextureOptions& options)
   }
   if (!(options.NoiseAmplitude >= 0.0) || !std::isfinite(static_cast<float>(options.NoiseAmplitude)))
   {
-    Refuse("noise_amplitude is " + Text(options.NoiseAmplitude), "a finite number of at least 0");
+    Refuse("noise_amplitude is " + FormatNumber(options.NoiseAmplitude), "a finite number of at least 0");
   }
 }
 

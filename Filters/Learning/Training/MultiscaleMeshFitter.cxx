@@ -2,7 +2,7 @@
 #include "Learning/Training/MultiscaleMeshFitter.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Random/CounterUniforms.h"
@@ -227,12 +227,12 @@ void CheckOptions(const MultiscaleFitOptions& options)
   }
   if (!(options.LearningRate > 0.0) || !std::isfinite(options.LearningRate))
   {
-    throw InvalidInput(
-      "MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) + "; expected a finite number above 0.");
+    throw InvalidInput("MultiscaleFitOptions: LearningRate is " + FormatNumber(options.LearningRate) +
+      "; expected a finite number above 0.");
   }
   if (!(options.LearningRateDecay > 0.0) || !(options.LearningRateDecay <= 1.0))
   {
-    throw InvalidInput("MultiscaleFitOptions: LearningRateDecay is " + Text(options.LearningRateDecay) +
+    throw InvalidInput("MultiscaleFitOptions: LearningRateDecay is " + FormatNumber(options.LearningRateDecay) +
       "; expected a number above 0, at most 1.");
   }
 }

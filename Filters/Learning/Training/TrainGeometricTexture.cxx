@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
 
 #include <cmath>
@@ -15,7 +15,7 @@ void Require(bool fine, const char* option, double found, const char* expected)
 {
   if (!fine)
   {
-    throw InvalidInput(std::string("GeometricTextureTrainingOptions: ") + option + " is " + Text(found) +
+    throw InvalidInput(std::string("GeometricTextureTrainingOptions: ") + option + " is " + FormatNumber(found) +
       "; expected " + expected + ".");
   }
 }

@@ -2,7 +2,7 @@
 #include "Learning/Training/FlowMatchingTrainer.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <cmath>
 
@@ -16,7 +16,7 @@ void Require(bool fine, const char* option, double found, const char* expected)
   if (!fine)
   {
     throw InvalidInput(
-      std::string("TrainingOptions: ") + option + " is " + Text(found) + "; expected " + expected + ".");
+      std::string("TrainingOptions: ") + option + " is " + FormatNumber(found) + "; expected " + expected + ".");
   }
 }
 

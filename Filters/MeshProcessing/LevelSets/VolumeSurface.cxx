@@ -4,8 +4,8 @@
 #include "MeshProcessing/LevelSets/LevelSets.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
@@ -87,10 +87,10 @@ void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWid
   // The number decreases with the square of the size; a little is added, so that the size in the message fits.
   const double fitting = 1.05 *
     std::max(voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)), side / LargestSide);
-  throw InvalidInput("About " + Text(voxels) + " voxels of size " + Text(voxelSize) +
-    " would be needed along the surface, " + Text(side / voxelSize) + " along its longest side; at most " +
-    Text(options.MaximumNumberOfVoxels) + " and " + Text(LargestSide) + " are allowed. A VoxelSize of " +
-    Text(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
+  throw InvalidInput("About " + FormatNumber(voxels) + " voxels of size " + FormatNumber(voxelSize) +
+    " would be needed along the surface, " + FormatNumber(side / voxelSize) + " along its longest side; at most " +
+    FormatNumber(options.MaximumNumberOfVoxels) + " and " + FormatNumber(LargestSide) +
+    " are allowed. A VoxelSize of " + FormatNumber(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
 }
 
 TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Eigen::RowVector3d& offset)
@@ -246,9 +246,10 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& opti
   const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : box.LongestSide() / 128.0;
   if (!(box.LongestSide() > SmallestLength && box.LongestSide() < LargestLength && voxelSize > SmallestLength))
   {
-    throw InvalidInput("The points of the surface span a box of longest side " + Text(box.LongestSide()) +
-      ", to be divided into voxels of size " + Text(voxelSize) + "; lengths from " + Text(SmallestLength) + " to " +
-      Text(LargestLength) + " are needed. vtkTransformPolyDataFilter scales the surface.");
+    throw InvalidInput("The points of the surface span a box of longest side " + FormatNumber(box.LongestSide()) +
+      ", to be divided into voxels of size " + FormatNumber(voxelSize) + "; lengths from " +
+      FormatNumber(SmallestLength) + " to " + FormatNumber(LargestLength) +
+      " are needed. vtkTransformPolyDataFilter scales the surface.");
   }
   const double closing = options.Closing / voxelSize;
   RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);

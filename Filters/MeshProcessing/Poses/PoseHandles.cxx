@@ -2,7 +2,7 @@
 #include "MeshProcessing/Poses/PoseHandles.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Solvers/HeatGeodesics.h"
 
 #include <algorithm>
@@ -65,7 +65,7 @@ void PoseHandles::FindExtremities(const HeatGeodesics& geodesics)
     {
       throw InvalidInput("There is no room for handle " + std::to_string(k + 1) + " of " +
         std::to_string(this->Options.NumberOfHandles) + ": every point is within two handle radii, " +
-        Text(2.0 * radius) + ", of another one or of the centre; fewer or smaller handles are needed.");
+        FormatNumber(2.0 * radius) + ", of another one or of the centre; fewer or smaller handles are needed.");
     }
     this->Found.push_back({ farthest, this->Shape.Points.row(farthest).transpose() });
     this->Distances.col(k) = geodesics.Distances({ farthest }).col(0);
@@ -89,7 +89,7 @@ void PoseHandles::FindPivots(const Eigen::VectorXd& mass)
     if (!std::isfinite(way))
     {
       throw InvalidInput("Nothing of the shape stays: every point near its centroid is within " +
-        Text(Clearance * this->Options.HandleRadius * this->ShapeSize) +
+        FormatNumber(Clearance * this->Options.HandleRadius * this->ShapeSize) +
         " of an extremity; fewer or smaller handles, or a larger AnchorRadius, are needed.");
     }
     double weight = 0.0;

@@ -4,9 +4,9 @@
 #include "MeshProcessing/Cgal/CgalMesh.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
-#include "Core/Common/Text.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
 
@@ -170,8 +170,8 @@ public:
     if (distorted > LargestShare * this->Areas.sum())
     {
       throw SolverFailure("The pose of sample " + std::to_string(sample) +
-        " has destroyed the shape: " + Text(100.0 * distorted / this->Areas.sum()) +
-        " per cent of the surface lie in triangles whose area has become " + Text(LargestChange) +
+        " has destroyed the shape: " + FormatNumber(100.0 * distorted / this->Areas.sum()) +
+        " per cent of the surface lie in triangles whose area has become " + FormatNumber(LargestChange) +
         " times as large or as small; a smaller MaximumAngle, or other handles, are needed.");
     }
   }

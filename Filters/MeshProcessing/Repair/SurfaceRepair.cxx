@@ -6,7 +6,7 @@
 #include "MeshProcessing/Repair/SoupRepair.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -183,8 +183,8 @@ private:
     const double largest = this->Input.Points.size() > 0 ? this->Input.Points.cwiseAbs().maxCoeff() : 0.0;
     if (largest > LargestCoordinate)
     {
-      throw InvalidInput("The points have coordinates up to " + Text(largest) + "; at most " + Text(LargestCoordinate) +
-        " is allowed. vtkTransformPolyDataFilter scales them.");
+      throw InvalidInput("The points have coordinates up to " + FormatNumber(largest) + "; at most " +
+        FormatNumber(LargestCoordinate) + " is allowed. vtkTransformPolyDataFilter scales them.");
     }
   }
 

@@ -4,7 +4,7 @@
 #include "MeshProcessing/Tetrahedra/ChildProcess.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <dlfcn.h>
 #include <signal.h>
@@ -248,7 +248,7 @@ std::string DescribeFailure(const ChildResult& result, const TetGenCall& call)
 {
   if (result.TimedOut)
   {
-    return "TetGen did not finish within the TimeLimit of " + Text(call.Seconds) +
+    return "TetGen did not finish within the TimeLimit of " + FormatNumber(call.Seconds) +
       " s and was stopped; it may never: larger bounds (QualityRatio, MaximumVolume, TargetEdgeLength), a smaller "
       "MinimumDihedralAngle or a coarser surface help, and TimeLimit grants more.";
   }

@@ -4,7 +4,7 @@
 #include "MeshProcessing/Tetrahedra/EnclosedRegions.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleAdjacency.h"
 
@@ -54,7 +54,7 @@ void RequireOptions(const TetrahedralizeOptions& options)
   const auto require = [](bool fine, const char* name, double value, const char* expected) {
     if (!fine)
     {
-      throw InvalidInput(std::string(name) + " is " + Text(value) + "; " + expected + ".");
+      throw InvalidInput(std::string(name) + " is " + FormatNumber(value) + "; " + expected + ".");
     }
   };
   const double ratio = options.QualityRatio;
