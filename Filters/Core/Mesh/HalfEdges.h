@@ -53,8 +53,8 @@ void RequireBalanced(const TriangleMesh& mesh, const EdgeGroups& edges, const ch
 /// A mesh and its edges.
 struct MeshWithEdges
 {
-  TriangleMesh Mesh;
-  EdgeGroups Edges;
+  TriangleMesh Mesh; ///< the mesh
+  EdgeGroups Edges;  ///< its half-edges
 };
 
 /// Removes the triangles of @p mesh that use a point twice, and the pairs of triangles on the same points that face

@@ -82,10 +82,10 @@ struct ActivationKernels
 const ActivationKernels& BestActivationKernels();
 
 // The variants: the same source compiled for different instruction sets.
-extern const ActivationKernels GenericActivationKernels;
+extern const ActivationKernels GenericActivationKernels; ///< for every processor
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-extern const ActivationKernels Avx2ActivationKernels;
-extern const ActivationKernels Avx512ActivationKernels;
+extern const ActivationKernels Avx2ActivationKernels;   ///< for AVX2
+extern const ActivationKernels Avx512ActivationKernels; ///< for AVX-512
 #endif
 
 } // namespace surfsynth

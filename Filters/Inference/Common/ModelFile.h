@@ -15,6 +15,7 @@
 namespace surfsynth
 {
 
+/// Shapes of tensors by name.
 using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
 
 /// Formats a shape for messages: "[2, 3]".

@@ -39,10 +39,10 @@ struct FaceKernels
 const FaceKernels& BestFaceKernels();
 
 // The variants: the same source compiled for different instruction sets.
-extern const FaceKernels GenericFaceKernels;
+extern const FaceKernels GenericFaceKernels; ///< for every processor
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-extern const FaceKernels Avx2FaceKernels;
-extern const FaceKernels Avx512FaceKernels;
+extern const FaceKernels Avx2FaceKernels;   ///< for AVX2
+extern const FaceKernels Avx512FaceKernels; ///< for AVX-512
 #endif
 
 } // namespace surfsynth

@@ -239,17 +239,17 @@ void CheckOptions(const GeometricTextureOptions& options)
   {
     const char* Name;
     std::int64_t Value;
-    std::int64_t Least;
-    std::int64_t Most;
+    std::int64_t Minimum;
+    std::int64_t Maximum;
   } ranges[] = { { "levels", options.Levels, 1, 16 }, { "layers", options.Layers, 3, 32 },
     { "start_channels", options.StartChannels, 1, 4096 }, { "least_channels", options.MinimumChannels, 1, 4096 },
     { "most_channels", options.MaximumChannels, 1, 4096 } };
   for (const auto& range : ranges)
   {
-    if (range.Value < range.Least || range.Value > range.Most)
+    if (range.Value < range.Minimum || range.Value > range.Maximum)
     {
       Refuse(std::string(range.Name) + " is " + std::to_string(range.Value),
-        std::to_string(range.Least) + " to " + std::to_string(range.Most));
+        std::to_string(range.Minimum) + " to " + std::to_string(range.Maximum));
     }
   }
   if (!(options.NoiseAmplitude >= 0.0) || !std::isfinite(static_cast<float>(options.NoiseAmplitude)))

@@ -21,7 +21,7 @@ public:
     , OnProgress(progress)
   {}
   void Step() { ++this->Done; }
-  void Tell() const
+  void ReportDone() const
   {
     Report(this->OnProgress, static_cast<double>(this->Done.load()) / static_cast<double>(this->Count));
   }
@@ -158,7 +158,7 @@ void GradientStage::Run(const VertexFeatures& features, const ComplexMlpWeights&
       this->RunPatch(p, features, mlp, productMap, target, products, slots.data(), productSlots.data());
       counter.Step();
     },
-    [&] { counter.Tell(); });
+    [&] { counter.ReportDone(); });
   this->CombineSlots(slots.data(), width, [&](Index vertex, const float* row) { target.Set(vertex, row); });
   if (productMap)
   {
@@ -223,7 +223,7 @@ void GradientStage::RunHead(const VertexFeatures& features, const ComplexMlpWeig
       this->RunHeadPatch(p, features, mlp, positions, target, gradients, slots.data());
       counter.Step();
     },
-    [&] { counter.Tell(); });
+    [&] { counter.ReportDone(); });
   this->CombineSlots(slots.data(), 3, [&](Index vertex, const float* row) { target.Set(vertex, row); });
 }
 

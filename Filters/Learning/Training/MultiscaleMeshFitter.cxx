@@ -211,18 +211,18 @@ void CheckOptions(const MultiscaleFitOptions& options)
   {
     const char* Name;
     std::int64_t Value;
-    std::int64_t Least;
-    std::int64_t Most;
+    std::int64_t Minimum;
+    std::int64_t Maximum;
   } ranges[] = { { "Levels", options.Levels, 1, 10 }, { "IcosphereLevel", options.IcosphereLevel, 0, 6 },
     { "TorusSegments", options.TorusSegments, 3, 1000 }, { "Iterations", options.Iterations, 0, 1000000 },
     { "TriangulationSteps", options.TriangulationSteps, 0, 1000 }, { "ChamferSteps", options.ChamferSteps, 0, 1000 },
     { "Samples", options.Samples, 1, 1000000 } };
   for (const auto& range : ranges)
   {
-    if (range.Value < range.Least || range.Value > range.Most)
+    if (range.Value < range.Minimum || range.Value > range.Maximum)
     {
       throw InvalidInput(std::string("MultiscaleFitOptions: ") + range.Name + " is " + std::to_string(range.Value) +
-        "; expected " + std::to_string(range.Least) + " to " + std::to_string(range.Most) + ".");
+        "; expected " + std::to_string(range.Minimum) + " to " + std::to_string(range.Maximum) + ".");
     }
   }
   if (!(options.LearningRate > 0.0) || !std::isfinite(options.LearningRate))

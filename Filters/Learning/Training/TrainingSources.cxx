@@ -200,8 +200,8 @@ double MeanEdgeLength(const TriangleMesh& mesh)
   return sum / (3.0 * static_cast<double>(mesh.NumberOfTriangles()));
 }
 
-/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first one
-/// decides how much noise is smoothed.
+/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first
+/// one decides how much noise is smoothed.
 TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
