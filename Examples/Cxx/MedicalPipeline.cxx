@@ -88,12 +88,12 @@ void Process(const std::string& volume, const std::string& output, int points, d
   vtkNew<vtkTransformPolyDataFilter> placed;
   placed->SetInputConnection(surface->GetOutputPort());
   placed->SetTransform(ScanCoordinates(reader));
-  vtkNew<vtkSurfaceRepairFilter> sound; // a flip in the scan's matrix turns the surface inside out
-  sound->SetInputConnection(placed->GetOutputPort());
-  Run(sound, "in the scan's coordinates");
+  vtkNew<vtkSurfaceRepairFilter> repaired; // a flip in the scan's matrix turns the surface inside out
+  repaired->SetInputConnection(placed->GetOutputPort());
+  Run(repaired, "in the scan's coordinates");
 
   vtkNew<vtkIsotropicRemeshFilter> even;
-  even->SetInputConnection(sound->GetOutputPort());
+  even->SetInputConnection(repaired->GetOutputPort());
   even->SetTargetNumberOfPoints(points);
   even->KeepFeatureEdgesOff();
   Run(even, "remeshed");

@@ -2,7 +2,7 @@
 #include "GeometricTextureMask.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/EdgeDistances.h"
 
 #include <vtkDataArray.h>
@@ -38,7 +38,7 @@ Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints&
     const double value = array->GetTuple1(points.Id(k));
     if (!(value >= 0.0) || !(value <= 1.0))
     {
-      throw InvalidInput("The mask array \"" + name + "\" is " + Text(value) + " at point " +
+      throw InvalidInput("The mask array \"" + name + "\" is " + FormatNumber(value) + " at point " +
         std::to_string(points.Id(k)) + "; values from 0, no texture, to 1 are needed.");
     }
     mask[k] = static_cast<float>(value);

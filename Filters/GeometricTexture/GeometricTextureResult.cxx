@@ -4,7 +4,7 @@
 #include "GeometricTextureMask.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 
 #include <algorithm>
@@ -25,7 +25,8 @@ void RequireCountableTriangles(const TriangleMesh& mesh, int subdivisions, int l
   if (finest > std::numeric_limits<Index>::max())
   {
     throw InvalidInput("The surface has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
-      std::to_string(subdivisions) + " subdivisions and " + std::to_string(levels) + " levels make " + Text(finest) +
+      std::to_string(subdivisions) + " subdivisions and " + std::to_string(levels) + " levels make " +
+      FormatNumber(finest) +
       "; at most 2147483647 are possible. Fewer levels, a larger TextureScale or a coarser surface are needed.");
   }
 }

@@ -4,7 +4,7 @@
 #include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -58,8 +58,8 @@ void RequireCountableTriangles(const TriangleMesh& mesh, double edgeLength, int 
   const double finest = triangles * std::pow(4.0, levels - 1);
   if (finest > std::numeric_limits<Index>::max())
   {
-    throw InvalidInput("Remeshed with edges of length " + Text(edgeLength) + " the surface would have about " +
-      Text(triangles) + " triangles, which " + std::to_string(levels) + " levels make " + Text(finest) +
+    throw InvalidInput("Remeshed with edges of length " + FormatNumber(edgeLength) + " the surface would have about " +
+      FormatNumber(triangles) + " triangles, which " + std::to_string(levels) + " levels make " + FormatNumber(finest) +
       "; at most 2147483647 are possible. Fewer levels or a larger TextureScale are needed.");
   }
 }

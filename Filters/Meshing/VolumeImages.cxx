@@ -2,8 +2,8 @@
 #include "VolumeImages.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 
 #include <vtkArrayDispatch.h>
 #include <vtkDataArray.h>
@@ -152,14 +152,16 @@ ImageLattice::ImageLattice(vtkImageData* image, bool onCells)
   }
   if (!spacing.allFinite() || !this->Origin.allFinite() || !directions.allFinite() || (spacing.array() == 0.0).any())
   {
-    throw InvalidInput("The image has the spacing " + Text(spacing[0]) + ", " + Text(spacing[1]) + ", " +
-      Text(spacing[2]) + "; finite numbers other than 0, and a finite origin and direction, are needed.");
+    throw InvalidInput("The image has the spacing " + FormatNumber(spacing[0]) + ", " + FormatNumber(spacing[1]) +
+      ", " + FormatNumber(spacing[2]) +
+      "; finite numbers other than 0, and a finite origin and direction, are needed.");
   }
   const double deviation = (directions.transpose() * directions - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (deviation > DirectionTolerance)
   {
     throw InvalidInput("The direction matrix of the image is not orthogonal (its columns deviate by " +
-      Text(deviation) + "): it is sheared or scaled; resample it on orthogonal axes with vtkImageReslice first.");
+      FormatNumber(deviation) +
+      "): it is sheared or scaled; resample it on orthogonal axes with vtkImageReslice first.");
   }
   this->Axes = directions * spacing.asDiagonal();
   this->Origin += this->Axes * first;

@@ -7,7 +7,7 @@
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -92,7 +92,7 @@ private:
       lengths[p] = array->GetTuple1(p);
       if (!(lengths[p] > 0.0) || !std::isfinite(lengths[p]))
       {
-        throw surfsynth::InvalidInput("The sizing array \"" + name + "\" is " + surfsynth::Text(lengths[p]) +
+        throw surfsynth::InvalidInput("The sizing array \"" + name + "\" is " + surfsynth::FormatNumber(lengths[p]) +
           " at point " + std::to_string(p) + "; edge lengths must be finite and larger than 0.");
       }
     }

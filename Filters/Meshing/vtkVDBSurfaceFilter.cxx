@@ -8,7 +8,7 @@
 #include "VolumeImages.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 
 #include <vtkCellData.h>
@@ -71,7 +71,8 @@ void RequireFinite(const char* name, double value)
 {
   if (!std::isfinite(value))
   {
-    throw surfsynth::InvalidInput(std::string(name) + " is " + surfsynth::Text(value) + "; a finite number is needed.");
+    throw surfsynth::InvalidInput(
+      std::string(name) + " is " + surfsynth::FormatNumber(value) + "; a finite number is needed.");
   }
 }
 
@@ -140,8 +141,9 @@ private:
     if (mesh.NumberOfTriangles() == 0)
     {
       this->WarnOfNothing(block,
-        "No part of the image lies inside, or none is left: its values go from " + surfsynth::Text(range.Lower) +
-          " to " + surfsynth::Text(range.Upper) + ", the isovalue is " + surfsynth::Text(isoValue));
+        "No part of the image lies inside, or none is left: its values go from " +
+          surfsynth::FormatNumber(range.Lower) + " to " + surfsynth::FormatNumber(range.Upper) + ", the isovalue is " +
+          surfsynth::FormatNumber(isoValue));
       return;
     }
     mesh.Points = lattice.ToWorld(mesh.Points);

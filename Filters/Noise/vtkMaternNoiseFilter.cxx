@@ -6,7 +6,7 @@
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Noise/MaternField.h"
 
 #include <vtkDataObject.h>
@@ -135,7 +135,7 @@ private:
     }
     if (!std::isfinite(this->Self->StandardDeviation))
     {
-      throw surfsynth::InvalidInput("StandardDeviation is " + surfsynth::Text(this->Self->StandardDeviation) +
+      throw surfsynth::InvalidInput("StandardDeviation is " + surfsynth::FormatNumber(this->Self->StandardDeviation) +
         "; a finite number of at least 0 is needed.");
     }
     return this->Self->StandardDeviation;

@@ -12,7 +12,7 @@ namespace surfsynth
 
 namespace
 {
-/// Hands the text to the parser and remembers how far it has read: events do not say where they are.
+/// Iterator over the text that counts the bytes read: the events of the parser have no position.
 class CountingIterator
 {
 public:
@@ -71,7 +71,7 @@ public:
     }
     if (this->Where == Place::Shape)
     {
-      if (this->Entry.Shape.size() == LargestRank)
+      if (this->Entry.Shape.size() == MaximumRank)
       {
         this->Fail(SafetensorsRule::Names, this->Tensor() + " has more than 8 dimensions", "a rank of at most 8");
       }
@@ -193,7 +193,7 @@ public:
   }
 
 private:
-  /// Where the next event stands.
+  /// Place of the next event in the header.
   enum class Place
   {
     Outside,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Reads the JSON of a safetensors header event by event. Private to the model files.
+/// Parser of the JSON of a safetensors header. Private to the model files.
 #pragma once
 
 #include "IO/Weights/SafetensorsHeader.h"
@@ -11,14 +11,16 @@
 namespace surfsynth
 {
 
-/// Rules 3 to 6 of a header. Built on events and not on a document, so that repeated keys are seen and a deep or large
-/// text costs nothing before it is refused.
+/// Parser that checks rules 3 to 6 of a header (see SafetensorsRule). Works event by event, without a document in
+/// memory: it notices repeated keys, and a deep or large text costs nothing before it is refused.
 class HeaderParser
 {
 public:
+  /// @param file name of the file, for messages
   explicit HeaderParser(std::string file)
     : File(std::move(file))
   {}
+  /// Parses the text of a header.
   /// @throws FormatError
   SafetensorsHeader Parse(std::string_view text) const;
 

@@ -72,7 +72,7 @@ SafetensorsFile::SafetensorsFile(
   this->Load(read, size, limits);
 }
 
-/// @p read copies a range of the file; the ranges follow each other.
+/// Loads the file through @p read, which copies a range of it; the ranges follow each other.
 template <typename ReadBytes>
 void SafetensorsFile::Load(const ReadBytes& read, std::uint64_t size, const SafetensorsLimits& limits)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Model files: reading safetensors.
+/// Reading of model files in the format safetensors (https://github.com/huggingface/safetensors).
 #pragma once
 
 #include "IO/Weights/SafetensorsHeader.h"
@@ -15,45 +15,56 @@
 namespace surfsynth
 {
 
+/// Limits of a file to be read.
 struct SafetensorsLimits
 {
   /// Longest header that is read, bytes; clamped to 100 MB. Default 16 MiB.
   std::uint64_t HeaderBytes = std::uint64_t(16) << 20;
 };
 
-/// A safetensors file in memory. Reads files that may be broken or hostile: nothing is allocated before it is known to
-/// lie within the file, and every rule of SafetensorsRule is checked before an object exists.
+/// A safetensors file in memory. The file may be malformed or hostile: memory is only allocated for content that lies
+/// within the file, and every rule of SafetensorsRule is checked before an object exists.
 class SafetensorsFile
 {
 public:
+  /// Reads a file.
   /// @throws InvalidInput when the file cannot be opened or is no regular file.
   /// @throws FormatError, naming the file, the byte and the rule, when its content breaks a rule.
   explicit SafetensorsFile(const std::string& path, const SafetensorsLimits& limits = {});
 
-  /// The same for a file that is in memory. @p name stands for the path in messages.
+  /// Reads a file from memory. @p name stands for the path in messages.
   /// @throws FormatError
   SafetensorsFile(const void* bytes, std::size_t size, const std::string& name, const SafetensorsLimits& limits = {});
 
+  /// Path, or name, of the file.
   const std::string& Name() const { return this->File; }
+  /// Strings of the header's `__metadata__`, by key.
   const std::map<std::string, std::string>& Metadata() const { return this->Header.Metadata; }
+  /// Types and shapes of all tensors, by name.
   const std::map<std::string, TensorEntry>& Tensors() const { return this->Header.Tensors; }
+  /// True when the file has a tensor of that name.
   bool Contains(const std::string& tensor) const { return this->Header.Tensors.count(tensor) != 0; }
 
+  /// Type and shape of a tensor.
   /// @throws ModelMismatch when there is no tensor of that name.
   const TensorEntry& Entry(const std::string& tensor) const;
-  /// First byte of the tensor, of any alignment; valid while this object lives.
+  /// First byte of a tensor, of any alignment; valid while this object lives.
+  /// @throws ModelMismatch when there is no tensor of that name.
   const unsigned char* Bytes(const std::string& tensor) const;
 
-  /// The numbers of a floating-point tensor, row-major, rounded to float32.
+  /// Numbers of a floating-point tensor, row-major, rounded to float32.
   /// @throws ModelMismatch when there is no such tensor or it holds integers; FormatError when a finite number is too
   /// large for float32.
   std::vector<float> Float32(const std::string& tensor) const;
-  /// The numbers of a floating-point tensor, row-major, exactly.
+  /// Numbers of a floating-point tensor, row-major, exactly.
+  /// @throws ModelMismatch when there is no such tensor or it holds integers.
   std::vector<double> Float64(const std::string& tensor) const;
-  /// The numbers of an integer or boolean tensor.
+  /// Numbers of an integer or boolean tensor, row-major.
+  /// @throws ModelMismatch when there is no such tensor or it holds floating-point numbers.
   std::vector<std::int64_t> Integers(const std::string& tensor) const;
 
-  /// @throws FormatError (rule 9) naming the first number of the tensor that is NaN or infinite.
+  /// Checks that all numbers of a floating-point tensor are finite.
+  /// @throws FormatError (rule 9) naming the first number that is NaN or infinite.
   void RequireFinite(const std::string& tensor) const;
 
 private:

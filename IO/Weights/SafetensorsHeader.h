@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The JSON header of a safetensors file. Private to the model files.
+/// JSON header of a safetensors file. Private to the model files.
 #pragma once
 
 #include "IO/Weights/TensorType.h"
@@ -17,15 +17,16 @@ namespace surfsynth
 /// One tensor of a file.
 struct TensorEntry
 {
-  TensorType Type = TensorType::Float32;
-  std::vector<std::int64_t> Shape; ///< empty for a single number
-  std::int64_t Begin = 0;          ///< of its bytes, counted from the end of the header
-  std::int64_t End = 0;
+  TensorType Type = TensorType::Float32; ///< type of the elements
+  std::vector<std::int64_t> Shape;       ///< empty for a single number
+  std::int64_t Begin = 0;                ///< first byte, counted from the end of the header
+  std::int64_t End = 0;                  ///< end of the bytes, counted likewise
 
+  /// Product of the dimensions.
   std::int64_t NumberOfElements() const;
 };
 
-/// The rules that a file may break, numbered as in messages.
+/// Rules of the format, numbered as in messages.
 enum class SafetensorsRule
 {
   HeaderLength = 1, ///< 8 bytes, little-endian: at least 2, at most the limit, and within the file
@@ -43,17 +44,20 @@ enum class SafetensorsRule
 [[noreturn]] void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule,
   const std::string& found, const std::string& expected);
 
-/// What a header says.
+/// Content of a header.
 struct SafetensorsHeader
 {
-  std::map<std::string, TensorEntry> Tensors; ///< by name
-  std::map<std::string, std::string> Metadata;
+  std::map<std::string, TensorEntry> Tensors;  ///< by name
+  std::map<std::string, std::string> Metadata; ///< by key
 };
 
-/// Bytes of the file before the header's text: its length.
+/// Number of bytes before the header's text: they hold its length.
 constexpr std::uint64_t HeaderStart = 8;
 
-/// The length that the first 8 bytes tell, checked against rule 1 with nothing allocated.
+/// Decodes the length in the first 8 bytes and checks it against rule 1; allocates nothing.
+/// @param file for messages.
+/// @param fileSize bytes of the whole file.
+/// @param largest limit of the length, see SafetensorsLimits::HeaderBytes.
 /// @throws FormatError
 std::uint64_t DecodeHeaderLength(
   const std::string& file, const unsigned char* bytes, std::uint64_t fileSize, std::uint64_t largest);
@@ -64,17 +68,19 @@ std::uint64_t DecodeHeaderLength(
 /// @throws FormatError
 SafetensorsHeader ParseHeader(const std::string& file, std::string_view text, std::uint64_t dataSize);
 
-/// Bytes of a tensor of that type and shape; false when they exceed 2^63 - 1.
+/// Sets @p bytes to the size of a tensor of that type and shape; returns false when it exceeds 2^63 - 1.
 bool CountBytes(TensorType type, const std::vector<std::int64_t>& shape, std::int64_t& bytes);
 
-/// What is wrong with the name of a tensor, else "".
+/// Describes the defect of a tensor's name (rule 5); "" for a valid name.
 std::string NameDefect(const std::string& name);
 
-/// True for well-formed UTF-8: shortest forms, no surrogates, at most U+10FFFF. @p bad becomes the place of the first
-/// byte that is not.
+/// True for well-formed UTF-8: shortest forms, no surrogates, at most U+10FFFF. Else @p bad becomes the place of the
+/// first byte that is not.
 bool IsUtf8(std::string_view text, std::size_t& bad);
 
-constexpr std::size_t LargestRank = 8;
+/// Maximum number of dimensions of a tensor (rule 5).
+constexpr std::size_t MaximumRank = 8;
+/// Maximum number of tensors of a file (rule 5).
 constexpr std::size_t MaximumNumberOfTensors = 100000;
 
 } // namespace surfsynth

@@ -22,7 +22,7 @@ namespace surfsynth
 
 namespace
 {
-/// @p text in quotes, with what JSON wants escaped.
+/// Puts @p text in quotes, with the escapes of JSON.
 std::string Quoted(const std::string& text)
 {
   std::size_t bad = 0;
@@ -45,7 +45,7 @@ void CheckTensor(const std::string& name, const TensorData& tensor)
   std::int64_t bytes = 0;
   const bool negative = std::any_of(
     tensor.Shape.begin(), tensor.Shape.end(), [](std::int64_t extent) { return extent < 0; });
-  if (tensor.Shape.size() > LargestRank || negative || !CountBytes(tensor.Type, tensor.Shape, bytes))
+  if (tensor.Shape.size() > MaximumRank || negative || !CountBytes(tensor.Type, tensor.Shape, bytes))
   {
     throw InvalidInput(prefix + " has a shape that cannot be written; expected at most 8 dimensions of 0 or more.");
   }
@@ -100,7 +100,7 @@ TensorData FromNumbers(TensorType type, std::vector<std::int64_t> shape, const s
     "; expected a folder that can be written to and space in it.");
 }
 
-/// A file beside the wanted one that disappears unless it is committed.
+/// A temporary file beside the wanted one; removed unless it is committed.
 class TemporaryFile
 {
 public:

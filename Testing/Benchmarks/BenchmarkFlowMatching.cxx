@@ -27,7 +27,7 @@ std::shared_ptr<const FlowMatchingModel> Deformer(const TriangleMesh& mesh)
   return model;
 }
 
-/// What the sampler holds of a mesh: operators, factors of the Poisson equation and of the noise.
+/// Construction of a sampler: operators, factors of the Poisson equation and of the noise.
 void FlowMatchingSetUp(benchmark::State& state, const TriangleMesh& mesh)
 {
   const auto model = Deformer(mesh);
@@ -37,8 +37,8 @@ void FlowMatchingSetUp(benchmark::State& state, const TriangleMesh& mesh)
   }
 }
 
-/// One sample, noise included, of two midpoint steps. OverEvaluations is its time over that of as many evaluations of the
-/// network by PoissonNetEvaluator on the same mesh, measured right after it.
+/// One sample, noise included, of two midpoint steps. OverEvaluations is its time over that of as many evaluations of
+/// the network by PoissonNetEvaluator on the same mesh, measured right after it.
 void FlowMatchingSample(benchmark::State& state, const TriangleMesh& mesh)
 {
   using Clock = std::chrono::steady_clock;

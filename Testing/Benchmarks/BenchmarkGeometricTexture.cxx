@@ -112,7 +112,7 @@ void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
   CountOperations(state, mesh, seconds.count());
 }
 
-/// What is not the network: two subdivisions, and tables and features of the three meshes.
+/// Work beside the network: two subdivisions, and tables and features of the three meshes.
 void GeometricTextureTables(benchmark::State& state, const TriangleMesh& mesh)
 {
   for ([[maybe_unused]] auto step : state)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the benchmarks share: meshes, threads and memory.
+/// Meshes, threads and memory of the benchmarks.
 #pragma once
 
 #include "Core/Common/Parallel.h"
@@ -26,7 +26,7 @@ const TriangleMesh& MeshOfSize(Index points);
 /// L + tau M of MeshOfSize() for the default correlation range, 0.2 times the longest side.
 SparseMatrix ScreenedLaplacian(const TriangleMesh& mesh);
 
-/// Limits the library and OpenBLAS to @p threads threads while it lives.
+/// Limits the library and OpenBLAS to @p threads threads while the object lives.
 class Threads
 {
 public:
@@ -40,7 +40,7 @@ private:
   int BlasBefore = 0;
 };
 
-/// Peak resident memory since Restart(), MiB. Zero where the system does not tell.
+/// Peak resident memory since Restart(), MiB. Zero on systems without this number.
 class PeakMemory
 {
 public:
@@ -57,7 +57,7 @@ using Body = std::function<void(benchmark::State&, const TriangleMesh&)>;
 void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes = Sizes());
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
-/// What sgemm reaches on tiles of 512 x 128 by 128 x 128, operations per second.
+/// Speed of sgemm on tiles of 512 x 128 by 128 x 128, operations per second.
 double MeasuredProductRate();
 #endif
 

@@ -30,7 +30,7 @@ std::vector<PointMatrix> ShapesOf(const TriangleMesh& mesh)
   return shapes;
 }
 
-/// How many points of a pair of samples were compared in a second.
+/// Counts the points of a pair of samples that were compared in a second.
 void CountPoints(benchmark::State& state, const TriangleMesh& mesh)
 {
   state.counters["Points"] = benchmark::Counter(

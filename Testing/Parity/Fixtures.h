@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The files that the published implementation's numbers lie in.
+/// Fixture files with the numbers of the published implementations.
 #pragma once
 
 #include "IO/Weights/SafetensorsFile.h"

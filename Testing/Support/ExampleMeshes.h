@@ -78,7 +78,7 @@ TriangleMesh Subdivide(const TriangleMesh& mesh);
 /// Refines triangles chosen at random until the mesh has about @p points points (at most four times as many as it has).
 TriangleMesh RefineToSize(const TriangleMesh& mesh, Index points, std::uint32_t seed = 1);
 
-/// Collapses edges of lowest quadric error (Garland and Heckbert 1997) until @p points points are left. Boundaries and
+/// Collapses edges of lowest quadric error [Garland1997] until @p points points are left. Boundaries and
 /// the topology stay.
 TriangleMesh Decimate(const TriangleMesh& mesh, Index points);
 

@@ -67,7 +67,7 @@ double LargestDifference(vtkDataArray* a, vtkDataArray* b);
 /// of all blocks of a composite one.
 std::uint64_t HashOf(vtkDataObject* data);
 
-/// Whether two arrays have the same shape and the same bits.
+/// True when two arrays have the same shape and the same bits.
 bool SameBits(vtkDataArray* a, vtkDataArray* b);
 
 /// Seconds of a steady clock.

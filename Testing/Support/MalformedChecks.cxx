@@ -81,7 +81,7 @@ std::set<vtkAbstractArray*> ArraysOf(vtkDataObject* data)
   return arrays;
 }
 
-/// What the filter has made: arrays and points of the output that the input does not hold.
+/// Arrays and points of the output that the input does not hold: those that the filter has made.
 std::vector<vtkDataArray*> MadeArrays(vtkDataObject* output, vtkDataObject* input)
 {
   std::set<vtkAbstractArray*> old = ArraysOf(input);
@@ -112,7 +112,7 @@ bool IsFinite(vtkDataArray* array)
   return true;
 }
 
-/// Whether the input has an array of the name of @p array that is not finite: then what is made of it need not be.
+/// True when the input has an array of the name of @p array that is not finite: then @p array need not be finite.
 bool StemsFromNaN(vtkDataArray* array, vtkDataObject* input)
 {
   const std::set<vtkAbstractArray*> old = ArraysOf(input);
@@ -124,7 +124,7 @@ bool StemsFromNaN(vtkDataArray* array, vtkDataObject* input)
   });
 }
 
-/// Whether every point that is not finite has its like, at the same place of the same leaf, in the input.
+/// True when every point that is not finite equals the point at the same place of the same leaf of the input.
 bool AreStrayPoints(vtkDataArray* points, vtkDataObject* output, vtkDataObject* input)
 {
   const Leaves sources = LeavesOf(input);
@@ -165,7 +165,7 @@ void ExpectFinite(vtkDataObject* output, vtkDataObject* input, const FilterTrait
 
 Expectation Expected(const MalformedCase& malformed, const FilterTraits& traits)
 {
-  const bool isOpen = (malformed.Expected == Expectation::Sound && !traits.AcceptsEveryValidSurface) ||
+  const bool isOpen = (malformed.Expected == Expectation::Valid && !traits.AcceptsEveryValidSurface) ||
     (malformed.Expected == Expectation::Error && !traits.RefusesEveryDefect);
   return isOpen ? Expectation::Either : malformed.Expected;
 }
@@ -207,7 +207,7 @@ vtkSmartPointer<vtkMultiBlockDataSet> BetweenGoodBlocks(vtkDataObject* middle, c
   return blocks;
 }
 
-/// What the good blocks give by themselves. It is the same for all cases of a test with the same settings, and found once.
+/// Output for the good blocks alone: the same for all cases of a test with the same settings, and computed once.
 vtkMultiBlockDataSet* GoodBlocksAlone(const FilterFactory& make, const FilterTraits& traits)
 {
   static std::map<std::string, vtkSmartPointer<vtkDataObject>> outputs;
@@ -262,7 +262,7 @@ void CheckAlone(const MalformedCase& malformed, const FilterFactory& make, const
     case Expectation::Error:
       EXPECT_FALSE(run.Errors.empty()) << "R2: an error event was expected";
       break;
-    case Expectation::Sound:
+    case Expectation::Valid:
       EXPECT_TRUE(run.Errors.empty()) << errors;
       EXPECT_FALSE(IsEmpty(run.Output));
       break;
@@ -303,7 +303,7 @@ void CheckAsBlock(const MalformedCase& malformed, const FilterFactory& make, con
     case Expectation::Error:
       EXPECT_FALSE(run.Errors.empty()) << "R2: an error event was expected";
       break;
-    case Expectation::Sound:
+    case Expectation::Valid:
       EXPECT_TRUE(run.Errors.empty()) << ::testing::PrintToString(run.Errors);
       break;
     case Expectation::Either:

@@ -23,12 +23,12 @@
 namespace surfsynthtest
 {
 
-/// What a filter on surfaces may do with a case.
+/// Permitted outcomes of a filter on surfaces for a case.
 enum class Expectation
 {
   Empty, ///< empty output, no error
   Error, ///< an error event, empty output, a failed update
-  Sound, ///< a surface with manifold edges and triangles of some area: output, no error
+  Valid, ///< a surface with manifold edges and triangles of some area: output, no error
   Either ///< borderline, where the answer depends on the filter and on rounding: finite output, or an error
 };
 
@@ -48,19 +48,20 @@ const std::vector<MalformedCase>& MalformedCorpus();
 /// Makes the filter under test, with one input port.
 using FilterFactory = std::function<vtkSmartPointer<vtkAlgorithm>()>;
 
-/// What the filter under test asks of a surface.
+/// Requirements of the filter under test on a surface.
 struct FilterTraits
 {
-  /// False for a filter that needs more than a sound surface (closed, connected, ...): Sound then reads Either.
+  /// False for a filter that needs more than a valid surface (closed, connected, ...): Valid then reads Either.
   bool AcceptsEveryValidSurface = true;
   /// True for a filter that refuses open surfaces: the good blocks beside a case are then closed.
   bool NeedsClosedSurfaces = false;
   /// False for a filter that repairs defects or accepts other datasets: Error then reads Either.
   bool RefusesEveryDefect = true;
-  /// True for a filter that moves the points of a surface: a point that is not finite and that no polygon uses may stay so.
+  /// True for a filter that moves the points of a surface: a point that is not finite and that no polygon uses may stay
+  /// so.
   bool KeepsStrayPoints = false;
-  /// Names what the filter is set to, where the cases of a test differ in it: those of equal settings share the run on
-  /// the good blocks alone.
+  /// Name of the filter's settings, in tests whose cases differ in them: cases of equal settings share the run on the
+  /// good blocks alone.
   std::string Settings;
 };
 

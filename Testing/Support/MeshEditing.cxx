@@ -186,7 +186,7 @@ private:
     return this->KeepsOrientation(edge.A, edge.B, edge.Target) && this->KeepsOrientation(edge.B, edge.A, edge.Target);
   }
 
-  /// Whether the triangles of @p v without @p other stay well shaped and do not fold when v moves to @p target.
+  /// True when the triangles of @p v without @p other stay well shaped and do not fold when @p v moves to @p target.
   bool KeepsOrientation(Index v, Index other, const Eigen::Vector3d& target) const
   {
     for (const Index f : this->TrianglesOf(v))

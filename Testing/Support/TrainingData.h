@@ -38,7 +38,7 @@ FlowMatchingTrainer Trained(const SignalDataset& dataset, const FlowMatchingTrai
 /// An encoder of one block whose result has two channels.
 PoissonNetOptions TwoChannelEncoder();
 
-/// The text of what @p call throws; fails the test when that is nothing.
+/// Text of the exception of @p call; fails the test when it throws none.
 template <typename Thrown, typename Call>
 std::string TextOf(const Call& call)
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The error vocabulary of the library. Every exception that Core, IO/Weights and Learning throw on purpose is one
-/// of these five, and its text reads "function: what was found; what was expected".
+/// The five errors of the library. Every exception that a plain library (Core, IO, Inference, MeshProcessing, Learning)
+/// throws on purpose is one of them. Its text reads "function: found; expected".
 #pragma once
 
 #include <stdexcept>
@@ -10,7 +10,7 @@
 namespace surfsynth
 {
 
-/// Base of all errors thrown by the library.
+/// Base of all errors of the library: catch it to catch all five.
 class Error : public std::runtime_error
 {
 public:

@@ -12,20 +12,24 @@
 namespace surfsynth
 {
 
-/// Uninitialised memory, aligned to 64 bytes and, when it is large, on huge pages where the system offers them: the first
-/// touch of a fresh small page costs more than filling it. To be given to std::free().
+/// Allocates uninitialised memory, aligned to 64 bytes. A large block lies on huge pages where the system offers them:
+/// the first touch of a fresh small page costs more than filling it.
+/// @return memory for FreeLarge()
 /// @throws std::bad_alloc
 void* AllocateLarge(std::size_t bytes);
+/// Frees memory of AllocateLarge(); null does nothing.
 void FreeLarge(void* memory);
 
-/// An uninitialised array of numbers in such memory.
+/// Uninitialised array of numbers in memory of AllocateLarge(). Can be moved, not copied.
 template <typename T>
 class LargeArray
 {
   static_assert(std::is_trivially_copyable<T>::value, "elements are neither constructed nor destroyed");
 
 public:
+  /// Makes an empty array.
   LargeArray() = default;
+  /// Makes an array of @p size uninitialised elements.
   /// @throws std::bad_alloc
   explicit LargeArray(std::size_t size)
     : Size(size)
@@ -37,10 +41,15 @@ public:
     this->Memory.reset(static_cast<T*>(AllocateLarge(size * sizeof(T))));
   }
 
+  /// First element; null for an empty array.
   T* data() { return this->Memory.get(); }
+  /// First element; null for an empty array.
   const T* data() const { return this->Memory.get(); }
+  /// Number of elements.
   std::size_t size() const { return this->Size; }
+  /// Element @p k, below size(); not checked.
   T& operator[](std::size_t k) { return this->Memory.get()[k]; }
+  /// Element @p k, below size(); not checked.
   const T& operator[](std::size_t k) const { return this->Memory.get()[k]; }
 
 private:

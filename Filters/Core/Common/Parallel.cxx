@@ -62,7 +62,7 @@ private:
   std::exception_ptr Failure;
 };
 
-/// The helpers of one parallel loop, which tell when they have ended.
+/// The helper threads of one parallel loop, and the number of those that still run.
 class Helpers
 {
 public:

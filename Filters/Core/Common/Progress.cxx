@@ -36,7 +36,7 @@ Progress SubProgress(const Progress& progress, double begin, double end)
 
 namespace
 {
-/// What the waiting and the working thread share; the last of the two to let go frees it.
+/// State that the waiting and the working thread share; the last of the two to let go frees it.
 struct CancellableRun
 {
   std::mutex Mutex;
@@ -45,8 +45,8 @@ struct CancellableRun
   std::exception_ptr Failure;
 };
 
-/// Threads whose work nobody waits for any more. They are joined when the process ends: work that went on while the
-/// libraries it calls are taken down would crash.
+/// Threads of cancelled calls. They are joined when the process ends: work that went on while the libraries it calls
+/// are taken down would crash.
 class AbandonedThreads
 {
 public:

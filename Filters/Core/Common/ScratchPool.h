@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Scratch memory that parallel tasks lend each other. Private to the core.
+/// Pool of scratch memory for parallel tasks. Private to the library.
 #pragma once
 
 #include <mutex>
@@ -10,12 +10,13 @@
 namespace surfsynth
 {
 
-/// Objects that tasks borrow and return, so that there are as many as threads and not as many as tasks.
+/// Pool of objects that tasks borrow and return: there are as many objects as threads, not as many as tasks. Safe to
+/// use from several threads.
 template <typename T>
 class ScratchPool
 {
 public:
-  /// An object that another task has returned, else a default one.
+  /// Returns an object that another task has returned, else a default one.
   T Borrow()
   {
     std::lock_guard<std::mutex> lock(this->Mutex);
@@ -27,6 +28,7 @@ public:
     this->Idle.pop_back();
     return scratch;
   }
+  /// Gives an object of Borrow() back to the pool.
   void Return(T scratch)
   {
     std::lock_guard<std::mutex> lock(this->Mutex);

@@ -20,17 +20,17 @@ void SharedProgress::Advance(std::int64_t work)
     return;
   }
   // Observers may cost more than the work between two calls.
-  const bool muchDone = done - this->DoneWhenTold >= this->Total / 100;
-  if (muchDone || Clock::now() - this->LastTold >= std::chrono::milliseconds(50))
+  const bool muchDone = done - this->LastReportedDone >= this->Total / 100;
+  if (muchDone || Clock::now() - this->LastReport >= std::chrono::milliseconds(50))
   {
-    this->Tell(done);
+    this->ReportDone(done);
   }
 }
 
-void SharedProgress::Tell(std::int64_t done)
+void SharedProgress::ReportDone(std::int64_t done)
 {
-  this->DoneWhenTold = done;
-  this->LastTold = Clock::now();
+  this->LastReportedDone = done;
+  this->LastReport = Clock::now();
   const double total = static_cast<double>(std::max<std::int64_t>(this->Total, 1));
   try
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Progress and cancellation of work that several threads do. Private to the core.
+/// Progress and cancellation of work on several threads. Private to the library.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -13,22 +13,24 @@
 namespace surfsynth
 {
 
-/// Adds up what all threads have done; the thread that made it reports, and when that one is told to stop, all do.
+/// Sum of the work of all threads. The thread that constructed the object reports it; when the callback asks to stop,
+/// all threads stop.
 class SharedProgress
 {
 public:
-  /// @param total what the calls of Advance() will add up to.
+  /// @param progress callback, kept by reference
+  /// @param total sum of the work of all calls of Advance()
   SharedProgress(const Progress& progress, std::int64_t total)
     : Callback(progress)
     , Total(total)
   {}
 
-  /// To be called several times a second on every thread, with 0 while it only waits.
+  /// Adds @p work that is done. Every thread calls it several times a second, with 0 while it only waits.
   /// @throws Cancelled
   void Advance(std::int64_t work);
 
 private:
-  void Tell(std::int64_t done);
+  void ReportDone(std::int64_t done);
 
   using Clock = std::chrono::steady_clock;
 
@@ -37,8 +39,8 @@ private:
   const std::thread::id Reporter = std::this_thread::get_id();
   std::atomic<std::int64_t> Done{ 0 };
   std::atomic<bool> Stopped{ false };
-  std::int64_t DoneWhenTold = 0;
-  Clock::time_point LastTold = Clock::now();
+  std::int64_t LastReportedDone = 0;
+  Clock::time_point LastReport = Clock::now();
 };
 
 } // namespace surfsynth

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Numbers in messages.
+/// Former name of FormatNumber(), for one release.
 #pragma once
 
-#include <string>
+#include "Core/Common/FormatNumber.h"
 
 namespace surfsynth
 {
 
-/// @p value with six significant digits, in exponential form where that is shorter: 0.25, 1.6e-05, nan.
-std::string Text(double value);
+/// Former name of FormatNumber().
+[[deprecated("use FormatNumber()")]] inline std::string Text(double value) { return FormatNumber(value); }
 
 } // namespace surfsynth

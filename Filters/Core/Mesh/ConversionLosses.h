@@ -8,10 +8,10 @@
 namespace surfsynth
 {
 
-/// Losses of a conversion that never fails.
+/// Numbers of cells and points that a conversion left out or changed; 0 where it lost nothing.
 struct ConversionLosses
 {
-  std::int64_t CellsOutOfRange = 0;   ///< cells left out: they name a point that does not exist, or have no valid list
+  std::int64_t CellsOutOfRange = 0;   ///< cells left out: a point id is out of range, or the list of ids is invalid
   std::int64_t CellsTooSmall = 0;     ///< polygons and strips left out: fewer than three different points
   std::int64_t NonFinitePoints = 0;   ///< points with a NaN or an infinite coordinate
   std::int64_t CellsNotFinite = 0;    ///< polygons and strips left out, in whole or in part: they use such a point

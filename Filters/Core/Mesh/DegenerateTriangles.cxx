@@ -17,8 +17,8 @@ namespace surfsynth
 namespace
 {
 constexpr std::int64_t Grain = 16384;
-/// Double area over the square of the longest edge below which a triangle goes: ten times what the gate calls degenerate,
-/// so that rounding on the way to it does not matter.
+/// Limit of the double area over the square of the longest edge: triangles below it are removed. Ten times that of the
+/// mesh check, so that rounding on the way to it does not matter.
 constexpr double FlatRatio = 2e-11;
 /// A shortest edge of this part of the longest one is contracted; a flat triangle with a longer one has a corner on
 /// the opposite edge.

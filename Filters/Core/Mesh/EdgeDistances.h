@@ -13,10 +13,12 @@
 namespace surfsynth
 {
 
-/// [V] float64, world units: the length of the shortest path of edges from each vertex to the nearest of @p sources; 0
-/// at these, infinity where no path leads. At least the geodesic distance, and 2 / sqrt(3) times as much at most on
-/// equilateral triangles in a plane. Needs no solver and takes any mesh that has tables. O(V log V).
+/// Lengths of the shortest paths of edges from each vertex to the nearest of @p sources, by Dijkstra's algorithm
+/// [Dijkstra1959]. A distance is at least the geodesic one, and at most 2 / sqrt(3) times as long on equilateral
+/// triangles in a plane. Needs no solver and takes any mesh with tables. O(V log V).
 /// @param topology the tables of @p mesh
+/// @param sources vertex ids; none gives infinity everywhere
+/// @return [V] float64, world units, at least 0; 0 at the sources, infinity where no path leads.
 /// @throws InvalidInput when a source is no vertex.
 Eigen::VectorXd EdgeDistances(
   const TriangleMesh& mesh, const MeshTopology& topology, const std::vector<Index>& sources);

@@ -57,7 +57,7 @@ std::int64_t CountEdges(const MeshTopology& topology, Index v, const Visit& visi
   return count;
 }
 
-/// Like Count(), for edges: @p isDefect(v, k) with v the lower vertex.
+/// Counts the edges for which @p isDefect(v, k) holds, v the lower vertex and k its place among the neighbours of v.
 template <typename Predicate>
 MeshFinding CountEdgeDefects(MeshDefect defect, const MeshTopology& topology, const Predicate& isDefect)
 {
@@ -115,7 +115,7 @@ void KeepIfAny(const MeshFinding& finding, std::vector<MeshFinding>& findings)
   }
 }
 
-/// The defects that make the mesh unfit for any further look.
+/// Defects that prevent the search for others.
 std::vector<MeshFinding> CheckTriangles(const TriangleMesh& mesh)
 {
   const auto& t = mesh.Triangles;
@@ -311,7 +311,7 @@ std::vector<MeshFinding> InspectMesh(
   };
   if (!findings.empty() && findings.front().Defect == MeshDefect::IndexOutOfRange)
   {
-    // CheckTriangles() stopped there. What uses a vertex twice is counted here, and the rest on the proper triangles.
+    // CheckTriangles() stopped there. Repeated vertices are counted here, and the rest on the proper triangles.
     const Index points = mesh.NumberOfPoints();
     const auto& t = mesh.Triangles;
     const auto repeats = [&](std::int64_t f) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The gate: one check of a triangle mesh that every algorithm of the library shares.
+/// The mesh check that every algorithm of the library shares.
 #pragma once
 
 #include "Core/Mesh/MeshTopology.h"
@@ -14,8 +14,8 @@
 namespace surfsynth
 {
 
-/// What can be wrong with a triangle mesh. The first four break every algorithm and are always looked for; the others
-/// only when MeshRequirements asks.
+/// Defects of a triangle mesh. The first four break every algorithm and are always looked for; the others only when
+/// MeshRequirements asks.
 enum class MeshDefect
 {
   IndexOutOfRange,     ///< a triangle names a vertex that does not exist; ids are triangles
@@ -29,60 +29,65 @@ enum class MeshDefect
   SeveralComponents ///< the mesh is not connected; the count is the number of components, the id a vertex of the second
 };
 
-/// The conditions beyond finite, in-range, non-degenerate triangles that an algorithm needs.
+/// Requirements of an algorithm beyond finite, in-range, non-degenerate triangles.
 struct MeshRequirements
 {
-  bool ManifoldEdges = true;
-  bool ManifoldVertices = false;
-  bool ConsistentWinding = false;
-  bool Closed = false;
-  bool SingleComponent = false;
+  bool ManifoldEdges = true;      ///< no MeshDefect::NonManifoldEdge
+  bool ManifoldVertices = false;  ///< no MeshDefect::NonManifoldVertex
+  bool ConsistentWinding = false; ///< no MeshDefect::InconsistentWinding
+  bool Closed = false;            ///< no MeshDefect::BoundaryEdge
+  bool SingleComponent = false;   ///< no MeshDefect::SeveralComponents
 };
 
 /// One kind of defect found in a mesh.
 struct MeshFinding
 {
-  MeshDefect Defect;
-  std::int64_t Count = 0; ///< how many
-  std::int64_t First = 0; ///< the first id
+  MeshDefect Defect;      ///< kind
+  std::int64_t Count = 0; ///< number of triangles, vertices, edges or components with it
+  std::int64_t First = 0; ///< the first id; see MeshDefect for its kind
 };
 
-/// Everything found wrong with @p mesh, in the order of MeshDefect. A later kind is only looked for while the mesh is
-/// sound enough to do so (ids in range before geometry, geometry before edges). Empty means sound. O(V + F), parallel.
+/// Finds the defects of @p mesh, in the order of MeshDefect. Looks for a later kind only while no earlier one prevents
+/// it (ids before geometry, geometry before edges). O(V + F), parallel.
+/// @return one finding for each kind of defect; empty for a valid mesh.
 std::vector<MeshFinding> CheckMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {});
 
 /// True when the ids of a finding of this kind are triangles, false when they are vertices.
 bool HasTriangleIds(MeshDefect defect);
 
-/// True when the area of triangle @p f, whose ids are in range, is zero for MeshDefect::DegenerateTriangle.
+/// True when triangle @p f, whose ids are in range, has MeshDefect::DegenerateTriangle.
 bool IsDegenerateTriangle(const TriangleMesh& mesh, std::int64_t f);
 
 /// True when the triangles around vertex @p v form one fan or one ring, or there are none.
 bool HasSingleFan(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t v);
 
-/// The triangles of a mesh whose corners are three different vertices that exist: those that MeshTopology takes.
+/// The proper triangles of a mesh, which MeshTopology takes: their corners are three different vertices that exist.
 struct ProperTriangles
 {
-  TriangleMesh Mesh;           ///< all points, and those triangles
-  std::vector<Index> Original; ///< [F], the id that each of them has in the whole mesh, ascending
+  TriangleMesh Mesh;           ///< all points, and the proper triangles
+  std::vector<Index> Original; ///< [F], id of each proper triangle in the whole mesh, ascending
 };
+/// Finds the proper triangles of any mesh.
 ProperTriangles KeepProperTriangles(const TriangleMesh& mesh);
 
-/// Every kind of defect of @p mesh, in the order of MeshDefect. Unlike CheckMesh(), goes on after a defect: triangles with
-/// broken ids count as absent in all that follows. @p proper and @p topology are those of @p mesh.
+/// Finds every kind of defect of @p mesh, in the order of MeshDefect. Unlike CheckMesh(), goes on after a defect:
+/// triangles with invalid ids count as absent from there on.
+/// @param proper the proper triangles of @p mesh
+/// @param topology the tables of @p proper
 std::vector<MeshFinding> InspectMesh(
   const TriangleMesh& mesh, const ProperTriangles& proper, const MeshTopology& topology);
 
-/// What repairs a defect, as DescribeFindings() says it: "vtkSurfaceRepairFilter or vtkCleanPolyData removes them."
+/// Sentence about the repair of a defect, for DescribeFindings(): "vtkSurfaceRepairFilter or vtkCleanPolyData removes
+/// them."
 std::string RepairOf(MeshDefect defect);
 
-/// A sentence for each finding: what, how many, the first id and the VTK filter that repairs it. @p cellOfTriangle
-/// turns triangle ids into the caller's cell ids; empty when they are the same.
+/// Sentences about the findings, one for each: the defect, its number, the first id and the VTK filter that repairs it.
+/// @param cellOfTriangle turns triangle ids into the caller's cell ids; empty when they are the same
 std::string DescribeFindings(
   const std::vector<MeshFinding>& findings, const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 
-/// The tables of a mesh in which CheckMesh() finds nothing, so that who checks need not build them again.
-/// @throws InvalidInput with DescribeFindings() when it finds anything.
+/// Checks a mesh and returns its tables, which the check has built.
+/// @throws InvalidInput with DescribeFindings() as text when CheckMesh() finds a defect.
 MeshTopology RequireValidMesh(const TriangleMesh& mesh, const MeshRequirements& requirements = {},
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle = {});
 

@@ -16,7 +16,7 @@ namespace surfsynth
 
 namespace
 {
-/// Counts what @p isOne(id) tells, and keeps the first.
+/// Counts the ids for which @p isOne(id) holds, and keeps the first.
 template <typename Predicate>
 MeshFinding CountIf(MeshDefect kind, std::int64_t count, const Predicate& isOne)
 {
@@ -104,7 +104,7 @@ double SixfoldVolume(const TriangleMesh& mesh, Index f, const Eigen::RowVector3d
   return corners.determinant();
 }
 
-/// Everything about the components that is counted triangle by triangle.
+/// Counts of the components, triangle by triangle.
 void CountTriangles(const TriangleMesh& mesh, const std::vector<Index>& componentOf, const SurfacePatches& patches,
   const Eigen::VectorXd& areas, const BoundingBox& box, MeshStatistics& statistics)
 {
@@ -214,7 +214,7 @@ MeshFinding FindSmallComponents(const std::vector<ComponentStatistics>& componen
   return finding;
 }
 
-/// The sum of what every component has; nothing when one has none, or there are none.
+/// Sum of a member over all components; absent when one component has none, or there are no components.
 template <typename Value>
 std::optional<Value> Sum(
   const std::vector<ComponentStatistics>& components, std::optional<Value> ComponentStatistics::*member)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What can be said about a triangle mesh, however broken: defects, topology, sizes and shapes.
+/// Statistics of any triangle mesh, valid or not: defects, topology, sizes and shapes.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -14,82 +14,83 @@
 namespace surfsynth
 {
 
-/// Some numbers, each of which belongs to something with an id.
+/// Distribution of a quantity over things with ids, such as edge lengths. All is 0 when Count is 0.
 struct Distribution
 {
-  std::int64_t Count = 0; ///< how many numbers; the rest is 0 when there are none
-  double Minimum = 0.0;
-  double Mean = 0.0;
-  double Median = 0.0; ///< the lower one of two
-  double Maximum = 0.0;
-  std::int64_t AtMinimum = 0; ///< the lowest id that has the smallest number
-  std::int64_t AtMaximum = 0; ///< the lowest id that has the largest number
+  std::int64_t Count = 0;     ///< number of values
+  double Minimum = 0.0;       ///< smallest value
+  double Mean = 0.0;          ///< arithmetic mean
+  double Median = 0.0;        ///< the lower one of two
+  double Maximum = 0.0;       ///< largest value
+  std::int64_t AtMinimum = 0; ///< the lowest id with the smallest value
+  std::int64_t AtMaximum = 0; ///< the lowest id with the largest value
 };
 
 /// One connected component: triangles that are joined by points.
 struct ComponentStatistics
 {
-  std::int64_t FirstPoint = 0; ///< its lowest point id
-  std::int64_t Points = 0;
-  std::int64_t Triangles = 0;
+  std::int64_t FirstPoint = 0;          ///< its lowest point id
+  std::int64_t Points = 0;              ///< V
+  std::int64_t Triangles = 0;           ///< F
   std::int64_t EulerCharacteristic = 0; ///< V - E + F
-  std::int64_t BoundaryLoops = 0;
-  bool Closed = true;            ///< no edge has only one triangle
+  std::int64_t BoundaryLoops = 0;       ///< number of boundary loops, see FindBoundaryLoops()
+  bool Closed = true;                   ///< no edge has only one triangle
   bool Manifold = true;          ///< no edge has three triangles or more, and every point has one fan of triangles
   bool Orientable = true;        ///< the triangles can be wound alike
-  bool ConsistentWinding = true; ///< and they are
+  bool ConsistentWinding = true; ///< the triangles are wound alike
   double Area = 0.0;             ///< square world units
-  /// (2 - V + E - F - boundary loops) / 2, where the component is an orientable manifold.
+  /// Genus, (2 - V + E - F - boundary loops) / 2, of an orientable manifold; else absent.
   std::optional<std::int64_t> Genus;
-  /// The enclosed volume, cubic world units, where the component is closed and can be oriented; less than zero when it is
-  /// wound inwards.
+  /// Enclosed volume, cubic world units, of a closed orientable component; negative when it is wound inwards; else
+  /// absent.
   std::optional<double> Volume;
 };
 
-/// Topology counts the triangles with three different existing corners, degenerate ones included; lengths, areas and
-/// angles count what has finite coordinates, and angles no degenerate triangle.
+/// Statistics of a mesh. Topology counts the proper triangles (see ProperTriangles), degenerate ones included. Lengths,
+/// areas and angles count only finite coordinates, and angles no degenerate triangle.
 struct MeshStatistics
 {
-  std::int64_t Points = 0;
-  std::int64_t Triangles = 0;       ///< all
-  std::int64_t ProperTriangles = 0; ///< those with three different existing corners: what topology is about
-  std::int64_t UsedPoints = 0;      ///< points of proper triangles
-  std::int64_t Edges = 0;
+  std::int64_t Points = 0;           ///< number of points, used or not
+  std::int64_t Triangles = 0;        ///< number of triangles, proper or not
+  std::int64_t ProperTriangles = 0;  ///< number of triangles with three different existing corners
+  std::int64_t UsedPoints = 0;       ///< number of points of proper triangles
+  std::int64_t Edges = 0;            ///< number of edges of proper triangles
   std::vector<MeshFinding> Findings; ///< every kind of defect, from InspectMesh()
 
   MeshFinding UnreferencedPoints{
     MeshDefect::IndexOutOfRange
   };                                                           ///< count and first of the points in no proper triangle
-  MeshFinding CoincidentPoints{ MeshDefect::IndexOutOfRange }; ///< used points at the very place of an earlier one
+  MeshFinding CoincidentPoints{ MeshDefect::IndexOutOfRange }; ///< used points with the coordinates of an earlier one
   MeshFinding DuplicateTriangles{ MeshDefect::IndexOutOfRange }; ///< triangles with the corners of an earlier one
-  MeshFinding SmallComponents{ MeshDefect::SeveralComponents }; ///< of the fraction below; the first one's lowest point
-  /// A component is small when it has fewer triangles than this fraction of those of the largest one.
+  MeshFinding SmallComponents{ MeshDefect::SeveralComponents };  ///< small components; the first one's lowest point
+  /// Limit of small components: they have fewer triangles than this fraction of those of the largest one.
   static constexpr double SmallComponentFraction = 0.01;
 
   std::vector<ComponentStatistics> Components; ///< in order of their lowest point id
-  std::int64_t BoundaryLoops = 0;
-  double LongestBoundaryLoop = 0.0;          ///< world units
-  std::int64_t LongestBoundaryLoopPoint = 0; ///< a point on it
+  std::int64_t BoundaryLoops = 0;              ///< number of boundary loops
+  double LongestBoundaryLoop = 0.0;            ///< length, world units
+  std::int64_t LongestBoundaryLoopPoint = 0;   ///< a point on it
 
   double Area = 0.0;          ///< square world units
-  BoundingBox Box;            ///< of the finite points of proper triangles
+  BoundingBox Box;            ///< box of the finite points of proper triangles
   Distribution EdgeLength;    ///< world units; ids are the lower point of the edge
-  Distribution SmallestAngle; ///< of each triangle, degrees; ids are triangles
-  Distribution LargestAngle;  ///< likewise
-  /// Of each triangle, longest edge times perimeter / (4 sqrt(3) area): 1 for an equilateral one. Ids are triangles.
+  Distribution SmallestAngle; ///< smallest angle of each triangle, degrees; ids are triangles
+  Distribution LargestAngle;  ///< largest angle of each triangle, degrees; ids are triangles
+  /// Aspect ratio of each triangle [Stimpson2007], longest edge times perimeter / (4 sqrt(3) area): at least 1, and 1
+  /// for an equilateral one. Ids are triangles.
   Distribution AspectRatio;
 
-  bool Closed() const;
-  bool Manifold() const;
-  bool Orientable() const;
-  bool ConsistentWinding() const;
-  std::int64_t EulerCharacteristic() const;
-  std::optional<std::int64_t> Genus() const; ///< the sum over the components, where all have one
-  std::optional<double> Volume() const;      ///< likewise
+  bool Closed() const;                       ///< true when all components are closed
+  bool Manifold() const;                     ///< true when all components are manifold
+  bool Orientable() const;                   ///< true when all components are orientable
+  bool ConsistentWinding() const;            ///< true when all components are wound consistently
+  std::int64_t EulerCharacteristic() const;  ///< sum over the components
+  std::optional<std::int64_t> Genus() const; ///< sum over the components; absent unless all have one
+  std::optional<double> Volume() const;      ///< sum over the components, cubic world units; absent unless all have one
 };
 
-/// Never throws because of the mesh. The same bits for every number of threads. About half a second for a million
-/// triangles.
+/// Computes the statistics of any mesh; its defects are findings, not errors. The same bits for every number of
+/// threads. About half a second for a million triangles.
 /// @throws Cancelled
 MeshStatistics ComputeMeshStatistics(const TriangleMesh& mesh, const Progress& progress = {});
 

@@ -60,7 +60,8 @@ void SortFew(Index* begin, const Index* end)
   std::copy_n(sorted, count, begin);
 }
 
-/// Sorts the ids of one row and keeps each once, with how often it was there (saturated at 255); returns their number.
+/// Sorts the ids of one row and keeps each once, with its number of occurrences (saturated at 255). Returns the number
+/// of ids kept.
 Index CountEqualIds(Index* begin, const Index* end, std::uint8_t* counts)
 {
   SortFew(begin, end);

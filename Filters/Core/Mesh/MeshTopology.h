@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Which vertices and triangles touch: the tables behind the mesh check and the assembly of operators.
+/// Incidence tables of vertices and triangles, for the mesh check and the assembly of operators.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -16,14 +16,15 @@ namespace surfsynth
 class MeshTopology
 {
 public:
+  /// Builds the tables of @p mesh.
   /// @throws InvalidInput when an id is out of range or a triangle uses a vertex twice.
   explicit MeshTopology(const TriangleMesh& mesh);
 
   /// Triangles around vertex v, ascending, are VertexTriangles[VertexTriangleStart[v] .. VertexTriangleStart[v + 1]).
   std::vector<Index> VertexTriangleStart; ///< [V + 1]
   std::vector<Index> VertexTriangles;     ///< [3 F]
-  /// Where corner k of triangle f stands in VertexTriangles: CornerPlace[3 f + k]. What a triangle does to its vertices
-  /// can so be written in the order of triangles, in parallel, and read in the order of vertices.
+  /// Index of corner k of triangle f in VertexTriangles: CornerPlace[3 f + k]. With it, contributions of triangles to
+  /// vertices are written in the order of triangles, in parallel, and read in the order of vertices.
   std::vector<Index> CornerPlace; ///< [3 F]
 
   /// Vertices joined to v by an edge, ascending, are Neighbours[NeighbourStart[v] .. NeighbourStart[v + 1]).
@@ -33,7 +34,9 @@ public:
   /// saturated at 255.
   std::vector<std::uint8_t> EdgeTriangles; ///< [2 E]
 
+  /// Number of vertices, V.
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexTriangleStart.size()) - 1; }
+  /// Number of edges, E.
   std::int64_t NumberOfEdges() const { return static_cast<std::int64_t>(this->Neighbours.size()) / 2; }
 
 private:
@@ -44,14 +47,15 @@ private:
 /// The connected components of a mesh; vertices that no triangle uses belong to none.
 struct MeshComponents
 {
-  Index Count = 0;
+  Index Count = 0;             ///< number of components
   std::vector<Index> OfVertex; ///< [V], component of each vertex in order of its lowest vertex id, -1 when unused
   std::vector<double> Area;    ///< [Count], square world units
   std::vector<std::int64_t> EulerCharacteristic; ///< [Count], V - E + F
   std::vector<bool> Closed;                      ///< [Count], true when no edge lies on a boundary
 };
 
-/// Finds the components in O(V + F). @p mass is the lumped mass, whose sum over a component is its area.
+/// Finds the components, in O(V + F).
+/// @param mass [V], the lumped mass; its sum over a component is the component's area
 MeshComponents ComputeComponents(const MeshTopology& topology, const Eigen::VectorXd& mass);
 
 } // namespace surfsynth

@@ -11,19 +11,19 @@
 namespace surfsynth
 {
 
-/// A subdivided mesh, and what its new vertices lie between.
+/// A subdivided mesh, and the edges that its new vertices lie on.
 struct SubdividedMesh
 {
   /// Vertices [V + E]: the old ones, then the midpoints in order of first appearance when triangles are scanned f = 0
   /// ... F - 1 and their edges (v0 v1), (v1 v2), (v2 v0). Triangles [4 F] in blocks of F: [v0, m0, m2], then [v1, m1,
-  /// m0], then [v2, m2, m1], then [m0, m1, m2], m_i being the midpoint of edge i. The order of "Deep Geometric Texture
-  /// Synthesis" (Hertz et al. 2020). Triangle f + k F comes from triangle f.
+  /// m0], then [v2, m2, m1], then [m0, m1, m2], m_i being the midpoint of edge i: the order of [Hertz2020]. Triangle
+  /// f + k F comes from triangle f.
   TriangleMesh Mesh;
   std::vector<std::array<Index, 2>> Parents; ///< [E], the ends of the edge that vertex V + e lies on
 };
 
-/// Any triangle mesh, with or without boundary; an edge has one midpoint however many triangles share it. O(V + F) but
-/// for the sorting of the edges around each vertex.
+/// Cuts each triangle of any mesh, with or without boundary, into four; an edge has one midpoint however many triangles
+/// share it. O(V + F) but for the sorting of the edges around each vertex.
 /// @throws InvalidInput when an id is out of range, a triangle uses a vertex twice, or the result would have 2^31
 /// vertices or triangles, or more.
 SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh);

@@ -29,8 +29,8 @@ struct AroundEdge
   HalfEdge Half;
 };
 
-/// The triangles at an edge in the order of a right-handed turn around it, from its lower to its higher point. Where two
-/// stand at the same angle, the one that leaves the solid comes first: what begins behind it is another part.
+/// The triangles at an edge in the order of a right-handed turn around it, from its lower to its higher point. Of two
+/// at the same angle, the one that leaves the solid comes first: another part begins behind it.
 std::vector<AroundEdge> SortAround(const TriangleMesh& mesh, const HalfEdge* begin, const HalfEdge* end)
 {
   const Index lower = std::min(StartOf(mesh, *begin), EndOf(mesh, *begin));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Lengths, areas and angles of whatever triangles can be measured. Private to the core.
+/// Lengths, areas and angles of the triangles with finite coordinates. Private to the core.
 #pragma once
 
 #include "Core/Mesh/MeshStatistics.h"
@@ -17,10 +17,10 @@ namespace surfsynth
 /// Areas of the triangles, [F] float64, square world units; 0 where a coordinate, or the area, is not finite.
 Eigen::VectorXd FiniteAreas(const TriangleMesh& mesh);
 
-/// The box around the finite points that triangles use.
+/// Box around the finite points that triangles use; both corners are zero without any.
 BoundingBox FiniteBox(const TriangleMesh& mesh);
 
-/// Lengths of all edges between finite points.
+/// Lengths of all edges between finite points, world units; ids are the lower point of the edge.
 Distribution EdgeLengths(const TriangleMesh& mesh, const MeshTopology& topology);
 
 /// Shapes of the triangles with finite corners that are not degenerate.
@@ -28,10 +28,11 @@ struct TriangleShapes
 {
   Distribution SmallestAngle; ///< degrees
   Distribution LargestAngle;  ///< degrees
-  Distribution AspectRatio;   ///< 1 for an equilateral triangle
+  Distribution AspectRatio;   ///< see MeshStatistics::AspectRatio
 };
 
-/// @param ids the id of each triangle in the distributions
+/// Measures the triangles of @p mesh.
+/// @param ids [F], the id of each triangle in the distributions
 TriangleShapes MeasureTriangles(const TriangleMesh& mesh, const std::vector<Index>& ids);
 
 } // namespace surfsynth

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A surface without the points that no triangle uses.
+/// Restriction of a mesh to the points that triangles use.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -10,18 +10,21 @@
 namespace surfsynth
 {
 
-/// The points that triangles use: what a network is to see of a mesh, since a stray point, which may even be NaN, would
-/// take part in norms and in the extent of the mesh.
+/// The points that triangles use. A network gets only these: a stray point, which may even be NaN, would take part in
+/// norms and in the extent of the mesh.
 class UsedPoints
 {
 public:
+  /// Finds the used points of @p mesh, whose ids are in range.
   explicit UsedPoints(const TriangleMesh& mesh);
 
+  /// True when triangles use all points.
   bool All() const { return this->Ids.empty(); }
+  /// Number of used points.
   Index Count() const { return this->Number; }
-  /// Id in the whole mesh of used point @p k.
+  /// Id in the whole mesh of used point @p k, which is in [0, Count()).
   Index Id(Index k) const { return this->Ids.empty() ? k : this->Ids[static_cast<std::size_t>(k)]; }
-  /// @p mesh with the used points only, in their order.
+  /// Returns @p mesh with the used points only, in their order.
   TriangleMesh Compact(const TriangleMesh& mesh) const;
 
 private:

@@ -2,8 +2,8 @@
 #include "Core/Noise/GaussianMixtures.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Random/CounterUniforms.h"
 
 #include <algorithm>
@@ -27,12 +27,12 @@ void RequireOptions(const GaussianMixtureOptions& options)
   if (!(options.Width > 0.0) || !std::isfinite(options.Width))
   {
     throw InvalidInput(
-      "GaussianMixtures: the width is " + Text(options.Width) + "; a finite number larger than 0 is needed.");
+      "GaussianMixtures: the width is " + FormatNumber(options.Width) + "; a finite number larger than 0 is needed.");
   }
   if (!(options.Separation >= 0.0) || !std::isfinite(options.Separation))
   {
-    throw InvalidInput(
-      "GaussianMixtures: the separation is " + Text(options.Separation) + "; a finite number of at least 0 is needed.");
+    throw InvalidInput("GaussianMixtures: the separation is " + FormatNumber(options.Separation) +
+      "; a finite number of at least 0 is needed.");
   }
 }
 } // namespace
@@ -129,7 +129,7 @@ Index GaussianMixtures::ChooseCentre(const Group& group, std::size_t member, dou
   if (chosen < 0)
   {
     throw InvalidInput("GaussianMixtures: no vertex is left for a centre of sample " +
-      std::to_string(group.Samples[member]) + ": all are closer than the separation, " + Text(separation) +
+      std::to_string(group.Samples[member]) + ": all are closer than the separation, " + FormatNumber(separation) +
       ", to the earlier centres; fewer centres, a smaller width or a smaller separation is needed.");
   }
   return chosen;

@@ -2,9 +2,9 @@
 #include "Core/Noise/MaternField.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Noise/MaternFieldInternals.h"
 
@@ -25,7 +25,8 @@ void Require(bool condition, const char* name, double value, const char* expecte
 {
   if (!condition)
   {
-    throw InvalidInput(std::string("MaternField: ") + name + " is " + Text(value) + "; expected " + expected + ".");
+    throw InvalidInput(
+      std::string("MaternField: ") + name + " is " + FormatNumber(value) + "; expected " + expected + ".");
   }
 }
 
@@ -266,7 +267,7 @@ void MaternField::SampleInto(
     return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
   };
 
-  this->Impl->ForgetResidual();
+  this->Impl->ResetResidual();
   // Large arrays are made once for each thread: the system hands out fresh pages slowly.
   ScratchPool<LargeArray<double>> scratch;
   const std::thread::id caller = std::this_thread::get_id();
@@ -341,7 +342,7 @@ double MaternField::EffectiveCorrelationRange() const
 
 double MaternField::Gamma() const { return this->Impl->Gamma; }
 
-double MaternField::RelativeResidual() const { return this->Impl->WorstResidual(); }
+double MaternField::RelativeResidual() const { return this->Impl->MaximumResidual(); }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
 

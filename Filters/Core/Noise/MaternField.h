@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Gaussian random fields on surfaces: sections 3.4, 3.5 and 5.4 of "Matérn Noise for Triangulation-Agnostic Flow
-/// Matching on Meshes" and Lindgren, Rue and Lindström (2011).
+/// Gaussian random fields on surfaces: [Kuai2026], sections 3.4, 3.5 and 5.4, and [Lindgren2011].
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -17,7 +16,8 @@
 namespace surfsynth
 {
 
-/// The distribution that is sampled. n is N(0, I), independent for every vertex.
+/// Distribution of a field. n is N(0, I), independent for every vertex. Algorithms and equations are those of
+/// [Kuai2026].
 enum class NoiseModel
 {
   Matern,     ///< (L + tau M) f = sqrt(M) n: Algorithm 1, the triangulation-agnostic noise
@@ -27,7 +27,7 @@ enum class NoiseModel
   Spectral    ///< f = sum_i chi_i / (lambda_i + tau) phi_i over the lowest eigenpairs: section 5.4
 };
 
-/// How the screening term tau, 1 / square world units, is given.
+/// Parameter that gives the screening term tau, 1 / square world units. Algorithms are those of [Kuai2026].
 enum class ScaleMode
 {
   CorrelationRange,   ///< tau = kappa^2 with kappa = sqrt(8 nu) / range, nu = 1; f scaled to a standard deviation
@@ -35,35 +35,35 @@ enum class ScaleMode
   NormalizedScreening ///< tau = c Gamma and output sqrt(Gamma) f: Algorithm 2
 };
 
-/// What to sample. Fields that the model and mode do not name are ignored.
+/// Options of a field. Options that the model and mode do not name are ignored.
 struct MaternFieldOptions
 {
-  NoiseModel Model = NoiseModel::Matern;
-  ScaleMode Mode = ScaleMode::CorrelationRange;
-  /// CorrelationRange mode: the distance at which the correlation has fallen to about 0.14, world units, > 0; or 0 for
+  NoiseModel Model = NoiseModel::Matern;        ///< distribution
+  ScaleMode Mode = ScaleMode::CorrelationRange; ///< parameter of tau, for Matern and Spectral
+  /// In CorrelationRange mode: distance at which the correlation has fallen to about 0.14, world units, > 0; or 0 for
   /// 0.2 times the longest side of the bounding box.
   double CorrelationRange = 0.0;
-  /// CorrelationRange mode and PerVertex: the marginal standard deviation, >= 0.
+  /// In CorrelationRange mode and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
-  /// Screening mode: tau > 0. The paper uses 100 on shapes of about unit size.
+  /// In Screening mode: tau > 0, 1 / square world units. [Kuai2026] uses 100 on shapes of about unit size.
   double Screening = 100.0;
-  /// NormalizedScreening mode: c > 0. tau is then proportional to the spectrum of the triangulation at hand, so the
-  /// field is invariant under scaling but not under refinement (Gamma grows with the number of vertices).
+  /// In NormalizedScreening mode: c > 0. tau is proportional to the spectrum of the triangulation, so the field is
+  /// invariant under scaling but not under refinement (Gamma increases with the number of vertices).
   double NormalizedScreening = 1e-4;
-  /// Spectral: number of eigenpairs, >= 1, the constant one included; at most the number of used vertices - 1.
+  /// For Spectral: number of eigenpairs, >= 1, the constant one included; at most the number of used vertices - 1.
   Index NumberOfEigenpairs = 256;
 };
 
-/// Which samples to draw.
+/// Numbers of the samples to draw.
 struct SampleRequest
 {
-  std::uint64_t Seed = 0;
-  std::uint32_t FirstSample = 0;
-  std::uint32_t NumberOfSamples = 1;
+  std::uint64_t Seed = 0;               ///< see NormalKey::Seed
+  std::uint32_t FirstSample = 0;        ///< number of the first sample
+  std::uint32_t NumberOfSamples = 1;    ///< may be 0
   std::uint32_t SampleStep = 1;         ///< the samples are FirstSample + k SampleStep
   std::uint32_t NumberOfComponents = 1; ///< independent components of each sample
   std::uint32_t Stream = 0;             ///< see NormalKey::Stream
-  double Scale = 1.0;                   ///< every value is multiplied by it
+  double Scale = 1.0;                   ///< factor of every value
 };
 
 /// A random field on one mesh: operators and factor are computed once, samples are drawn many times.
@@ -73,7 +73,7 @@ struct SampleRequest
 /// surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
 /// boundary, by a factor sqrt(2) on a straight one.
 ///
-/// A linear finite-element solve with alpha = 2 has smoothness nu = alpha - d/2 = 1 on a surface.
+/// A linear finite-element solve with alpha = 2 has smoothness nu = alpha - d/2 = 1 on a surface [Lindgren2011].
 class MaternField
 {
 public:
@@ -83,34 +83,34 @@ public:
   /// @throws SolverFailure when the matrix is not positive definite to working precision.
   /// @throws Cancelled
   MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
-  /// The same for a mesh that the caller has checked, with its tables (see RequireValidMesh()).
+  /// Constructs the field on a mesh that the caller has checked, with its tables (see RequireValidMesh()).
   MaternField(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress = {});
   ~MaternField();
   MaternField(MaternField&&) noexcept;
   MaternField& operator=(MaternField&&) noexcept;
 
-  /// Says where sample number @p sample is to be written: V * C doubles, the components of a vertex side by side, as in
-  /// a vtkDataArray. Called on the thread that called SampleInto(), in order.
+  /// Returns the memory for sample number @p sample: V * C doubles, the components of a vertex side by side, as in a
+  /// vtkDataArray. Called on the thread that called SampleInto(), in order.
   using Destination = std::function<double*(std::uint32_t sample)>;
 
-  /// Draws the samples and writes each to its destination. Memory: one block of 32 columns of V numbers for each thread,
-  /// whatever the number of samples. The bits of a sample depend on (seed, sample, component, stream, vertex id) and
-  /// the mesh alone. A vertex that no triangle uses gets 0.
+  /// Draws the samples and writes each to its destination. Memory: one block of 32 columns of V numbers for each
+  /// thread, whatever the number of samples. The bits of a sample depend on (seed, sample, component, stream, vertex
+  /// id) and the mesh alone. A vertex that no triangle uses gets 0.
   ///
   /// @throws InvalidInput when no component, or a sample beyond number 2^32 - 1, is asked for.
-  /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8; Cancelled. What has
-  /// been written by then is incomplete.
+  /// @throws SolverFailure when a solution is not finite or its relative residual exceeds 1e-8; Cancelled. The samples
+  /// written by then are incomplete.
   void SampleInto(const SampleRequest& request, const Destination& destination, const Progress& progress = {}) const;
 
   /// Receives sample number @p sample as [V, C] float64; the reference is only valid during the call.
   using Consumer = std::function<void(std::uint32_t sample, const Eigen::Ref<const Eigen::MatrixXd>& values)>;
 
-  /// The same, handing each sample to @p consume, in order, on the calling thread: for statistics over many samples,
-  /// which need not be kept.
+  /// Draws the samples like SampleInto() and hands each to @p consume, in order, on the calling thread: for statistics
+  /// over many samples, which need not be kept.
   void Sample(const SampleRequest& request, const Consumer& consume, const Progress& progress = {}) const;
 
-  /// The first sample of @p request, [V, C] float64.
+  /// Draws the first sample of @p request, [V, C] float64. Same errors as SampleInto().
   Eigen::MatrixXd Sample(const SampleRequest& request = {}) const;
 
   /// tau in use, 1 / square world units; 0 for models without one.
@@ -122,8 +122,9 @@ public:
   /// Largest relative residual || A f - b || / || b || of the last call of Sample(), over one column of every block of
   /// up to 32 that are solved together; 0 for models without a solve.
   double RelativeResidual() const;
-  /// Longest edge, world units: above about a third of the range the mesh cannot carry the field.
+  /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
+  /// Mesh of the field.
   const TriangleMesh& Mesh() const;
 
 private:
@@ -134,10 +135,20 @@ private:
 /// Mean marginal variance of the unscaled field (L + tau M) f = sqrt(M) n on a connected surface, i.e. the sum over
 /// the spectrum of 1 / (lambda_i + tau)^2, divided by the area.
 ///
-/// On a closed surface of area A and Euler characteristic chi the heat trace A / (4 pi t) + chi / 6 gives
+/// On a closed surface of area A and Euler characteristic chi the heat trace A / (4 pi t) + chi / 6 [McKean1967] gives
 ///   1 / (A tau^2) + 1 / (4 pi (tau + mu)),   mu = 4 pi / A (1 - chi / 6),
 /// exact in the limit of small ranges (to second order) and of large ones, and within 5 % on the sphere at any range.
 /// On an open surface the value is that of its interior, max(1 / (4 pi tau), 1 / (A tau^2)).
+/// @param tau screening term, 1 / square world units, > 0
+/// @param area A, square world units, > 0
+/// @param eulerCharacteristic chi
+/// @param closed true for a surface without boundary
+/// @return variance, square world units squared
+/// @param tau screening term, 1 / square world units, > 0
+/// @param area A, square world units, > 0
+/// @param eulerCharacteristic chi
+/// @param closed true for a surface without boundary
+/// @return variance, square world units squared
 double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed);
 
 } // namespace surfsynth

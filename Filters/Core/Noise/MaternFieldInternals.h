@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a MaternField holds. Private to the noise.
+/// Internals of MaternField. Private to the noise.
 #pragma once
 
 #include "Core/Common/LargeArray.h"
@@ -17,40 +17,44 @@
 namespace surfsynth
 {
 
-/// One component of one sample, and where it is to be written.
+/// One component of one sample, and the memory for it.
 struct MaternColumn
 {
-  std::uint32_t Sample;
-  std::uint32_t Component;
-  double* Values; ///< of the first vertex; those of the others follow at a distance of the number of components
+  std::uint32_t Sample;    ///< number of the sample
+  std::uint32_t Component; ///< number of the component
+  double* Values; ///< value of the first vertex; those of the others follow at a distance of the number of components
 };
 
-/// The constructor and what it calls are in MaternField.cxx, sampling is in MaternSampling.cxx.
+/// Operators, factor and amplitudes of a field. MaternField.cxx defines the construction, MaternSampling.cxx the
+/// sampling.
 class MaternField::Internals
 {
 public:
   /// Columns that are solved together, rows in the solver's order.
   using Block = Eigen::Map<RowMatrix>;
 
+  /// Assembles, and factors or computes eigenpairs. Same errors as MaternField.
   Internals(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
 
-  /// Samples @p columns of the request. @p scratch grows as needed and is worth keeping from call to call.
+  /// Samples @p columns of the request. @p scratch is enlarged as needed and is worth keeping from call to call.
   void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
     LargeArray<double>& scratch, const Progress& progress);
 
-  TriangleMesh Mesh;
-  MaternFieldOptions Options;
-  double Tau = 0.0;
-  double Gamma = 0.0;
-  double LongestEdge = 0.0;
+  TriangleMesh Mesh;          ///< mesh of the field
+  MaternFieldOptions Options; ///< checked
+  double Tau = 0.0;           ///< see MaternField::EffectiveScreening()
+  double Gamma = 0.0;         ///< see MaternField::Gamma()
+  double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
 
-  void ForgetResidual()
+  /// Sets the residual to 0 before a call of Sample().
+  void ResetResidual()
   {
     std::lock_guard<std::mutex> lock(this->ResidualMutex);
     this->Residual = 0.0;
   }
-  double WorstResidual()
+  /// Largest relative residual since ResetResidual().
+  double MaximumResidual()
   {
     std::lock_guard<std::mutex> lock(this->ResidualMutex);
     return this->Residual;
@@ -77,7 +81,7 @@ private:
 
   Eigen::VectorXd Mass;
   Eigen::VectorXd RootMass;
-  Eigen::VectorXd Amplitude; ///< what each vertex's value is multiplied by
+  Eigen::VectorXd Amplitude; ///< [V], factor of each vertex's value
   MeshComponents Components;
   std::optional<CholeskySolver> Solver;
   std::vector<Index> RowOfVertex; ///< in the solver's order

@@ -2,7 +2,7 @@
 #include "Core/Noise/MaternFieldInternals.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <algorithm>
 #include <cmath>
@@ -136,7 +136,7 @@ void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, cons
   const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
   if (!(residual <= LargestResidual))
   {
-    throw SolverFailure("MaternField: the relative residual of the solve is " + Text(residual) +
+    throw SolverFailure("MaternField: the relative residual of the solve is " + FormatNumber(residual) +
       "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
       "system ill-conditioned: remesh, or use a smaller correlation range.");
   }

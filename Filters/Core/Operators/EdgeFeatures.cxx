@@ -40,7 +40,7 @@ struct EdgeFrames
     this->Normal = UnitOrZero(this->Edge[0].cross(this->Edge[1]));
   }
   Eigen::RowVector3d Along(int edge) const { return UnitOrZero(this->Edge[edge]); }
-  /// Out of the triangle, towards what lies beyond the edge.
+  /// Unit vector out of the triangle, across the edge.
   Eigen::RowVector3d Outward(const Eigen::RowVector3d& along) const { return along.cross(this->Normal); }
 
   Eigen::RowVector3d Corner[3];

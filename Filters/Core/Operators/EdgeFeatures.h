@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What triangles see of their neighbours in frames of their edges: the input features of "Deep Geometric Texture
-/// Synthesis" (Hertz et al. 2020, section 3).
+/// Features of triangles and their neighbours in frames of their edges: the input features of [Hertz2020], section 3.
 #pragma once
 
 #include "Core/Mesh/MeshTopology.h"
@@ -12,18 +11,21 @@
 namespace surfsynth
 {
 
-/// The triangles beyond the edges of each triangle. Edge i of a triangle runs from its corner i to corner (i + 1) % 3.
-/// Beyond an edge on a boundary lies the triangle itself, and the corner opposite is its own.
+/// The triangles across the edges of each triangle. Edge i of a triangle runs from its corner i to corner (i + 1) % 3.
+/// The neighbour across a boundary edge is the triangle itself, and the opposite vertex is its own.
 struct FaceNeighbours
 {
-  TriangleMatrix Faces;    ///< [F, 3], the triangle beyond each edge
+  TriangleMatrix Faces;    ///< [F, 3], the triangle across each edge
   TriangleMatrix Opposite; ///< [F, 3], the vertex of that triangle which is not on the edge
 };
 
+/// Finds the neighbours of all triangles.
 /// @param mesh with manifold edges; any vertex degree, open or closed. O(F), parallel.
 /// @throws InvalidInput when an edge has three triangles or more, an id is out of range or a triangle uses a vertex
 /// twice.
 FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh);
+/// Finds the neighbours of all triangles of a mesh with tables. Same errors.
+/// Finds the neighbours of all triangles of a mesh with tables. Same errors.
 /// @param topology the tables of @p mesh
 FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopology& topology);
 
@@ -33,15 +35,16 @@ using SinglePoints = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// then the edge's length.
 using EdgeFeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, 12, Eigen::RowMajor>;
 
-/// The frame of edge i: origin at its midpoint, x along the edge, n the face's unit normal (v1 - v0) x (v2 - v1), y = x
-/// cross n, which points out of the triangle. Unit vectors of triangles without area are zero (nothing is divided by
-/// 0).
+/// Computes the edge features of a mesh. The frame of edge i has its origin at the midpoint, x along the edge, n the
+/// face's unit normal (v1 - v0) x (v2 - v1), and y = x cross n, which points out of the triangle. Unit vectors of
+/// triangles without area are zero (nothing is divided by 0).
 EdgeFeatureMatrix ComputeEdgeFeatures(
   const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbours& neighbours);
 
-/// The displacement of each vertex: the mean over its corners of a x_i + b y_i + c n, with the frame of the edge that
-/// leaves the corner and (a, b, c) the row of @p local for the triangle. [V, 3]; 0 for vertices that no triangle uses.
+/// Computes the displacement of each vertex: the mean over its corners of a x_i + b y_i + c n, with the frame of the
+/// edge that leaves the corner and (a, b, c) the row of @p local for the triangle.
 /// @param local [F, 3]
+/// @return [V, 3]; 0 for vertices that no triangle uses
 SinglePoints MeanCornerDisplacement(
   const SinglePoints& points, const TriangleMatrix& triangles, const Eigen::Ref<const SinglePoints>& local);
 

@@ -28,7 +28,7 @@ Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
 
 Eigen::Index Faces(const TriangleMesh& mesh) { return mesh.Triangles.rows(); }
 
-/// What a triangle adds to the row of the stiffness matrix that belongs to one of its corners.
+/// Contribution of a triangle to the row of the stiffness matrix that belongs to one of its corners.
 struct CornerWeights
 {
   double Next; ///< half the cotangent of the angle at the last corner, for the edge to the next one

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// Linear finite-element operators on a triangle mesh: appendix F of "Matérn Noise for Triangulation-Agnostic Flow
-/// Matching on Meshes". All are assembled in parallel in O(V + F), in double precision.
+/// @file Linear finite-element operators on a triangle mesh: [Kuai2026], appendix F. All are assembled in parallel in
+/// O(V + F), in double precision.
 ///
-/// With phi_i the hat function of vertex i,
+/// With phi_i the barycentric hat function of vertex i,
 ///   M_ii = integral of phi_i                      lumped barycentric mass, square world units
 ///   L_ij = integral of grad phi_i . grad phi_j    cotangent stiffness, no unit; symmetric, x^T L x >= 0, L 1 = 0
 ///   G    gradient of a vertex signal in each triangle's own frame, 1 / world units
@@ -20,7 +19,9 @@
 namespace surfsynth
 {
 
+/// Sparse float64 matrix, stored by columns.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+/// Sparse float64 matrix, stored by rows.
 using SparseRowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
 /// Areas of the triangles, [F] float64, square world units.
@@ -28,15 +29,19 @@ Eigen::VectorXd FaceAreas(const TriangleMesh& mesh);
 
 /// Lumped barycentric mass, [V] float64, square world units: one third of the area of the triangles around each vertex;
 /// 0 for a vertex that no triangle uses. Sums to the surface's area.
+/// @param topology the tables of @p mesh
 Eigen::VectorXd LumpedMass(const TriangleMesh& mesh, const MeshTopology& topology);
+/// Lumped mass of a mesh without tables.
 Eigen::VectorXd LumpedMass(const TriangleMesh& mesh);
 
-/// Cotangent stiffness L, [V, V] float64, both triangles stored, columns sorted, every diagonal entry present.
-/// Off the diagonal L_ij = -(cot alpha_ij + cot beta_ij) / 2 (Pinkall and Polthier 1993); rows sum to zero.
-/// (Equation 17 of the paper prints the same weight without the sign; equation 16 fixes it.)
+/// Cotangent stiffness L, [V, V] float64, both triangles stored, columns sorted, every diagonal entry present. Off the
+/// diagonal L_ij = -(cot alpha_ij + cot beta_ij) / 2 [Pinkall1993]; rows sum to zero. (Equation 17 of [Kuai2026] prints
+/// the same weight without the sign; equation 16 fixes it.)
+/// @param topology the tables of @p mesh
 /// @param squaredAreaShift added to the square of twice the area in each cotangent, world units to the fourth: bounds
 /// the weights of needles. 0, the default, changes nothing.
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift = 0.0);
+/// Cotangent stiffness of a mesh without tables.
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh);
 
 /// Intrinsic gradient G, [2 F, V] float64: rows 2 f and 2 f + 1 are the two components of the gradient in the frame of
@@ -51,10 +56,14 @@ struct VertexFrames
   PointMatrix X;      ///< [V, 3], unit, orthogonal to Normal
   PointMatrix Y;      ///< [V, 3], Normal x X: a tangent vector (a, b) is the complex number a + i b
 };
+/// Computes the tangent frames of all vertices.
+/// @param topology the tables of @p mesh
 VertexFrames TangentFrames(const TriangleMesh& mesh, const MeshTopology& topology);
 
-/// Gamma = || M^-1 L ||_F, the Frobenius norm of the discrete Laplace-Beltrami operator (section 3.5), 1 / square world
-/// units; Gamma^2 is about the sum of the squared eigenvalues. Rows of mass 0 count as zero.
+/// Gamma = || M^-1 L ||_F, the Frobenius norm of the discrete Laplace-Beltrami operator ([Kuai2026], section 3.5),
+/// 1 / square world units; Gamma^2 is about the sum of the squared eigenvalues. Rows of mass 0 count as zero.
+/// @param stiffness L, [V, V]
+/// @param mass the diagonal of M, [V]
 double LaplaceBeltramiNorm(const SparseMatrix& stiffness, const Eigen::VectorXd& mass);
 
 } // namespace surfsynth

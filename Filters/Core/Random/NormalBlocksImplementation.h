@@ -92,7 +92,7 @@ void SinCosTurn(std::uint32_t word, double& sine, double& cosine)
   cosine = ((quarter + 1U) & 2U) != 0 ? -second : second;
 }
 
-/// Box-Muller with u = (radius + 1/2) / 2^32 on Count pairs of words.
+/// The method of [Box1958] with u = (radius + 1/2) / 2^32 on Count pairs of words.
 void BoxMuller(const std::uint32_t* radius, const std::uint32_t* angle, double* first, double* second)
 {
   for (int k = 0; k < Count; ++k)

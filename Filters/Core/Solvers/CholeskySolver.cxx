@@ -2,9 +2,9 @@
 #include "Core/Solvers/CholeskySolver.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
 #include "Core/Solvers/SupernodalFactor.h"
@@ -26,7 +26,7 @@ constexpr std::int64_t Grain = 16384;
 
 std::string Entry(Index row, Index column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; }
 
-/// The same structure in every matrix that is handed on: compressed, rows ascending in each column.
+/// Converts a matrix to the structure that the factorisations read: compressed, rows ascending in each column.
 SparseMatrix Sorted(const SparseMatrix& matrix)
 {
   SparseMatrix sorted = SparseMatrix(SparseRowMatrix(matrix)); // converting sorts
@@ -82,12 +82,12 @@ void RequireSymmetric(const SparseMatrix& matrix)
       const double tolerance = 1e-10 * std::max(std::abs(values[k]), std::abs(other)) + 1e-14 * largest;
       if (!found || !(std::abs(values[k] - other) <= tolerance))
       {
-        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + Text(values[k]) +
-          " but entry " + Entry(column, rows[k]) + " is " + Text(other) + "; expected a symmetric matrix.");
+        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + FormatNumber(values[k]) +
+          " but entry " + Entry(column, rows[k]) + " is " + FormatNumber(other) + "; expected a symmetric matrix.");
       }
       ++mirror;
     }
-    // What is left of the column above the diagonal has no mirror image.
+    // The rest of the column above the diagonal has no mirror image.
     const Index next = cursor[column];
     if (next < start[column + 1] && rows[next] < column)
     {

@@ -21,18 +21,19 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 /// Solves A x = b for a symmetric positive definite sparse A.
 ///
 /// Factors once in the constructor; Solve() may then be called from several threads. With SURFACE_SYNTHESIS_CHOLMOD the
-/// ordering and the supernodal analysis are CHOLMOD's, the numeric factorisation is multifrontal on BLAS, and the
-/// triangular solves are register-blocked over row-major right-hand sides; without it everything is Eigen's
-/// SimplicialLLT. Both give the same answers to 1e-10.
+/// ordering and the supernodal analysis are CHOLMOD's [Chen2008], the numeric factorisation is multifrontal on BLAS
+/// (see SupernodalFactor), and the triangular solves are register-blocked over row-major right-hand sides; without it
+/// everything is Eigen's SimplicialLLT. Both give the same answers to 1e-10.
 ///
 /// A column of the solution has the same bits whether it is solved alone or with others, and for every number of
 /// threads.
 class CholeskySolver
 {
 public:
+  /// Factors @p matrix.
   /// @param matrix [V, V] with both triangles stored; only the lower one is read.
-  /// @throws InvalidInput when it is not square, not finite or not symmetric (each entry to 1e-10 of itself or 1e-14 of the
-  /// largest).
+  /// @throws InvalidInput when it is not square, not finite or not symmetric (each entry to 1e-10 of itself or 1e-14 of
+  /// the largest).
   /// @throws SolverFailure when it is not positive definite to working precision.
   explicit CholeskySolver(const SparseMatrix& matrix, const Progress& progress = {});
   ~CholeskySolver();
@@ -47,22 +48,26 @@ public:
   /// @throws InvalidInput when the number of rows is wrong or an entry is not finite.
   void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const;
 
-  /// Replaces right-hand sides whose rows are in the solver's own order by the solutions, without copying: the number of
-  /// the vertex in row r is Order()[r]. Made for callers that fill many right-hand sides themselves.
+  /// Replaces right-hand sides whose rows are in the solver's own order by the solutions, without copying: the number
+  /// of the vertex in row r is Order()[r]. Made for callers that fill many right-hand sides themselves.
   /// @param rightHandSides [V, K] with K a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not checked
   /// for finite entries.
   /// @throws InvalidInput when the shape is wrong; Cancelled.
   void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
+  /// Order of the solver's rows, [V]: the vertex of each row.
   const std::vector<Index>& Order() const;
 
-  /// Right-hand sides that are worked on together in the registers, and a good number for one pass over the factor.
+  /// Number of right-hand sides that the registers hold together.
   static constexpr Index ColumnGranularity = 8;
+  /// Good number of right-hand sides for one pass over the factor.
   static constexpr Index BlockColumns = 32;
 
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   /// @throws InvalidInput when a length is wrong.
   double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const;
 
+  /// Number of rows of the matrix, V.
+  /// Number of rows of the matrix, V.
   Index Size() const;
   /// Entries of the stored factor, explicit zeros of relaxed supernodes included.
   std::int64_t FactorEntries() const;

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Keeps the BLAS on the calling thread. Private to the library.
+/// Limit of the BLAS to one thread. Private to the library.
 #pragma once
 
 namespace surfsynth
 {
 
-/// While at least one of these lives, OpenBLAS uses one thread for each call: the library distributes work itself, and
-/// results must not depend on how many threads the BLAS would have split a product over. No effect on other BLAS.
+/// Keeps OpenBLAS on the calling thread while at least one object lives: the library distributes work itself, and
+/// results must not depend on the number of threads of the BLAS. No effect on other BLAS.
 class SingleThreadedBlas
 {
 public:
+  /// Begins the limit.
   SingleThreadedBlas();
+  /// Ends the limit when no other object lives.
   ~SingleThreadedBlas();
   SingleThreadedBlas(const SingleThreadedBlas&) = delete;
   SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;

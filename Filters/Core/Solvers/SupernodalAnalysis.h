@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The symbolic half of a supernodal Cholesky factorisation. Private to the solvers.
+/// Symbolic half of a supernodal Cholesky factorisation [Chen2008]. Private to the solvers.
 #pragma once
 
 #include "Core/Operators/SurfaceOperators.h"
@@ -21,16 +21,20 @@ struct SupernodalAnalysis
   std::vector<Index> FirstColumn;       ///< [S + 1], columns FirstColumn[s] .. FirstColumn[s + 1) form supernode s
   std::vector<std::int64_t> RowStart;   ///< [S + 1], into Rows
   std::vector<Index> Rows;              ///< row ids of each panel, ascending, in elimination order
-  std::vector<std::int64_t> ValueStart; ///< [S + 1], where each panel begins in the factor's values
+  std::vector<std::int64_t> ValueStart; ///< [S + 1], begin of each panel in the factor's values
   std::vector<Index> Parent;            ///< [S], the supernode that the panel's update goes to, -1 at a root
 
+  /// Number of supernodes, S.
   Index Supernodes() const { return static_cast<Index>(this->FirstColumn.size()) - 1; }
+  /// Number of columns of supernode @p s.
   Index Columns(Index s) const { return this->FirstColumn[s + 1] - this->FirstColumn[s]; }
+  /// Number of rows of the panel of supernode @p s.
   Index PanelRows(Index s) const { return static_cast<Index>(this->RowStart[s + 1] - this->RowStart[s]); }
+  /// First row id of the panel of supernode @p s.
   const Index* PanelRowIds(Index s) const { return this->Rows.data() + this->RowStart[s]; }
 };
 
-/// Orders by AMD and finds the supernodes, both by CHOLMOD. Children precede parents.
+/// Orders by AMD [Amestoy1996] and finds the supernodes, both by CHOLMOD [Chen2008]. Children precede parents.
 /// @throws SolverFailure when the factor would have more than 2^31 entries; std::bad_alloc.
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The numeric half of a supernodal Cholesky factorisation. Private to the solvers.
+/// Numeric half of a supernodal Cholesky factorisation: the multifrontal method [Duff1983] [Liu1992]. Private to the
+/// solvers.
 #pragma once
 
 #include "Core/Common/LargeArray.h"
@@ -12,23 +13,24 @@
 namespace surfsynth
 {
 
-/// The factor P A P^T = L L^T: one dense panel for each supernode, column-major, with as many rows as the panel.
+/// The factor P A P^T = L L^T: one dense panel for each supernode, column-major.
 class SupernodalFactor
 {
 public:
-  /// Factors by the multifrontal method (Duff and Reid 1983; Liu 1992): each front gathers its entries of A and the
-  /// updates of its children, is factored by dense BLAS, and passes its own update on. Disjoint subtrees run in
-  /// parallel; each front does the same arithmetic whatever the number of threads, so that the factor has the same
-  /// bits.
+  /// Factors by the multifrontal method: each front gathers its entries of A and the updates of its children, is
+  /// factored by dense BLAS, and passes its own update on. Disjoint subtrees run in parallel; each front does the same
+  /// arithmetic whatever the number of threads, so that the factor has the same bits.
   /// @throws SolverFailure when a pivot is not positive; Cancelled.
   SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress);
 
   /// Solves for @p count right-hand sides, a multiple of 8, in place: row-major [n, count], rows in elimination order.
   /// A column's result has the same bits for every count and place.
-  /// @throws Cancelled, and then the right-hand sides are spoilt.
+  /// @throws Cancelled; the right-hand sides are then overwritten in part.
   void SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const;
 
+  /// Order and supernodes of the factor.
   const SupernodalAnalysis& Analysis() const { return this->Symbolic; }
+  /// Number of stored entries, explicit zeros included.
   std::int64_t Entries() const { return this->Symbolic.ValueStart.back(); }
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The inner loops of triangular solves with one supernode, for many right-hand sides. Private to the solvers.
+/// Inner loops of triangular solves with one supernode, for many right-hand sides. Private to the solvers.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace surfsynth
 /// One panel of a supernodal factor.
 struct SupernodalPanel
 {
-  std::int32_t Rows;             ///< of the panel, the supernode's own columns first
-  std::int32_t Columns;          ///< of the supernode
+  std::int32_t Rows;             ///< number of rows, those of the supernode's own columns first
+  std::int32_t Columns;          ///< number of columns of the supernode
   const std::int32_t* RowIds;    ///< [Rows], rows of the right-hand sides
   const double* Values;          ///< [Rows, Columns], column-major
   const double* InverseDiagonal; ///< [Columns]
@@ -28,14 +28,14 @@ struct SupernodalKernels
   void (*Backward)(const SupernodalPanel& panel, double* rightHandSides, std::int64_t count);
 };
 
-/// The kernels for the widest vectors that this processor has.
+/// Returns the kernels for the widest vectors of this processor.
 const SupernodalKernels& BestSupernodalKernels();
 
 // The variants: the same source compiled for different instruction sets.
-extern const SupernodalKernels GenericSupernodalKernels;
+extern const SupernodalKernels GenericSupernodalKernels; ///< for every processor
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-extern const SupernodalKernels Avx2SupernodalKernels;
-extern const SupernodalKernels Avx512SupernodalKernels;
+extern const SupernodalKernels Avx2SupernodalKernels;   ///< for AVX2
+extern const SupernodalKernels Avx512SupernodalKernels; ///< for AVX-512
 #endif
 
 } // namespace surfsynth

@@ -2,9 +2,9 @@
 #include "Core/Statistics/EnsembleMetrics.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/SharedProgress.h"
-#include "Core/Common/Text.h"
 #include "Core/Statistics/NearestSamples.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ Eigen::VectorXd Weights(const Eigen::VectorXd& mass)
   {
     if (!std::isfinite(mass[v]) || mass[v] < 0.0)
     {
-      Refuse("the mass of point " + std::to_string(v) + " is " + Text(mass[v]) +
+      Refuse("the mass of point " + std::to_string(v) + " is " + FormatNumber(mass[v]) +
         "; expected a finite number of at "
         "least 0.");
     }
@@ -65,11 +65,11 @@ SampleUnion Join(const EnsemblePair& ensembles, const Eigen::VectorXd& mass, con
   return joined;
 }
 
-/// What one sample is found to be like on the way.
+/// Values of one sample that are not finite.
 struct Inspection
 {
-  std::int64_t NonFinite = 0; ///< points
-  std::int64_t First = -1;
+  std::int64_t NonFinite = 0; ///< number of points
+  std::int64_t First = -1;    ///< the first point
 };
 
 /// Adds up one sample's values times weights to @p mean, and looks for values that are not finite.
@@ -163,7 +163,7 @@ double MeanError(const SampleUnion& samples, SharedProgress& meter)
   return FinishedDistance(samples.Distance, sum);
 }
 
-/// The means of what the neighbours tell.
+/// Computes the metrics from the neighbours of all samples.
 void Summarize(const SampleUnion& samples, const std::vector<Neighbours>& neighbours, EnsembleMetrics& metrics)
 {
   const std::int64_t generated = samples.NumberOfGenerated;

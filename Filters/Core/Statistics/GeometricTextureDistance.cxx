@@ -2,8 +2,8 @@
 #include "Core/Statistics/GeometricTextureDistance.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Random/CounterNormals.h"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ Direction RandomDirection(std::uint64_t seed, int projection)
   return normals.normalized().cast<float>();
 }
 
-/// @p direction for triangles whose edges are counted from edge @p first on.
+/// Shifts the components of @p direction cyclically, for triangles whose edges are counted from edge @p first on.
 Direction Turned(const Direction& direction, int first)
 {
   Direction turned;
@@ -55,8 +55,8 @@ void Project(const EdgeFeatureMatrix& features, const Direction& direction, Eige
   std::sort(sorted.data(), sorted.data() + sorted.size());
 }
 
-/// The integral of |A(t) - B(t)| over t from 0 to 1, where A and B are the quantiles of @p a and @p b, which are steps of
-/// width 1 / n and 1 / m: ascending numbers of any count.
+/// The integral of |A(t) - B(t)| over t from 0 to 1, where A and B are the quantiles of @p a and @p b, which are steps
+/// of width 1 / n and 1 / m: ascending numbers of any count.
 double Wasserstein(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
 {
   const std::int64_t n = a.size();
@@ -76,7 +76,7 @@ double Wasserstein(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
   return sum / static_cast<double>(n) / static_cast<double>(m);
 }
 
-/// What the network would see of a mesh.
+/// Edge features of a mesh, as the network gets them.
 struct SeenMesh
 {
   /// @param name "surface" or "reference": begins messages
@@ -84,8 +84,8 @@ struct SeenMesh
   {
     if (!(unitLength >= 0.0) || !std::isfinite(unitLength))
     {
-      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " + Text(unitLength) +
-        "; expected 0 or more.");
+      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " +
+        FormatNumber(unitLength) + "; expected 0 or more.");
     }
     if (mesh.NumberOfTriangles() == 0)
     {
@@ -100,8 +100,9 @@ struct SeenMesh
     this->Features = ComputeEdgeFeatures(points.cast<float>(), mesh.Triangles, neighbours);
     if (!(this->Features.array().abs() < LargestFeature).all())
     {
-      throw InvalidInput("CompareGeometricTextures: in a unit length of " + Text(unit) + " the " + name +
-        " has features that are not finite or above " + Text(LargestFeature) + "; expected finite points and edges.");
+      throw InvalidInput("CompareGeometricTextures: in a unit length of " + FormatNumber(unit) + " the " + name +
+        " has features that are not finite or above " + FormatNumber(LargestFeature) +
+        "; expected finite points and edges.");
     }
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How alike the relief of two surfaces is, whatever their shape: the distance of the distributions of what their
-/// triangles see of their neighbours.
+/// Distance of the geometric textures of two surfaces of any shape: the sliced Wasserstein distance [Rabin2011]
+/// [Bonneel2015] of the distributions of their edge features.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -15,41 +15,45 @@
 namespace surfsynth
 {
 
+/// Options of the distance.
 struct GeometricTextureDistanceOptions
 {
-  double UnitLength = 0.0;          ///< what lengths of the surface are divided by, world units; 0: its mean edge
-  double ReferenceUnitLength = 0.0; ///< likewise of the reference
+  double UnitLength = 0.0;          ///< divisor of the lengths of the surface, world units; 0: its mean edge length
+  double ReferenceUnitLength = 0.0; ///< divisor of the lengths of the reference; 0: its mean edge length
   int Projections = 128;            ///< number of directions, at least 1
-  std::uint64_t Seed = 0;           ///< of the directions
+  std::uint64_t Seed = 0;           ///< seed of the directions
 };
 
+/// Result of CompareGeometricTextures().
 struct TextureDistance
 {
-  double Distance = 0.0;       ///< in unit lengths, at least 0
-  double StandardError = 0.0;  ///< of Distance, which comes of the number of directions; 0 for a single one
-  double MeanEdgeLength = 0.0; ///< of the surface, each edge once, world units
-  double ReferenceMeanEdgeLength = 0.0;
+  double Distance = 0.0;                ///< in unit lengths, at least 0
+  double StandardError = 0.0;           ///< error of Distance by the number of directions; 0 for a single direction
+  double MeanEdgeLength = 0.0;          ///< mean edge length of the surface, each edge once, world units
+  double ReferenceMeanEdgeLength = 0.0; ///< mean edge length of the reference, likewise
 };
 
-/// The sliced Wasserstein-1 distance (Rabin et al. 2011) of the edge features of two meshes, lengths over UnitLength.
+/// Computes the sliced Wasserstein-1 distance [Rabin2011] of the edge features of two meshes, lengths over UnitLength.
 ///
-/// A triangle with its 12 features, in each of the three orders that its edges have around it, gives three points of
-/// R^12: the distribution of these does not depend on which corner comes first, and a mirror image has another one. For
-/// random directions of unit length the points are projected on the direction, and the mean of |a - b| over equal
-/// quantiles a, b of both meshes is exact, whatever their numbers of triangles. The distance is the mean of that over the
-/// directions. Where all features differ by a vector s that is the same for the three edges, the mean over all directions
-/// is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s|.
+/// A triangle with its 12 features (see ComputeEdgeFeatures()), in each of the three orders of its edges around it,
+/// gives three points of R^12. Their distribution does not depend on the choice of the first corner, and differs from
+/// that of a mirror image. For random directions of unit length the points are projected on the direction; the mean of
+/// |a - b| over equal quantiles a, b of both meshes is exact for any numbers of triangles. The distance is its mean
+/// over the directions. For features that differ by one vector s, the same for the three edges, the mean over all
+/// directions is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s|.
 ///
-/// All triangles count alike, as a convolution sees them. Zero for meshes that differ by a rotation, a translation or,
-/// with UnitLength 0, a scale, up to single precision. O(P (F log F)) time for P directions; the same bits for every
-/// number of threads.
+/// All triangles have the same weight, as in a convolution. Zero for meshes that differ by a rotation, a translation
+/// or, with UnitLength 0, a scale, up to single precision. O(P (F log F)) time for P directions; the same bits for
+/// every number of threads.
 /// @throws InvalidInput when a mesh has no triangle, an edge has three triangles or more, an option is not in its range
 /// or a feature is not finite; Cancelled
 TextureDistance CompareGeometricTextures(const TriangleMesh& surface, const TriangleMesh& reference,
   const GeometricTextureDistanceOptions& options = {}, const Progress& progress = {});
 
-/// The Wasserstein-1 distances along the directions of @p seed, [projections], of two sets of features with a row each
-/// for at least one triangle.
+/// Computes the Wasserstein-1 distance of two sets of features along each direction of @p seed.
+/// @param features [F, 12], F at least 1
+/// @param reference [F', 12], F' at least 1
+/// @return [projections]
 /// @throws Cancelled
 Eigen::VectorXd SlicedDistances(const EdgeFeatureMatrix& features, const EdgeFeatureMatrix& reference, int projections,
   std::uint64_t seed, const Progress& progress = {});

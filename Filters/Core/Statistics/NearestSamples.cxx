@@ -100,7 +100,7 @@ std::string NameOf(const SampleUnion& samples, std::int64_t sample)
                                      : "reference sample " + std::to_string(sample - samples.NumberOfGenerated);
 }
 
-/// What the pairs of a tile tell about its samples: those of the rows, then those of the columns.
+/// Neighbours of the samples of a tile among its pairs: those of the rows, then those of the columns.
 std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile& tile, const RowMatrix& sums)
 {
   std::vector<Neighbours> found(static_cast<std::size_t>(tile.Rows.Size() + tile.Columns.Size()));

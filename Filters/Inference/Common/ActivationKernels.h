@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The inner loops of networks that are no matrix products: first those of inference, then those of training with their
-/// derivatives. Private to Learning.
+/// Inner loops of networks beside the matrix products: first those of inference, then those of training with their
+/// derivatives. Private to Inference and Learning. GELU is that of [Hendrycks2016].
 ///
 /// Arrays are float32, row-major [rows, width] and contiguous. Elementary functions are off by less than 1e-6 of the
 /// larger of 1 and the exact value; softplus by less than 1e-6 of its value.
@@ -12,6 +12,8 @@
 namespace surfsynth
 {
 
+/// Kernels for one instruction set. z = re + i im are complex numbers; a face has corners [3] and basis gradients [6],
+/// in the layout of FaceGradients.
 struct ActivationKernels
 {
   /// values = GELU(values + bias), bias [width].
@@ -27,16 +29,18 @@ struct ActivationKernels
   void (*ComplexGelu)(const float* p1, const float* p2, const float* p3, const float* bias, std::int64_t rows,
     std::int64_t width, float* re, float* im, float* sum);
 
-  /// Gradient of a vertex signal [V, width] in faces with these corners, [rows, 3], and hat gradients, [rows, 6].
-  void (*FaceGradient)(const float* signal, const std::int32_t* corners, const float* hats, std::int64_t rows,
+  /// Computes the gradient of a vertex signal [V, width] in faces with these @p corners, [rows, 3], and
+  /// @p basisGradients, [rows, 6].
+  void (*FaceGradient)(const float* signal, const std::int32_t* corners, const float* basisGradients, std::int64_t rows,
     std::int64_t width, float* re, float* im);
 
-  /// GELU of the mean of the corners.
+  /// out = GELU(mean of the three corners' values).
   void (*FaceMeanGelu)(
     const float* signal, const std::int32_t* corners, std::int64_t rows, std::int64_t width, float* out);
 
-  /// Adds area * (hx re + hy im) to the rows of @p along, and area * (hy re - hx im) to those of @p across.
-  void (*ScatterDivergence)(const float* re, const float* im, const std::int32_t* corners, const float* hats,
+  /// Adds area * (bx re + by im) to the rows of @p along at the corners, and area * (by re - bx im) to those of
+  /// @p across, with (bx, by) the basis gradient of the corner.
+  void (*ScatterDivergence)(const float* re, const float* im, const std::int32_t* corners, const float* basisGradients,
     const float* areas, std::int64_t rows, std::int64_t width, float* along, float* across);
 
   /// Adds area / 3 * ((p1 - p3) re + (p1 + p2) im) to the rows of @p sums at the corners.
@@ -49,37 +53,39 @@ struct ActivationKernels
   /// With r = sqrt(x^2 + y^2 + 1e-8) and s = GELU(r + bias) / (r + 1e-8): outX = s x, outY = s y.
   void (*ComplexGeluForward)(
     const float* x, const float* y, const float* bias, std::int64_t rows, std::int64_t width, float* outX, float* outY);
-  /// From the derivatives gx and gy by the outputs of ComplexGeluForward() those by x and y, and adds those by the bias to
-  /// @p dBias, [width].
+  /// Computes the derivatives by x and y from the derivatives gx and gy by the outputs of ComplexGeluForward(), and
+  /// adds those by the bias to @p dBias, [width].
   void (*ComplexGeluBackward)(const float* x, const float* y, const float* bias, const float* gx, const float* gy,
     std::int64_t rows, std::int64_t width, float* dx, float* dy, float* dBias);
 
   /// out = z exp(i p) (softplus(s) + 1e-8) with (p, s) = phaseAndScale, [rows, 2 width].
   void (*ModulateForward)(const float* phaseAndScale, const float* x, const float* y, std::int64_t rows,
     std::int64_t width, float* outX, float* outY);
-  /// From the derivatives gx and gy by the outputs of ModulateForward() those by its inputs.
+  /// Computes the derivatives by the inputs of ModulateForward() from the derivatives gx and gy by its outputs.
   void (*ModulateBackward)(const float* phaseAndScale, const float* x, const float* y, const float* gx, const float* gy,
     std::int64_t rows, std::int64_t width, float* dPhaseAndScale, float* dx, float* dy);
 
-  /// Gradient and mean of a vertex signal [V, width] in faces with these corners, [rows, 3], and hat gradients, [rows, 6].
-  void (*GatherFaces)(const float* signal, const std::int32_t* corners, const float* hats, std::int64_t rows,
+  /// Computes gradient and mean of a vertex signal [V, width] in faces with these @p corners, [rows, 3], and
+  /// @p basisGradients, [rows, 6].
+  void (*GatherFaces)(const float* signal, const std::int32_t* corners, const float* basisGradients, std::int64_t rows,
     std::int64_t width, float* re, float* im, float* mean);
 
-  /// out_v = sum over the entries e of vertex v of wx_e re_f + wy_e im_f + wm_e mean_f, f the face of e. Entries of vertex
-  /// v are offsets[v] to offsets[v + 1]; a signal that is null counts as 0. Writes @p rows vertices from @p first on.
+  /// out_v = sum over the entries e of vertex v of wx_e re_f + wy_e im_f + wm_e mean_f, f the face of e. Entries of
+  /// vertex v are offsets[v] to offsets[v + 1]; a signal that is null counts as 0. Writes @p rows vertices from
+  /// @p first on.
   void (*GatherVertices)(const float* re, const float* im, const float* mean, const std::int32_t* offsets,
     const std::int32_t* faces, const float* wx, const float* wy, const float* wm, std::int64_t first, std::int64_t rows,
     std::int64_t width, float* out);
 };
 
-/// The kernels for the widest vectors that this processor has.
+/// Returns the kernels for the widest vectors of this processor.
 const ActivationKernels& BestActivationKernels();
 
 // The variants: the same source compiled for different instruction sets.
-extern const ActivationKernels GenericActivationKernels;
+extern const ActivationKernels GenericActivationKernels; ///< for every processor
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-extern const ActivationKernels Avx2ActivationKernels;
-extern const ActivationKernels Avx512ActivationKernels;
+extern const ActivationKernels Avx2ActivationKernels;   ///< for AVX2
+extern const ActivationKernels Avx512ActivationKernels; ///< for AVX-512
 #endif
 
 } // namespace surfsynth

@@ -3,10 +3,9 @@
 /// The body of the activation kernels, included once for each instruction set by a file that defines SURFSYNTH_KERNELS
 /// (the table to define).
 ///
-/// Loops are plain and without branches, so that compilers turn them into vector code; what they call must be inlined for
-/// that, however many loops call it. Includes no standard header:
-/// inline functions of those would be compiled for the wide instruction set too, and the linker might keep that copy
-/// for everybody.
+/// Loops are plain and without branches, so that compilers turn them into vector code. The functions that they call
+/// must be inlined for that, however many loops call them. Includes no standard header: its inline functions would be
+/// compiled for the wide instruction set too, and the linker might keep that copy for everybody.
 #pragma once
 
 #include "Inference/Common/ActivationKernels.h"
@@ -56,8 +55,8 @@ SURFSYNTH_INLINE float Exp(float x)
   return series * FromBits((static_cast<std::int32_t>(n) + 127) << 23);
 }
 
-/// x (1 + erf(x / sqrt 2)) / 2, with erfc(z) = t (a1 + ... + a5 t^4) exp(-z^2), t = 1 / (1 + p z): formula 7.1.26 of
-/// Abramowitz and Stegun, error below 1.5e-7.
+/// x (1 + erf(x / sqrt 2)) / 2 [Hendrycks2016], with erfc(z) = t (a1 + ... + a5 t^4) exp(-z^2), t = 1 / (1 + p z):
+/// [Abramowitz1964], formula 7.1.26, error below 1.5e-7.
 SURFSYNTH_INLINE float Gelu(float x)
 {
   const float z = Smaller(__builtin_fabsf(x), 13.0F) * 0.707106781F;
@@ -177,18 +176,18 @@ void ComplexGelu(const float* __restrict__ p1, const float* __restrict__ p2, con
   }
 }
 
-void FaceGradient(const float* __restrict__ signal, const Id* __restrict__ corners, const float* __restrict__ hats,
-  Size rows, Size width, float* __restrict__ re, float* __restrict__ im)
+void FaceGradient(const float* __restrict__ signal, const Id* __restrict__ corners,
+  const float* __restrict__ basisGradients, Size rows, Size width, float* __restrict__ re, float* __restrict__ im)
 {
-  for (Size row = 0; row < rows; ++row, corners += 3, hats += 6, re += width, im += width)
+  for (Size row = 0; row < rows; ++row, corners += 3, basisGradients += 6, re += width, im += width)
   {
     const float* __restrict__ a = signal + corners[0] * width;
     const float* __restrict__ b = signal + corners[1] * width;
     const float* __restrict__ c = signal + corners[2] * width;
     for (Size k = 0; k < width; ++k)
     {
-      re[k] = hats[0] * a[k] + hats[1] * b[k] + hats[2] * c[k];
-      im[k] = hats[3] * a[k] + hats[4] * b[k] + hats[5] * c[k];
+      re[k] = basisGradients[0] * a[k] + basisGradients[1] * b[k] + basisGradients[2] * c[k];
+      im[k] = basisGradients[3] * a[k] + basisGradients[4] * b[k] + basisGradients[5] * c[k];
     }
   }
 }
@@ -209,14 +208,15 @@ void FaceMeanGelu(
 }
 
 void ScatterDivergence(const float* __restrict__ re, const float* __restrict__ im, const Id* __restrict__ corners,
-  const float* __restrict__ hats, const float* __restrict__ areas, Size rows, Size width, float* along, float* across)
+  const float* __restrict__ basisGradients, const float* __restrict__ areas, Size rows, Size width, float* along,
+  float* across)
 {
-  for (Size row = 0; row < rows; ++row, corners += 3, hats += 6, re += width, im += width)
+  for (Size row = 0; row < rows; ++row, corners += 3, basisGradients += 6, re += width, im += width)
   {
     for (int corner = 0; corner < 3; ++corner)
     {
-      const float x = areas[row] * hats[corner];
-      const float y = areas[row] * hats[3 + corner];
+      const float x = areas[row] * basisGradients[corner];
+      const float y = areas[row] * basisGradients[3 + corner];
       float* __restrict__ to = along + corners[corner] * width;
       float* __restrict__ other = across + corners[corner] * width;
       for (Size k = 0; k < width; ++k)
@@ -367,18 +367,19 @@ void ModulateBackward(const float* __restrict__ phaseAndScale, const float* __re
   }
 }
 
-void GatherFaces(const float* __restrict__ signal, const Id* __restrict__ corners, const float* __restrict__ hats,
-  Size rows, Size width, float* __restrict__ re, float* __restrict__ im, float* __restrict__ mean)
+void GatherFaces(const float* __restrict__ signal, const Id* __restrict__ corners,
+  const float* __restrict__ basisGradients, Size rows, Size width, float* __restrict__ re, float* __restrict__ im,
+  float* __restrict__ mean)
 {
-  for (Size row = 0; row < rows; ++row, corners += 3, hats += 6, re += width, im += width, mean += width)
+  for (Size row = 0; row < rows; ++row, corners += 3, basisGradients += 6, re += width, im += width, mean += width)
   {
     const float* __restrict__ a = signal + corners[0] * width;
     const float* __restrict__ b = signal + corners[1] * width;
     const float* __restrict__ c = signal + corners[2] * width;
     for (Size k = 0; k < width; ++k)
     {
-      re[k] = hats[0] * a[k] + hats[1] * b[k] + hats[2] * c[k];
-      im[k] = hats[3] * a[k] + hats[4] * b[k] + hats[5] * c[k];
+      re[k] = basisGradients[0] * a[k] + basisGradients[1] * b[k] + basisGradients[2] * c[k];
+      im[k] = basisGradients[3] * a[k] + basisGradients[4] * b[k] + basisGradients[5] * c[k];
       mean[k] = (a[k] + b[k] + c[k]) * (1.0F / 3.0F);
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Dense float32 products on the calling thread. Private to the inference.
+/// Dense float32 matrix products on the calling thread. Private to the inference.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 namespace surfsynth
 {
 
-/// c = a b, or c += a b when @p accumulate: all row-major and contiguous, a [rows, inner], b [inner, columns]. By the
-/// BLAS when there is one, which the caller keeps single-threaded (SingleThreadedBlas), else by Eigen.
+/// Computes c = a b, or c += a b when @p accumulate; all row-major and contiguous, a [rows, inner], b [inner, columns].
+/// Uses the BLAS when there is one, which the caller keeps single-threaded (SingleThreadedBlas), else Eigen.
 void Multiply(const float* a, const float* b, float* c, std::int64_t rows, std::int64_t inner, std::int64_t columns,
   bool accumulate = false);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the readers of all kinds of models share. Private to Learning.
+/// Common parts of the readers of all kinds of models. Private to Inference.
 #pragma once
 
 #include "IO/Weights/SafetensorsFile.h"
@@ -15,32 +15,40 @@
 namespace surfsynth
 {
 
+/// Shapes of tensors by name.
 using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
 
-/// "[2, 3]"
+/// Formats a shape for messages: "[2, 3]".
 std::string FormatShape(const std::vector<std::int64_t>& shape);
 
-/// The first three differences between the tensors that a network needs and those that are there, and how many more; ""
-/// when there is none.
+/// Describes the first three differences between the tensors that a network needs and those of a file, and the number
+/// of the others; "" when there is none.
 std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& found);
 
-/// @throws ModelMismatch unless the metadata say that it is this kind of model, in version 1. @p kind ends the message:
-/// "a flow matching model, as vtkFlowMatchingTrainer writes it".
+/// Checks that the metadata name this architecture, in format version 1.
+/// @param kind end of the message: "a flow matching model, as vtkFlowMatchingTrainer writes it"
+/// @throws ModelMismatch
 void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind);
 
-/// Reads typed values of a JSON object that the metadata hold under a key. All throw ModelMismatch naming the value,
-/// what it is and what was expected.
+/// Reader of typed values from a JSON object in the metadata. All functions throw ModelMismatch naming the key, its
+/// value and the expected one.
 class DescriptionReader
 {
 public:
+  /// Parses the JSON object under @p key of the metadata.
   DescriptionReader(const SafetensorsFile& file, std::string key);
 
+  /// Value of a key that holds a number.
   double Number(const char* key) const;
-  /// For keys that files of earlier versions do not have.
+  /// Value of a key that holds a number, or @p otherwise without the key: for keys that earlier versions do not have.
   double NumberOr(const char* key, double otherwise) const;
+  /// Value of a key that holds an integer.
   std::int64_t WholeNumber(const char* key) const;
+  /// Value of a key that holds a string.
   std::string String(const char* key) const;
+  /// Value of a key that holds an array of numbers.
   std::vector<double> Numbers(const char* key) const;
+  /// Throws ModelMismatch about the value of @p key.
   [[noreturn]] void Fail(const std::string& key, const std::string& expected) const;
 
 private:

@@ -9,11 +9,11 @@
 namespace surfsynth
 {
 
-/// The numbers of one tensor of a model, row-major.
+/// One tensor of a model.
 struct ModelTensor
 {
-  std::vector<std::int64_t> Shape;
-  std::vector<float> Values;
+  std::vector<std::int64_t> Shape; ///< empty for a single number
+  std::vector<float> Values;       ///< row-major
 };
 
 } // namespace surfsynth

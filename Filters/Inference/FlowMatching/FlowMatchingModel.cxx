@@ -2,7 +2,7 @@
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
@@ -233,13 +233,13 @@ void CheckModel(const FlowMatchingModel& model)
   const FlowNoise& noise = model.Noise;
   if (!(noise.Smoothing >= 0.0) || !std::isfinite(noise.Smoothing))
   {
-    Refuse("the smoothing of the noise is " + Text(noise.Smoothing), "a finite number, at least 0");
+    Refuse("the smoothing of the noise is " + FormatNumber(noise.Smoothing), "a finite number, at least 0");
   }
   if (!(noise.Screening > 0.0) || !(noise.Scale > 0.0) || !std::isfinite(noise.Screening * noise.Scale) ||
     noise.Eigenpairs < 1 || noise.Eigenpairs > 1000000)
   {
-    Refuse("the noise has screening " + Text(noise.Screening) + ", scale " + Text(noise.Scale) + " and " +
-        std::to_string(noise.Eigenpairs) + " eigenpairs",
+    Refuse("the noise has screening " + FormatNumber(noise.Screening) + ", scale " + FormatNumber(noise.Scale) +
+        " and " + std::to_string(noise.Eigenpairs) + " eigenpairs",
       "numbers above 0 and at most 1e6 eigenpairs");
   }
   if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A trained flow matching model, and its file. No torch.
+/// A trained flow matching model [Kuai2026] [Lipman2023], and its file. No torch.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -18,73 +18,77 @@
 namespace surfsynth
 {
 
-/// The distribution of the signal at flow time 0, on the mesh in the network's coordinates (area 1).
+/// Distribution of the signal at flow time 0, on the mesh in the network's coordinates (area 1).
 struct FlowNoise
 {
-  NoiseModel Model = NoiseModel::Matern;
-  double Screening = 100.0;      ///< tau > 0 of Matern and Spectral; the paper's 100
-  std::int64_t Eigenpairs = 256; ///< of Spectral
-  double Scale = 1.0;            ///< every value is multiplied by it
-  double Smoothing = 0.0;        ///< s >= 0 of Matern, see FlowNoiseField; the paper's 0
+  NoiseModel Model = NoiseModel::Matern; ///< kind of the noise
+  double Screening = 100.0;              ///< tau > 0 of Matern and Spectral; 100 in [Kuai2026]
+  std::int64_t Eigenpairs = 256;         ///< number of eigenpairs of Spectral, at least 1
+  double Scale = 1.0;                    ///< factor of every value
+  double Smoothing = 0.0;                ///< s >= 0 of Matern, see FlowNoiseField; 0 in [Kuai2026]
 };
 
-/// The options of the MaternField that samples @p noise before it is scaled and smoothed.
+/// Options of the MaternField that samples @p noise before it is scaled and smoothed.
 MaternFieldOptions FieldOptions(const FlowNoise& noise);
 
-/// What is remembered of the surfaces of the training, so that another kind of surface is noticed: the second moments
-/// xx, xy, xz, yy, yz, zz of the surface in the network's coordinates, which do not depend on its triangulation.
+/// Second moments xx, xy, xz, yy, yz, zz of the surfaces of the training, in the network's coordinates. They do not
+/// depend on the triangulation, and show whether another surface is of the same kind.
 struct ShapeMoments
 {
-  Eigen::Matrix<double, 1, 6> Mean = Eigen::Matrix<double, 1, 6>::Zero();
+  Eigen::Matrix<double, 1, 6> Mean = Eigen::Matrix<double, 1, 6>::Zero(); ///< mean over the surfaces
   double Spread = 0.0; ///< the largest MomentDistance() of a surface of the training from Mean
 };
 
 /// Second moments of @p mesh about its area-weighted centroid, over its area: [xx, xy, xz, yy, yz, zz].
 Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh);
 
-/// Frobenius norm of the difference of two second moments, over the trace of the first; 0 for the same shape in the same
-/// orientation, about 1 for one that is turned by a right angle.
+/// Frobenius norm of the difference of two second moments, over the trace of the first; 0 for the same shape in the
+/// same orientation, about 1 for one that is turned by a right angle.
 double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found);
 
-/// A velocity field on signals, F(f_t, t; condition), trained to carry noise to data: section 4 of "Matérn Noise for
-/// Triangulation-Agnostic Flow Matching on Meshes".
+/// A velocity field on signals, F(f_t, t; condition), trained to carry noise to data: [Kuai2026], section 4.
 ///
 /// The network's coordinates are those of the source surface moved to its centroid and scaled to area 1. Positions are
-/// signals in those coordinates with mean 0; other signals are (value - SignalMean) / SignalScale. The condition of each
-/// vertex is [t, position (3), what the encoder predicts there].
+/// signals in those coordinates with mean 0; other signals are (value - SignalMean) / SignalScale. The condition of
+/// each vertex is [t, position (3), encoding (channels of the encoder)].
 struct FlowMatchingModel
 {
-  /// Numbers of the condition before those of the encoder: time and position.
+  /// Number of channels of the condition before those of the encoder: time and position.
   static constexpr std::int64_t PlainConditions = 4;
 
-  PoissonNetModel Velocity;
-  /// Predicts a positional encoding from positions where a model serves many surfaces (section 5.1.2).
+  PoissonNetModel Velocity; ///< network that predicts the velocity F
+  /// Network that predicts a positional encoding from positions, in models of many surfaces ([Kuai2026], section
+  /// 5.1.2).
   std::optional<PoissonNetModel> Encoder;
-  FlowNoise Noise;
-  std::string SignalName = "Position"; ///< "Position" for deformations
-  Eigen::RowVectorXd SignalMean;       ///< [C]; 0 for positions
-  Eigen::RowVectorXd SignalScale;      ///< [C], > 0; 1 for positions
-  ShapeMoments Shape;
-  std::int64_t Iterations = 0;                 ///< of its training
-  std::map<std::string, std::string> Metadata; ///< of the file, as it was
+  FlowNoise Noise;                             ///< distribution at flow time 0
+  std::string SignalName = "Position";         ///< "Position" for deformations
+  Eigen::RowVectorXd SignalMean;               ///< [C]; 0 for positions
+  Eigen::RowVectorXd SignalScale;              ///< [C], > 0; 1 for positions
+  ShapeMoments Shape;                          ///< surfaces of the training
+  std::int64_t Iterations = 0;                 ///< number of iterations of the training
+  std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
+  /// True for a model of deformations.
   bool GeneratesPositions() const { return this->SignalName == "Position"; }
+  /// Number of components of the signal, C.
   std::int64_t Components() const { return this->Velocity.Options.InputChannels; }
-  /// One line: what is generated, network, noise.
+  /// Description in one line: signal, network, noise.
   std::string Description() const;
 };
 
-/// From the caller's coordinates to the network's, exactly: the 1e-8 that published networks add to the scale (see
-/// InputNormalisation::SurfaceArea) would leave small surfaces, such as a cell of 1e-6 m, with another area than 1.
+/// Computes the map from the caller's coordinates to the network's: to area 1 exactly. (The 1e-8 that published
+/// networks add to the scale, see InputNormalisation::SurfaceArea, would give small surfaces, such as a cell of 1e-6 m,
+/// another area.)
 /// @throws InvalidInput when the mesh has no extent.
 MeshNormalisation FlowNormalisation(const TriangleMesh& mesh);
 
 /// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1"),
 /// `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in ReadPartNetwork().
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a weight is
-/// not finite; ModelMismatch when it is another kind of model, naming what was found and what was expected.
+/// not finite; ModelMismatch when it is another kind of model.
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path);
 
+/// Checks a model.
 /// @throws InvalidInput when the networks do not fit together, or numbers are out of their range.
 void CheckModel(const FlowMatchingModel& model);
 

@@ -2,7 +2,7 @@
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
 
 #include <cmath>
@@ -13,10 +13,10 @@ namespace surfsynth
 
 namespace
 {
-/// How far second moments may lie from those of the training before it is said: a tenth of their trace, beyond what
-/// surfaces of the training differ among themselves.
+/// Tolerance of the distance of second moments from those of the training, beyond their spread: a tenth of their trace.
+/// Surfaces beyond it get a warning.
 constexpr double MomentTolerance = 0.1;
-/// States of a trained flow stay near 1; beyond this the flow has left what it was trained on for good.
+/// Limit of the state. States of a trained flow stay near 1; beyond the limit the flow does not return.
 constexpr float LargestState = 1e6F;
 
 std::optional<PoissonNetEvaluator> MakeEvaluator(const std::shared_ptr<const FlowMatchingModel>& model,
@@ -74,7 +74,8 @@ private:
     {
       this->Warnings.push_back("The surface is shaped or turned unlike those that the model was trained on: its second "
                                "moments differ by " +
-        Text(distance) + " of their trace, expected at most " + Text(this->Model->Shape.Spread + MomentTolerance) +
+        FormatNumber(distance) + " of their trace, expected at most " +
+        FormatNumber(this->Model->Shape.Spread + MomentTolerance) +
         ". Samples are unlikely to be good; turn it as the training surface was (vtkTransformFilter), or train a model "
         "on "
         "it.");
@@ -181,7 +182,7 @@ FeatureMatrix FlowMatchingSampler::Integrate(
     }
     if (!(state.cwiseAbs().maxCoeff() < LargestState))
     {
-      throw InvalidInput("FlowMatchingSampler: the state grows without bound after flow time " + Text(time) +
+      throw InvalidInput("FlowMatchingSampler: the state grows without bound after flow time " + FormatNumber(time) +
         "; expected a model that was trained on surfaces like this one.");
     }
   }

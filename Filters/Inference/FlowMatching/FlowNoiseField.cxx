@@ -11,7 +11,7 @@ namespace surfsynth
 
 namespace
 {
-/// The factor of M + s L, or nothing for noise that is not smoothed.
+/// Factors M + s L; returns nothing for noise that is not smoothed.
 std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshTopology& topology,
   const Eigen::VectorXd& mass, const FlowNoise& noise, const Progress& progress)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The noise that a flow begins with. No torch.
+/// Noise at the begin of a flow [Kuai2026]. No torch.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -17,21 +17,25 @@
 namespace surfsynth
 {
 
-/// Draws the noise of a flow matching model on one mesh: a MaternField f and, with FlowNoise::Smoothing s, what
-/// (M + s L) g = M f makes of it, each spectral coefficient times 1 / (1 + s lambda).
+/// Noise of a flow matching model on one mesh: a MaternField f or, with FlowNoise::Smoothing s > 0, the solution g of
+/// (M + s L) g = M f, whose spectral coefficients are those of f times 1 / (1 + s lambda).
 ///
-/// The values of Matérn noise do not depend on the triangulation, but a PoissonNet sees gradients: their mean square, the
-/// sum of lambda / (lambda + tau)^2 over the spectrum, grows with the logarithm of the number of vertices, so that a network
-/// meets larger gradients on a fine triangulation than on the coarse one of its training. Smoothed, the sum converges.
+/// The values of Matérn noise do not depend on the triangulation, but a PoissonNet sees gradients: their mean square,
+/// the sum of lambda / (lambda + tau)^2 over the spectrum, increases with the logarithm of the number of vertices, so
+/// that a network gets larger gradients on a fine triangulation than on the coarse one of its training. Smoothed, the
+/// sum converges.
 class FlowNoiseField
 {
 public:
-  /// @param mesh in the network's coordinates (area 1). @throws what MaternField throws.
+  /// Factors the equations.
+  /// @param mesh in the network's coordinates (area 1).
+  /// @param topology the tables of @p mesh
+  /// @throws InvalidInput, SolverFailure, Cancelled as MaternField.
   FlowNoiseField(
     TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress = {});
 
-  /// Like MaternField::SampleInto(): the bits of a sample depend on the request's numbers and the mesh alone. The request's
-  /// Scale is applied, that of FlowNoise is not.
+  /// Draws samples like MaternField::SampleInto(): their bits depend on the request's numbers and the mesh alone. The
+  /// request's Scale is applied, that of FlowNoise is not. Same errors.
   void SampleInto(
     const SampleRequest& request, const MaternField::Destination& destination, const Progress& progress = {}) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The inner loops of convolutions over triangles that are no matrix products. Private to Learning.
+/// Inner loops of convolutions over triangles [Hertz2020] beside the matrix products. Private to the inference.
 ///
 /// Arrays are float32, row-major. Results of the variants differ in last bits only.
 #pragma once
@@ -10,6 +10,7 @@
 namespace surfsynth
 {
 
+/// Kernels for one instruction set.
 struct FaceKernels
 {
   /// The first convolution: out[row] = bias + max over 3 edges of features[row, edge] * matrix; features [rows, 3 x 4],
@@ -28,21 +29,20 @@ struct FaceKernels
   void (*AddMoments)(
     const float* values, std::int64_t stride, std::int64_t rows, std::int64_t width, double* sums, double* squares);
 
-  /// out = leaky((values - mean) * scale) with a slope of 0.2 below 0; rows of @p values are @p stride numbers apart,
-  /// those of
-  /// @p out are contiguous. @p values and @p out may be the same array when rows of both are contiguous.
+  /// out = leaky((values - mean) * scale) with a slope of 0.2 below 0. Rows of @p values are @p stride numbers apart;
+  /// rows of @p out are contiguous. @p values and @p out may be the same array when rows of both are contiguous.
   void (*Normalise)(const float* values, std::int64_t stride, const float* mean, const float* scale, std::int64_t rows,
     std::int64_t width, float* out);
 };
 
-/// The kernels for the widest vectors that this processor has.
+/// Returns the kernels for the widest vectors of this processor.
 const FaceKernels& BestFaceKernels();
 
 // The variants: the same source compiled for different instruction sets.
-extern const FaceKernels GenericFaceKernels;
+extern const FaceKernels GenericFaceKernels; ///< for every processor
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-extern const FaceKernels Avx2FaceKernels;
-extern const FaceKernels Avx512FaceKernels;
+extern const FaceKernels Avx2FaceKernels;   ///< for AVX2
+extern const FaceKernels Avx512FaceKernels; ///< for AVX-512
 #endif
 
 } // namespace surfsynth

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// One level of a geometric texture's generator or discriminator on a mesh: convolutions over triangles. Private to
-/// Learning.
+/// Network of one level of a geometric texture's generator or discriminator: convolutions over triangles [Hertz2020].
+/// Private to the inference.
 #pragma once
 
 #include "Core/Common/LargeArray.h"
@@ -20,17 +20,22 @@ namespace surfsynth
 
 /// The network of one level. A convolution is max over the neighbours of W [neighbour, self] + b with one W, which is
 /// (W_s self + b) + max (W_n neighbour): both products are computed once for each triangle and then gathered, a third
-/// of the arithmetic. Between convolutions stand an instance norm over all triangles and a leaky ReLU. Work is done on
-/// tiles that stay in cache; sums are taken over fixed blocks in order, so that bits do not depend on the threads.
+/// of the arithmetic. An instance norm over all triangles [Ulyanov2016] and a leaky ReLU follow each convolution but
+/// the last. Works on tiles that stay in cache, and adds up fixed blocks in order, so that bits do not depend on the
+/// threads.
 class FaceNetwork
 {
 public:
+  /// Copies the weights of one level.
   /// @param tensors those of ExpectedGeometricTextureTensors(), complete
+  /// @param layers GeometricTextureOptions::Layers
   FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers);
 
+  /// Output of the last convolution, [F, outputs].
   using Output = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  /// [F, outputs]. @p neighbours [F, 3]: FaceNeighbours::Faces. The caller keeps the BLAS single-threaded
-  /// (SingleThreadedBlas).
+  /// Evaluates the network. The caller keeps the BLAS single-threaded (SingleThreadedBlas).
+  /// @param neighbours [F, 3], FaceNeighbours::Faces
+  /// @throws Cancelled
   Output Run(const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours, const Progress& progress = {}) const;
 
 private:
@@ -45,19 +50,19 @@ private:
     std::vector<float> Matrix;
     std::vector<float> Bias;
   };
-  /// What the instance norm subtracts from each channel, and multiplies with after it.
+  /// Instance norm: (value - Mean) * Scale of each channel.
   struct Norm
   {
     std::vector<float> Mean;
     std::vector<float> Scale;
   };
-  /// Per tile: sums of each channel, then of its squares.
+  /// Sums of each channel, then of its squares, for each tile.
   using Moments = LargeArray<double>;
 
   Moments FirstMoments(const EdgeFeatureMatrix& features) const;
   static Norm Summarise(const Moments& moments, std::int64_t faces, std::int64_t width);
-  /// Products of the second convolution, from features; of a later one, from those that the convolution before
-  /// completed.
+  /// Computes the products of the second convolution from features, and of a later one from the completed products of
+  /// the convolution before.
   void MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm& norm, float* products) const;
   void MultiplyCompleted(
     const Layer& layer, const float* completed, std::int64_t faces, const Norm& norm, float* products) const;

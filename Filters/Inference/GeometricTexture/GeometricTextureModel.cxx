@@ -2,7 +2,7 @@
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
@@ -63,7 +63,7 @@ bool HasDiscriminator(const SafetensorsFile& file)
   return first != file.Tensors().end() && first->first.compare(0, prefix.size(), prefix) == 0;
 }
 
-/// What @p file must hold, given which of the parts that may be absent it has.
+/// Shapes of the tensors that @p file must hold, given its optional parts.
 TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureOptions& options)
 {
   TensorShapes expected = ExpectedGeometricTextureTensors(options, false);
@@ -98,7 +98,7 @@ void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Options.NoiseAmplitude = reader.Number("noise_amplitude");
 }
 
-/// Names, shapes and finite numbers.
+/// Checks names and shapes of the tensors, and that their numbers are finite.
 void RequireTensors(const SafetensorsFile& file, const GeometricTextureOptions& options)
 {
   TensorShapes found;
@@ -140,7 +140,7 @@ void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Template.Points = Eigen::Map<const PointMatrix>(points.data(), file.Entry(PointsName).Shape[0], 3);
   model.Template.Triangles.resize(file.Entry(TrianglesName).Shape[0], 3);
   std::transform(ids.begin(), ids.end(), model.Template.Triangles.data(), [](std::int64_t id) {
-    // What is no vertex id in any mesh stays none.
+    // A number that is no vertex id in any mesh becomes one that is out of range.
     return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
   });
   model.ReconstructionNoise = Eigen::Map<const SinglePoints>(
@@ -239,22 +239,22 @@ void CheckOptions(const GeometricTextureOptions& options)
   {
     const char* Name;
     std::int64_t Value;
-    std::int64_t Least;
-    std::int64_t Most;
+    std::int64_t Minimum;
+    std::int64_t Maximum;
   } ranges[] = { { "levels", options.Levels, 1, 16 }, { "layers", options.Layers, 3, 32 },
     { "start_channels", options.StartChannels, 1, 4096 }, { "least_channels", options.MinimumChannels, 1, 4096 },
     { "most_channels", options.MaximumChannels, 1, 4096 } };
   for (const auto& range : ranges)
   {
-    if (range.Value < range.Least || range.Value > range.Most)
+    if (range.Value < range.Minimum || range.Value > range.Maximum)
     {
       Refuse(std::string(range.Name) + " is " + std::to_string(range.Value),
-        std::to_string(range.Least) + " to " + std::to_string(range.Most));
+        std::to_string(range.Minimum) + " to " + std::to_string(range.Maximum));
     }
   }
   if (!(options.NoiseAmplitude >= 0.0) || !std::isfinite(static_cast<float>(options.NoiseAmplitude)))
   {
-    Refuse("noise_amplitude is " + Text(options.NoiseAmplitude), "a finite number of at least 0");
+    Refuse("noise_amplitude is " + FormatNumber(options.NoiseAmplitude), "a finite number of at least 0");
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A trained geometric texture, and its file: "Deep Geometric Texture Synthesis" (Hertz et al. 2020). No torch.
+/// A trained geometric texture [Hertz2020], and its file. No torch.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -18,30 +18,35 @@ namespace surfsynth
 /// Channels of the face convolutions of one level, input and output included: {4, 32, 32, 32, 32, 32, 3}.
 using GeometricTextureChannels = std::vector<std::int64_t>;
 
-/// The published rule: 4, then max(min(start 2^level, most) / 2^(i - 1), least) for i = 1 .. layers - 2, then 3
-/// channels of a generator or 1 of a discriminator. Divisions are of whole numbers.
+/// Architecture of the networks. The channels of a level follow the published rule: 4, then max(min(start 2^level,
+/// maximum) / 2^(i - 1), minimum) for i = 1 .. layers - 2, then 3 channels of a generator or 1 of a discriminator.
+/// Divisions are of whole numbers.
 struct GeometricTextureOptions
 {
-  std::int64_t Levels = 5;         ///< 1 to 16
-  std::int64_t Layers = 7;         ///< entries of the list of channels, 3 to 32: one more than convolutions
-  std::int64_t StartChannels = 32; ///< 1 to 4096, as the next two
-  std::int64_t MinimumChannels = 32;
-  std::int64_t MaximumChannels = 128;
+  std::int64_t Levels = 5;            ///< number of levels, 1 to 16
+  std::int64_t Layers = 7;            ///< entries of the list of channels, 3 to 32: one more than convolutions
+  std::int64_t StartChannels = 32;    ///< "start" of the rule, 1 to 4096
+  std::int64_t MinimumChannels = 32;  ///< "minimum" of the rule, 1 to 4096
+  std::int64_t MaximumChannels = 128; ///< "maximum" of the rule, 1 to 4096
   double NoiseAmplitude = 0.1; ///< standard deviation of each coordinate, in mean edge lengths of the level; >= 0
 
+  /// Channels of the generator of a level.
   GeometricTextureChannels GeneratorChannels(std::int64_t level) const;
+  /// Channels of the discriminator of a level.
   GeometricTextureChannels DiscriminatorChannels(std::int64_t level) const;
 };
 
+/// Checks the options.
 /// @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const GeometricTextureOptions& options);
 
-/// The published names of the tensors of one convolution.
+/// Published names of the tensors of one convolution.
 struct GeometricTextureTensorNames
 {
-  std::string Weight;
-  std::string Bias;
+  std::string Weight; ///< name of the weight
+  std::string Bias;   ///< name of the bias
 };
+/// Names of the tensors of a convolution.
 /// @param convolution 0 to layers - 2
 GeometricTextureTensorNames NamesOfConvolution(std::int64_t level, std::int64_t convolution, std::int64_t layers);
 
@@ -54,18 +59,18 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureTensors
 /// A generator of displacements, level by level, with the template it was trained on.
 struct GeometricTextureModel
 {
-  GeometricTextureOptions Options;
+  GeometricTextureOptions Options; ///< architecture
   std::map<std::string, ModelTensor>
     Generator; ///< by published names; exactly those of ExpectedGeometricTextureTensors()
-  std::map<std::string, ModelTensor> Discriminator; ///< the same, or empty: needed to go on training only
-  /// Of level 0, in units in which edges of the reference mesh are 1 long in the mean; empty in files without one
-  /// (converted ones). Meets GeometricTextureSampler::Requirements().
+  std::map<std::string, ModelTensor> Discriminator; ///< by published names, or empty: only continued training needs it
+  /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
+  /// ones). Meets GeometricTextureSampler::Requirements().
   TriangleMesh Template;
-  SinglePoints ReconstructionNoise; ///< [V of Template, 3], what reconstructs the reference; empty without a template
-  std::string Name;                 ///< of the texture, for people
-  std::map<std::string, std::string> Metadata; ///< of the file, as it was
+  SinglePoints ReconstructionNoise; ///< [V of Template, 3], noise that gives the reference; empty without a template
+  std::string Name;                 ///< name of the texture, for people
+  std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
-  std::string Description() const; ///< one line: name, levels, channels, template
+  std::string Description() const; ///< description in one line: name, levels, channels, template
 };
 
 /// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1"),
@@ -74,14 +79,15 @@ struct GeometricTextureModel
 /// discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and reconstruction_noise [V,
 /// 3], of which the last four may be absent, the three of the template together.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is
-/// not finite; ModelMismatch when it is another kind of model, naming what was found and what was expected.
+/// not finite; ModelMismatch when it is another kind of model.
 GeometricTextureModel ReadGeometricTexture(const std::string& path);
 
-/// @throws InvalidInput naming what does not fit together.
+/// Checks a model.
+/// @throws InvalidInput naming the parts that do not fit together.
 void CheckModel(const GeometricTextureModel& model);
 
-/// Writes a model file, weights and noise in float32, points in float64. @throws InvalidInput as CheckModel(), and when
-/// the file cannot be written.
+/// Writes a model file, weights and noise in float32, points in float64.
+/// @throws InvalidInput as CheckModel(), and when the file cannot be written.
 void WriteGeometricTexture(const std::string& path, const GeometricTextureModel& model);
 
 } // namespace surfsynth

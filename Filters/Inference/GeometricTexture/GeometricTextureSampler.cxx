@@ -2,8 +2,8 @@
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Random/CounterNormals.h"
 #include "Inference/GeometricTexture/GeometricTextureSynthesis.h"
 
@@ -61,7 +61,7 @@ SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitud
   return noise;
 }
 
-/// That of the seeds, where the request does not want none.
+/// Noise of a level by the seeds of the request; no rows for a level without noise.
 NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfModel)
 {
   const double amplitude = request.NoiseAmplitude < 0.0 ? amplitudeOfModel : request.NoiseAmplitude;
@@ -77,11 +77,11 @@ void CheckRequest(
 {
   if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
   {
-    Refuse("the interpolation is " + Text(request.Interpolation), "0 to 1");
+    Refuse("the interpolation is " + FormatNumber(request.Interpolation), "0 to 1");
   }
   if (!std::isfinite(static_cast<float>(request.NoiseAmplitude)))
   {
-    Refuse("the amplitude of the noise is " + Text(request.NoiseAmplitude), "a finite number");
+    Refuse("the amplitude of the noise is " + FormatNumber(request.NoiseAmplitude), "a finite number");
   }
   if (request.Mask.size() > 0 && request.Mask.size() != mesh.NumberOfPoints())
   {
@@ -96,12 +96,12 @@ void CheckRequest(
   {
     Refuse("the mesh has no triangle", "at least one");
   }
-  // Before hours of work on all levels but the last.
+  // Checked before hours of work on all levels but the last.
   const double finest = mesh.NumberOfTriangles() * std::pow(4.0, levels.Count() - 1);
   if (finest > std::numeric_limits<Index>::max())
   {
     Refuse("the mesh has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
-        std::to_string(levels.Count()) + " levels make " + Text(finest),
+        std::to_string(levels.Count()) + " levels make " + FormatNumber(finest),
       "at most 2147483647 in the end");
   }
 }

@@ -2,8 +2,8 @@
 #include "Inference/GeometricTexture/GeometricTextureSynthesis.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/GeometricTexture/FaceNetwork.h"
@@ -62,7 +62,7 @@ GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topo
   if (!(frame.Unit > 0.0) || !std::isfinite(frame.Unit) || !std::isfinite(1.0 / frame.Unit) ||
     !frame.Centre.allFinite())
   {
-    throw InvalidInput("GeometricTextureSampler: the mean edge length is " + Text(frame.Unit) +
+    throw InvalidInput("GeometricTextureSampler: the mean edge length is " + FormatNumber(frame.Unit) +
       "; expected a mesh whose coordinates double precision can sum.");
   }
   return frame;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A mesh on which a geometric texture grows, level by level, with noise that is given. Private to the sampler.
+/// Synthesis of a geometric texture on one mesh, level by level, with given noise. Private to the sampler.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -14,35 +14,41 @@
 namespace surfsynth
 {
 
-/// Where the network's coordinates lie in the caller's: (point - Centre) / Unit.
+/// Map from the caller's coordinates to the network's: (point - Centre) / Unit.
 struct GeometricTextureFrame
 {
-  Eigen::RowVector3d Centre = Eigen::RowVector3d::Zero();
-  double Unit = 1.0;
+  Eigen::RowVector3d Centre = Eigen::RowVector3d::Zero(); ///< mean of the vertices that triangles use
+  double Unit = 1.0;                                      ///< mean length of the edges
 };
 
-/// The mean of the vertices that triangles use, and the mean length of the edges.
-/// @throws InvalidInput when that is 0 or not finite.
+/// Computes the frame of a mesh.
+/// @throws InvalidInput when the mean length of the edges is 0 or not finite.
 GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology);
 
+/// Mesh that the levels of a generator displace and refine in turn.
 class GeometricTextureSynthesis
 {
 public:
+  /// Begins with @p mesh.
   /// @param mask [V], or empty for 1
   GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh, const MeshTopology& topology,
     const GeometricTextureFrame& frame, Eigen::VectorXf mask = {});
 
+  /// Number of vertices, V, of the present level.
   Index NumberOfPoints() const { return this->Base.NumberOfPoints(); }
-  /// Displaces the mesh by generator level @p level. @param noise [V, 3] in the level's units, or empty for none
+  /// Displaces the mesh by generator level @p level.
+  /// @param noise [V, 3] in the level's units, or empty for none
   /// @throws InvalidInput when a displacement is not finite.
   void Displace(int level, const SinglePoints& noise, const Progress& progress = {});
-  /// Cuts triangles into four and doubles all.
+  /// Cuts triangles into four and doubles all coordinates.
   void Refine();
 
-  /// The vertices as the network sees them: in units of the level, [V, 3].
+  /// Vertices in units of the level, [V, 3]: the input of the network.
   SinglePoints LevelPoints() const;
-  /// [F, 3], in the frames of edges, of the last Displace().
+  /// Displacements of the triangles in the frames of their edges, [F, 3], by the last Displace().
   const SinglePoints& LocalDisplacement() const { return this->Local; }
+  /// Mesh after generator level @p level, in the caller's units.
+  /// Mesh after generator level @p level, in the caller's units.
   GeometricTextureLevel Result(int level) const;
 
 private:
@@ -51,7 +57,7 @@ private:
   double Doubling = 1.0;  ///< 2 to the number of refinements
   TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves
   PointMatrix Offset;     ///< [V, 3], all displacements so far, in units of the level
-  PointMatrix LastOffset; ///< that of the last Displace()
+  PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace()
   SinglePoints Local;
   Eigen::VectorXf Mask;
   FaceNeighbours Neighbours;

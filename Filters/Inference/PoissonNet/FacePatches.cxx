@@ -125,9 +125,9 @@ FacePatches CutIntoPatches(const PoissonOperators& operators, const PointMatrix&
   for (const Index f : patches.FaceOfPlace)
   {
     const auto corners = operators.Triangles.row(f);
-    const auto hats = operators.Gradient.row(f);
+    const auto basisGradients = operators.Gradient.row(f);
     patches.Corners.insert(patches.Corners.end(), corners.data(), corners.data() + 3);
-    patches.BasisGradients.insert(patches.BasisGradients.end(), hats.data(), hats.data() + 6);
+    patches.BasisGradients.insert(patches.BasisGradients.end(), basisGradients.data(), basisGradients.data() + 6);
     patches.Areas.push_back(operators.FaceAreas[f]);
   }
   NumberVertices(patches, operators.NumberOfPoints());

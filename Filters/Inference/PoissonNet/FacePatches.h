@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The faces of a mesh in small compact patches, so that the work on one stays in cache. Private to the inference.
+/// Partition of the faces of a mesh into small compact patches, whose data stay in cache. Private to the inference.
 #pragma once
 
 #include "Inference/PoissonNet/PoissonOperators.h"
@@ -11,9 +11,9 @@
 namespace surfsynth
 {
 
-/// Every face lies in one patch. A vertex whose faces all lie in one patch is inner; what faces of several patches
-/// add to the others goes to one slot for each of these patches, and slots are summed in order: so patches can be
-/// worked on in parallel and sums have the same bits for every number of threads.
+/// Patches of faces. Every face lies in one patch. A vertex whose faces all lie in one patch is inner. Each other
+/// vertex has one slot for each of its patches, for the sums over the patch's faces; slots are added up in order. So
+/// patches are processed in parallel, and sums have the same bits for every number of threads.
 struct FacePatches
 {
   std::vector<std::int64_t> FaceStart;   ///< [P + 1], places of faces: patch p holds FaceStart[p] .. FaceStart[p + 1)
@@ -28,14 +28,18 @@ struct FacePatches
   std::vector<Index> SharedVertices;     ///< vertices of several patches, ascending
   std::vector<std::int64_t> SlotStart;   ///< [SharedVertices + 1]: their slots, in the order of patches
 
+  /// Number of patches, P.
   std::int64_t Count() const { return static_cast<std::int64_t>(this->FaceStart.size()) - 1; }
+  /// Number of faces of patch @p p.
   std::int64_t Faces(std::int64_t p) const { return this->FaceStart[p + 1] - this->FaceStart[p]; }
+  /// Number of vertices of patch @p p.
   std::int64_t Points(std::int64_t p) const { return this->VertexStart[p + 1] - this->VertexStart[p]; }
+  /// Number of slots of all shared vertices.
   std::int64_t Slots() const { return this->SlotStart.back(); }
 };
 
-/// Cuts the mesh by planes across its longest extent into patches of at most @p largest faces, which are about as many
-/// each. @p points are used for nothing else.
+/// Cuts the mesh by planes across its longest extent into patches of about equal numbers of faces, at most @p largest.
+/// @param points [V, 3], used for the planes only
 FacePatches CutIntoPatches(const PoissonOperators& operators, const PointMatrix& points, std::int64_t largest = 1024);
 
 } // namespace surfsynth

@@ -21,7 +21,7 @@ public:
     , OnProgress(progress)
   {}
   void Step() { ++this->Done; }
-  void Tell() const
+  void ReportDone() const
   {
     Report(this->OnProgress, static_cast<double>(this->Done.load()) / static_cast<double>(this->Count));
   }
@@ -158,7 +158,7 @@ void GradientStage::Run(const VertexFeatures& features, const ComplexMlpWeights&
       this->RunPatch(p, features, mlp, productMap, target, products, slots.data(), productSlots.data());
       counter.Step();
     },
-    [&] { counter.Tell(); });
+    [&] { counter.ReportDone(); });
   this->CombineSlots(slots.data(), width, [&](Index vertex, const float* row) { target.Set(vertex, row); });
   if (productMap)
   {
@@ -194,7 +194,7 @@ void GradientStage::RunHeadPatch(std::int64_t p, const VertexFeatures& features,
     for (std::int64_t row = 0; row < rows; ++row)
     {
       const float area = patches.Areas[first + row];
-      const float* hats = patches.BasisGradients.data() + 6 * (first + row);
+      const float* basisGradients = patches.BasisGradients.data() + 6 * (first + row);
       float* out = gradients + 6 * static_cast<std::int64_t>(patches.FaceOfPlace[first + row]);
       for (int c = 0; c < 3; ++c)
       {
@@ -203,7 +203,7 @@ void GradientStage::RunHeadPatch(std::int64_t p, const VertexFeatures& features,
         for (int corner = 0; corner < 3; ++corner)
         {
           sums[3 * patches.LocalCorners[3 * (first + row) + corner] + c] += area *
-            (hats[corner] * out[c] + hats[3 + corner] * out[3 + c]);
+            (basisGradients[corner] * out[c] + basisGradients[3 + corner] * out[3 + c]);
         }
       }
     }
@@ -223,7 +223,7 @@ void GradientStage::RunHead(const VertexFeatures& features, const ComplexMlpWeig
       this->RunHeadPatch(p, features, mlp, positions, target, gradients, slots.data());
       counter.Step();
     },
-    [&] { counter.Tell(); });
+    [&] { counter.ReportDone(); });
   this->CombineSlots(slots.data(), 3, [&](Index vertex, const float* row) { target.Set(vertex, row); });
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The half of a block that works on faces. Private to the inference.
+/// Face half of a PoissonNet block [Maesumi2025]. Private to the inference.
 #pragma once
 
 #include "Inference/Common/ActivationKernels.h"
@@ -17,19 +17,20 @@
 namespace surfsynth
 {
 
-/// Vertex features of one mesh and their width: float32 [V, width].
+/// Vertex features of one mesh, float32 [V, width].
 struct VertexFeatures
 {
-  const float* Values;
-  /// The first affine map of the modulator applied to Values, or null when there is none.
+  const float* Values; ///< [V, width]
+  /// First affine map of the modulator applied to Values, [V, width], or null without a modulator.
   const float* ModulatorHidden;
 };
 
-/// Gradients of vertex features, a complex MLP, and what it integrates to, on tiles of faces that stay in cache: no
-/// array of the size of all faces exists. Threads work on different patches.
+/// Gradients of vertex features, a complex MLP, and the divergence of its output, on tiles of faces that stay in cache:
+/// no array of the size of all faces exists. Threads work on different patches.
 class GradientStage
 {
 public:
+  /// @param width number of channels of the features, W
   GradientStage(std::shared_ptr<const FacePatches> patches, std::int64_t width);
 
   /// Sets the rows of @p target to G^T A h of the gradient features h. When @p products is not null, also sets its
@@ -38,14 +39,14 @@ public:
   void Run(const VertexFeatures& features, const ComplexMlpWeights& mlp, const ComplexWeights* productMap,
     SolverRows& target, float* products, const Progress& progress) const;
 
-  /// For the gradient-domain head: h has three channels, to which the gradients of @p positions, [V, 3], are added.
+  /// Runs the gradient-domain head: h has three channels, to which the gradients of @p positions, [V, 3], are added.
   /// Writes the sum to @p gradients, [2 F, 3] in the mesh's order of faces, and sets the rows of @p target, which has
   /// 3 channels.
   void RunHead(const VertexFeatures& features, const ComplexMlpWeights& mlp, const float* positions, SolverRows& target,
     float* gradients, const Progress& progress) const;
 
 private:
-  /// Faces that are worked on at a time.
+  /// Number of faces of a tile.
   static constexpr std::int64_t TileRows = 96;
 
   struct Scratch
@@ -73,17 +74,17 @@ private:
     const ComplexWeights* productMap, SolverRows& target, float* products, float* slots, float* productSlots) const;
   void RunHeadPatch(std::int64_t p, const VertexFeatures& features, const ComplexMlpWeights& mlp,
     const float* positions, SolverRows& target, float* gradients, float* slots) const;
-  /// Hands the sums of a patch on: rows of inner vertices to @p write, the others to slots.
+  /// Passes the sums of a patch on: rows of inner vertices to @p write, the others to slots.
   template <typename Write>
   void Distribute(std::int64_t p, const float* sums, std::int64_t width, float* slots, const Write& write) const;
-  /// Adds the slots of each shared vertex and hands the sums to @p write.
+  /// Adds up the slots of each shared vertex and passes the sums to @p write.
   template <typename Write>
   void CombineSlots(const float* slots, std::int64_t width, const Write& write) const;
 
   std::shared_ptr<const FacePatches> Patches;
   std::int64_t Width;
   const ActivationKernels& Kernels;
-  std::int64_t MaximumNumberOfPoints = 0; ///< of any patch
+  std::int64_t MaximumNumberOfPoints = 0; ///< largest number of vertices of a patch
   mutable ScratchPool<Scratch> Pool;
 };
 

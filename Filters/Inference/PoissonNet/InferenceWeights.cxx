@@ -46,7 +46,7 @@ ComplexWeights ThreeProducts(const Matrix& real, const Matrix& imaginary)
   return { Transposed(real), Transposed(imaginary - real), Transposed(real + imaginary) };
 }
 
-/// diag(scale) after the map.
+/// Multiplies the outputs of the map by diag(scale).
 void ScaleOutputs(AffineWeights& affine, const std::vector<float>& scale)
 {
   for (std::size_t k = 0; k < affine.Matrix.size(); ++k)

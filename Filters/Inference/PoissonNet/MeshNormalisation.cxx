@@ -2,7 +2,7 @@
 #include "Inference/PoissonNet/MeshNormalisation.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Operators/SurfaceOperators.h"
 
 #include <Eigen/Geometry>
@@ -53,7 +53,7 @@ MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisat
   if (!(result.Scale > 0.0) || !result.Centre.allFinite())
   {
     throw InvalidInput(
-      "ComputeNormalisation: the mesh has an area of " + Text(area) + "; expected a surface with an extent.");
+      "ComputeNormalisation: the mesh has an area of " + FormatNumber(area) + "; expected a surface with an extent.");
   }
   return result;
 }
@@ -80,7 +80,7 @@ std::vector<std::string> DescribeUnlikelyInput(
   const double area = FaceAreas(mesh).sum();
   if (normalisation == InputNormalisation::None && !(area >= 0.1 && area <= 10.0))
   {
-    warnings.push_back("The surface has an area of " + Text(area) +
+    warnings.push_back("The surface has an area of " + FormatNumber(area) +
       "; PoissonNet expects about 1 (0.1 to 10), and the model "
       "file asks for no normalisation. Scale the mesh, or set InputNormalisation of the filter or "
       "input_normalisation in the file.");

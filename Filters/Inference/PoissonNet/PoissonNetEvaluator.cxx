@@ -160,7 +160,7 @@ SolverRows::Channels PoissonNetEvaluator::Internals::SolutionChannels(
   {
     return rows.WithoutMean();
   }
-  // The norm removes a mean itself: that the mass-weighted one went before makes no difference.
+  // The norm removes a mean itself, so the removal of the mass-weighted one before makes no difference.
   return rows.Normalised(this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
 }
 

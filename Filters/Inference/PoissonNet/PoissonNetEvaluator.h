@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Fast evaluation of PoissonNet on a mesh. No torch.
+/// Fast evaluation of PoissonNet [Maesumi2025] on a mesh. No torch.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -23,7 +23,7 @@ namespace surfsynth
 /// Features, one row for each vertex, face or row of gradients; float32.
 using FeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// What varies from one evaluation to the next.
+/// Input of one evaluation.
 struct PoissonNetInput
 {
   /// Vertex signal, [V, InputChannels]; empty for the positions of the (normalised) mesh itself.
@@ -32,20 +32,20 @@ struct PoissonNetInput
   FeatureMatrix Extra;
 };
 
-/// What a PoissonNet says about a mesh.
+/// Prediction of a PoissonNet for a mesh.
 struct PoissonNetPrediction
 {
-  PoissonNetDomain Domain = PoissonNetDomain::Vertices;
-  FeatureMatrix Values;    ///< [V, C], [F, C] or [1, C] as Domain says; log-probabilities of a classifier
+  PoissonNetDomain Domain = PoissonNetDomain::Vertices; ///< domain of Values
+  FeatureMatrix Values;    ///< [V, C], [F, C] or [1, C], by Domain; log-probabilities of a classifier
   FeatureMatrix Gradients; ///< [2 F, 3] of a gradient-domain head, rows 2 f and 2 f + 1 of face f; else empty
 
   /// The most probable class of each row of Values, the first one where several are equal.
   std::vector<Index> Labels() const;
 };
 
-/// Evaluates one network on one mesh, as often as wanted: operators, factorisation and weights are prepared once.
+/// Evaluator of one network on one mesh: operators, factorisation and weights are prepared once, for many evaluations.
 ///
-/// Gives what PoissonNet (LibTorch) gives to 1e-5, by other means: faces are worked on in tiles that stay in cache,
+/// Gives the results of PoissonNet (LibTorch) to 1e-5, by other means: faces are processed in tiles that stay in cache,
 /// affine maps are moved from faces to vertices where they commute with averages and divergences, complex products
 /// take three real ones, and Poisson solves take all channels of a vertex together. Memory is bounded by about five
 /// arrays of V x Width float32 numbers. Uses MaximumThreads() threads; results have the same bits for every number of
@@ -61,7 +61,7 @@ public:
   PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> model, const TriangleMesh& mesh,
     const MeshTopology* topology = nullptr, const Progress& progress = {});
 
-  /// The same with operators that were computed elsewhere, and no check.
+  /// Constructs the evaluator with operators that were computed elsewhere, without a check of the mesh.
   /// @param points the network's input positions, [V, 3].
   PoissonNetEvaluator(
     std::shared_ptr<const PoissonNetModel> model, const PoissonOperators& operators, const PointMatrix& points);
@@ -70,20 +70,22 @@ public:
   PoissonNetEvaluator(PoissonNetEvaluator&&) noexcept;
   PoissonNetEvaluator& operator=(PoissonNetEvaluator&&) noexcept;
 
-  /// One evaluation.
+  /// Evaluates the network.
   /// @throws InvalidInput when an input has the wrong shape, or the model wants other input channels than positions and
   /// none are given, or numbers overflow; Cancelled.
   PoissonNetPrediction Evaluate(const PoissonNetInput& input = {}, const Progress& progress = {}) const;
 
-  /// What the architecture asks of a mesh: finite, non-degenerate, manifold edges, consistent winding (the network is
-  /// not mirror-invariant), one component (constants on several are not determined).
+  /// Requirements of the architecture on a mesh: finite, non-degenerate, manifold edges, consistent winding (the
+  /// network is not mirror-invariant), one component (the Poisson equation leaves one constant for each).
   static MeshRequirements Requirements();
 
-  /// Sentences about what makes good answers unlikely: a closed mesh whose faces point inwards, an area far from 1
-  /// which the model does not normalise. Empty when there is nothing to say.
+  /// Warnings about the mesh, see DescribeUnlikelyInput().
   const std::vector<std::string>& Warnings() const;
+  /// Map from the caller's coordinates to the network's.
   const MeshNormalisation& Normalisation() const;
+  /// Model of the evaluator.
   const PoissonNetModel& Model() const;
+  /// Operators of the normalised mesh.
   const PoissonOperators& Operators() const;
 
 private:
@@ -91,7 +93,7 @@ private:
   std::unique_ptr<Internals> Impl;
 };
 
-/// One-off evaluation of a model on a mesh. Same errors as PoissonNetEvaluator.
+/// Evaluates a model on a mesh once. Same errors as PoissonNetEvaluator.
 PoissonNetPrediction EvaluatePoissonNet(const PoissonNetModel& model, const TriangleMesh& mesh,
   const PoissonNetInput& input = {}, const Progress& progress = {});
 

@@ -153,7 +153,7 @@ PoissonNetOptions OptionsFromMetadata(const std::string& file, const Metadata& m
   options.Domain = reader.Choice("outputs_at", DomainNames, "vertices");
   options.Activation = reader.Choice("last_activation", ActivationNames, "identity");
   options.ComplexLayers = reader.ConfigNumber("cmlp_nlayers");
-  // Where the published configurations say nothing, blocks are modulated and the head is not.
+  // Default of the published configurations: blocks are modulated and the head is not.
   options.Modulate = reader.Flag("cmlp_modulate", true);
   options.ModulateHead = reader.Flag("cmlp_modulate", false);
   options.InnerProducts = reader.Flag("inner_prod_features", false);
@@ -183,7 +183,7 @@ Metadata MetadataFromOptions(const PoissonNetOptions& options)
   }
   nlohmann::json config = { { "cmlp_nlayers", options.ComplexLayers }, { "inner_prod_features", options.InnerProducts },
     { "mlp_norm", options.Normalise }, { "mass_norm", options.MassWeightedNorm }, { "dropout_p", options.Dropout } };
-  // Left out when only the blocks are modulated: what a missing key means.
+  // Left out when only the blocks are modulated, which is the meaning of a missing key.
   if (options.Modulate == options.ModulateHead || options.Head == PoissonNetHead::Linear)
   {
     config["cmlp_modulate"] = options.Modulate;

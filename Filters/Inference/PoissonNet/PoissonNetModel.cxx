@@ -125,7 +125,7 @@ PoissonNetModel ReadNetwork(
   return model;
 }
 
-/// What ReadDescription() reads.
+/// Result of ReadDescription().
 Metadata Describe(const PoissonNetModel& model)
 {
   Metadata metadata = model.Metadata;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A PoissonNet as a model file holds it. No torch.
+/// A trained PoissonNet [Maesumi2025], and its file. No torch.
 #pragma once
 
 #include "Inference/Common/ModelTensor.h"
@@ -17,24 +17,25 @@ namespace surfsynth
 class SafetensorsFile;
 struct TensorData;
 
-/// What a mesh goes through before the network sees it, as it did in training.
+/// Normalisation of a mesh before the network, the same as in training.
 enum class InputNormalisation
 {
-  None,
+  None,        ///< the caller's coordinates
   SurfaceArea, ///< minus the area-weighted centroid, over sqrt(area) + 1e-8
   UnitSphere   ///< minus the area-weighted centroid, over the largest distance from it
 };
 
-/// A trained network: options, weights, and what its users must know.
+/// A trained network: options, weights, normalisation of the input, names of the output.
 struct PoissonNetModel
 {
-  PoissonNetOptions Options;
+  PoissonNetOptions Options;                  ///< architecture
   std::map<std::string, ModelTensor> Tensors; ///< by published names; exactly those of ExpectedTensors(Options)
-  InputNormalisation Normalisation = InputNormalisation::None;
+  InputNormalisation Normalisation = InputNormalisation::None; ///< normalisation of the mesh
   /// Names of the classes of a classifier in the order of its channels; empty when the file names none.
   std::vector<std::string> Classes;
-  std::map<std::string, std::string> Metadata; ///< of the file, as it was
+  std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
+  /// True for a network whose output are log-probabilities of classes.
   bool IsClassifier() const { return this->Options.Activation == LastActivation::LogSoftmax; }
 };
 
@@ -46,20 +47,20 @@ struct PoissonNetModel
 /// of the network it describes, naming the first three.
 PoissonNetModel ReadPoissonNet(const std::string& path);
 
-/// The same from an open file, of the tensors whose names begin with @p prefix.
+/// Reads a model from an open file: the tensors whose names begin with @p prefix. Same errors.
 PoissonNetModel ReadPoissonNet(const SafetensorsFile& file, const std::string& prefix = "");
 
-/// One network of a file that holds several: the metadata under the key @p part are a JSON object of the strings that
-/// a file with that network alone would have, and its tensors are named "<part>.<published name>". Same errors.
+/// Reads one network of a file that holds several. The metadata under the key @p part are a JSON object of the strings
+/// of a file with that network alone; the tensors are named "<part>.<published name>". Same errors.
 PoissonNetModel ReadPartNetwork(const SafetensorsFile& file, const std::string& part);
 
-/// The inverse of ReadPartNetwork(): adds tensors and the metadata of one network to those of a file to be written.
+/// Adds tensors and metadata of one network to those of a file to be written: the inverse of ReadPartNetwork().
 /// @throws InvalidInput as CheckModel().
 void AddPartNetwork(const std::string& part, const PoissonNetModel& model, std::map<std::string, TensorData>& tensors,
   std::map<std::string, std::string>& metadata);
 
-/// @throws InvalidInput naming what is missing, of another shape or too much, when the tensors of a model that was
-/// made by hand are not those of its options. What was read from a file is complete.
+/// Checks that the tensors of a model are those of its options. A model from a file passes.
+/// @throws InvalidInput naming the tensors that are missing, of another shape or superfluous.
 void CheckModel(const PoissonNetModel& model);
 
 /// Writes a model file in float32; metadata that ReadPoissonNet() does not know is kept.

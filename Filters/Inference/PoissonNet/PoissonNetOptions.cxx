@@ -2,7 +2,7 @@
 #include "Inference/PoissonNet/PoissonNetOptions.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 namespace surfsynth
 {
@@ -97,7 +97,7 @@ void CheckOptions(const PoissonNetOptions& options)
   RequireRange("the number of extra features", options.ExtraFeatures, 0, 100000);
   if (!(options.Dropout >= 0.0 && options.Dropout < 1.0))
   {
-    throw InvalidInput("PoissonNet: dropout is " + Text(options.Dropout) + "; expected a number in [0, 1).");
+    throw InvalidInput("PoissonNet: dropout is " + FormatNumber(options.Dropout) + "; expected a number in [0, 1).");
   }
   if (options.Head == PoissonNetHead::GradientDomain &&
     (options.InputChannels != 3 || options.Domain != PoissonNetDomain::Vertices ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What networks in the gradient domain need to know of a mesh. No torch.
+/// Operators of a mesh for networks in the gradient domain [Maesumi2025]. No torch.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -15,8 +15,9 @@
 namespace surfsynth
 {
 
-/// Gradients of the three hat functions of each face, [F, 6] float32, 1 / world units: x components of corners 0, 1, 2,
-/// then their y components. The x axis of a face is its edge v0 -> v1, the y axis points to the side of v2.
+/// Basis gradients: gradients of the three barycentric hat functions of each face, [F, 6] float32, 1 / world units: x
+/// components of corners 0, 1, 2, then their y components. The x axis of a face is its edge v0 -> v1, the y axis points
+/// to the side of v2.
 using FaceGradients = Eigen::Matrix<float, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
 /// The operators of one mesh: gradient G, face areas A (each stands for two rows of G), vertex mass m, and the
@@ -31,13 +32,15 @@ struct PoissonOperators
   FaceGradients Gradient;     ///< [F, 6]
   Eigen::VectorXf FaceAreas;  ///< [F]
   Eigen::VectorXf VertexMass; ///< [V], a third of the area around, plus 1e-8 of the mean so that none is zero
-  std::shared_ptr<const CholeskySolver> Solver;
+  std::shared_ptr<const CholeskySolver> Solver; ///< factor of L + 1e-6 I
 
+  /// Number of vertices, V.
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexMass.size()); }
+  /// Number of faces, F.
   Index NumberOfTriangles() const { return static_cast<Index>(this->Triangles.rows()); }
 };
 
-/// The operators of @p mesh, whose tables are @p topology.
+/// Builds the operators of @p mesh, whose tables are @p topology.
 /// @throws InvalidInput when a triangle is degenerate once its vertices are rounded to float32.
 /// @throws SolverFailure as FactorPoissonMatrix(); Cancelled.
 PoissonOperators BuildPoissonOperators(

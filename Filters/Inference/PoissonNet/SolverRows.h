@@ -18,29 +18,33 @@ namespace surfsynth
 class SolverRows
 {
 public:
-  /// @param mass [V], kept by the caller; @param unused the vertices that no face uses.
+  /// Allocates the rows.
+  /// @param channels number of right-hand sides
+  /// @param mass [V], kept by the caller
+  /// @param unused the vertices that no face uses
   SolverRows(std::shared_ptr<const CholeskySolver> solver, std::int64_t channels, const Eigen::VectorXf& mass,
     const std::vector<Index>& unused);
 
-  /// Writes the right-hand side of a vertex. Different vertices may be written from different threads.
+  /// Writes the right-hand side of a vertex, [channels]. Different vertices may be written from different threads.
   void Set(Index vertex, const float* values);
 
-  /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, where the
-  /// equation says nothing, the solution is the mean of its channel.
+  /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, which the equation
+  /// does not determine, the solution is the mean of its channel.
+  /// @throws Cancelled
   void Solve(const Progress& progress);
 
-  /// What turns a solution into the signal that follows it: value * Scale + Shift for each channel.
+  /// Map from a solution to a signal: value * Scale + Shift for each channel.
   struct Channels
   {
-    std::vector<double> Scale;
-    std::vector<double> Shift;
+    std::vector<double> Scale; ///< [channels]
+    std::vector<double> Shift; ///< [channels]
   };
-  /// Mass-weighted mean 0.
+  /// Map to mass-weighted mean 0.
   Channels WithoutMean() const;
-  /// A per-channel norm over the vertices: see VertexNorm.
+  /// Map of a per-channel norm over the vertices: see VertexNorm.
   Channels Normalised(bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const;
 
-  /// Reads a vertex's values as @p channels say.
+  /// Reads the values of a vertex, [channels], mapped by @p channels.
   void Get(Index vertex, const Channels& channels, float* values) const;
 
 private:

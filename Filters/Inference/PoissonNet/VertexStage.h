@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The half of a block that works on vertices. Private to the inference.
+/// Vertex half of a PoissonNet block [Maesumi2025]. Private to the inference.
 #pragma once
 
 #include "Inference/Common/ActivationKernels.h"
@@ -19,6 +19,8 @@ namespace surfsynth
 class VertexStage
 {
 public:
+  /// @param vertices number of vertices, V
+  /// @param width number of channels of the features, W
   VertexStage(std::int64_t vertices, std::int64_t width);
 
   /// out = in * matrix + bias; in [V, inputs], out [V, outputs]. Different arrays.
@@ -27,16 +29,16 @@ public:
   /// values = GELU(values), [V, W].
   void Gelu(float* values) const;
 
-  /// What a block's vertex MLP sees beside the features.
+  /// Inputs of a block's vertex MLP beside the features.
   struct Inputs
   {
-    const SolverRows* Solution;
-    SolverRows::Channels SolutionChannels;
-    const float* Extra = nullptr;    ///< [V, W], or null: then what it would add is in Bias1
-    const float* Products = nullptr; ///< [V, W], or null
-    std::vector<float> Bias1;
+    const SolverRows* Solution;            ///< solution of the Poisson equation
+    SolverRows::Channels SolutionChannels; ///< map of the solution
+    const float* Extra = nullptr;          ///< [V, W] condition, or null: then its contribution is in Bias1
+    const float* Products = nullptr;       ///< [V, W] inner products, or null
+    std::vector<float> Bias1;              ///< [W], bias of the first affine map
   };
-  /// Replaces the features by those after the block.
+  /// Replaces the features, [V, W], by those after the block.
   void Run(const BlockWeights& weights, const Inputs& inputs, float* features) const;
 
 private:

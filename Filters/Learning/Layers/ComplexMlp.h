@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Layers on gradients: complex numbers whose turn is the turn of the face's frame. Complex-linear maps and
-/// non-linearities of the modulus commute with that turn, so that the choice of frames does not matter.
+/// Layers on gradients [Maesumi2025]: complex numbers that rotate with the frame of their face. Complex-linear maps and
+/// non-linearities of the modulus commute with rotations, so that results do not depend on the choice of frames.
 #pragma once
 
 #include "Learning/Layers/MeshTensors.h"
@@ -11,24 +11,28 @@
 namespace surfsynth
 {
 
-/// z -> W z, W complex without bias, and when Nonlinear then z -> z GELU(r + b) / (r + 1e-8) with
-/// r = sqrt(|z|^2 + 1e-8) and one bias b for each channel.
+/// Options of ComplexLinear.
 struct ComplexLinearOptions
 {
+  /// @param in number of input channels
+  /// @param out number of output channels
   ComplexLinearOptions(std::int64_t in, std::int64_t out)
     : in_(in)
     , out_(out)
   {}
-  TORCH_ARG(std::int64_t, in);
-  TORCH_ARG(std::int64_t, out);
-  TORCH_ARG(bool, nonlinear) = false;
+  TORCH_ARG(std::int64_t, in);        ///< input channels
+  TORCH_ARG(std::int64_t, out);       ///< output channels
+  TORCH_ARG(bool, nonlinear) = false; ///< adds the non-linearity of the modulus
 };
 
+/// Complex-linear layer z -> W z, W complex without bias; when nonlinear followed by z -> z GELU(r + b) / (r + 1e-8)
+/// with r = sqrt(|z|^2 + 1e-8) and one bias b for each channel. GELU is that of [Hendrycks2016].
 class ComplexLinearImpl : public torch::nn::Module
 {
 public:
+  /// Initialises W as torch::nn::Linear does, and b with 0.
   explicit ComplexLinearImpl(const ComplexLinearOptions& options);
-  /// [..., F, in] to [..., F, out].
+  /// Maps [..., F, in] to [..., F, out].
   ComplexTensor forward(const ComplexTensor& z);
 
 private:
@@ -38,13 +42,16 @@ private:
 };
 TORCH_MODULE(ComplexLinear);
 
-/// z -> z exp(i p) (softplus(s) + 1e-8) with phases p and scales s made from the features of the face:
+/// Modulation z -> z exp(i p) (softplus(s) + 1e-8) with phases p and scales s from the features x of the face:
 /// (p, s) = affine(GELU(affine(x))).
 class ModulatorImpl : public torch::nn::Module
 {
 public:
+  /// @param width number of channels
   explicit ModulatorImpl(std::int64_t width);
-  /// @param z [..., F, width], @param faceFeatures [..., F, width]
+  /// Modulates gradients; returns [..., F, width].
+  /// @param z [..., F, width]
+  /// @param faceFeatures [..., F, width]
   ComplexTensor forward(const ComplexTensor& z, const torch::Tensor& faceFeatures);
 
 private:
@@ -52,26 +59,32 @@ private:
 };
 TORCH_MODULE(Modulator);
 
-/// A modulation, and ComplexLinear layers of which all but the last are non-linear.
+/// Options of ComplexMlp.
 struct ComplexMlpOptions
 {
+  /// @param width number of input and hidden channels
+  /// @param out number of output channels
   ComplexMlpOptions(std::int64_t width, std::int64_t out)
     : width_(width)
     , out_(out)
   {}
-  TORCH_ARG(std::int64_t, width);
-  TORCH_ARG(std::int64_t, out);
-  TORCH_ARG(std::int64_t, layers) = 3;
-  TORCH_ARG(bool, modulate) = true;
+  TORCH_ARG(std::int64_t, width);      ///< input and hidden channels
+  TORCH_ARG(std::int64_t, out);        ///< output channels
+  TORCH_ARG(std::int64_t, layers) = 3; ///< number of layers, at least 1
+  TORCH_ARG(bool, modulate) = true;    ///< begins with a Modulator
 };
 
+/// Complex MLP: a Modulator, then ComplexLinear layers of which all but the last are non-linear.
 class ComplexMlpImpl : public torch::nn::Module
 {
 public:
+  /// Initialises the layers.
   explicit ComplexMlpImpl(const ComplexMlpOptions& options);
-  /// @param z [..., F, width], @param faceFeatures [..., F, width]; returns [..., F, out].
+  /// Maps gradients to [..., F, out].
+  /// @param z [..., F, width]
+  /// @param faceFeatures [..., F, width]
   ComplexTensor forward(const ComplexTensor& z, const torch::Tensor& faceFeatures);
-  /// What the first layer sees.
+  /// Input of the first layer: the modulated gradients, [..., F, width].
   ComplexTensor Modulated(const ComplexTensor& z, const torch::Tensor& faceFeatures);
 
 private:

@@ -12,14 +12,15 @@ torch::Tensor IdTensor(const TriangleMatrix& ids, const torch::Device& device)
     .to(device, torch::kInt64, false, true);
 }
 
-/// Vectors over their lengths; 0 where the length is 0.
+/// Divides vectors by their lengths; 0 for vectors of length 0.
 torch::Tensor UnitVectors(const torch::Tensor& vectors)
 {
   constexpr double smallest = 1e-30; // nothing that is not 0 in float32 is squared to less
   return vectors / vectors.norm(2, -1, true).clamp_min(smallest);
 }
 
-/// The frames of the edges, [F, 3, 3] each (triangle, edge, coordinate); normals are the same for all edges of a triangle.
+/// The frames of the edges, [F, 3, 3] each (triangle, edge, coordinate); normals are the same for all edges of a
+/// triangle.
 struct EdgeFrames
 {
   torch::Tensor Midpoint;

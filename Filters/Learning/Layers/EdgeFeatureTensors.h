@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// The geometry of "Deep Geometric Texture Synthesis" (Hertz et al. 2020, section 3) on tensors: features of triangles,
-/// displacements and subdivision, differentiable in the positions. EdgeFeatures.h has the same without torch.
+/// @file Geometry of [Hertz2020], section 3, on tensors: features of triangles, displacements and subdivision,
+/// differentiable in the positions. EdgeFeatures.h has the same without torch.
 ///
 /// Tables depend on the triangles only and are constant. Gradients are sums in a fixed order: the same bits every time.
 #pragma once
@@ -17,34 +16,37 @@
 namespace surfsynth
 {
 
-/// What the triangles of a mesh see, as tensors of ids on one device.
+/// Neighbours of the triangles of a mesh, as tensors of ids on one device.
 struct FaceTables
 {
-  torch::Tensor Triangles;  ///< [F, 3] int64
-  torch::Tensor Neighbours; ///< [F, 3] int64, the triangle beyond each edge
-  torch::Tensor Opposite;   ///< [F, 3] int64, the vertex of that triangle which is not on the edge
-  torch::Tensor Corners;    ///< [V, 1], number of triangles at each vertex, at least 1; floating point
-  std::int64_t Vertices = 0;
+  torch::Tensor Triangles;   ///< [F, 3] int64
+  torch::Tensor Neighbours;  ///< [F, 3] int64, the triangle across each edge
+  torch::Tensor Opposite;    ///< [F, 3] int64, the vertex of that triangle which is not on the edge
+  torch::Tensor Corners;     ///< [V, 1], number of triangles at each vertex, at least 1; floating point
+  std::int64_t Vertices = 0; ///< number of vertices, V
 
   FaceTables() = default;
+  /// Builds the tables of @p mesh.
   /// @param options floating-point type and device.
   /// @throws InvalidInput as ComputeFaceNeighbours().
   FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& options);
 };
 
-/// Rows of @p table by @p ids of any shape [...]: [..., C]. Differentiable twice.
+/// Gathers rows of @p table [rows, C] by @p ids of any shape [...]: [..., C]. Differentiable twice.
 torch::Tensor TakeRows(const torch::Tensor& table, const torch::Tensor& ids);
 
-/// The adjoint of TakeRows(): [rows, C], row k the sum of those rows of @p values [..., C] whose id in @p ids [...] is k.
+/// Adds up rows, the adjoint of TakeRows(): [rows, C], row k the sum of the rows of @p values [..., C] with id k in
+/// @p ids [...].
 torch::Tensor SumRows(const torch::Tensor& values, const torch::Tensor& ids, std::int64_t rows);
 
-/// ComputeEdgeFeatures(): [F, 12] from @p positions [V, 3].
+/// Computes the features of ComputeEdgeFeatures(): [F, 12] from @p positions [V, 3].
 torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& positions);
 
-/// MeanCornerDisplacement(): [V, 3] from @p positions [V, 3] and @p local [F, 3], the (a, b, c) of each triangle.
+/// Computes the displacements of MeanCornerDisplacement(): [V, 3] from @p positions [V, 3] and @p local [F, 3], the
+/// (a, b, c) of each triangle.
 torch::Tensor CornerDisplacement(const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local);
 
-/// The ends of the edges that SubdivideAtMidpoints() puts vertices on, [E, 2] int64.
+/// Ends of the edges that SubdivideAtMidpoints() puts vertices on, [E, 2] int64.
 torch::Tensor ParentTensor(const SubdividedMesh& subdivided, const torch::Device& device);
 
 /// Positions of the subdivided mesh in units of its own edges: 2 [positions; midpoints], [V + E, 3], so that the mean

@@ -8,7 +8,7 @@ namespace surfsynth
 
 namespace
 {
-/// Of the edges or neighbours of each triangle, [F, 3, C] to [F, C].
+/// Maximum over the edges or neighbours of each triangle, [F, 3, C] to [F, C].
 torch::Tensor LargestOfThree(const torch::Tensor& values) { return std::get<0>(values.max(1)); }
 } // namespace
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Convolutions of triangles with the three triangles around them that do not depend on their order: "Deep Geometric
-/// Texture Synthesis" (Hertz et al. 2020, section 3).
+/// Convolutions of triangles with their three neighbours, independent of the order of these: [Hertz2020], section 3.
 #pragma once
 
 #include "Learning/Layers/EdgeFeatureTensors.h"
@@ -13,25 +12,31 @@
 namespace surfsynth
 {
 
+/// Options of FaceConvolution.
 struct FaceConvolutionOptions
 {
+  /// @param inputs number of input channels
+  /// @param outputs number of output channels
   FaceConvolutionOptions(std::int64_t inputs, std::int64_t outputs)
     : inputs_(inputs)
     , outputs_(outputs)
   {}
-  TORCH_ARG(std::int64_t, inputs);  ///< channels C of a triangle, or of an edge where of_edges
-  TORCH_ARG(std::int64_t, outputs); ///< channels C'
-  TORCH_ARG(bool, of_edges) = false;
+  TORCH_ARG(std::int64_t, inputs);   ///< channels C of a triangle, or of an edge with of_edges
+  TORCH_ARG(std::int64_t, outputs);  ///< channels C'
+  TORCH_ARG(bool, of_edges) = false; ///< features of the edges of triangles, not of triangles
 };
 
-/// Of triangles: y_f = max over the neighbours g of f of W [x_g, x_f] + b, with W [C', 2 C, 1].
-/// Of edges:     y_f = max over the edges e of f of W x_e + b, with W [C', C, 1] and x_f = [x_0, x_1, x_2].
-/// The maximum is taken of each channel. Parameters are named conv.weight and conv.bias as in the published code.
+/// Convolution over triangles. The maximum is that of each channel. Parameters are named conv.weight and conv.bias as
+/// in the published code.
+///   Of triangles: y_f = max over the neighbours g of f of W [x_g, x_f] + b, with W [C', 2 C, 1].
+///   Of edges:     y_f = max over the edges e of f of W x_e + b, with W [C', C, 1] and x_f = [x_0, x_1, x_2].
 class FaceConvolutionImpl : public torch::nn::Module
 {
 public:
+  /// Initialises the parameters as torch::nn::Conv1d does.
   explicit FaceConvolutionImpl(const FaceConvolutionOptions& options);
-  /// @param features [F, C], or [F, 3 C] of edges. @returns [F, C']
+  /// Computes the convolution, [F, C'].
+  /// @param features [F, C], or [F, 3 C] of edges
   torch::Tensor forward(const FaceTables& tables, const torch::Tensor& features);
 
 private:
@@ -40,11 +45,14 @@ private:
 };
 TORCH_MODULE(FaceConvolution);
 
-/// A convolution, the norm of each channel over the triangles, LeakyReLU with slope 0.2. The convolution is named 0.
+/// Block of a FaceConvolution, named 0, an instance norm over the triangles [Ulyanov2016], and LeakyReLU with slope
+/// 0.2.
 class FaceBlockImpl : public torch::nn::Module
 {
 public:
+  /// @param options those of the convolution
   explicit FaceBlockImpl(const FaceConvolutionOptions& options);
+  /// Computes the block, [F, C']; @p features as for FaceConvolution.
   torch::Tensor forward(const FaceTables& tables, const torch::Tensor& features);
 
 private:
@@ -52,7 +60,7 @@ private:
 };
 TORCH_MODULE(FaceBlock);
 
-/// (x - mean) / sqrt(variance + 1e-5) of each channel of @p features [F, C]; the variance is biased.
+/// Instance norm (x - mean) / sqrt(variance + 1e-5) of each channel of @p features [F, C]; the variance is biased.
 torch::Tensor NormalisedOverFaces(const torch::Tensor& features);
 
 } // namespace surfsynth

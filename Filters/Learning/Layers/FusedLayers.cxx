@@ -40,7 +40,7 @@ std::shared_ptr<const FaceIncidence> Kept(AutogradContext* context)
   return static_cast<const IncidenceHolder&>(*holder).Incidence;
 }
 
-/// Backward passes are only recorded when somebody wants second derivatives.
+/// Refuses second derivatives: only their computation records a backward pass.
 void RefuseSecondDerivatives()
 {
   if (torch::GradMode::is_enabled())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The block that a PoissonNet repeats.
+/// Block and gradient-domain head of a PoissonNet [Maesumi2025].
 #pragma once
 
 #include "Inference/PoissonNet/PoissonNetOptions.h"
@@ -12,15 +12,18 @@
 namespace surfsynth
 {
 
-/// Vertex features x [..., V, W] to new ones. With g = G x,
+/// Block that maps vertex features x [..., V, W] to new ones. With g = G x,
 ///   h = ComplexMlp(g),   u = (L + 1e-6 I)^-1 G^T A h minus its mean,
 ///   p = tanh(s * mean over the faces around of <W h, g>)   when inner products are on,
 ///   out = VertexMlp(x, u, extra, p).
 class PoissonBlockImpl : public torch::nn::Module
 {
 public:
+  /// Initialises the layers.
   explicit PoissonBlockImpl(const PoissonNetOptions& options);
-  /// @param extra [..., V, W] or undefined.
+  /// Computes the new features, [..., V, W].
+  /// @param x [..., V, W]
+  /// @param extra the embedded condition, [..., V, W], or undefined
   torch::Tensor forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& extra);
 
 private:
@@ -31,19 +34,23 @@ private:
 };
 TORCH_MODULE(PoissonBlock);
 
-/// The head that predicts gradients: face gradients of the features become three complex channels, to which those of
-/// the positions are added; the output are the positions that have these gradients, and the gradients.
+/// Output of GradientDomainHead.
 struct IntegratedGradients
 {
   torch::Tensor Positions; ///< [..., V, 3], mass-weighted mean 0
   torch::Tensor Gradients; ///< [..., 2 F, 3], rows interleaved
 };
 
+/// Head that predicts gradients [Aigerman2022]: face gradients of the features become three complex channels, to which
+/// those of the positions are added; the output are the positions that have these gradients, and the gradients.
 class GradientDomainHeadImpl : public torch::nn::Module
 {
 public:
+  /// Initialises the layers.
   explicit GradientDomainHeadImpl(const PoissonNetOptions& options);
-  /// @param x [..., V, W] features, @param positions [..., V, 3], through which nothing is differentiated.
+  /// Computes the output.
+  /// @param x features, [..., V, W]
+  /// @param positions [..., V, 3]; detached from the graph of derivatives
   IntegratedGradients forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& positions);
 
 private:

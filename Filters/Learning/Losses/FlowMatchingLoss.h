@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The loss of conditional flow matching on a mesh: equation 12 of "Matérn Noise for Triangulation-Agnostic Flow Matching
-/// on Meshes".
+/// Loss of conditional flow matching [Lipman2023] on a mesh: [Kuai2026], equation 12.
 #pragma once
 
 #include "Learning/Layers/MeshTensors.h"
@@ -19,10 +18,11 @@ struct FlowMatchingLoss
   torch::Tensor Jacobian; ///< sum_f A_f |grad delta_f - J_f|^2 / (2 C sum_f A_f)
 };
 
-/// Compares what a network says with the velocity @p delta = f_1 - f_0 [..., V, C] that it should have said. m are the
-/// vertex masses and A the face areas: both terms are integrals over the surface, which do not depend on its
-/// triangulation. J are the gradients that a gradient-domain head predicts before it integrates them; those of the
-/// velocity itself for a linear head.
+/// Computes the loss of a predicted velocity v. m are the vertex masses and A the face areas: both terms are integrals
+/// over the surface, which do not depend on its triangulation. J are the gradients that a gradient-domain head predicts
+/// before it integrates them; those of v itself for a linear head.
+/// @param prediction output of the network
+/// @param delta the target, f_1 - f_0, [..., V, C]
 FlowMatchingLoss ComputeFlowMatchingLoss(
   const MeshTensors& mesh, const PoissonNetOutput& prediction, const torch::Tensor& delta);
 

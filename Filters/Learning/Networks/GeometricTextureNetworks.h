@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Generator and discriminator of geometric textures with LibTorch: differentiable, for training. "Deep Geometric Texture
-/// Synthesis" (Hertz et al. 2020).
+/// Generator and discriminator of geometric textures [Hertz2020] with LibTorch: differentiable, for training.
 #pragma once
 
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
@@ -16,14 +15,16 @@
 namespace surfsynth
 {
 
-/// The face convolutions of one level: those of blocks with norm and activation, named layers.J.0, and a last one without,
+/// Face convolutions of one level: those of blocks with norm and activation, named layers.J.0, and a last one without,
 /// named layers.J.
 class GeometricTextureLevelNetworkImpl : public torch::nn::Module
 {
 public:
-  /// @param channels of edges, of triangles after each convolution, of the result: at least 3.
+  /// Initialises the layers.
+  /// @param channels numbers of channels of edges, of triangles after each convolution, of the result: at least 3.
   explicit GeometricTextureLevelNetworkImpl(const GeometricTextureChannels& channels);
-  /// @param features [F, 12] of EdgeFeatureTensor(). @returns [F, channels.back()]
+  /// Evaluates the network, [F, channels.back()].
+  /// @param features [F, 12] of EdgeFeatureTensor()
   torch::Tensor forward(const FaceTables& tables, const torch::Tensor& features);
 
 private:
@@ -31,13 +32,16 @@ private:
 };
 TORCH_MODULE(GeometricTextureLevelNetwork);
 
-/// A network for each level, named levels.L: names and shapes of the parameters are those of ExpectedGeometricTextureTensors().
+/// A network for each level, named levels.L: names and shapes of the parameters are those of
+/// ExpectedGeometricTextureTensors().
 class GeometricTextureNetworkImpl : public torch::nn::Module
 {
 public:
+  /// Initialises the networks of all levels of a generator or discriminator.
   /// @throws InvalidInput as CheckOptions().
   GeometricTextureNetworkImpl(const GeometricTextureOptions& options, bool discriminator);
 
+  /// Network of a level, below the number of levels.
   GeometricTextureLevelNetworkImpl& Level(std::size_t level)
   {
     return *this->Levels[level]->as<GeometricTextureLevelNetworkImpl>();
@@ -48,21 +52,23 @@ private:
 };
 TORCH_MODULE(GeometricTextureNetwork);
 
-/// Positions after a generator level: @p positions [V, 3] moved by what the level makes of their features, @p noise
-/// [V, 3] having been added to the positions that features are computed from. Undefined noise is none.
+/// Positions after a generator level, [V, 3]: @p positions [V, 3] moved by the displacements that the level computes
+/// from the features of @p positions + @p noise. Undefined noise is none.
 torch::Tensor Displaced(GeometricTextureLevelNetworkImpl& level, const FaceTables& tables,
   const torch::Tensor& positions, const torch::Tensor& noise = {});
 
-/// The networks of a model, in float32 on the processor. @throws InvalidInput as CheckModel(), and when there is no
-/// discriminator.
+/// Makes the generator of a model, in float32 on the processor.
+/// @throws InvalidInput as CheckModel().
 GeometricTextureNetwork MakeGeometricTextureGenerator(const GeometricTextureModel& model);
+/// Makes the discriminator of a model, in float32 on the processor.
+/// @throws InvalidInput as CheckModel(), and when there is no discriminator.
 GeometricTextureNetwork MakeGeometricTextureDiscriminator(const GeometricTextureModel& model);
 
-/// A network with these parameters, which are those of ExpectedGeometricTextureTensors().
+/// Makes a network with the parameters @p tensors, which are those of ExpectedGeometricTextureTensors().
 GeometricTextureNetwork MakeGeometricTextureNetwork(
   const GeometricTextureOptions& options, bool discriminator, const std::map<std::string, ModelTensor>& tensors);
 
-/// The parameters of a network as a model holds them, rounded to float32.
+/// Copies the parameters of a network to tensors of a model, rounded to float32.
 std::map<std::string, ModelTensor> GeometricTextureTensorsOf(GeometricTextureNetworkImpl& network);
 
 } // namespace surfsynth

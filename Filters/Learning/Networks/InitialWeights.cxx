@@ -16,7 +16,7 @@ bool EndsWith(const std::string& text, const std::string& end)
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// The value that all elements of a tensor begin with, or NaN for those that are random.
+/// Initial value of all elements of a tensor, or NaN for random ones.
 double ConstantOf(const std::string& name)
 {
   if (EndsWith(name, "mag_bias") || EndsWith(name, "norm_pde.bias") || EndsWith(name, "norm_grad.bias"))
@@ -75,7 +75,7 @@ PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_
     const bool matrix = shape.size() == 2;
     tensor.Values.resize(static_cast<std::size_t>(matrix ? shape[0] * shape[1] : shape[0]));
     const double constant = ConstantOf(name);
-    // A bias has the inputs of the matrix that it is added to the product of.
+    // A bias has as many inputs as the matrix before it.
     const std::int64_t inputs = matrix || !std::isnan(constant)
       ? shape.back()
       : shapes.at(name.substr(0, name.rfind('.')) + ".weight")[1];

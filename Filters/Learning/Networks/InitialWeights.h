@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a network begins its training with. No torch.
+/// Initial weights of networks. No torch.
 #pragma once
 
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
@@ -13,14 +13,15 @@
 namespace surfsynth
 {
 
-/// A PoissonNet before training: affine maps uniformly in +-1 / sqrt(inputs), their biases likewise, magnitude biases 0,
-/// layer scales and norms 1, the scale of inner products 0.01, as the published network is initialised by its framework.
-/// A pure function of options and seed.
+/// Makes a PoissonNet before training: affine maps uniformly in +-1 / sqrt(inputs), their biases likewise, magnitude
+/// biases 0, layer scales and norms 1, the scale of inner products 0.01, as the framework of the published network
+/// initialises it. A pure function of options and seed.
 /// @throws InvalidInput as CheckOptions().
 PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_t seed);
 
-/// The tensors of a generator or discriminator of geometric textures before training: weights and biases uniformly in
-/// +-1 / sqrt(inputs), as the published networks are initialised by their framework. A pure function of the arguments.
+/// Makes the tensors of a generator or discriminator of geometric textures before training: weights and biases
+/// uniformly in +-1 / sqrt(inputs), as the framework of the published networks initialises them. A pure function of the
+/// arguments.
 /// @throws InvalidInput as CheckOptions().
 std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
   const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The state of LibTorch's Adam, for checkpoints. Private to the training.
+/// The state of LibTorch's Adam [Kingma2015], for checkpoints. Private to the training.
 #pragma once
 
 #include <torch/torch.h>
@@ -11,7 +11,7 @@
 namespace surfsynth
 {
 
-/// What Adam remembers of one parameter.
+/// Moments of Adam for one parameter.
 struct AdamMoments
 {
   torch::Tensor Mean;   ///< running mean of the gradient

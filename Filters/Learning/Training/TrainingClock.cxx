@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Training/TrainingClock.h"
 
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <cstdio>
 
@@ -47,7 +47,7 @@ double TrainingClock::SecondsPerIteration() const
 std::string TrainingClock::Describe() const
 {
   std::string text = "iteration " + std::to_string(this->Last) + " of " + std::to_string(this->Iterations) + ", loss " +
-    Text(this->Loss);
+    FormatNumber(this->Loss);
   if (this->Last > this->First)
   {
     text += ", " +

@@ -2,7 +2,7 @@
 #include "Learning/Training/TrainingSources.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Inference/PoissonNet/MeshNormalisation.h"
@@ -200,8 +200,8 @@ double MeanEdgeLength(const TriangleMesh& mesh)
   return sum / (3.0 * static_cast<double>(mesh.NumberOfTriangles()));
 }
 
-/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first one
-/// decides how much noise is smoothed.
+/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first
+/// one decides how much noise is smoothed.
 TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
@@ -259,7 +259,7 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
   if (!encoder && prepared.Frame.Shape.Spread > MomentTolerance)
   {
     throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
-      " surfaces have different shapes (their second moments differ by " + Text(prepared.Frame.Shape.Spread) +
+      " surfaces have different shapes (their second moments differ by " + FormatNumber(prepared.Frame.Shape.Spread) +
       " of their trace); expected one shape, or an encoder that tells the network where on a surface it is: "
       "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK.");
   }

@@ -155,8 +155,8 @@ double Quality(const openvdb::Vec3d& a, const openvdb::Vec3d& b, const openvdb::
   return longest > 0.0 ? (b - a).cross(c - a).length() / longest : 0.0;
 }
 
-/// Cuts a quadrilateral along the diagonal whose worse triangle is the better one, and turns it round: OpenVDB winds
-/// polygons clockwise as seen from outside.
+/// Cuts a quadrilateral along the diagonal whose worse triangle is the better one, and reverses the winding: OpenVDB
+/// winds polygons clockwise, seen from outside.
 void CutQuad(const openvdb::tools::PointList& points, const openvdb::Vec4I& quad, Index* target)
 {
   openvdb::Vec3d p[4];

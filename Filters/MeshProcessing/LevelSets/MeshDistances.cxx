@@ -30,15 +30,16 @@ using Tree = Grid::TreeType;
 using Leaf = Tree::LeafNodeType;
 using openvdb::Coord;
 
-/// Sum of the distances of two neighbours on different sides, which is 1 at most, beyond which they cannot be right.
-/// OpenVDB's distances err by a few tenths of a voxel two or three voxels from the surface.
+/// Limit of the sum of the distances of two neighbours on different sides. The exact sum is at most 1; OpenVDB's
+/// distances err by a few tenths of a voxel two or three voxels from the surface.
 constexpr float LargestCrossing = 2.0F;
 /// Half the thickness of the plates around parts of a mesh that enclose nothing, voxels.
 constexpr float PlateHalfThickness = 1.0F;
-/// How deep in the solid, in voxels, a step of that length off a triangle must lead for the triangle to bound it.
+/// Depth in the solid, in voxels, that a step of that length off a triangle must reach for the triangle to bound the
+/// solid.
 constexpr float DepthOfSolid = 0.25F;
 
-/// A mesh as OpenVDB reads it.
+/// Adapter of a mesh for OpenVDB.
 struct VoxelMesh
 {
   explicit VoxelMesh(const TriangleMesh& mesh)
@@ -71,7 +72,7 @@ struct VoxelMesh
   std::vector<openvdb::Vec3I> Triangles;
 };
 
-/// Tells on which side of a closed mesh a point lies, when the nearest triangle is known.
+/// Finds the side of a closed mesh on which a point lies, from the nearest triangle [Baerentzen2005].
 class Pseudonormals
 {
 public:
@@ -112,7 +113,7 @@ private:
     return (this->Mesh.Points.row(t((k + 1) % 3)) - this->Mesh.Points.row(t(k))).transpose();
   }
 
-  /// Of the triangle, the edge or the point on which the place lies.
+  /// Pseudonormal of the triangle, the edge or the point on which the place lies.
   Eigen::Vector3d At(const SurfacePlace& place) const
   {
     const auto zeros = (place.Weights.array() == 0.0).count();
@@ -153,8 +154,8 @@ private:
   PointMatrix OfPoints;
 };
 
-/// The triangles of @p mesh that neither bound the solid nor lie within it: a step off them to either side does not lead
-/// well into it.
+/// The triangles of @p mesh that neither bound the solid nor lie within it: a step off them to either side does not
+/// lead well into it.
 TriangleMesh LeftOut(const TriangleMesh& mesh, const Grid& solid)
 {
   TriangleMesh rest;
@@ -187,7 +188,7 @@ TriangleMesh LeftOut(const TriangleMesh& mesh, const Grid& solid)
   return rest;
 }
 
-/// The level set of everything within @p thickness voxels of the mesh.
+/// Level set of all places within @p thickness voxels of the mesh.
 Grid::Ptr PlateAround(const TriangleMesh& mesh, float thickness, StopInterrupter& interrupter)
 {
   Grid::Ptr grid = VoxelMesh(mesh).Distances(
@@ -204,8 +205,8 @@ Grid::Ptr PlateAround(const TriangleMesh& mesh, float thickness, StopInterrupter
   return grid;
 }
 
-/// The solid that is enclosed once gaps of the mesh up to twice @p closing are bridged: everything within that distance
-/// of the mesh, with what it encloses, shrunk by the same distance.
+/// Solid that the mesh encloses after gaps up to twice @p closing are bridged: all places within @p closing of the mesh
+/// and inside it, shrunk by the same distance.
 Grid::Ptr ClosedSolid(const TriangleMesh& mesh, double closing, StopInterrupter& interrupter)
 {
   Grid::Ptr wide = PlateAround(mesh, static_cast<float>(closing), interrupter);

@@ -4,8 +4,8 @@
 #include "MeshProcessing/LevelSets/LevelSets.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
@@ -74,8 +74,8 @@ double SignedVolume(const TriangleMesh& mesh)
   return sum / 6.0;
 }
 
-/// Throws when a narrow band of @p halfWidth voxels of side @p voxelSize to either side of @p mesh holds too many, before
-/// any memory is taken for it.
+/// Throws when a narrow band of @p halfWidth voxels of side @p voxelSize to either side of @p mesh holds too many
+/// voxels, before any memory is allocated for it.
 void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWidth, const LevelSetOptions& options)
 {
   const double side = ComputeBoundingBox(mesh).LongestSide();
@@ -84,13 +84,13 @@ void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWid
   {
     return;
   }
-  // The number falls with the square of the size; a little on top, so that the size that is named does fit.
+  // The number decreases with the square of the size; a little is added, so that the size in the message fits.
   const double fitting = 1.05 *
     std::max(voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)), side / LargestSide);
-  throw InvalidInput("About " + Text(voxels) + " voxels of size " + Text(voxelSize) +
-    " would be needed along the surface, " + Text(side / voxelSize) + " along its longest side; at most " +
-    Text(options.MaximumNumberOfVoxels) + " and " + Text(LargestSide) + " are allowed. A VoxelSize of " +
-    Text(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
+  throw InvalidInput("About " + FormatNumber(voxels) + " voxels of size " + FormatNumber(voxelSize) +
+    " would be needed along the surface, " + FormatNumber(side / voxelSize) + " along its longest side; at most " +
+    FormatNumber(options.MaximumNumberOfVoxels) + " and " + FormatNumber(LargestSide) +
+    " are allowed. A VoxelSize of " + FormatNumber(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
 }
 
 TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Eigen::RowVector3d& offset)
@@ -99,7 +99,7 @@ TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Ei
   return mesh;
 }
 
-/// Without defects, in the precision that points are stored with.
+/// Removes all defects, in the precision of the stored points.
 TriangleMesh MadeManifold(TriangleMesh mesh, bool singlePrecision)
 {
   if (singlePrecision)
@@ -121,7 +121,7 @@ void SelectParts(Grid& grid, const LevelSetOptions& options)
   }
 }
 
-/// What follows the level set of the input; @p closing is what is still to be closed, in voxels.
+/// Processes the level set of the input and extracts its surface; @p closing is the rest of the closing, in voxels.
 TriangleMesh Finish(
   Grid& grid, double voxelSize, double closing, const LevelSetOptions& options, StopInterrupter& interrupter)
 {
@@ -134,7 +134,7 @@ TriangleMesh Finish(
   return MeshOfGrid(grid, 0.0, options.Adaptivity);
 }
 
-/// Parts that are wound inwards and lie within no other's bounding box turn the outside into a solid.
+/// True when a part is wound inwards and lies within no other's bounding box: then the outside is solid.
 bool HasInvertedPart(const TriangleMesh& mesh, const MeshTopology& topology)
 {
   const MeshComponents parts = ComputeComponents(topology, Eigen::VectorXd::Zero(mesh.NumberOfPoints()));
@@ -167,7 +167,7 @@ bool HasInvertedPart(const TriangleMesh& mesh, const MeshTopology& topology)
   return false;
 }
 
-/// The level set of a mesh whose winding tells inside from outside; null when it does not.
+/// Level set of a mesh by its winding; null when the winding does not separate inside from outside.
 Grid::Ptr TrustingTheWinding(TriangleMesh mesh, StopInterrupter& interrupter)
 {
   MeshRequirements closed;
@@ -246,9 +246,10 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& opti
   const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : box.LongestSide() / 128.0;
   if (!(box.LongestSide() > SmallestLength && box.LongestSide() < LargestLength && voxelSize > SmallestLength))
   {
-    throw InvalidInput("The points of the surface span a box of longest side " + Text(box.LongestSide()) +
-      ", to be divided into voxels of size " + Text(voxelSize) + "; lengths from " + Text(SmallestLength) + " to " +
-      Text(LargestLength) + " are needed. vtkTransformPolyDataFilter scales the surface.");
+    throw InvalidInput("The points of the surface span a box of longest side " + FormatNumber(box.LongestSide()) +
+      ", to be divided into voxels of size " + FormatNumber(voxelSize) + "; lengths from " +
+      FormatNumber(SmallestLength) + " to " + FormatNumber(LargestLength) +
+      " are needed. vtkTransformPolyDataFilter scales the surface.");
   }
   const double closing = options.Closing / voxelSize;
   RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);

@@ -2,7 +2,7 @@
 #include "MeshProcessing/Poses/PoseHandles.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Solvers/HeatGeodesics.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace surfsynth
 
 namespace
 {
-/// What stays keeps this many handle radii away from the extremities, so that something can bend in between.
+/// Distance of the fixed region from the extremities, in handle radii: the surface between them can bend.
 constexpr double Clearance = 3.0;
 /// Half the width of the band of the surface whose centroid is the joint, as a fraction of the way.
 constexpr double BandHalfWidth = 0.1;
@@ -65,7 +65,7 @@ void PoseHandles::FindExtremities(const HeatGeodesics& geodesics)
     {
       throw InvalidInput("There is no room for handle " + std::to_string(k + 1) + " of " +
         std::to_string(this->Options.NumberOfHandles) + ": every point is within two handle radii, " +
-        Text(2.0 * radius) + ", of another one or of the centre; fewer or smaller handles are needed.");
+        FormatNumber(2.0 * radius) + ", of another one or of the centre; fewer or smaller handles are needed.");
     }
     this->Found.push_back({ farthest, this->Shape.Points.row(farthest).transpose() });
     this->Distances.col(k) = geodesics.Distances({ farthest }).col(0);
@@ -89,13 +89,13 @@ void PoseHandles::FindPivots(const Eigen::VectorXd& mass)
     if (!std::isfinite(way))
     {
       throw InvalidInput("Nothing of the shape stays: every point near its centroid is within " +
-        Text(Clearance * this->Options.HandleRadius * this->ShapeSize) +
+        FormatNumber(Clearance * this->Options.HandleRadius * this->ShapeSize) +
         " of an extremity; fewer or smaller handles, or a larger AnchorRadius, are needed.");
     }
     double weight = 0.0;
     for (Index v = 0; v < this->Shape.NumberOfPoints(); ++v)
     {
-      // A hat around the wanted distance, never empty: it has a part of each triangle on the way.
+      // A weight around the wanted distance, never 0: each triangle on the way has a share.
       const double apart = std::abs(this->Distances(v, k) / way - this->Options.PivotPosition);
       const double share = mass[v] > 0.0 ? mass[v] * std::max(1.0 - apart / BandHalfWidth, 1e-12 / (1e-6 + apart))
                                          : 0.0;

@@ -4,9 +4,9 @@
 #include "MeshProcessing/Cgal/CgalMesh.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
-#include "Core/Common/Text.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
 
@@ -155,8 +155,8 @@ public:
     return points;
   }
 
-  /// @throws SolverFailure when @p pose is not finite, or has triangles on much of the surface that are no longer like
-  /// those of the shape.
+  /// @throws SolverFailure when @p pose is not finite, or when much of its surface lies in triangles unlike those of
+  /// the shape.
   void RequireShape(const PointMatrix& pose, std::uint32_t sample) const
   {
     if (!pose.allFinite())
@@ -170,8 +170,8 @@ public:
     if (distorted > LargestShare * this->Areas.sum())
     {
       throw SolverFailure("The pose of sample " + std::to_string(sample) +
-        " has destroyed the shape: " + Text(100.0 * distorted / this->Areas.sum()) +
-        " per cent of the surface lie in triangles whose area has become " + Text(LargestChange) +
+        " has destroyed the shape: " + FormatNumber(100.0 * distorted / this->Areas.sum()) +
+        " per cent of the surface lie in triangles whose area has become " + FormatNumber(LargestChange) +
         " times as large or as small; a smaller MaximumAngle, or other handles, are needed.");
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Random poses of a shape. Private to the meshing module.
+/// Random poses of a shape by as-rigid-as-possible deformation [Levi2015]. Private to the mesh processing.
 #pragma once
 
 #include "MeshProcessing/Poses/PoseHandles.h"
@@ -15,34 +15,35 @@
 namespace surfsynth
 {
 
-/// How a shape is posed.
+/// Options of the poses.
 struct PoseOptions
 {
-  double MaximumAngle = 60.0;  ///< of the rotation of each handle about its joint, degrees, from 0 to 180
-  double MaximumTwist = 20.0;  ///< of its rotation about its own centre, degrees, from 0 to 180
-  int NumberOfIterations = 40; ///< of the deformation, at least 1
-  double Stiffness = 2e-4;     ///< against bending, at least 0: alpha of SRE-ARAP
+  double MaximumAngle = 60.0;  ///< largest rotation of each handle about its joint, degrees, from 0 to 180
+  double MaximumTwist = 20.0;  ///< largest rotation of each handle about its own centre, degrees, from 0 to 180
+  int NumberOfIterations = 40; ///< number of iterations of the deformation, at least 1
+  double Stiffness = 2e-4;     ///< stiffness against bending, at least 0: alpha of SRE-ARAP [Levi2015]
 };
 
-/// Which poses.
+/// Numbers of the poses to sample.
 struct PoseRequest
 {
-  std::uint64_t Seed = 0;
-  std::uint32_t FirstSample = 0;
-  std::uint32_t NumberOfSamples = 1;
-  std::uint32_t Stream = 0; ///< see NormalKey::Stream
+  std::uint64_t Seed = 0;            ///< see NormalKey::Seed
+  std::uint32_t FirstSample = 0;     ///< number of the first sample
+  std::uint32_t NumberOfSamples = 1; ///< number of samples
+  std::uint32_t Stream = 0;          ///< see NormalKey::Stream
 };
 
-/// Poses of one triangulation: the handles of a shape turn at random, and the rest follows as rigidly as possible with
-/// rotations that vary smoothly (Levi and Gotsman, "Smooth Rotation Enhanced As-Rigid-As-Possible Mesh Animation", 2015),
-/// by CGAL's Surface_mesh_deformation. The equations are factored once for each thread.
+/// Poses of one triangulation: the handles of a shape turn at random, and the rest follows as rigidly as possible
+/// [Sorkine2007] with rotations that vary smoothly [Levi2015], by CGAL's Surface_mesh_deformation. The equations are
+/// factored once for each thread.
 ///
 /// A handle's rotation about its joint is MaximumAngle times a uniform random vector in the unit ball, as axis times
-/// angle: any axis is as likely as any other, and the angle is 3/4 of the largest one on average. Another rotation of this
-/// kind, up to MaximumTwist, turns it about its centre. Both depend on (seed, sample, stream, handle) only.
+/// angle: any axis is as likely as any other, and the angle is 3/4 of the largest one on average. Another rotation of
+/// this kind, up to MaximumTwist, turns it about its centre. Both depend on (seed, sample, stream, handle) only.
 class SurfacePoses
 {
 public:
+  /// Prepares the deformation.
   /// @param mesh connected, manifold edges and vertices, consistent winding; points that no triangle uses stay
   /// @throws InvalidInput, SolverFailure when the system cannot be factored
   SurfacePoses(const TriangleMesh& mesh, const PoseHandles& handles, const PoseOptions& options);
@@ -52,10 +53,10 @@ public:
   /// Receives the pose of a sample, [V, 3]; called by several threads at a time, once for each sample, in any order.
   using Consumer = std::function<void(std::uint32_t sample, PointMatrix points)>;
 
-  /// The region of each point, see PoseHandles::Regions().
+  /// Region of each point, see PoseHandles::Regions().
   const std::vector<int>& Regions() const;
 
-  /// Makes the poses, in parallel.
+  /// Samples the poses, in parallel.
   /// @throws SolverFailure, naming the sample, when a pose is not finite or has destroyed the shape; Cancelled
   void Sample(const PoseRequest& request, const Consumer& consume, const Progress& progress = {}) const;
 

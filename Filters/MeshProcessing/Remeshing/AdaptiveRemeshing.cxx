@@ -21,7 +21,7 @@ namespace
 using Primitive = CGAL::AABB_face_graph_triangle_primitive<CgalMesh>;
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<CgalKernel, Primitive>>;
 
-/// The surface before remeshing: where a point lies on it, and the edge length that is wanted there.
+/// The surface before remeshing: finds the place of a point on it, and the target edge length there.
 class SizedSurface
 {
 public:
@@ -254,8 +254,8 @@ private:
     return this->KeepsNormals(removed, this->Mesh.point(kept), kept);
   }
 
-  /// Whether the triangles around @p v, but for those at @p except, keep some area and their normal within 60 degrees
-  /// when it moves to @p point.
+  /// True when the triangles around @p v, except those at @p except, keep some area and their normal within 60 degrees
+  /// when @p v moves to @p point.
   bool KeepsNormals(CgalVertex v, const CgalPoint& point, CgalVertex except = CgalVertex()) const
   {
     const Eigen::Vector3d to = FromCgalPoint(point);

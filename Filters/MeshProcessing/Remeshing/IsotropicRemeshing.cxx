@@ -29,7 +29,8 @@ void StopIfAsked(const std::atomic<bool>* stop)
   }
 }
 
-/// The mesh before remeshing: for each corner of a triangle, its point and the class that says which points are one.
+/// The mesh before remeshing: for each corner of a triangle, its point and its class; points of one class may be
+/// merged.
 class InputSurface
 {
 public:
@@ -39,7 +40,7 @@ public:
     , Classes(options.PointClasses)
   {}
 
-  /// What makes two places the same point: the classes and shares of the corners that count.
+  /// Key of a place: the classes and shares of the corners with a weight. Places with equal keys are the same point.
   using Key = std::vector<Index>;
   Key KeyOf(const SurfacePlace& place) const
   {
@@ -69,7 +70,7 @@ private:
   const std::vector<Index>& Classes;
 };
 
-/// Turns the remeshed halfedges into a mesh whose points know where on the input they lie.
+/// Converts the remeshed halfedges to a mesh, with the place of each point on the input.
 class Harvest
 {
 public:
@@ -228,8 +229,8 @@ private:
     }
   }
 
-  /// Finds the places of points that lie on no curve, and the origins of triangles, of which there are twice as many: each
-  /// costs a search.
+  /// Finds the places of points that lie on no curve, and the origins of triangles, of which there are twice as many:
+  /// each costs a search.
   void Locate(bool points, bool triangles)
   {
     std::vector<Index> free;
@@ -322,10 +323,10 @@ double ExpectedPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
   return points;
 }
 
-/// The rounds leave edges that are on average about 8 per cent shorter than the target.
+/// Ratio of the target to the mean edge length after the rounds: edges are about 8 per cent shorter.
 constexpr double ShortenedBy = 1.08;
 
-/// What a remeshing is to have.
+/// A goal of a remeshing: a measure of the result and its wanted value.
 struct Goal
 {
   double Wanted = 0.0;

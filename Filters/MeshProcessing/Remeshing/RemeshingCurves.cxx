@@ -100,7 +100,7 @@ void CurvedMesh::MarkSeams(const TriangleMesh& mesh, const std::vector<Index>& c
   this->Mesh.remove_property_map(classAt);
 }
 
-/// Creases that are shorter in all than a few of the wanted edges are noise, which would only spoil the triangles.
+/// Marks the creases, except those that are shorter in all than a few of the wanted edges: these are noise.
 void CurvedMesh::MarkCreases(const RemeshingOptions& options)
 {
   auto isSharp = this->Mesh.add_property_map<CgalEdge, bool>("e:sharp", false).first;
@@ -184,7 +184,7 @@ public:
   using Primitive = CGAL::AABB_segment_primitive<CgalKernel, Segments::const_iterator>;
   using Tree = CGAL::AABB_tree<CGAL::AABB_traits<CgalKernel, Primitive>>;
 
-  /// What lies around a segment: triangles beside it, and triangles around either end.
+  /// Triangles at a segment: those beside it, and those around either end.
   struct Surroundings
   {
     std::vector<Index> Inside;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The curves of a surface that remeshing keeps: boundaries, creases and attribute seams. Private to the meshing module.
+/// Curves of a surface that remeshing keeps: boundaries, creases and attribute seams. Private to the mesh processing.
 #pragma once
 
 #include "MeshProcessing/Cgal/CgalMesh.h"
@@ -14,15 +14,16 @@ namespace surfsynth
 
 struct RemeshingOptions;
 
-/// A triangle mesh as CGAL remeshes it: points of the same coordinates sewn together, its curves marked.
+/// A triangle mesh for CGAL's remeshing: points of the same coordinates sewn together, its curves marked.
 class CurvedMesh
 {
 public:
+  /// Converts @p mesh and marks its curves.
   /// @throws InvalidInput when the mesh is not manifold or not consistently wound.
   CurvedMesh(const TriangleMesh& mesh, const RemeshingOptions& options);
 
-  CgalMesh Mesh;
-  RemeshingConstraints Constraints; ///< refers to Mesh
+  CgalMesh Mesh;                    ///< the sewn mesh
+  RemeshingConstraints Constraints; ///< curves and fixed vertices; refers to Mesh
 
 private:
   void MarkSeams(const TriangleMesh& mesh, const std::vector<Index>& classes);
@@ -32,10 +33,11 @@ private:
   bool TurnsSharply(CgalVertex v, const std::vector<CgalHalfedge>& curve) const;
 };
 
-/// The curves as they are before remeshing, to which points are put back afterwards.
+/// Curves of a mesh before remeshing, for putting points back onto them afterwards.
 class OriginalCurves
 {
 public:
+  /// Copies the curves.
   /// @param sewn the mesh before remeshing; triangle f of @p sewn is triangle f of the input.
   explicit OriginalCurves(const CurvedMesh& sewn);
   ~OriginalCurves();
@@ -45,10 +47,10 @@ public:
   /// A place on a curve.
   struct Foot
   {
-    Eigen::Vector3d Point;
-    std::vector<Index> Triangles; ///< those around it: one or two inside a segment, any number at its end
+    Eigen::Vector3d Point;        ///< its position
+    std::vector<Index> Triangles; ///< triangles around it: one or two inside a segment, any number at its end
   };
-  /// The nearest place on a curve.
+  /// Finds the nearest place on a curve.
   Foot Nearest(const Eigen::Vector3d& point) const;
 
 private:

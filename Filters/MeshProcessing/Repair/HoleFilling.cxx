@@ -22,8 +22,8 @@ namespace surfsynth
 
 namespace
 {
-/// Boundaries of more edges are closed without new points inside, and even longer ones by triangles from their centre:
-/// the cost grows with the square of the number of edges, and more.
+/// Limits of the number of edges: boundaries of more edges are closed without new points inside, and even longer ones
+/// by triangles from their centre. The cost increases with the square of the number of edges, and more.
 constexpr std::size_t LongBoundary = 500;
 constexpr std::size_t VeryLongBoundary = 5000;
 
@@ -46,8 +46,8 @@ Eigen::AlignedBox3d Box(const CgalMesh& mesh, const Halfedges& halfedges)
   return box;
 }
 
-/// Tells boundaries that are the outline of a piece of surface, which lies within their bounding box, from holes in one:
-/// to close an outline gives two layers of triangles without a volume.
+/// Distinguishes the outline of a piece of surface, which lies within the bounding box of the boundary, from a hole: a
+/// closed outline would be two layers of triangles without a volume.
 class Outlines
 {
 public:
@@ -127,7 +127,7 @@ struct Corner
   bool IsFlat = false;
 };
 
-/// The sides of a triangle, and whether the mesh check calls it degenerate.
+/// The sides of a triangle, and the test of the mesh check for a degenerate one.
 Corner Look(const CgalMesh& mesh, CgalFace f)
 {
   Corner corner;

@@ -43,7 +43,7 @@ std::int64_t KeepTriangles(Soup& soup, const Predicate& keep)
   return dropped;
 }
 
-/// Rows of a matrix as nanoflann wants them.
+/// Adapter of the rows of a matrix for nanoflann.
 struct PointCloud
 {
   const PointMatrix& Points;
@@ -139,7 +139,7 @@ double DoubleArea(const TriangleMesh& mesh, Index f)
   return a.cross(b).norm();
 }
 
-/// Turns the parts around of which the larger area was turned around. @return number of triangles that stay turned
+/// Reverses the parts of which the larger area was reversed. @return number of triangles that stay reversed
 std::int64_t RestoreWinding(TriangleMesh& mesh, const std::vector<bool>& isTurned)
 {
   const std::vector<Index> part = ConnectedParts(mesh.Triangles, mesh.NumberOfPoints());
@@ -161,7 +161,7 @@ std::int64_t RestoreWinding(TriangleMesh& mesh, const std::vector<bool>& isTurne
   return turned;
 }
 
-/// Remembers which triangles CGAL has turned around.
+/// Record of the triangles that CGAL has reversed.
 struct TurnRecorder : CGAL::Polygon_mesh_processing::Default_orientation_visitor
 {
   explicit TurnRecorder(std::vector<bool>* isTurned)

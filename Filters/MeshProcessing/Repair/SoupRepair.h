@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Repair of triangles that do not make a manifold yet. Private to the meshing module.
+/// Repair of triangle soups. Private to the mesh processing.
 #pragma once
 
 #include "MeshProcessing/Repair/SurfaceRepair.h"
@@ -12,29 +12,31 @@
 namespace surfsynth
 {
 
-/// Triangles on their way to a manifold.
+/// A triangle soup: a mesh that need not be manifold.
 struct Soup
 {
-  TriangleMesh Mesh;
-  std::vector<Index> OriginOfTriangle; ///< the triangle of the first mesh that each one comes from
+  TriangleMesh Mesh;                   ///< points and triangles
+  std::vector<Index> OriginOfTriangle; ///< [F], triangle of the first mesh that each one comes from
 };
 
-/// Makes points within @p tolerance of each other (0: of equal coordinates) one, and drops triangles that thereby lose a
-/// corner. @return number of points that went into another
+/// Merges points within @p tolerance of each other (0: of equal coordinates), and removes triangles that lose a corner.
+/// @param tolerance world units, at least 0
+/// @return number of points that were merged into another
 std::int64_t MergePoints(Soup& soup, double tolerance);
 
-/// Keeps one of all triangles on the same three points. @return number of triangles dropped
+/// Keeps one of all triangles on the same three points.
+/// @return number of triangles removed
 std::int64_t RemoveDuplicateTriangles(Soup& soup);
 
-/// What MakeManifold() did.
+/// Result of MakeManifold().
 struct ManifoldChanges
 {
-  std::int64_t FlippedTriangles = 0;
-  std::int64_t AddedPoints = 0; ///< copies of points on which sheets met
+  std::int64_t FlippedTriangles = 0; ///< number of triangles whose winding was reversed
+  std::int64_t AddedPoints = 0;      ///< number of copies of points at which sheets met
 };
 
-/// Winds neighbours alike and takes sheets that meet in an edge or a point apart. Each connected part keeps the winding
-/// that most of its triangles, by area, had.
+/// Winds neighbours alike and separates sheets that meet in an edge or a point. Each connected part keeps the winding
+/// of the larger part of its area.
 ManifoldChanges MakeManifold(Soup& soup);
 
 } // namespace surfsynth

@@ -6,7 +6,7 @@
 #include "MeshProcessing/Repair/SoupRepair.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -104,7 +104,7 @@ private:
     this->Mesh = ToCgalMesh(soup.Mesh);
     if (changes.AddedPoints > 0 && this->Options.MergePoints)
     {
-      // Where a third sheet was cut off, the two that remain belong together again.
+      // Two sheets that remain at an edge, after a third one was cut off, are joined again.
       this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
     }
     if (changes.AddedPoints > 0)
@@ -161,7 +161,7 @@ private:
     return ToCgalPoint(at + 0.01 * shortest * direction.normalized());
   }
 
-  /// Numbers what is left without gaps, in the same order: much of CGAL relies on that.
+  /// Renumbers the rest without gaps, in the same order: much of CGAL relies on that.
   void Compact()
   {
     std::vector<bool> isFilling;
@@ -183,8 +183,8 @@ private:
     const double largest = this->Input.Points.size() > 0 ? this->Input.Points.cwiseAbs().maxCoeff() : 0.0;
     if (largest > LargestCoordinate)
     {
-      throw InvalidInput("The points have coordinates up to " + Text(largest) + "; at most " + Text(LargestCoordinate) +
-        " is allowed. vtkTransformPolyDataFilter scales them.");
+      throw InvalidInput("The points have coordinates up to " + FormatNumber(largest) + "; at most " +
+        FormatNumber(LargestCoordinate) + " is allowed. vtkTransformPolyDataFilter scales them.");
     }
   }
 
@@ -291,7 +291,7 @@ private:
     {
       before[f] = secondCorner(f);
     }
-    // What lies inside what is only defined where nothing crosses; else each component is turned by itself.
+    // Nesting is only defined without self-intersections; with them each component is oriented by itself.
     try
     {
       PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);

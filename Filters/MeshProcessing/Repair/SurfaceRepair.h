@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Repair of triangle meshes. Private to the meshing module.
+/// Repair of triangle meshes. Private to the mesh processing.
 #pragma once
 
 #include "Core/Mesh/ConversionLosses.h"
@@ -16,40 +16,41 @@
 namespace surfsynth
 {
 
-/// What RepairSurface() may do.
+/// Options of RepairSurface().
 struct RepairOptions
 {
-  bool MergePoints = true;              ///< make points within MergeTolerance of each other one
-  double MergeTolerance = 0.0;          ///< world units; 0: equal coordinates
+  bool MergePoints = true;              ///< merge points within MergeTolerance of each other
+  double MergeTolerance = 0.0;          ///< world units, at least 0; 0: equal coordinates
   bool RemoveSelfIntersections = false; ///< replace triangles that cross by patches that do not
   double LargestHole = 0.0;             ///< holes of at most this extent are closed, world units; 0: none
-  bool KeepLargestComponent = false;    ///< only the component of the largest area stays
-  double SmallestComponent = 0.0;       ///< components below this fraction of the largest one's area go
-  PlaceFinder Finder;                   ///< search structure for RepairedSurface::PlaceOfPoint
-  bool OrientOutward = true;            ///< a closed surface gets normals that point out of what it encloses
+  bool KeepLargestComponent = false;    ///< keep only the component of the largest area
+  double SmallestComponent = 0.0;       ///< components below this fraction of the largest one's area are removed
+  PlaceFinder Finder;                   ///< search function for RepairedSurface::PlaceOfPoint
+  bool OrientOutward = true;            ///< normals of a closed surface point outwards
 };
 
-/// What was done: text and how often, in the order of the steps. Steps that had nothing to do are left out.
+/// Report of a repair: steps in their order, with the number of changes of each. Steps without a change are left out.
 using RepairReport = std::vector<std::pair<std::string, std::int64_t>>;
 
-/// A repaired surface, and where on the broken one it lies.
+/// A repaired surface, and its places on the input mesh.
 struct RepairedSurface
 {
-  TriangleMesh Mesh;
+  TriangleMesh Mesh;                      ///< the result
   std::vector<SurfacePlace> PlaceOfPoint; ///< [V'] on the input mesh, for the interpolation of point attributes
   std::vector<Index> OriginOfTriangle;    ///< [F'] triangle of the input mesh nearest to the centre of each triangle
   std::vector<bool> IsFilling;            ///< [F'] true for triangles that close a hole
-  RepairReport Report;
+  RepairReport Report;                    ///< changes
 };
 
-/// Repairs a surface: merges points, drops duplicate triangles, takes sheets that meet in an edge or a point apart, winds
-/// triangles alike, removes triangles without area, components and, if asked, self-intersections, and closes holes.
+/// Repairs a surface: merges points, removes duplicate triangles, separates sheets that meet in an edge or a point,
+/// winds triangles alike, removes triangles without area, components and, if asked, self-intersections, and closes
+/// holes.
 ///
-/// What comes out is manifold, consistently wound and without degenerate triangles, and closed when LargestHole is not
-/// exceeded anywhere; points keep their coordinates, but for those where sheets were taken apart, which move by a
-/// hundredth of an edge, and, as long as none is merged, their order.
+/// The result is manifold, consistently wound and without degenerate triangles, and closed when no hole exceeds
+/// LargestHole. Points keep their coordinates, except where sheets were separated: those move by a hundredth of an
+/// edge. Points keep their order unless some are merged.
 ///
-/// @param losses of the conversion to @p mesh: the first lines of the report.
+/// @param losses losses of the conversion to @p mesh: the first lines of the report.
 /// @param stop asks the call to end early with a Cancelled; may be null.
 /// @throws InvalidInput when no triangle is left; SolverFailure when a defect cannot be removed; Cancelled
 RepairedSurface RepairSurface(const TriangleMesh& mesh, const ConversionLosses& losses, const RepairOptions& options,

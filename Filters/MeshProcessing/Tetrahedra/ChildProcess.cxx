@@ -91,7 +91,7 @@ std::pair<Descriptor, Descriptor> Connect(const std::string& program)
   return { std::move(first), std::move(second) };
 }
 
-/// What a new process gets: our end of the connection as standard input and output, and default signals.
+/// Settings of a new process: our end of the connection as standard input and output, and default signals.
 class SpawnSettings
 {
 public:
@@ -226,7 +226,7 @@ public:
   }
 
 private:
-  /// Sends what the stream takes.
+  /// Sends as many bytes as the stream takes.
   void Send()
   {
     while (this->Part < this->Call.Request.size())
@@ -252,7 +252,7 @@ private:
     shutdown(this->Process.Stream(), SHUT_WR);
   }
 
-  /// Takes what has come. More than was announced is the end, too.
+  /// Reads the bytes that have come. More than were announced end the run, too.
   void Receive()
   {
     char buffer[1 << 16];

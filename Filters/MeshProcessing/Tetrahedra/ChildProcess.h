@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Runs a program that may crash, hang or say nonsense. Private to the module.
+/// Safe run of a program that may crash, hang or write an invalid output. Private to the mesh processing.
 #pragma once
 
 #include "Core/Common/Progress.h"
@@ -14,14 +14,14 @@
 namespace surfsynth
 {
 
-/// Bytes that somebody else owns.
+/// A view of bytes of the caller.
 struct Bytes
 {
-  const void* Data;
-  std::size_t Size;
+  const void* Data; ///< first byte
+  std::size_t Size; ///< number of bytes
 };
 
-/// What to run, and how long.
+/// Program to run, its input and its limits.
 struct ChildCall
 {
   std::string Program;          ///< path
@@ -29,26 +29,26 @@ struct ChildCall
   double Seconds = 0.0;         ///< time limit, 0 for none
   double ExpectedSeconds = 1.0; ///< for progress, which is half done by then
 
-  /// How many bytes the output has in all, told from its first HeaderSize bytes. Throws when it makes no sense of them,
+  /// Returns the number of bytes of the whole output, from its first HeaderSize bytes. Throws for an invalid header,
   /// which ends the run.
   std::function<std::int64_t(const char*)> OutputSize;
-  std::size_t HeaderSize = 0;
+  std::size_t HeaderSize = 0; ///< bytes of the header of the output
 };
 
-/// How a run ended.
+/// Result of a run.
 struct ChildResult
 {
-  std::vector<char> Output;
-  bool Complete = false; ///< Output has the size that its header tells, and ended there
-  bool TimedOut = false; ///< it was stopped by the time limit
-  int Signal = 0;        ///< that ended the process, 0 for none
-  int ExitStatus = 0;    ///< else; -1 when another part of the process has waited for it
+  std::vector<char> Output; ///< bytes from its standard output
+  bool Complete = false;    ///< Output has the size of its header, and ended there
+  bool TimedOut = false;    ///< the time limit ended the run
+  int Signal = 0;           ///< signal that ended the process, 0 for none
+  int ExitStatus = 0;       ///< exit status without a signal; -1 when another part of the process has waited for it
 };
 
-/// Runs the program to its end, on this thread, and reports progress about twenty times a second. The program gets nothing
-/// of this process but the environment: no file descriptor, no signal mask, no ignored signal; its standard error goes
-/// nowhere. Whatever happens, it is gone and waited for when this function returns or throws. Works in several threads
-/// at a time.
+/// Runs the program to its end, on this thread, and reports progress about twenty times a second. The program gets
+/// nothing of this process but the environment: no file descriptor, no signal mask, no ignored signal; its standard
+/// error is discarded. In every case the process has ended, and was waited for, when this function returns or throws.
+/// Works in several threads at a time.
 ///
 /// @throws Cancelled within a tenth of a second of the request
 /// @throws SolverFailure when the program cannot be started

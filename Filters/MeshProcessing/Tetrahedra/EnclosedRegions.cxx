@@ -58,7 +58,7 @@ private:
   std::vector<std::pair<Corners, Index>> Faces;
 };
 
-/// Which tetrahedra can be reached from each other without crossing the surface.
+/// Cells: tetrahedra that can be reached from each other without crossing the surface.
 struct Cells
 {
   std::vector<Index> OfTetrahedron;
@@ -168,7 +168,7 @@ std::vector<EnclosedRegion> FindEnclosedRegions(
   {
     inconsistent();
   }
-  // From the outside inwards: what lies on the other side of a patch is what it encloses.
+  // From the outside inwards: a patch encloses the cell on its other side.
   std::vector<EnclosedRegion> regions(static_cast<std::size_t>(patches.Count));
   std::multimap<Index, std::pair<Index, Index>> beyond; // cell -> (patch, the cell on its other side)
   for (const auto& wall : cells.Walls)

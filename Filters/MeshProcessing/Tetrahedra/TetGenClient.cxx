@@ -4,7 +4,7 @@
 #include "MeshProcessing/Tetrahedra/ChildProcess.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <dlfcn.h>
 #include <signal.h>
@@ -190,7 +190,8 @@ ChildResult Ask(const TriangleMesh& surface, const TetGenCall& call, tetgen::Tas
   return RunChild(child, progress);
 }
 
-/// "12 triangles intersect others, first cell 7", or nothing when none does or it cannot be told in half a minute.
+/// Describes intersections: "12 triangles intersect others, first cell 7"; empty when there are none, or the search
+/// takes more than half a minute.
 std::string DescribeIntersections(const TriangleMesh& surface, TetGenCall call, const Progress& progress)
 {
   call.Seeds.clear();
@@ -213,7 +214,7 @@ std::string DescribeIntersections(const TriangleMesh& surface, TetGenCall call, 
     " triangles meet others in more than shared corners and edges, first cell " + std::to_string(first) + "; " + Repair;
 }
 
-/// What TetGen means when it gives up with a code.
+/// Meaning of the code with which TetGen gives up.
 std::string Meaning(std::int32_t code)
 {
   switch (code)
@@ -242,12 +243,12 @@ std::string DescribeMemory(const TetGenCall& call)
     "grants more.";
 }
 
-/// Why there is no mesh, and what to try.
+/// Describes the cause of a failure, and remedies.
 std::string DescribeFailure(const ChildResult& result, const TetGenCall& call)
 {
   if (result.TimedOut)
   {
-    return "TetGen did not finish within the TimeLimit of " + Text(call.Seconds) +
+    return "TetGen did not finish within the TimeLimit of " + FormatNumber(call.Seconds) +
       " s and was stopped; it may never: larger bounds (QualityRatio, MaximumVolume, TargetEdgeLength), a smaller "
       "MinimumDihedralAngle or a coarser surface help, and TimeLimit grants more.";
   }
@@ -279,7 +280,7 @@ std::string DescribeFailure(const ChildResult& result, const TetGenCall& call)
     " and without a complete mesh; " + Repair;
 }
 
-/// Whether a self-intersection may be behind the failure.
+/// True when a self-intersection may be the cause of the failure.
 bool MayIntersect(const ChildResult& result)
 {
   if (result.TimedOut || result.Signal == SIGKILL)

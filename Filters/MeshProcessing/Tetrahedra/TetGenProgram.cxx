@@ -73,7 +73,7 @@ bool ReadAll(void* data, std::size_t size)
   return true;
 }
 
-/// Ends the process with a reply without tetrahedra. Nothing is taken down: what TetGen left may be in any state.
+/// Ends the process with a reply without tetrahedra. No destructor runs: the state of TetGen may be invalid.
 [[noreturn]] void Fail(Status status, int code = 0)
 {
   ReplyHeader reply{};
@@ -259,7 +259,7 @@ bool WriteReply(const Request& request, const tetgenio& output)
     WriteAll(triangles.data(), faces * sizeof(std::int32_t));
 }
 
-/// Keeps the stream of the reply to ourselves: what TetGen prints goes nowhere.
+/// Reserves the stream of the reply: the output of TetGen is discarded.
 void TakeOutput()
 {
   Output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);

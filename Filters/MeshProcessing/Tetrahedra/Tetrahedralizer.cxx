@@ -4,7 +4,7 @@
 #include "MeshProcessing/Tetrahedra/EnclosedRegions.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleAdjacency.h"
 
@@ -17,9 +17,9 @@ namespace surfsynth
 
 namespace
 {
-/// World units to coordinates of about unit size and back. Both ways are exact, but for what the coordinates of new points
-/// lose to rounding in the world: the factor is a power of two, and an offset is only taken off where it is so much larger
-/// than the surface that the difference of two coordinates has no rounding error (Sterbenz).
+/// Map from world units to coordinates of about unit size and back. Both ways are exact, except for the rounding of new
+/// points in world units: the factor is a power of two, and an offset is only subtracted if it is so much larger than
+/// the surface that the difference of two coordinates has no rounding error (Sterbenz).
 class UnitCoordinates
 {
 public:
@@ -54,7 +54,7 @@ void RequireOptions(const TetrahedralizeOptions& options)
   const auto require = [](bool fine, const char* name, double value, const char* expected) {
     if (!fine)
     {
-      throw InvalidInput(std::string(name) + " is " + Text(value) + "; " + expected + ".");
+      throw InvalidInput(std::string(name) + " is " + FormatNumber(value) + "; " + expected + ".");
     }
   };
   const double ratio = options.QualityRatio;
@@ -66,7 +66,7 @@ void RequireOptions(const TetrahedralizeOptions& options)
   require(options.Seconds >= 0.0, "TimeLimit", options.Seconds, "a number of at least 0 is needed");
 }
 
-/// All that one run of TetGen needs; coordinates and volumes are of unit size.
+/// Input of one run of TetGen; coordinates and volumes are of unit size.
 TetGenCall MakeCall(const TetrahedralizeOptions& options, const UnitCoordinates& unit,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle)
 {

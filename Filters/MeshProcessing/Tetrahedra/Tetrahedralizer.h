@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Tetrahedra that fill a closed surface. Private to the module.
+/// Tetrahedral meshing of a closed surface by TetGen [Si2015]. Private to the mesh processing.
 #pragma once
 
 #include "MeshProcessing/Tetrahedra/TetGenClient.h"
@@ -15,28 +15,31 @@
 namespace surfsynth
 {
 
+/// Options of Tetrahedralize().
 struct TetrahedralizeOptions
 {
   bool PreserveSurface = true;        ///< no new points on the surface
-  bool InnerSurfacesAreHoles = false; ///< what every second of nested surfaces encloses stays empty; else all is filled
+  bool InnerSurfacesAreHoles = false; ///< the region inside every second of nested surfaces stays empty
   double QualityRatio = 2.0;          ///< largest ratio of circumradius to shortest edge; 0 for none, else at least 1
-  double MinimumDihedralAngle = 0.0;  ///< degrees
+  double MinimumDihedralAngle = 0.0;  ///< degrees, 0 for none
   double MaximumVolume = 0.0;         ///< cubic world units, 0 for none
   double Seconds = 0.0;               ///< time limit of each run of TetGen, 0 for none
   std::int64_t MemoryLimit = 0;       ///< bytes, 0 for none
 };
 
+/// Result of Tetrahedralize().
 struct TetrahedralMesh
 {
   PointMatrix Points;           ///< [P, 3]: the points of the surface, unchanged and in their order, then new ones
   TetrahedronMatrix Tetrahedra; ///< [T, 4], all of volume above zero as VTK_TETRA
   std::vector<Index> Regions;   ///< [T], the patch of the surface (see FindPatches()) that encloses the tetrahedron
   TriangleMatrix Faces;         ///< the surface in the mesh: its triangles, or parts of them
-  std::vector<Index> Triangles; ///< [faces], of the surface
-  std::vector<Index> Patches;   ///< [triangles of the surface], the patch that each belongs to
+  std::vector<Index> Triangles; ///< [faces], triangle of the surface that each face is a part of
+  std::vector<Index> Patches;   ///< [triangles of the surface], patch of each triangle
 };
 
-/// @param surface passes the gate, is closed, and has no unused points
+/// Fills a closed surface with tetrahedra.
+/// @param surface passes CheckMesh(), is closed, and has no unused points
 /// @param cellOfTriangle turns triangle ids into the caller's cell ids in messages; empty when they are the same
 /// @throws InvalidInput, SolverFailure, Cancelled
 TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const TetrahedralizeOptions& options,

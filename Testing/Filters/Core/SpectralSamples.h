@@ -32,7 +32,7 @@ Eigen::MatrixXd SpectralCoefficients(
   const MaternField& field, const SpectralSurface& surface, const SampleRequest& request);
 
 /// Upper bound of a chi-square variable with @p freedom degrees of freedom that is exceeded with the probability of
-/// @p z standard deviations of a normal one; lower bound for z < 0 (Wilson and Hilferty 1931).
+/// @p z standard deviations of a normal one; lower bound for z < 0 [Wilson1931].
 double ChiSquareQuantile(double freedom, double z);
 
 } // namespace surfsynth::test

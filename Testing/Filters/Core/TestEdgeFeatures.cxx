@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What triangles see of their neighbours: by hand, under motions, at boundaries, at vertices of any degree.
+// Edge features of triangles: by hand, under motions, at boundaries, at vertices of any degree.
 #include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"

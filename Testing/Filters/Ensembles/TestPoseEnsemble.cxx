@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkPoseEnsembleFilter makes of a shape with six limbs.
+// Output of vtkPoseEnsembleFilter for a shape with six limbs.
 #include "SurfaceChecks.h"
 
 #include "SurfaceArrays.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkFlowMatchingSampler and vtkFlowMatchingDeformer make of a surface: the numbers of the plain sampler, where
-// they go, several samples, blocks, flow time.
+// Output of vtkFlowMatchingSampler and vtkFlowMatchingDeformer: the numbers of the plain sampler, their arrays, several
+// samples, blocks, flow time.
 #include "FlowMatchingPipelines.h"
 
 #include "Inference/FlowMatching/FlowMatchingSampler.h"

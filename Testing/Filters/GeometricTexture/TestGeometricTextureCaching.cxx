@@ -31,7 +31,7 @@ namespace
 {
 constexpr double AbortLimit = 1.0; // seconds
 
-/// Models read and textures grown by one more update.
+/// Numbers of models read and of textures synthesized by one more update.
 struct Cost
 {
   vtkTypeInt64 Loads;

@@ -10,7 +10,7 @@ using namespace surfsynthtest;
 
 namespace
 {
-/// Winding is asked for beyond what makes a sound surface.
+/// The filter requires consistent winding beyond a valid surface.
 FilterTraits Traits()
 {
   FilterTraits traits;

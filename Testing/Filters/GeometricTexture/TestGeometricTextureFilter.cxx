@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkGeometricTextureSynthesizer makes of a target: the numbers of the plain sampler, the target's arrays on finer
+// Output of vtkGeometricTextureSynthesizer for a target: the numbers of the plain sampler, the target's arrays on finer
 // meshes, masks, subdivision, levels as blocks, time, the template.
 #include "GeometricTexturePipelines.h"
 

@@ -92,7 +92,7 @@ double Unevenness(const TriangleMesh& mesh)
   return std::sqrt(squares / static_cast<double>(3 * mesh.Triangles.rows())) / mean;
 }
 
-/// What one more update costs: remeshings and textures grown.
+/// Cost of one more update: numbers of remeshings and of synthesized textures.
 struct Cost
 {
   vtkTypeInt64 Remeshings;

@@ -191,10 +191,10 @@ TEST_P(ActivationKernelsOf, GatherAndScatterOfTwoFaces)
   // Two channels, four vertices, faces (0, 1, 2) and (3, 2, 1).
   const float signal[8] = { 1.0F, 10.0F, 2.0F, 20.0F, 4.0F, 40.0F, 8.0F, 80.0F };
   const std::int32_t corners[6] = { 0, 1, 2, 3, 2, 1 };
-  const float hats[12] = { 1.0F, 2.0F, 3.0F, -1.0F, 0.5F, 1.0F, 0.0F, 1.0F, 0.0F, 2.0F, 0.0F, 0.0F };
+  const float basisGradients[12] = { 1.0F, 2.0F, 3.0F, -1.0F, 0.5F, 1.0F, 0.0F, 1.0F, 0.0F, 2.0F, 0.0F, 0.0F };
   float re[4];
   float im[4];
-  this->Kernels.FaceGradient(signal, corners, hats, 2, 2, re, im);
+  this->Kernels.FaceGradient(signal, corners, basisGradients, 2, 2, re, im);
   EXPECT_EQ(re[0], 17.0F); // 1 + 4 + 12
   EXPECT_EQ(re[1], 170.0F);
   EXPECT_EQ(im[0], 4.0F); // -1 + 1 + 4
@@ -209,8 +209,8 @@ TEST_P(ActivationKernelsOf, GatherAndScatterOfTwoFaces)
   const float areas[2] = { 3.0F, 6.0F };
   float along[8] = {};
   float across[8] = {};
-  this->Kernels.ScatterDivergence(re, im, corners, hats, areas, 2, 2, along, across);
-  // Vertex 1: face 0 with hats (2, 0.5), face 1 with (0, 0). Vertex 2: face 0 (3, 1), face 1 (1, 0).
+  this->Kernels.ScatterDivergence(re, im, corners, basisGradients, areas, 2, 2, along, across);
+  // Vertex 1: face 0 with basis gradients (2, 0.5), face 1 with (0, 0). Vertex 2: face 0 (3, 1), face 1 (1, 0).
   EXPECT_EQ(along[2], 3.0F * (2.0F * 17.0F + 0.5F * 4.0F));
   EXPECT_EQ(across[2], 3.0F * (0.5F * 17.0F - 2.0F * 4.0F));
   EXPECT_EQ(along[4], 3.0F * (3.0F * 17.0F + 4.0F) + 6.0F * 4.0F);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Geometric textures grown on meshes: invariances, levels, noise, masks, errors.
+// Geometric textures synthesized on meshes: invariances, levels, noise, masks, errors.
 #include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
 
@@ -143,7 +143,7 @@ TEST(GeometricTextureSampler, FirstAndLastLevelCanBeChosen)
 
 // --- Invariances ----------------------------------------------------------------------------------------------------
 
-// With the noise of a mesh that is not turned a turned mesh grows another texture: without noise, it turns along.
+// Noise is not rotated with the mesh, so the texture is only rotated with it when it is synthesized without noise.
 TEST(GeometricTextureSampler, TurnsAndMovesWithTheMesh)
 {
   const Eigen::Matrix3d rotation = Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();

@@ -98,7 +98,7 @@ TEST(PoissonOperators, OfATriangleAreThoseComputedByHand)
   EXPECT_NEAR(mesh.VertexMass.sum().item<double>(), 1.0, 1e-6);
   EXPECT_TRUE(torch::allclose(
     VertexMean(mesh, torch::full({ 1, 1 }, 7.0, torch::kFloat64)), torch::full({ 3, 1 }, 7.0, torch::kFloat64)));
-  // G^T A g with g = (2, 3): hat gradients are (-1/2, -1), (1/2, 0), (0, 1).
+  // G^T A g with g = (2, 3): basis gradients are (-1/2, -1), (1/2, 0), (0, 1).
   const torch::Tensor expected = torch::tensor({ -4.0, 1.0, 3.0 }, torch::kFloat64).reshape({ 3, 1 });
   EXPECT_LE(Difference(IntegratedDivergence(mesh, gradient), expected), 1e-6);
 }

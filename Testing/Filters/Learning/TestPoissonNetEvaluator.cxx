@@ -213,7 +213,7 @@ TEST(PoissonNetEvaluator, MeshesThatItCannotTakeAreNamed)
   TriangleMesh broken = Surface();
   broken.Points(broken.Triangles(0, 0), 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(message(broken), HasSubstr("finite"));
-  // Sound in double and without extent in single precision.
+  // Valid in double, and without extent in single precision.
   EXPECT_THAT(message(test::Translated(test::Scaled(test::Icosphere(2), 1e-3), { 1e6, 0, 0 })),
     HasSubstr("degenerate in single precision"));
 }

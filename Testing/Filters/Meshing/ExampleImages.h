@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Images, and measures of the surfaces made of them, for the tests of vtkVDBSurfaceFilter.
+/// Images, and checks of the surface of a volume, for the tests of vtkVDBSurfaceFilter.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"
@@ -18,7 +18,7 @@
 namespace surfsynthtest
 {
 
-/// The lattice of an image in world coordinates.
+/// Lattice of an image in world coordinates.
 struct ImageGeometry
 {
   std::array<int, 3> Dimensions{ { 32, 32, 32 } };
@@ -49,7 +49,7 @@ vtkSmartPointer<vtkImageData> NoiseImage(const std::array<int, 3>& dimensions, s
 /// The geometry of a polydata of triangles.
 surfsynth::TriangleMesh MeshOf(vtkPolyData* surface);
 
-/// Everything that the gate finds when all is asked for: "" for closed, manifold, consistently wound surfaces.
+/// Describes all defects that the mesh check finds: "" for closed, manifold, consistently wound surfaces.
 std::string DefectsOf(vtkPolyData* surface);
 
 /// Volume within a closed surface, positive when it is wound outwards; its area; its number of components.

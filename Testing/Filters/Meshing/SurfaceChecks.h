@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Measures and expectations of surfaces, and runs of a filter on one, for the tests of the meshing filters.
+/// Checks of surfaces for the tests of the meshing filters.
 #pragma once
 
 #include "FilterChecks.h"

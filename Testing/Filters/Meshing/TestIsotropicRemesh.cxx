@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkIsotropicRemeshFilter makes of surfaces: shape, curves, attributes.
+// Output of vtkIsotropicRemeshFilter: shape, curves, attributes.
 #include "SurfaceChecks.h"
 
 #include "vtkIsotropicRemeshFilter.h"

@@ -23,7 +23,7 @@ vtkSmartPointer<vtkAlgorithm> MakePoses()
   return filter;
 }
 
-/// Remeshing needs consistent winding and manifold points beyond a sound surface.
+/// Remeshing requires consistent winding and manifold points beyond a valid surface.
 FilterTraits RemeshTraits()
 {
   FilterTraits traits;

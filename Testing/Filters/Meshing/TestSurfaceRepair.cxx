@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkSurfaceRepairFilter mends, and what it says of it.
+// Repairs of vtkSurfaceRepairFilter, and its report of them.
 #include "SurfaceChecks.h"
 
 #include "MalformedCorpus.h"

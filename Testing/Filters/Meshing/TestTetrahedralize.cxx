@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the tetrahedra are like: volumes, arrays, regions, bounds.
+// Properties of the tetrahedra: volumes, arrays, regions, bounds.
 #include "FilterChecks.h"
 #include "TetrahedraChecks.h"
 #include "VtkSurfaces.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What can happen to the process of TetGen, and what the user reads: each message, R9, R10, and no process left behind.
+// Failures of the process of TetGen, with the message of each, R9, R10, and no process left behind.
 #include "TetrahedraChecks.h"
 
 #include <vtkDataObject.h>
@@ -108,7 +108,7 @@ std::string ErrorOfFake(const std::string& mode, double timeLimit = 20.0)
 Soup Crossing() { return Joined({ Shell(2, 1.0), Shell(2, 1.0, 0.5) }); }
 } // namespace
 
-// ---- the surface -----------------------------------------------------------------------------------------------------
+// ---- the surface ----------------------------------------------------------------------------------------------------
 
 TEST(TetrahedralizeMessages, SelfIntersection)
 {
@@ -171,7 +171,7 @@ TEST(TetrahedralizeMessages, NoInput)
   EXPECT_FALSE(events.Errors.empty());
 }
 
-// ---- TetGen itself -----------------------------------------------------------------------------------------------------
+// ---- TetGen itself --------------------------------------------------------------------------------------------------
 
 TEST(TetrahedralizeProcess, ABoundThatCannotBeMetEndsAtTheTimeLimit)
 {
@@ -299,7 +299,7 @@ TEST(TetrahedralizeProcess, TwoFiltersOnTwoThreadsOneOfWhichFails)
   EXPECT_FALSE(HasChildren());
 }
 
-// ---- programs that misbehave -------------------------------------------------------------------------------------------
+// ---- programs that misbehave ----------------------------------------------------------------------------------------
 
 TEST(TetrahedralizeProcess, Crash)
 {

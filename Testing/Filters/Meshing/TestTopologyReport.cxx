@@ -88,7 +88,7 @@ void ExpectWellFormed(vtkTable* table)
   }
 }
 
-/// Whether filters without demands of their own accept the surface.
+/// True when filters without requirements of their own accept the surface.
 bool PassesTheGate(vtkPolyData* input)
 {
   try

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Boxes and shells, and measures and expectations of the tetrahedra made of them.
+/// Surfaces, and checks of tetrahedra, for the tests of vtkTetrahedralizeFilter.
 #pragma once
 
 #include "FilterChecks.h"

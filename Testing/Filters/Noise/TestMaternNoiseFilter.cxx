@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkMaternNoiseFilter puts on its output, for sound inputs.
+// Output of vtkMaternNoiseFilter for valid inputs.
 #include "FilterChecks.h"
 #include "VtkSurfaces.h"
 
@@ -77,8 +77,8 @@ TEST(MaternNoiseFilter, IsTheFieldOfTheCore)
 
 TEST(MaternNoiseFilter, StandardDeviationIsTheOneAskedForOnAClosedSphere)
 {
-  // Edges are a twenty-fifth of the range: linear elements with lumped mass add 7 % to the variance at a sixth, 2 % at a
-  // twelfth.
+  // Edges are a twenty-fifth of the range: linear elements with lumped mass add 7 % to the variance at a sixth, 2 % at
+  // a twelfth.
   const auto filter = Filter(Icosphere(5).ToPolyData(), 1.0);
   filter->SetNumberOfSamples(400);
   filter->SetStandardDeviation(3.0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R11: no growth over many runs, and a failed allocation becomes an error. This executable replaces malloc() and its
-// kin, on which operator new and Eigen rest, by versions that can be told to fail.
+// kin, on which operator new and Eigen rest, by versions that fail on request.
 #include "FilterChecks.h"
 #include "VtkSurfaces.h"
 

@@ -11,7 +11,7 @@ using namespace surfsynthtest;
 
 namespace
 {
-/// Winding and components are asked for beyond what makes a sound surface.
+/// The filter requires consistent winding and one component beyond a valid surface.
 FilterTraits Traits()
 {
   FilterTraits traits;

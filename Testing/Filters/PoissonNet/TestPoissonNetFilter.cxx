@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkPoissonNetFilter adds to a surface: the numbers of the published implementation, where they go, and what the
-// filter does to the input.
+// Output of vtkPoissonNetFilter: the numbers of the published implementation, their arrays, and the unchanged input.
 #include "PoissonNetPipelines.h"
 
 #include "Fixtures.h"

@@ -66,7 +66,7 @@ vtkSmartPointer<vtkMultiBlockDataSet> Blocks(const Surfaces& surfaces)
   return blocks;
 }
 
-/// Shapes at heights: all metrics can be told by hand.
+/// Shapes at heights: all metrics are known by hand.
 vtkSmartPointer<vtkMultiBlockDataSet> AtHeights(const std::vector<double>& heights, const char* array = nullptr)
 {
   Surfaces surfaces;

@@ -191,7 +191,7 @@ class MalformedGeometricTexture : public ::testing::TestWithParam<MalformedCase>
 
 std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return info.param.Name; }
 
-/// R1, R2 and R6 for one of the ports, the other one being sound.
+/// R1, R2 and R6 for one of the ports, the other one having a valid surface.
 void CheckPort(const MalformedCase& malformed, int port)
 {
   const vtkSmartPointer<vtkDataObject> data = malformed.Make();

@@ -38,7 +38,7 @@ Surfaces Samples();
 vtkSmartPointer<vtkMultiBlockDataSet> Blocks(const std::vector<vtkSmartPointer<vtkDataObject>>& leaves);
 vtkSmartPointer<vtkMultiBlockDataSet> Blocks(const Surfaces& surfaces);
 
-/// What a dataset file of these surfaces of triangles holds; @p array "" for the positions.
+/// Source of a dataset file with these surfaces of triangles; @p array "" for the positions.
 surfsynth::SignalSource SourceOf(vtkPolyData* surface, const Surfaces& samples, const char* array = "");
 
 /// The bytes of a file; fails the test when there is none.

@@ -29,7 +29,7 @@ using ::testing::HasSubstr;
 namespace
 {
 using Spoil = std::function<void(vtkFlowMatchingTrainer*)>;
-/// What is spoilt, and parts of the message.
+/// Changes that make a training invalid, each with parts of the message.
 using Mistakes = std::vector<std::pair<Spoil, std::vector<std::string>>>;
 
 class TrainingOnMalformedInput

@@ -9,10 +9,10 @@
 namespace surfsynth::test
 {
 
-/// A file of that header text and those data, whatever they are. The length is that of the text.
+/// Makes a file of any header text and any data. The length is that of the text.
 std::string FileOf(const std::string& header, const std::string& data = "");
 
-/// The same with a length of its own.
+/// Makes a file with any length of the header.
 std::string FileWithLength(std::uint64_t length, const std::string& header, const std::string& data = "");
 
 /// Header of one tensor: {"<name>":{"dtype":"<type>","shape":<shape>,"data_offsets":<offsets>}}

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <cstdio>
 
 namespace surfsynth
 {
 
-std::string Text(double value)
+std::string FormatNumber(double value)
 {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g", value);

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Checks by reading that Examples/references.bib and the citations of the repository fit together:
+#
+#   - Each key that is cited, such as [Lindgren2011] in a comment, has an entry.
+#   - Each entry is cited.
+#   - No key has two entries, entries are in order of their keys, and each has an author, a title and the year of its key.
+#
+# -DSOURCE_DIR=<root of the repository>. Prints every violation and fails when there is one, or when there is nothing to
+# check.
+cmake_minimum_required(VERSION 3.24)
+
+set(violations "")
+set(key_pattern "[A-Z][A-Za-z]+[12][0-9][0-9][0-9]")
+
+# The entries: their keys, and what each must hold.
+set(entries "")
+set(previous "")
+file(READ "${SOURCE_DIR}/Examples/references.bib" bibliography)
+string(REPLACE ";" "," bibliography "${bibliography}")
+# One list element for each entry, behind the text before the first one.
+string(REGEX REPLACE "\n@" ";@" bibliography "\n${bibliography}")
+list(POP_FRONT bibliography)
+foreach (entry IN LISTS bibliography)
+  if (NOT entry MATCHES "^@[a-z]+{(${key_pattern}),")
+    string(REGEX MATCH "^[^\n]*" line "${entry}")
+    string(APPEND violations "  ${line}\n    is not an entry whose key is a name and a year\n")
+    continue()
+  endif ()
+  set(key "${CMAKE_MATCH_1}")
+  string(REGEX MATCH "[0-9]+$" year "${key}")
+  if (key IN_LIST entries)
+    string(APPEND violations "  ${key}: has two entries\n")
+  elseif (key STRLESS previous)
+    string(APPEND violations "  ${key}: stands behind ${previous}, out of order\n")
+  endif ()
+  foreach (field IN ITEMS "author *= *{[^}]" "title *= *{[^}]" "year *= *{${year}}")
+    if (NOT entry MATCHES "\n  ${field}")
+      string(APPEND violations "  ${key}: lacks the field ${field}\n")
+    endif ()
+  endforeach ()
+  list(APPEND entries "${key}")
+  set(previous "${key}")
+endforeach ()
+
+# The citations, in all text that is written by hand.
+set(globs "${SOURCE_DIR}/*.md" "${SOURCE_DIR}/CITATION.cff")
+foreach (folder IN ITEMS Filters IO Wrapping Testing Examples)
+  foreach (extension IN ITEMS h cxx py md xml)
+    list(APPEND globs "${SOURCE_DIR}/${folder}/*.${extension}")
+  endforeach ()
+endforeach ()
+set(files "")
+foreach (glob IN LISTS globs)
+  if (glob MATCHES "/(Filters|IO|Wrapping|Testing|Examples)/")
+    file(GLOB_RECURSE found "${glob}")
+  else ()
+    file(GLOB found "${glob}")
+  endif ()
+  list(APPEND files ${found})
+endforeach ()
+set(cited "")
+set(number_of_citations 0)
+foreach (file IN LISTS files)
+  file(READ "${file}" text)
+  string(REGEX MATCHALL "\\[${key_pattern}\\]" citations "${text}")
+  string(REGEX MATCH "\\[${key_pattern}[,;][^]\n]*\\]" several "${text}")
+  if (several)
+    file(RELATIVE_PATH name "${SOURCE_DIR}" "${file}")
+    string(APPEND violations "  ${name}: ${several} must give each key brackets of its own\n")
+  endif ()
+  # Without the brackets, which would keep a list together.
+  string(REGEX REPLACE "[][]" "" citations "${citations}")
+  foreach (key IN LISTS citations)
+    math(EXPR number_of_citations "${number_of_citations} + 1")
+    list(APPEND cited "${key}")
+    if (NOT key IN_LIST entries)
+      file(RELATIVE_PATH name "${SOURCE_DIR}" "${file}")
+      string(APPEND violations "  ${name}: [${key}] has no entry in Examples/references.bib\n")
+    endif ()
+  endforeach ()
+endforeach ()
+foreach (key IN LISTS entries)
+  if (NOT key IN_LIST cited)
+    string(APPEND violations "  ${key}: is cited nowhere\n")
+  endif ()
+endforeach ()
+
+if (violations)
+  message(FATAL_ERROR "Violations of the bibliography:\n${violations}")
+endif ()
+list(LENGTH entries number_of_entries)
+if (number_of_entries EQUAL 0 OR number_of_citations EQUAL 0)
+  message(FATAL_ERROR "${number_of_entries} entries and ${number_of_citations} citations in ${SOURCE_DIR}")
+endif ()
+message(STATUS "${number_of_citations} citations of ${number_of_entries} entries")
