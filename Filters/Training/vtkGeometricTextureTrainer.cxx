@@ -156,10 +156,7 @@ private:
   vtkGeometricTextureTrainer* Self;
 };
 
-vtkGeometricTextureTrainer::vtkGeometricTextureTrainer()
-{
-  this->SetNumberOfInputPorts(2);
-}
+vtkGeometricTextureTrainer::vtkGeometricTextureTrainer() { this->SetNumberOfInputPorts(2); }
 
 vtkGeometricTextureTrainer::~vtkGeometricTextureTrainer() = default;
 

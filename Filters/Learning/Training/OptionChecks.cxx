@@ -2,7 +2,7 @@
 #include "Learning/Training/OptionChecks.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <cmath>
 #include <utility>
@@ -25,7 +25,7 @@ void OptionChecks::Require(
 
 void OptionChecks::Require(bool fine, const std::string& option, double found, const std::string& expected) const
 {
-  this->Require(fine, option, Text(found), expected);
+  this->Require(fine, option, FormatNumber(found), expected);
 }
 
 void OptionChecks::Count(

@@ -2,7 +2,8 @@
 //
 // Ensembles in VTK's data objects: what is a sample, what it is called, and what does not fit.
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "EnsembleReading.h"
 #include "NewArray.h"

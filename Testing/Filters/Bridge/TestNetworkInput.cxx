@@ -2,7 +2,8 @@
 //
 // From arrays to what networks take: PointRows.h and NetworkInput.h.
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "NetworkInput.h"
 #include "NewArray.h"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Arrays for what filters compute: NewArray.h and NoiseArrays.h.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "NewArray.h"
 #include "NoiseArrays.h"

@@ -2,7 +2,8 @@
 //
 // Several outputs of each dataset: names, structure, and who fills what.
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "BlockBridge.h"
 #include "NewArray.h"

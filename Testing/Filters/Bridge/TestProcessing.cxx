@@ -2,7 +2,8 @@
 //
 // The frames around RequestData: ProcessSurfaces(), ProcessBlocks() and ProcessJointly().
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "BlockBridge.h"
 #include "BlockCache.h"

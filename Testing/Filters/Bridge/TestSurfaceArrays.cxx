@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Geometry and attributes between VTK's datasets and new meshes.
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "NewArray.h"
 #include "SurfaceArrays.h"

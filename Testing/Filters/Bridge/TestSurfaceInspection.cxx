@@ -2,7 +2,8 @@
 //
 // Conversions of broken surfaces: SurfaceInspection.h counts faults, UncheckedSurface.h uses the rest.
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "SurfaceInspection.h"
 #include "UncheckedSurface.h"

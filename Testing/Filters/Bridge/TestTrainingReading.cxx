@@ -2,7 +2,8 @@
 //
 // Datasets for training out of VTK's data objects.
 #include "BridgeTesting.h"
-#include "TestSurfaces.h"
+#include "FilterChecks.h"
+#include "VtkSurfaces.h"
 
 #include "NewArray.h"
 #include "TrainingReading.h"

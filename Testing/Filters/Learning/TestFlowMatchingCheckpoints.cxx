@@ -81,7 +81,8 @@ TEST_F(FlowMatchingTraining, ACancelledTrainingGoesOnFromTheIterationItStoppedIn
   const FlowMatchingTrainingOptions options = TinyRecipe(11);
   TrainFlowMatching(dataset, options, this->Files("whole"));
   const std::string text = TextOf<Cancelled>([&] {
-    TrainFlowMatching(dataset, options, this->Files("parts"), [](const LossHistory& losses) { return losses.Size() < 6; });
+    TrainFlowMatching(
+      dataset, options, this->Files("parts"), [](const LossHistory& losses) { return losses.Size() < 6; });
   });
   EXPECT_THAT(text, HasSubstr("iteration 6"));
   std::vector<std::int64_t> iterations;

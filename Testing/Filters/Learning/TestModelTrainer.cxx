@@ -123,7 +123,8 @@ TEST_F(TrainAndSaveFiles, LossesAreWrittenWithNineDigits)
   losses.Append({ 123456789.0, 1e-20 });
   losses.WriteCsv(this->File("a.csv"));
   EXPECT_EQ(BytesOf(this->File("a.csv")), "iteration,loss\n1,0.333333333\n123456789,1e-20\n");
-  EXPECT_THAT(TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(
+    TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot be written"));
 }
 
 TEST_F(TrainAndSaveFiles, FilesAreWrittenAtIntervalsAfterStagesAndAtTheEnd)
@@ -226,6 +227,6 @@ TEST(OptionChecks, TheOptionsOfEachTrainingAreNamed)
     HasSubstr("GeometricTextureTrainingOptions: LearningRate is -1; expected a finite number above 0"));
   MultiscaleFitOptions fit;
   fit.Levels = 11;
-  EXPECT_THAT(
-    TextOf<InvalidInput>([&] { CheckOptions(fit); }), HasSubstr("MultiscaleFitOptions: Levels is 11; expected 1 to 10"));
+  EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(fit); }),
+    HasSubstr("MultiscaleFitOptions: Levels is 11; expected 1 to 10"));
 }

@@ -155,9 +155,8 @@ TEST(GeometricTextureTrainerFilter, ModelAndTableAreThoseOfThePlainTraining)
   ASSERT_EQ(table->GetNumberOfColumns(), 7);
   for (vtkIdType k = 0; k < table->GetNumberOfRows(); ++k)
   {
-    const auto expected = [&plain, k](const char* column) {
-      return plain.History().Value(static_cast<std::size_t>(k), column);
-    };
+    const auto expected = [&plain, k](
+                            const char* column) { return plain.History().Value(static_cast<std::size_t>(k), column); };
     EXPECT_EQ(table->GetValueByName(k, "iteration").ToInt(), k + 1);
     EXPECT_EQ(table->GetValueByName(k, "level").ToInt(), k / Iterations);
     EXPECT_EQ(table->GetValueByName(k, "critic_loss").ToDouble(), expected("critic_loss"));
