@@ -254,7 +254,7 @@ TEST(FillHoles, MissingCapOfASphereIsClosedWithItsCurvature)
   const TriangleMesh closed = FromCgalMesh(mesh);
   EXPECT_EQ(DefectsOf(closed), "");
   EXPECT_EQ(EulerCharacteristicOf(closed), 2);
-  // The area and the volume are those of the sphere: a flat lid would lack 6 per cent of the cap's area.
+  // The area and the volume are those of the sphere: with a flat lid the area would lack 1.6 per cent.
   const TriangleMesh sphere = Icosphere(3);
   EXPECT_NEAR(AreaOf(closed), AreaOf(sphere), 0.01 * AreaOf(sphere));
   EXPECT_NEAR(VolumeOf(closed), VolumeOf(sphere), 0.01 * VolumeOf(sphere));

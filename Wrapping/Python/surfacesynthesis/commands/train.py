@@ -186,7 +186,7 @@ def _filter_of(arguments):
 
 
 def _checkpoints(algorithm):
-    """That of the model, then that of the encoder which is trained before it."""
+    """Checkpoint of the model, then that of the encoder which is trained before it."""
     model = algorithm.GetModelFileName()
     checkpoints = [algorithm.GetCheckpointFileName() or model + ".checkpoint"]
     if algorithm.GetEncoderIterations() > 0:
