@@ -118,7 +118,7 @@ public:
     return { this->Self->FirstSample, this->Self->NumberOfSamples, this->Self->NumberOfSamples == 1 ? "" : "Sample" };
   }
 
-  /// What is held of this block from an earlier update, or null; mesh and model must be the same.
+  /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);

@@ -123,7 +123,7 @@ RepairedSurface Repaired(const TriangleMesh& mesh, RepairOptions options = {}, c
 }
 } // namespace
 
-// ---- SoupRepair.h ----------------------------------------------------------------------------------------------------
+// ---- SoupRepair.h ---------------------------------------------------------------------------------------------------
 
 TEST(MergePoints, EqualCoordinatesBecomeTheLowestId)
 {
@@ -234,7 +234,7 @@ TEST(MakeManifold, SheetsOnOneEdgeOrPointComeApart)
   EXPECT_NEAR(VolumeOf(cubes.Mesh), 2.0, 1e-15);
 }
 
-// ---- HoleFilling.h ---------------------------------------------------------------------------------------------------
+// ---- HoleFilling.h --------------------------------------------------------------------------------------------------
 
 TEST(FillHoles, MissingCapOfASphereIsClosedWithItsCurvature)
 {
@@ -303,7 +303,7 @@ TEST(RemoveFlatTriangles, LeavesNone)
   EXPECT_EQ(CountFlatTriangles(ToCgalMesh(Icosphere(2))), 0);
 }
 
-// ---- SurfaceRepair.h -------------------------------------------------------------------------------------------------
+// ---- SurfaceRepair.h ------------------------------------------------------------------------------------------------
 
 TEST(RepairSurface, ValidSurfacesStayAsTheyAre)
 {
