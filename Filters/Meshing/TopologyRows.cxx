@@ -86,8 +86,8 @@ void RowWriter::AddFinding(const std::string& property, MeshDefect defect, CellF
 
 void RowWriter::Defects()
 {
-  const bool sound = IsValid(this->Surface, this->Statistics);
-  this->AddYesOrNo("Sound", sound, sound ? "" : "no: the rows below with a remark say what is wrong");
+  const bool valid = IsValid(this->Surface, this->Statistics);
+  this->AddYesOrNo("Valid", valid, valid ? "" : "no: the rows below with a remark say what is wrong");
   if (this->Surface.PointComponents != 3)
   {
     this->Add("PointComponents", static_cast<std::int64_t>(this->Surface.PointComponents),
@@ -137,7 +137,7 @@ void RowWriter::Counts()
       this->Surface.TooFewPoints.Count + this->Surface.RepeatedPoint.Count + this->Surface.Uncut.Count >
     0;
   this->Add("Triangles", this->Statistics.ProperTriangles,
-    partial || leftOut ? "the sound part, which all that follows is about: broken cells are left out" : "");
+    partial || leftOut ? "the valid part, which all that follows is about: broken cells are left out" : "");
   this->Add("Edges", this->Statistics.Edges);
 }
 

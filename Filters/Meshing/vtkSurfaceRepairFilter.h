@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfaceRepairFilter
- * @brief   Makes a sound, manifold surface of a broken one, and says what it did
+ * @brief   Makes a valid, manifold surface of a broken one, and says what it did
  *
  * Repairs every defect that the check of the other filters names: cells that name points which do not exist, NaN and
  * infinite coordinates, points used twice, triangles without area, duplicate triangles, edges with more than two
@@ -10,7 +10,7 @@
  *
  * @par Input
  * Any vtkPolyData with polygons or strips, however broken, or a composite dataset of such blocks, processed block by
- * block. Vertices and lines are ignored. Empty input gives empty output. An error is given only when no sound triangle
+ * block. Vertices and lines are ignored. Empty input gives empty output. An error is given only when no valid triangle
  * is left, or a defect cannot be removed; vtkVDBSurfaceFilter then makes a closed surface of the same triangles.
  *
  * @par Output
@@ -20,7 +20,7 @@
  * arrays are carried over (interpolated on new points: floating-point arrays linearly, labels from the nearest point),
  * cell arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
  * hole; the field data arrays RepairAction (text) and RepairCount, one entry for each thing that was done, in order;
- * both are empty when the surface was sound.
+ * both are empty when the surface was valid.
  *
  * @par Order
  * Cells that cannot be used go; points are merged; duplicate triangles go; sheets that meet in an edge or a point are

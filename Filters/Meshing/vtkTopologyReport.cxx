@@ -20,6 +20,8 @@
 #include <vtkStringArray.h>
 #include <vtkTable.h>
 
+#include <cstring>
+#include <string>
 #include <vector>
 
 using surfsynth::Block;
@@ -81,9 +83,14 @@ public:
 
   const ReportRow* Find(const char* property, unsigned int block, int component) const
   {
+    if (!property)
+    {
+      return nullptr;
+    }
+    const std::string name = std::strcmp(property, "Sound") == 0 ? "Valid" : property; // the former name
     for (const ReportRow& row : this->Rows)
     {
-      if (property && row.Block == block && row.Component == component && row.Property == property)
+      if (row.Block == block && row.Component == component && row.Property == name)
       {
         return &row;
       }
@@ -146,19 +153,19 @@ double vtkTopologyReport::GetValue(const char* property, unsigned int block, int
   return row ? row->Value : 0.0;
 }
 
-bool vtkTopologyReport::GetSound() const
+bool vtkTopologyReport::GetValid() const
 {
-  bool sound = !this->Impl->Rows.empty();
+  bool valid = !this->Impl->Rows.empty();
   for (const ReportRow& row : this->Impl->Rows)
   {
-    sound = sound && (row.Property != "Sound" || row.Value > 0.0);
+    valid = valid && (row.Property != "Valid" || row.Value > 0.0);
   }
-  return sound;
+  return valid;
 }
 
 void vtkTopologyReport::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "NumberOfComponentRows: " << this->NumberOfComponentRows << "\n";
-  os << indent << "Sound: " << this->GetSound() << "\n";
+  os << indent << "Valid: " << this->GetValid() << "\n";
 }

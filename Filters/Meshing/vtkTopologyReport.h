@@ -20,7 +20,7 @@
  * - Remark (string): what repairs a defect, units, explanations.
  *
  * @par Properties
- * Sound: 1 when filters with no demand beyond finite points, triangles with an area and at most two triangles at an edge
+ * Valid: 1 when filters with no demand beyond finite points, triangles with an area and at most two triangles at an edge
  * accept the surface.
  * @par
  * Defects, with a row even when there are none: UnreadableCells, CellsWithMissingPoints, CellsWithTooFewPoints,
@@ -54,6 +54,7 @@
 #ifndef vtkTopologyReport_h
 #define vtkTopologyReport_h
 
+#include "vtkDeprecation.h"                   // For VTK_DEPRECATION
 #include "vtkSurfaceSynthesisMeshingModule.h" // For export macro
 #include "vtkTableAlgorithm.h"
 
@@ -79,15 +80,22 @@ public:
   /**
    * A value of the last update: of the whole surface @p block (a flat index; 0, the default, for a vtkPolyData by itself),
    * or of one of its components. HasValue() tells whether there is such a row; where there is none, GetValue() returns 0.
+   * "Sound", the former name of Valid, is deprecated and still answers.
    */
   bool HasValue(const char* property, unsigned int block = 0, int component = -1) const;
   double GetValue(const char* property, unsigned int block = 0, int component = -1) const;
   ///@}
 
   /**
-   * Whether every surface of the last update is sound (see Sound above); false when there was none.
+   * True when every surface of the last update is valid (see Valid above); false when there was none.
    */
-  bool GetSound() const;
+  bool GetValid() const;
+
+  /**
+   * The former name of GetValid().
+   */
+  VTK_DEPRECATION("Use GetValid()")
+  bool GetSound() const { return this->GetValid(); }
 
 protected:
   vtkTopologyReport();

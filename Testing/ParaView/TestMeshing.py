@@ -52,12 +52,12 @@ def report_is_that_of_the_class():
             assert found.GetValueByName(row, name) == expected.GetValueByName(row, name), (name, row)
 
 
-def report_tells_whether_the_surface_is_sound():
-    for mesh, sound in ((surfaces.ball(), 1), (surfaces.fin(), 0)):
+def report_tells_whether_the_surface_is_valid():
+    for mesh, valid in ((surfaces.ball(), 1), (surfaces.fin(), 0)):
         made = TopologyReport(Input=source_of(mesh))
         made.UpdatePipeline()
         made.UpdatePropertyInformation()
-        assert made.GetProperty("Sound").GetData() == sound
+        assert made.GetProperty("Valid").GetData() == valid
 
 
 def blocks_are_filled_one_by_one():
@@ -88,7 +88,7 @@ surfaces.run(
     properties_have_the_defaults_of_the_class_and_reach_it,
     tetrahedra_are_those_of_the_class,
     report_is_that_of_the_class,
-    report_tells_whether_the_surface_is_sound,
+    report_tells_whether_the_surface_is_valid,
     blocks_are_filled_one_by_one,
     errors_are_reported_once,
 )

@@ -192,7 +192,7 @@ private:
   {
     if (count == 0)
     {
-      throw InvalidInput("No sound triangle is left of the " + std::to_string(this->Input.NumberOfTriangles()) +
+      throw InvalidInput("No valid triangle is left of the " + std::to_string(this->Input.NumberOfTriangles()) +
         " triangles of the input; a surface needs polygons with three different, finite points.");
     }
   }

@@ -158,7 +158,7 @@ TEST_P(RepairOfDefect, IsWhatTheGateRecommends)
 INSTANTIATE_TEST_SUITE_P(
   EveryDefect, RepairOfDefect, ::testing::ValuesIn(DefectCases()), [](const auto& info) { return info.param.Name; });
 
-/// What can be repaired is sound afterwards, and closed when asked; what cannot is refused.
+/// What can be repaired is valid afterwards, and closed when asked; what cannot is refused.
 TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
 {
   const vtkSmartPointer<vtkDataObject> input = GetParam().Make();
@@ -380,7 +380,7 @@ TEST(SurfaceRepair, NothingLeftIsAnError)
   soup.AddPoint(2, 0, 0);
   soup.Polys.push_back({ 0, 1, 2 });
   vtkNew<Repair> filter;
-  ExpectRefusal(filter, soup.ToPolyData(), { "No sound triangle is left" });
+  ExpectRefusal(filter, soup.ToPolyData(), { "No valid triangle is left" });
 }
 
 TEST(SurfaceRepair, ParametersAreClampedAndPrinted)

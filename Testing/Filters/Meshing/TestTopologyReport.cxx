@@ -136,8 +136,8 @@ TEST_P(ReportOfMalformedInput, IsATableAndValidMeansWhatTheGateSays)
   }
   if (surface && (surface->GetNumberOfPoints() > 0 || surface->GetNumberOfCells() > 0))
   {
-    EXPECT_EQ(report->GetValue("Sound") == 1.0, PassesTheGate(surface));
-    EXPECT_EQ(report->GetSound(), PassesTheGate(surface));
+    EXPECT_EQ(report->GetValue("Valid") == 1.0, PassesTheGate(surface));
+    EXPECT_EQ(report->GetValid(), PassesTheGate(surface));
   }
 }
 
@@ -147,7 +147,7 @@ TEST(TopologyReport, SphereByTheTable)
   const auto report = ReportOn(sphere);
   vtkTable* table = report->GetOutput();
   ExpectWellFormed(table);
-  EXPECT_EQ(RowOf(table, "Sound").Value, 1.0);
+  EXPECT_EQ(RowOf(table, "Valid").Value, 1.0);
   EXPECT_EQ(RowOf(table, "Points").Value, 642);
   EXPECT_EQ(RowOf(table, "TriangleCells").Value, 1280);
   EXPECT_EQ(RowOf(table, "Genus").Value, 0);
@@ -159,7 +159,18 @@ TEST(TopologyReport, SphereByTheTable)
   EXPECT_EQ(RowOf(table, "BoundaryEdges").First, -1);
   EXPECT_EQ(RowOf(table, "BoundaryEdges").Remark, "");
   EXPECT_EQ(report->GetValue("Points"), 642);
+  EXPECT_TRUE(report->GetValid());
+}
+
+TEST(TopologyReport, FormerNamesAnswer)
+{
+  const auto report = ReportOn(Icosphere(1).ToPolyData());
+  EXPECT_EQ(report->GetValue("Sound"), 1.0);
+  EXPECT_TRUE(report->HasValue("Sound"));
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
   EXPECT_TRUE(report->GetSound());
+#pragma GCC diagnostic pop
 }
 
 TEST(TopologyReport, EachDefectHasItsCountFirstIdAndRepair)
@@ -192,12 +203,12 @@ TEST(TopologyReport, EachDefectHasItsCountFirstIdAndRepair)
   expect("DegenerateTriangles", 1, cells + 6, "vtkCleanPolyData");
   expect("UnreferencedPoints", 1, a + 3, "vtkCleanPolyData");
   EXPECT_EQ(RowOf(table, "NonManifoldEdges").Value, 3);
-  EXPECT_EQ(RowOf(table, "Sound").Value, 0);
-  EXPECT_FALSE(report->GetSound());
+  EXPECT_EQ(RowOf(table, "Valid").Value, 0);
+  EXPECT_FALSE(report->GetValid());
   EXPECT_THAT(RowOf(table, "Triangles").Remark, HasSubstr("broken cells are left out"));
 }
 
-TEST(TopologyReport, BrokenVerticesAndLinesDoNotMakeASurfaceUnsound)
+TEST(TopologyReport, BrokenVerticesAndLinesDoNotMakeASurfaceInvalid)
 {
   Soup soup = Icosphere(1);
   soup.Verts = { { -3 } };
@@ -205,7 +216,7 @@ TEST(TopologyReport, BrokenVerticesAndLinesDoNotMakeASurfaceUnsound)
   const auto report = ReportOn(soup.ToPolyData());
   EXPECT_EQ(report->GetValue("BrokenVerticesAndLines"), 2);
   EXPECT_EQ(report->GetValue("VertexCells"), 1);
-  EXPECT_TRUE(report->GetSound());
+  EXPECT_TRUE(report->GetValid());
 }
 
 TEST(TopologyReport, QuadsAndStripsCountAsTheirTriangles)
@@ -280,7 +291,7 @@ TEST(TopologyReport, BlocksHaveRowsUnderTheirFlatIndex)
   EXPECT_EQ(report->GetValue("Closed", 3), 0);
   EXPECT_FALSE(report->HasValue("Closed", 0));
   EXPECT_FALSE(report->HasValue("Closed", 2));
-  EXPECT_TRUE(report->GetSound());
+  EXPECT_TRUE(report->GetValid());
   ExpectWellFormed(report->GetOutput());
 }
 
@@ -305,7 +316,7 @@ TEST(TopologyReport, EmptyAndAbsentInput)
   vtkNew<vtkPolyData> empty;
   const auto report = ReportOn(empty);
   EXPECT_EQ(report->GetOutput()->GetNumberOfRows(), 0);
-  EXPECT_FALSE(report->GetSound());
+  EXPECT_FALSE(report->GetValid());
   vtkNew<vtkTopologyReport> absent;
   EventRecorder events(absent);
   EXPECT_FALSE(Update(absent));
@@ -341,7 +352,7 @@ TEST(TopologyReport, AnAbortLeavesAnEmptyTableAndTheNextUpdateIsComplete)
     EXPECT_LT(events.SecondsAfterAbort, 1.0) << "R9";
   }
   EXPECT_EQ(report->GetOutput()->GetNumberOfRows(), 0);
-  EXPECT_FALSE(report->GetSound());
+  EXPECT_FALSE(report->GetValid());
   EventRecorder events(report);
   EXPECT_TRUE(Update(report));
   EXPECT_EQ(events.Executions, 1);
