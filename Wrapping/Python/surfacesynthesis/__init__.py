@@ -30,13 +30,14 @@ from . import vtkSurfaceSynthesisEnsembles as _ensembles
 from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
 from .conversion import convert_checkpoint
+from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
-from .geometric_texture import PREPARATIONS, geometric_texture, texture_distance
+from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
-from .noise import MODELS, matern_noise
+from .noise import NOISE_MODELS, matern_noise
 from .poisson_net import NORMALISATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_report
@@ -58,7 +59,7 @@ __all__ = [
     "FormatError",
     "HOLES",
     "INTEGRATORS",
-    "MODELS",
+    "NOISE_MODELS",
     "NORMALISATIONS",
     "NetworkOutput",
     "PREPARATIONS",
@@ -70,6 +71,7 @@ __all__ = [
     "ensemble_metrics",
     "gaussian_mixtures",
     "geometric_texture",
+    "geometric_texture_distance",
     "matern_noise",
     "poisson_net",
     "poses",
@@ -80,7 +82,6 @@ __all__ = [
     "repair",
     "repair_report",
     "sample_signal",
-    "texture_distance",
     "topology_report",
     "vdb_surface",
     "vtkEnsembleMetrics",
@@ -127,7 +128,18 @@ if importlib.util.find_spec(".vtkSurfaceSynthesisTraining", __package__):
     __all__ += _TRAINING
 
 
+#: Former names, which go on working with a warning: the module and the name that they stand for.
+_FORMER = {
+    "MODELS": ("noise", "NOISE_MODELS"),
+    "texture_distance": ("geometric_texture", "geometric_texture_distance"),
+}
+
+
 def __getattr__(name):
+    if name in _FORMER:
+        module, successor = _FORMER[name]
+        _warn_renamed(f"surfacesynthesis.{name}", f"surfacesynthesis.{successor}")
+        return getattr(importlib.import_module("." + module, __name__), successor)
     if name in _TRAINING and name in __all__:
         value = getattr(importlib.import_module("." + _TRAINING[name], __name__), name)
         globals()[name] = value

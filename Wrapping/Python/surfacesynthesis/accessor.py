@@ -3,7 +3,10 @@
 
 import functools
 
+from .flow_matching import deform, sample_signal
+from .geometric_texture import geometric_texture
 from .noise import matern_noise
+from .poisson_net import poisson_net
 from .remeshing import remesh, repair
 from .vdb_surface import vdb_surface
 
@@ -26,28 +29,20 @@ class SynthesisAccessor:
     def repair(self, *arguments, **parameters):
         return repair(self._mesh, *arguments, **parameters)
 
+    @functools.wraps(poisson_net, assigned=("__doc__",))
     def poisson_net(self, *arguments, **parameters):
-        """surfacesynthesis.poisson_net() on this mesh, where the package was built with LibTorch."""
-        from .poisson_net import poisson_net
-
         return poisson_net(self._mesh, *arguments, **parameters)
 
+    @functools.wraps(deform, assigned=("__doc__",))
     def deform(self, *arguments, **parameters):
-        """surfacesynthesis.deform() on this mesh, where the package was built with LibTorch."""
-        from .flow_matching import deform
-
         return _wrapped(deform(self._mesh, *arguments, **parameters))
 
+    @functools.wraps(sample_signal, assigned=("__doc__",))
     def sample_signal(self, *arguments, **parameters):
-        """surfacesynthesis.sample_signal() on this mesh, where the package was built with LibTorch."""
-        from .flow_matching import sample_signal
-
         return _wrapped(sample_signal(self._mesh, *arguments, **parameters))
 
+    @functools.wraps(geometric_texture, assigned=("__doc__",))
     def geometric_texture(self, *arguments, **parameters):
-        """surfacesynthesis.geometric_texture() on this mesh, where the package was built with LibTorch."""
-        from .geometric_texture import geometric_texture
-
         return _wrapped(geometric_texture(self._mesh, *arguments, **parameters))
 
     @functools.wraps(vdb_surface, assigned=("__doc__",))

@@ -7,8 +7,9 @@ import signal
 import sys
 import warnings
 
-from .commands import COMMANDS
+from .commands import COMMANDS, FORMER_COMMANDS
 from .commands.common import PROGRAM, Outcome, UsageError
+from .deprecation import note_renamed
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
@@ -29,6 +30,18 @@ def build_parser():
     for command in COMMANDS:
         command.add(commands)
     return parser
+
+
+def _parse(arguments):
+    """The parsed arguments; a former name of a command is replaced by the new one."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    former = arguments[0] if arguments else None
+    if former in FORMER_COMMANDS:
+        arguments[0] = FORMER_COMMANDS[former]
+    parsed = build_parser().parse_args(arguments)
+    if former in FORMER_COMMANDS:
+        note_renamed(parsed, f"the command {former}", FORMER_COMMANDS[former])
+    return parsed
 
 
 def _one_line(text):
@@ -56,9 +69,11 @@ def main(arguments=None):
         with warnings.catch_warnings():
             warnings.simplefilter("always")
             warnings.showwarning = _show_warning
-            parsed = build_parser().parse_args(arguments)
+            parsed = _parse(arguments)
             if parsed.quiet:
                 warnings.simplefilter("ignore")
+            for remark in getattr(parsed, "remarks", ()):
+                warnings.warn(remark, DeprecationWarning, stacklevel=1)
             done = parsed.run(parsed)
         text, status = done if isinstance(done, Outcome) else (done, 0)
         if not parsed.quiet:

@@ -9,11 +9,12 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import INT_MIN, array_name, at_most, choice, flag, integer, progress_callback
 from .datasets import array_by_name, as_type_of, given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter, outputs_at_times
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 
-#: How a step is made, by the name that ``integrator`` takes.
+#: The methods of a step, by the name that ``integrator`` takes.
 INTEGRATORS = {
     "euler": vtkFlowMatchingSampler.EULER,
     "midpoint": vtkFlowMatchingSampler.MIDPOINT,
@@ -35,8 +36,8 @@ _PARAMETERS = """
         The model file, safetensors, as vtkFlowMatchingTrainer writes it.
     seed : int
         Any integer of 32 bits with sign; each gives other noise, and so other samples. The same seed gives other samples
-        on another triangulation; ``noise`` carries one over. Default 0.
-    noise : str or array, optional
+        on another triangulation; ``input_noise`` carries one over. Default 0.
+    input_noise : str or array, optional
         The noise to begin with, in place of that of ``seed``: the name of a point array of the mesh, such as the
         "InitialNoise" of a sample that has come here from another triangulation; for a pair, an array [V, C]. In the
         units of the signal and about 0. ``samples`` must then be 1 or None. Default: the noise of ``seed``.
@@ -49,12 +50,12 @@ _PARAMETERS = """
         Number of steps from noise to signal, from 1 to 10000, of equal length; more are more accurate and cost more.
         Default 20.
     integrator : str
-        How a step is made: "euler", one evaluation of the network, first order; "midpoint", two, second order;
+        The method of a step: "euler", one evaluation of the network, first order; "midpoint", two, second order;
         "runge_kutta_4", four, fourth order. Default "midpoint".
     trajectory : bool
-        Whether to return the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1.
+        True returns the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1.
         Default False.
-    noise_name : str
+    initial_noise_name : str
         Name of the point array with the noise that a sample was made of. Default "InitialNoise"."""
 
 _RAISES = """
@@ -70,11 +71,12 @@ _RAISES = """
     """
 
 
+@renamed_keywords(noise="input_noise", noise_name="initial_noise_name")
 def deform(
     mesh,
     model,
     seed=0,
-    noise=None,
+    input_noise=None,
     samples=None,
     first_sample=0,
     steps=20,
@@ -82,17 +84,17 @@ def deform(
     trajectory=False,
     move_points=True,
     displacement_name="Displacement",
-    noise_name="InitialNoise",
+    initial_noise_name="InitialNoise",
     area_ratio_name="AreaRatio",
     progress=None,
 ):
     is_pair = isinstance(mesh, (tuple, list))
     dataset = given_dataset(mesh)
-    noise = array_by_name(dataset, "noise", noise, _GIVEN_NOISE, is_pair, 1)
+    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
     algorithm = configured_deformer(
         model,
         seed=seed,
-        noise=noise,
+        input_noise=input_noise,
         samples=samples,
         first_sample=first_sample,
         steps=steps,
@@ -100,7 +102,7 @@ def deform(
         trajectory=trajectory,
         move_points=move_points,
         displacement_name=displacement_name,
-        noise_name=noise_name,
+        initial_noise_name=initial_noise_name,
         area_ratio_name=area_ratio_name,
     )
     if not is_pair:
@@ -114,7 +116,7 @@ deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has l
     Parameters
     ----------{_PARAMETERS}
     move_points : bool
-        Whether the points are moved; else the deformation is in the arrays only. Default True.
+        True moves the points; False leaves the deformation in the arrays only. Default True.
     displacement_name, area_ratio_name : str
         Names of the point array with the displacement of each point, and of the cell array with the area of each polygon
         over that of the input. Default "Displacement" and "AreaRatio".
@@ -133,38 +135,39 @@ deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has l
 {_RAISES}"""
 
 
+@renamed_keywords(noise="input_noise", noise_name="initial_noise_name")
 def sample_signal(
     mesh,
     model,
     seed=0,
-    noise=None,
+    input_noise=None,
     samples=None,
     first_sample=0,
     steps=20,
     integrator="midpoint",
     trajectory=False,
     name=None,
-    noise_name="InitialNoise",
+    initial_noise_name="InitialNoise",
     progress=None,
 ):
     is_pair = isinstance(mesh, (tuple, list))
     dataset = given_dataset(mesh)
-    noise = array_by_name(dataset, "noise", noise, _GIVEN_NOISE, is_pair, 1)
+    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
     algorithm = configured_sampler(
         model,
         seed=seed,
-        noise=noise,
+        input_noise=input_noise,
         samples=samples,
         first_sample=first_sample,
         steps=steps,
         integrator=integrator,
         trajectory=trajectory,
         name=name,
-        noise_name=noise_name,
+        initial_noise_name=initial_noise_name,
     )
     if not is_pair:
         return _outputs(algorithm, mesh, progress)
-    algorithm.SetSignalArrayName("Signal" if noise_name != "Signal" else "_Signal")
+    algorithm.SetSignalArrayName("Signal" if initial_noise_name != "Signal" else "_Signal")
     wanted = algorithm.GetSignalArrayName()
     return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPointData().GetArray(wanted), None)
 
@@ -213,25 +216,25 @@ def _configured(
     algorithm,
     model,
     seed=0,
-    noise=None,
+    input_noise=None,
     samples=None,
     first_sample=0,
     steps=20,
     integrator="midpoint",
     trajectory=False,
-    noise_name="InitialNoise",
+    initial_noise_name="InitialNoise",
 ):
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
-    if noise is not None:
-        algorithm.SetInputNoiseArrayName(array_name("noise", noise))
+    if input_noise is not None:
+        algorithm.SetInputNoiseArrayName(array_name("input_noise", input_noise))
     algorithm.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     algorithm.SetFirstSample(integer("first_sample", first_sample, 0))
     algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
-    algorithm.SetInitialNoiseArrayName(array_name("noise_name", noise_name))
+    algorithm.SetInitialNoiseArrayName(array_name("initial_noise_name", initial_noise_name))
     return algorithm
 
 
@@ -250,7 +253,7 @@ def _run(algorithm, dataset, progress):
         output, remarks = apply_filter(algorithm, dataset, progress)
         outputs = [output]
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=4)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=5)
     return outputs
 
 

@@ -7,13 +7,17 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from .arguments import INT_MIN, at_least_0, at_most, integer, positive, progress_callback
 from .datasets import given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisError
 from .poses import SURFACE_TEXT
 from .sampling import in_parts
 from .vtkSurfaceSynthesisEnsembles import vtkGaussianMixtureFilter
 
 
-def gaussian_mixtures(mesh, samples, seed=0, first_sample=0, centres=3, width=0.08, separation=4.0, progress=None):
+@renamed_keywords(width="gaussian_width")
+def gaussian_mixtures(
+    mesh, samples, seed=0, first_sample=0, centres=3, gaussian_width=0.08, separation=4.0, progress=None
+):
     """Random mixtures of Gaussians on a surface: the signals of appendix C.3 of "Matérn Noise for Triangulation-Agnostic
     Flow Matching on Meshes".
 
@@ -34,7 +38,7 @@ def gaussian_mixtures(mesh, samples, seed=0, first_sample=0, centres=3, width=0.
         Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
     centres : int
         Number of Gaussians in each mixture, from 1 to 1000. Default 3.
-    width : float
+    gaussian_width : float
         The standard deviation sigma, as a fraction of the square root of the area; larger than 0. Default 0.08.
     separation : float
         The least distance between two centres, in units of sigma; at least 0. Default 4.
@@ -56,18 +60,18 @@ def gaussian_mixtures(mesh, samples, seed=0, first_sample=0, centres=3, width=0.
     ValueError, TypeError
         An argument has a value out of its range, or is of a wrong type.
     """
-    algorithm = configured_mixtures(seed, centres, width, separation)
+    algorithm = configured_mixtures(seed, centres, gaussian_width, separation)
     dataset = given_dataset(mesh, (vtkPolyData,), SURFACE_TEXT)
     parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress))
     return np.concatenate([_values(algorithm, output) for output in parts])
 
 
-def configured_mixtures(seed=0, centres=3, width=0.08, separation=4.0):
+def configured_mixtures(seed=0, centres=3, gaussian_width=0.08, separation=4.0):
     """A vtkGaussianMixtureFilter with the parameters of gaussian_mixtures(), which raises TypeError and ValueError."""
     algorithm = vtkGaussianMixtureFilter()
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetNumberOfCentres(at_most("centres", integer("centres", centres, 1), 1000))
-    algorithm.SetWidth(positive("width", width))
+    algorithm.SetWidth(positive("gaussian_width", gaussian_width))
     algorithm.SetSeparation(at_least_0("separation", separation))
     return algorithm
 

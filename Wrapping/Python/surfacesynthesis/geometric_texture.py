@@ -22,12 +22,13 @@ from .arguments import (
     progress_callback,
 )
 from .datasets import as_type_of, given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisStatistics import vtkGeometricTextureDistance
 
-#: What can be done with a target before a texture grows, by the name that ``prepare`` takes.
+#: The preparations of a target, by the name that ``prepare`` takes.
 PREPARATIONS = {
     "as_is": vtkGeometricTextureSynthesizer.AS_IS,
     "subdivide": vtkGeometricTextureSynthesizer.SUBDIVIDE,
@@ -35,6 +36,7 @@ PREPARATIONS = {
 }
 
 
+@renamed_keywords(mask_name="mask", levels="output_levels")
 def geometric_texture(
     mesh,
     model,
@@ -47,15 +49,15 @@ def geometric_texture(
     interpolation=0.0,
     scale=None,
     prepare=None,
-    mask_name=None,
+    mask=None,
     mask_falloff=0.0,
     random_from=0,
-    levels=False,
+    output_levels=False,
     displacement_name="Displacement",
     level_name="Level",
     progress=None,
 ):
-    """Grows the relief that a model has learned from one mesh on another.
+    """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
     Parameters
     ----------
@@ -86,22 +88,22 @@ def geometric_texture(
     scale : float, optional
         Size of the texture over that on the target as it is, from 0.001 to 1000. Default: 1.
     prepare : str, optional
-        What is done with the target before the texture grows: "as_is", nothing, and ``scale`` must not be given;
+        The preparation of the target: "as_is", nothing, and ``scale`` must not be given;
         "subdivide", triangles are cut into four, each time of which halves the texture, as often as comes nearest to
         ``scale``; "remesh", even triangles with ``scale`` times the mean edge length of the target take their place, as
         remesh() makes them, and above 1 the texture gets larger, which needs CGAL. Default: "subdivide" when ``scale``
         is given, else "as_is".
-    mask_name : str, optional
+    mask : str, optional
         Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with.
-        Default: the texture grows everywhere.
+        Default: displacements everywhere.
     mask_falloff : float
         Distance from points whose mask is 0 over which the texture rises to its full strength, along edges, in world
         units, at least 0. Default 0.
     random_from : int
         For ``mesh`` None: the first generator level with noise of the seed; below it the noise is what reconstructs the
         reference of the training. Default 0.
-    levels : bool
-        Whether to return the surfaces after each level, coarse to fine, instead of the last one. Default False.
+    output_levels : bool
+        True returns the surfaces after each level, coarse to fine, instead of the last one. Default False.
     displacement_name, level_name : str
         Names of the point arrays with the displacement of each point and the level with which it came. Default
         "Displacement" and "Level".
@@ -112,9 +114,9 @@ def geometric_texture(
     -------
     dataset of the type of ``mesh``
         Triangles, four times as many for each level after the first, with the target's arrays interpolated and those
-        above; without normals. A vtkPolyData for None. With ``levels`` a list of such datasets.
+        above; without normals. A vtkPolyData for None. With ``output_levels`` a list of such datasets.
     pair of numpy.ndarray, for a pair
-        Points [V, 3], float64, and triangles [F, 3], int64. With ``levels`` a list of such pairs.
+        Points [V, 3], float64, and triangles [F, 3], int64. With ``output_levels`` a list of such pairs.
 
     Raises
     ------
@@ -137,18 +139,18 @@ def geometric_texture(
         interpolation=interpolation,
         scale=scale,
         prepare=prepare,
-        mask_name=mask_name,
+        mask=mask,
         mask_falloff=mask_falloff,
         random_from=random_from,
-        levels=levels,
+        output_levels=output_levels,
         displacement_name=displacement_name,
         level_name=level_name,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
-    if not levels:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
+    if not output_levels:
         return _returned(mesh, output)
     return [_returned(mesh, output.GetBlock(k)) for k in range(output.GetNumberOfBlocks())]
 
@@ -164,10 +166,10 @@ def configured_synthesizer(
     interpolation=0.0,
     scale=None,
     prepare=None,
-    mask_name=None,
+    mask=None,
     mask_falloff=0.0,
     random_from=0,
-    levels=False,
+    output_levels=False,
     displacement_name="Displacement",
     level_name="Level",
 ):
@@ -191,25 +193,25 @@ def configured_synthesizer(
         if prepare == "as_is":
             raise ValueError('scale is of no use with prepare "as_is"; "subdivide" or "remesh" changes the size')
         algorithm.SetTextureScale(in_range("scale", scale, 0.001, 1000.0))
-    if mask_name is not None:
-        algorithm.SetMaskArrayName(array_name("mask_name", mask_name))
+    if mask is not None:
+        algorithm.SetMaskArrayName(array_name("mask", mask))
     algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))
     algorithm.SetRandomFromLevel(integer("random_from", random_from, 0))
-    algorithm.SetOutputLevels(flag("levels", levels))
+    algorithm.SetOutputLevels(flag("output_levels", output_levels))
     algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
     algorithm.SetLevelArrayName(array_name("level_name", level_name))
     return algorithm
 
 
-def texture_distance(
+def geometric_texture_distance(
     mesh, reference, unit_length=None, reference_unit_length=None, projections=128, seed=0, progress=None
 ):
-    """How alike the relief of two surfaces is, whatever their shape.
+    """Distance of the geometric textures of two surfaces, whatever their shape.
 
-    The sliced Wasserstein-1 distance of what the triangles of both see of their neighbours: of the 12 features for each
-    triangle that the networks of geometric textures know. It is 0 for the same triangulated surface moved, turned and,
+    The sliced Wasserstein-1 distance of the 12 features of each triangle and its neighbors that the networks of geometric
+    textures take. It is 0 for the same triangulated surface moved, turned and,
     without unit lengths, scaled. It sees the triangulation: compare surfaces whose triangles were made in the same way,
-    for instance level k of a grown texture with level k of the reference, beside the bare target subdivided as often.
+    for instance level k of a synthesized texture with level k of the reference, beside the bare target subdivided as often.
 
     Parameters
     ----------
@@ -217,7 +219,7 @@ def texture_distance(
         Surfaces with finite points, no degenerate triangle, no edge with more than two triangles and consistent
         winding. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. None of them is modified.
     unit_length, reference_unit_length : float, optional
-        What lengths of ``mesh`` and of ``reference`` are divided by, world units, larger than 0. A grown texture has
+        The divisors of the lengths of ``mesh`` and of ``reference``, world units, larger than 0. A synthesized texture has
         longer edges than the bare target: to compare it as the network sees it, give the mean edge length of the target
         as the texture begins on it, over 2^k for what is subdivided k times; and for level k of the meshes that the
         texture was trained on the mean edge length of level 0 over 2^k
@@ -238,7 +240,7 @@ def texture_distance(
     Raises
     ------
     SurfaceSynthesisError
-        The text says which of both is empty or not sound, the first cell or point, and the filter that repairs it.
+        The text says which of both is empty or not valid, the first cell or point, and the filter that repairs it.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError
@@ -256,7 +258,7 @@ def texture_distance(
 
 
 def configured_distance(unit_length=None, reference_unit_length=None, projections=128, seed=0):
-    """A vtkGeometricTextureDistance with the parameters of texture_distance(); raises TypeError and ValueError."""
+    """A vtkGeometricTextureDistance with the parameters of geometric_texture_distance(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureDistance()
     if unit_length is not None:
         algorithm.SetUnitLength(positive("unit_length", unit_length))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How alike a generated and a reference ensemble are: a function around vtkEnsembleMetrics."""
+"""Comparison of a generated with a reference ensemble: a function around vtkEnsembleMetrics."""
 
 import collections.abc
 import csv
@@ -39,7 +39,7 @@ _GIVEN_VALUES = "_GivenValues"
 def ensemble_metrics(
     generated, reference, array=None, source=None, distance="mean_l2", remove_centroid=False, progress=None
 ):
-    """How alike a generated and a reference ensemble of shapes or signals on one triangulation are: how well a
+    """Compares a generated with a reference ensemble of shapes or signals on one triangulation: a measure of how well a
     generative model has learned a distribution.
 
     Parameters
@@ -61,8 +61,7 @@ def ensemble_metrics(
         points weighted by mass, the one of the paper; "rms", the root of the mean squared one, which weighs outliers
         more. Default "mean_l2".
     remove_centroid : bool
-        Whether each sample is compared less its mean value, weighted by mass, so that shapes are compared up to
-        translation. Default False.
+        True subtracts the mean value of each sample, weighted by mass, so that shapes are compared up to translation. Default False.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -111,7 +110,7 @@ def compare(algorithm, generated, reference, source, run):
 
 
 def metrics_of(algorithm):
-    """What ensemble_metrics() returns, from a filter that has run."""
+    """The result of ensemble_metrics(), from a filter that has run."""
     return EnsembleMetrics(algorithm.GetOutputDataObject(0), algorithm.GetOutputDataObject(1))
 
 

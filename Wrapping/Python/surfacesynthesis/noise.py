@@ -9,12 +9,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import INT_MIN, array_name, choice, integer, positive, progress_callback, real
 from .datasets import as_type_of, given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
 
-#: The distributions that can be sampled, by the name that ``model`` takes.
-MODELS = {
+#: The distributions that can be sampled, by the name that ``noise_model`` takes.
+NOISE_MODELS = {
     "matern": vtkMaternNoiseFilter.MATERN,
     "per_vertex": vtkMaternNoiseFilter.PER_VERTEX,
     "white": vtkMaternNoiseFilter.WHITE,
@@ -23,6 +24,7 @@ MODELS = {
 }
 
 
+@renamed_keywords(model="noise_model")
 def matern_noise(
     mesh,
     range=None,
@@ -33,7 +35,7 @@ def matern_noise(
     components=1,
     screening=None,
     normalized_screening=None,
-    model="matern",
+    noise_model="matern",
     eigenpairs=256,
     name="MaternNoise",
     progress=None,
@@ -60,7 +62,7 @@ def matern_noise(
         The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces
         that are wide and finely divided for the range; parts narrower than the range (fingers, a tail) have a larger
         one, and so has the neighbourhood of an open boundary, by a factor sqrt(2) on a straight one.
-        Goes with ``range`` and with the model "per_vertex". Default 1.
+        Goes with ``range`` and with the noise model "per_vertex". Default 1.
     seed : int
         Any integer of 32 bits with sign; each gives other noise. Default 0.
     samples : int, optional
@@ -77,12 +79,12 @@ def matern_noise(
         Instead of ``range``: the factor c in tau = c Gamma, without unit, larger than 0, where Gamma is the Frobenius
         norm of M^-1 L; the noise is multiplied by sqrt(Gamma) (Algorithm 2). It does not change when the mesh is
         scaled. Gamma grows with the number of points, so c that suits one resolution is too large for a finer one.
-    model : str
+    noise_model : str
         "matern" (the default) or, for comparison, "per_vertex": one independent normal number per point, depends on
         the triangulation; "white": discrete white noise N(0, M^-1); "unscreened": tau = 0, orthogonal to constants;
         "spectral": Matérn noise truncated to the lowest eigenpairs. The scale goes with "matern" and "spectral" only.
     eigenpairs : int
-        Number of eigenpairs of the model "spectral", the constant one included; at least 1 and below the number of
+        Number of eigenpairs of the noise model "spectral", the constant one included; at least 1 and below the number of
         points. The cost grows with its square. Default 256.
     name : str
         Name of the point array. Default "MaternNoise".
@@ -118,14 +120,14 @@ def matern_noise(
         components=components,
         screening=screening,
         normalized_screening=normalized_screening,
-        model=model,
+        noise_model=noise_model,
         eigenpairs=eigenpairs,
         name=name,
     )
     progress_callback(progress)
     output, remarks = apply_filter(noise, given_dataset(mesh), progress)
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     if isinstance(mesh, (tuple, list)):
         return _array(output, noise, samples is not None)
     return as_type_of(mesh, output)
@@ -140,12 +142,12 @@ def configured_filter(
     components=1,
     screening=None,
     normalized_screening=None,
-    model="matern",
+    noise_model="matern",
     eigenpairs=256,
     name="MaternNoise",
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
-    model_id = choice("model", model, MODELS)
+    model_id = choice("noise_model", noise_model, NOISE_MODELS)
     array_name("name", name)
 
     scales = {"range": range, "screening": screening, "normalized_screening": normalized_screening}
@@ -153,7 +155,7 @@ def configured_filter(
     deviation = real("standard_deviation", standard_deviation)
     if not 0.0 <= deviation < math.inf:
         raise ValueError(f"standard_deviation must be a finite number, at least 0, not {deviation:g}")
-    _check_combination(model, scales, deviation)
+    _check_combination(noise_model, scales, deviation)
 
     noise = vtkMaternNoiseFilter()
     noise.SetNoiseModel(model_id)

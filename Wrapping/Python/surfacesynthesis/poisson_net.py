@@ -14,7 +14,7 @@ from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
 
-#: What a mesh goes through before the network sees it, by the name that ``normalisation`` takes.
+#: Normalisations of a mesh before the network takes it, by the name that ``normalisation`` takes.
 NORMALISATIONS = {
     "model": vtkPoissonNetFilter.MODEL,
     "none": vtkPoissonNetFilter.NONE,
@@ -22,7 +22,7 @@ NORMALISATIONS = {
     "unit_sphere": vtkPoissonNetFilter.UNIT_SPHERE,
 }
 
-#: What poisson_net() returns for a pair of arrays: the values [V, C], [F, C] or [C]; the most probable classes, of the
+#: The result of poisson_net() for a pair of arrays: the values [V, C], [F, C] or [C]; the most probable classes, of the
 #: same shape without the last axis, or None when the model is no classifier; the names of the classes, maybe none.
 NetworkOutput = collections.namedtuple("NetworkOutput", "values labels class_names")
 
@@ -58,13 +58,13 @@ def poisson_net(
         The conditions (extra features) of the model: finite numbers that are the same for all points; the name of a
         point array with as many components; or, with a pair, an array with a row for each point. Default none.
     signal : str or array [V, C], optional
-        What the network takes at each point in place of the positions: the name of a point array or, with a pair, an
+        The input of the network at each point in place of the positions: the name of a point array or, with a pair, an
         array. Default: the positions.
     normalisation : str
-        What the mesh goes through before the network sees it: "model", what the model file says, which is nothing in
+        The normalisation of the mesh before the network takes it: "model", that of the model file, which is none in
         published ones; "none"; "surface_area", moved to the area-weighted centroid and scaled to area 1;
-        "unit_sphere", moved there and scaled to the largest distance 1 from it. It should be what meshes went through
-        in training. Default "model".
+        "unit_sphere", moved there and scaled to the largest distance 1 from it. It should be that of the
+        training. Default "model".
     name, label_name, class_names_name, displacement_name : str
         Names of the arrays. Default "Prediction", "Label", "ClassNames" and "Displacement".
     progress : callable, optional

@@ -66,9 +66,9 @@ def poses(
         The distance along the surface, as a fraction of the square root of the area, within which an extremity moves as
         one piece; from 0.001 to 1. Default 0.08.
     anchor_radius : float
-        How far what stays reaches, as a fraction of the square root of the area, from 0.001 to 1. Default 0.12.
+        Radius of the part that stays, as a fraction of the square root of the area, from 0.001 to 1. Default 0.12.
     pivot_position : float
-        Where the joint is on the way from the extremity (0) to what stays (1). Default 0.8.
+        Position of the joint on the way from the extremity (0) to the part that stays (1). Default 0.8.
     iterations : int
         Number of iterations for each pose, from 1 to 10000; more bring different triangulations closer together.
         Default 40.

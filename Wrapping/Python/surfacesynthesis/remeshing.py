@@ -26,7 +26,7 @@ try:
 except ImportError:  # built without CGAL
     vtkIsotropicRemeshFilter = vtkSurfaceRepairFilter = None
 
-#: Which holes repair() closes, by the name that ``holes`` takes.
+#: The holes that repair() closes, by the name that ``holes`` takes.
 HOLES = {"none": 0, "small": 1, "all": 2}
 
 
@@ -64,7 +64,7 @@ def remesh(
         The angle between the normals of two triangles above which their edge is kept as a crease, in degrees, from 0 to
         180; None keeps no creases. Noisy scans need a large one. Default 60.
     keep_boundary_points : bool
-        Whether every point of a boundary stays where it is. Default False: boundaries are resampled along themselves.
+        True leaves every point of a boundary in its place. Default False: boundaries are resampled along themselves.
     iterations : int
         Number of rounds, from 1 to 100. Default 3.
     relaxation_steps : int
@@ -139,30 +139,30 @@ def repair(
     orient_outward=True,
     progress=None,
 ):
-    """Makes a sound, manifold surface of a broken one.
+    """Makes a valid, manifold surface of a broken one.
 
     Parameters
     ----------
     mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
         Any polygons or strips, however broken. The mesh is never modified.
     merge_points : bool
-        Whether points within ``merge_tolerance`` of each other become one. False keeps seams of point arrays, such as
+        True merges points within ``merge_tolerance`` of each other. False keeps seams of point arrays, such as
         texture coordinates, apart. Default True.
     merge_tolerance : float
         World units, at least 0. Default 0: points of equal coordinates only.
     holes : str
-        "none", "small" (the default: those up to ``hole_size``) or "all": which holes are closed.
+        The holes that are closed: "none", "small" (the default: those up to ``hole_size``) or "all".
     hole_size : float, optional
         The largest hole that "small" closes: the diagonal of the bounding box of its edge, in world units, larger than
         0. Default: a tenth of the diagonal of the surface's own bounding box.
     largest_component : bool
-        Whether only the connected component of the largest area stays. Default False.
+        True keeps only the connected component of the largest area. Default False.
     minimum_component : float
         Components with less than this fraction of the largest one's area go; from 0 to 1. Default 0: all stay.
     self_intersections : bool
-        Whether triangles that cross each other are replaced by patches that do not, as far as possible. Default False.
+        True replaces triangles that cross each other by patches that do not, as far as possible. Default False.
     orient_outward : bool
-        Whether a closed surface is turned so that its normals point out of what it encloses. Default True.
+        True turns a closed surface so that its normals point out of the solid that it encloses. Default True.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -178,7 +178,7 @@ def repair(
     Raises
     ------
     SurfaceSynthesisError
-        No sound triangle is left, or a defect cannot be removed. Also when the package was built without CGAL.
+        No valid triangle is left, or a defect cannot be removed. Also when the package was built without CGAL.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError
@@ -224,7 +224,7 @@ def configured_repair(
 
 
 def repair_report(mesh):
-    """What repair() did to make ``mesh``, a vtkPolyData: a dictionary of actions and how often, in order."""
+    """Actions of repair() that made ``mesh``, a vtkPolyData: a dictionary of actions and their counts, in order."""
     data = mesh.GetFieldData()
     actions, counts = data.GetAbstractArray("RepairAction"), data.GetArray("RepairCount")
     if actions is None or counts is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a surface is like and everything that is wrong with it: a function around vtkTopologyReport."""
+"""Description and defects of a surface: a function around vtkTopologyReport."""
 
 import collections.abc
 import csv
@@ -9,11 +9,12 @@ import warnings
 
 from .arguments import integer, progress_callback
 from .datasets import given_dataset
+from .deprecation import warn_renamed
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
 
-#: Properties that count what is wrong, or may be.
+#: Properties that count defects, or possible ones.
 DEFECTS = (
     "unreadable_cells",
     "cells_with_missing_points",
@@ -32,14 +33,14 @@ DEFECTS = (
     "unreferenced_points",
     "small_components",
 )
-_YES_OR_NO = ("sound", "closed", "manifold", "orientable", "consistent_winding")
+_YES_OR_NO = ("valid", "closed", "manifold", "orientable", "consistent_winding")
 _REAL = re.compile(
     r"area|volume|[xyz]_(minimum|maximum)|longest_boundary_loop|(edge_length|angle|aspect_ratio)_\w+"
 )
 
 
 def topology_report(mesh, component_rows=10, progress=None):
-    """What a surface is like and everything that is wrong with it: what to run first on data of unknown quality.
+    """Description and defects of a surface: the first thing to run on data of unknown quality.
 
     A bad mesh is never an error here: broken cells are left out and the rest is measured.
 
@@ -49,8 +50,8 @@ def topology_report(mesh, component_rows=10, progress=None):
         Any surface, however broken. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. The
         mesh is never modified.
     component_rows : int
-        In a surface of several components, how many of them are described one by one, those with most triangles first;
-        at least 0. Default 10.
+        Number of components that are described one by one in a surface of several, those with most triangles first; at
+        least 0. Default 10.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -89,7 +90,7 @@ def configured_filter(component_rows=10):
 
 
 def report_of_table(table, dataset):
-    """What topology_report() returns, from the filter's output for a dataset."""
+    """The result of topology_report(), from the filter's output for a dataset."""
     columns = [table.GetColumnByName(name) for name in ("Block", "Component", "Property", "Value", "First", "Remark")]
     rows = [tuple(column.GetValue(k) for column in columns) for k in range(table.GetNumberOfRows())]
     if not hasattr(dataset, "NewTreeIterator"):
@@ -103,7 +104,7 @@ def _snake(name):
 
 
 def _plain(name, value):
-    """The value as what it is: a truth, a real number or a count."""
+    """The value in its type: a truth, a real number or a count."""
     if name in _YES_OR_NO:
         return value > 0
     return value if _REAL.fullmatch(name) else int(value)
@@ -131,6 +132,9 @@ class TopologyReport(collections.abc.Mapping):
         self.components = list(components.values())
 
     def __getitem__(self, name):
+        if name == "sound":
+            warn_renamed('report["sound"]', 'report["valid"]')
+            name = "valid"
         return self._values[name]
 
     def __iter__(self):
@@ -140,10 +144,16 @@ class TopologyReport(collections.abc.Mapping):
         return len(self._values)
 
     @property
+    def valid(self):
+        """True for finite points, triangles with an area and at most two triangles at an edge, which is what filters
+        without further requirements accept; False for an empty surface."""
+        return self.get("valid", False)
+
+    @property
     def sound(self):
-        """Whether filters with no demand beyond finite points, triangles with an area and at most two triangles at an
-        edge accept the surface; False when it is empty."""
-        return self.get("sound", False)
+        """The former name of ``valid``."""
+        warn_renamed("report.sound", "report.valid")
+        return self.valid
 
     @property
     def defects(self):
@@ -154,7 +164,7 @@ class TopologyReport(collections.abc.Mapping):
         return self._firsts[name]
 
     def remark(self, name):
-        """What repairs a defect, units, explanations; may be empty."""
+        """Repair of a defect, units, explanations; may be empty."""
         return self._remarks[name]
 
     def to_csv(self):
@@ -181,16 +191,22 @@ class TopologyReport(collections.abc.Mapping):
         return "\n".join(lines) if lines else "empty"
 
     def __repr__(self):
-        return f"<TopologyReport: {'sound' if self.sound else 'not sound'}, {self.get('triangles', 0)} triangles>"
+        return f"<TopologyReport: {'valid' if self.valid else 'not valid'}, {self.get('triangles', 0)} triangles>"
 
 
 class BlockReports(dict):
     """The reports of the blocks of a composite dataset, by flat index."""
 
     @property
+    def valid(self):
+        """True when every block is valid; False when there is none."""
+        return bool(self) and all(report.valid for report in self.values())
+
+    @property
     def sound(self):
-        """Whether every block is sound; False when there is none."""
-        return bool(self) and all(report.sound for report in self.values())
+        """The former name of ``valid``."""
+        warn_renamed("reports.sound", "reports.valid")
+        return self.valid
 
     def to_csv(self):
         """All rows of all blocks as comma-separated values, with a line of column names."""

@@ -9,20 +9,22 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import array_name, choice, flag, integer, positive, progress_callback, real
 from .datasets import given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisMeshing import vtkTetrahedralizeFilter
 
-#: What ``inner_surfaces`` takes.
+#: The values of ``inner_surfaces``.
 INNER_SURFACES = {"regions": vtkTetrahedralizeFilter.REGIONS, "holes": vtkTetrahedralizeFilter.HOLES}
 
 
+@renamed_keywords(target_edge_length="edge_length")
 def tetrahedralize(
     mesh,
     quality_ratio=2.0,
     minimum_dihedral_angle=0.0,
     maximum_volume=None,
-    target_edge_length=None,
+    edge_length=None,
     preserve_surface=True,
     inner_surfaces="regions",
     surface_triangles=False,
@@ -48,15 +50,15 @@ def tetrahedralize(
         18 may never be reached.
     maximum_volume : float, optional
         Largest volume of a tetrahedron, cubic world units. Default: no bound.
-    target_edge_length : float, optional
-        The same bound said by a length in world units: no tetrahedron is larger than the regular one with such edges.
+    edge_length : float, optional
+        The same bound as a length in world units: no tetrahedron is larger than the regular one with such edges.
     preserve_surface : bool
-        Whether the boundary of the tetrahedra is the surface as it is, without new points. Default True.
+        True keeps the surface as it is as boundary of the tetrahedra, without new points. Default True.
     inner_surfaces : str
         "regions" (the default) fills everything that is enclosed; "holes" leaves the inside of a surface inside another
         one empty, and fills that of one inside that again.
     surface_triangles : bool
-        Whether the triangles of the surface are cells of the output as well, with its cell arrays. Default False.
+        True adds the triangles of the surface as cells of the output, with its cell arrays. Default False.
     time_limit : float, optional
         Seconds that TetGen may take for one surface before it is stopped; None for no limit. Default 300.
     memory_limit : int, optional
@@ -89,7 +91,7 @@ def tetrahedralize(
         quality_ratio=quality_ratio,
         minimum_dihedral_angle=minimum_dihedral_angle,
         maximum_volume=maximum_volume,
-        target_edge_length=target_edge_length,
+        edge_length=edge_length,
         preserve_surface=preserve_surface,
         inner_surfaces=inner_surfaces,
         surface_triangles=surface_triangles,
@@ -104,7 +106,7 @@ def tetrahedralize(
         raise ValueError("surface_triangles has no meaning for a pair of arrays, which returns tetrahedra only")
     output, remarks = apply_filter(algorithm, given_dataset(mesh), progress)
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     return _pair(output) if is_pair else output
 
 
@@ -112,7 +114,7 @@ def configured_filter(
     quality_ratio=2.0,
     minimum_dihedral_angle=0.0,
     maximum_volume=None,
-    target_edge_length=None,
+    edge_length=None,
     preserve_surface=True,
     inner_surfaces="regions",
     surface_triangles=False,
@@ -130,8 +132,8 @@ def configured_filter(
     algorithm.SetMinimumDihedralAngle(angle)
     if maximum_volume is not None:
         algorithm.SetMaximumVolume(positive("maximum_volume", maximum_volume))
-    if target_edge_length is not None:
-        algorithm.SetTargetEdgeLength(positive("target_edge_length", target_edge_length))
+    if edge_length is not None:
+        algorithm.SetTargetEdgeLength(positive("edge_length", edge_length))
     algorithm.SetPreserveSurface(flag("preserve_surface", preserve_surface))
     algorithm.SetInnerSurfaces(choice("inner_surfaces", inner_surfaces, INNER_SURFACES))
     algorithm.SetSurfaceTriangles(flag("surface_triangles", surface_triangles))

@@ -65,7 +65,7 @@ def vdb_surface(
     iso_value : float, optional
         The value of the image on the surface. Default: Otsu's threshold of the histogram.
     inside : str
-        Which side of the isovalue is solid: "above" (default) or "below".
+        The solid side of the isovalue: "above" (default) or "below".
     voxel_size : float, optional
         Side of the voxels of the level set, world units, larger than 0: the size of the smallest features that stay, and
         of the triangles. Default: the smallest spacing of an image, 1/128 of the longest side of a surface.
@@ -79,11 +79,11 @@ def vdb_surface(
     offset : float
         Distance by which the surface is moved outwards, world units; negative moves it inwards. Default 0.
     adaptivity : float
-        How far flat regions may be covered by larger triangles, from 0 (default) to 1.
+        Size of the triangles in flat regions, from 0 (default: that of the voxels) to 1 (up to eight voxels).
     fill_cavities : bool
-        Make solid what the solid encloses. Default False.
+        True fills the cavities that the solid encloses. Default False.
     largest_component : bool
-        Keep only the part of the solid with the largest volume. Default False.
+        True keeps only the part of the solid with the largest volume. Default False.
     maximum_voxels : int
         Number of voxels along the surface beyond which an error names a voxel size that fits; at least 1000.
     array : str, optional

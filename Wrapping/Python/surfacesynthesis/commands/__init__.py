@@ -37,3 +37,10 @@ COMMANDS = [
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
 COMMANDS.append(convert)
+
+#: Former names of commands, and their new ones.
+FORMER_COMMANDS = {
+    "predict": "poisson-net",
+    "texture": "geometric-texture",
+    "texture-distance": "geometric-texture-distance",
+}

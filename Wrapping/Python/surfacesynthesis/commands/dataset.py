@@ -7,6 +7,7 @@ import time
 
 from .. import vtkSurfaceSynthesisEnsembles as _ensembles
 from .. import vtkSurfaceSynthesisMeshing as _meshing
+from ..deprecation import add_former_option
 from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
 
 _DESCRIPTION = """\
@@ -14,8 +15,8 @@ Makes data to train and to test flow matching with: a file (.safetensors) with a
 it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one."""
 _EXAMPLES = """\
 examples:
-  %(prog)s poses armadillo.off poses.safetensors --samples 3000 --vertices 1500 --template armadillo.off
-  %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --vertices 2000
+  %(prog)s poses armadillo.off poses.safetensors --samples 3000 --points 1500 --template armadillo.off
+  %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --points 2000
   %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
 """
 _POSES = """\
@@ -48,11 +49,12 @@ def _add_signal(signals, name, help, description):
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
     samples = parser.add_argument_group("samples")
-    samples.add_argument("--samples", type=int, default=1000, metavar="N", help="how many (default: 1000)")
+    samples.add_argument("--samples", type=int, default=1000, metavar="N", help="number of samples (default: 1000)")
     samples.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
     samples.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
     if hasattr(_meshing, "vtkIsotropicRemeshFilter"):
-        samples.add_argument("--vertices", type=int, metavar="V", help="remesh evenly to about V points first")
+        points = samples.add_argument("--points", type=int, metavar="V", help="remesh evenly to about V points first")
+        add_former_option(parser, "--vertices", points)
     return parser
 
 
@@ -63,30 +65,47 @@ def _add_poses(signals):
     shape.add_argument("--template", metavar="FILE", help="find the extremities on this triangulation of the shape")
     shape.add_argument("--handles", type=int, default=6, metavar="N", help="number of extremities (default: 6)")
     shape.add_argument(
-        "--handle-radius", type=float, default=0.08, metavar="R", help="of what moves as one piece (default: 0.08)"
+        "--handle-radius", type=float, default=0.08, metavar="R", help="radius of the rigid extremities (default: 0.08)"
     )
-    shape.add_argument("--anchor-radius", type=float, default=0.12, metavar="R", help="of what stays (default: 0.12)")
     shape.add_argument(
-        "--pivot-position", type=float, default=0.8, metavar="P", help="joint: 0 extremity, 1 what stays (default: 0.8)"
+        "--anchor-radius", type=float, default=0.12, metavar="R", help="radius of the fixed part (default: 0.12)"
+    )
+    shape.add_argument(
+        "--pivot-position", type=float, default=0.8, metavar="P", help="joint: 0 extremity, 1 fixed part (default: 0.8)"
     )
     motion = parser.add_argument_group("motion")
-    motion.add_argument("--angle", type=float, default=60.0, metavar="A", help="largest, degrees (default: 60)")
-    motion.add_argument("--twist", type=float, default=20.0, metavar="A", help="largest, degrees (default: 20)")
-    motion.add_argument("--stiffness", type=float, default=2e-4, metavar="S", help="against bending (default: 0.0002)")
-    motion.add_argument("--iterations", type=int, default=40, metavar="N", help="for each pose (default: 40)")
+    angle = motion.add_argument(
+        "--maximum-angle", type=float, default=60.0, metavar="A", help="largest angle about a joint, degrees (default: 60)"
+    )
+    twist = motion.add_argument(
+        "--maximum-twist", type=float, default=20.0, metavar="A", help="largest twist of a limb, degrees (default: 20)"
+    )
+    motion.add_argument(
+        "--stiffness", type=float, default=2e-4, metavar="S", help="resistance to bending (default: 0.0002)"
+    )
+    motion.add_argument("--iterations", type=int, default=40, metavar="N", help="iterations for each pose (default: 40)")
     add_running_options(motion)
+    add_former_option(parser, "--angle", angle)
+    add_former_option(parser, "--twist", twist)
 
 
 def _add_mixtures(signals):
     parser = _add_signal(signals, "mixtures", "random mixtures of Gaussians", _MIXTURES)
     parser.set_defaults(run=run_mixtures)
     mixture = parser.add_argument_group("mixtures")
-    mixture.add_argument("--centres", type=int, default=3, metavar="N", help="Gaussians in each (default: 3)")
-    mixture.add_argument("--width", type=float, default=0.08, metavar="W", help="standard deviation (default: 0.08)")
+    mixture.add_argument("--centres", type=int, default=3, metavar="N", help="Gaussians in each mixture (default: 3)")
+    width = mixture.add_argument(
+        "--gaussian-width", type=float, default=0.08, metavar="W", help="standard deviation of a Gaussian (default: 0.08)"
+    )
     mixture.add_argument(
-        "--separation", type=float, default=4.0, metavar="D", help="of centres, in standard deviations (default: 4)"
+        "--separation",
+        type=float,
+        default=4.0,
+        metavar="D",
+        help="least distance of centres, in standard deviations (default: 4)",
     )
     add_running_options(mixture)
+    add_former_option(parser, "--width", width)
 
 
 def run_poses(arguments):
@@ -95,8 +114,8 @@ def run_poses(arguments):
 
     options = {
         "handles": arguments.handles,
-        "maximum_angle": arguments.angle,
-        "maximum_twist": arguments.twist,
+        "maximum_angle": arguments.maximum_angle,
+        "maximum_twist": arguments.maximum_twist,
         "handle_radius": arguments.handle_radius,
         "anchor_radius": arguments.anchor_radius,
         "pivot_position": arguments.pivot_position,
@@ -116,7 +135,7 @@ def run_mixtures(arguments):
     """The command ``dataset mixtures``; returns the line to print."""
     from ..gaussian_mixtures import configured_mixtures, gaussian_mixtures
 
-    options = {"centres": arguments.centres, "width": arguments.width, "separation": arguments.separation}
+    options = {"centres": arguments.centres, "gaussian_width": arguments.gaussian_width, "separation": arguments.separation}
     as_usage(configured_mixtures, seed=arguments.seed, **options)
     return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
 
@@ -131,13 +150,13 @@ def _run(arguments, signal, make):
     as_usage(sampling.checked_range, arguments.samples, arguments.first_sample)
     if not arguments.output.endswith(".safetensors"):
         raise UsageError(f"{arguments.output}: datasets are .safetensors files")
-    vertices = getattr(arguments, "vertices", None)
-    if vertices is not None:
-        as_usage(remeshing.configured_remesh, points=vertices)
+    number_of_points = getattr(arguments, "points", None)
+    if number_of_points is not None:
+        as_usage(remeshing.configured_remesh, points=number_of_points)
     set_threads(arguments.threads)
     mesh = _single_surface(arguments.input)
-    if vertices is not None:
-        mesh = remeshing.remesh(mesh, points=vertices, feature_angle=None)
+    if number_of_points is not None:
+        mesh = remeshing.remesh(mesh, points=number_of_points, feature_angle=None)
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
     try:
         samples = make(

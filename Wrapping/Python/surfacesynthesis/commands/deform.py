@@ -4,6 +4,7 @@
 import os
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
@@ -43,7 +44,7 @@ def add(commands):
     files = _FILES.format(lost=", without the signal").replace("displacement, noise and area ratios", "signal and noise")
     parser = _add(commands, "sample", "generate a signal by a trained model", _SAMPLE_DESCRIPTION, files + _SAMPLE_EXAMPLES)
     parser.set_defaults(run=run, configure="configured_sampler")
-    parser.add_argument("--name", metavar="NAME", help="of the array with the signal (default: that in the model file)")
+    parser.add_argument("--name", metavar="NAME", help="name of the array with the signal (default: that in the model file)")
 
 
 def _add(commands, name, text, description, epilog):
@@ -53,8 +54,8 @@ def _add(commands, name, text, description, epilog):
     flow = parser.add_argument_group("flow")
     flow.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")
     flow.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
-    flow.add_argument(
-        "--noise", metavar="NAME", help="point array of INPUT with the noise to begin with (default: that of the seed)"
+    noise = flow.add_argument(
+        "--input-noise", metavar="NAME", help="point array of INPUT with the initial noise (default: that of the seed)"
     )
     flow.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     flow.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
@@ -64,11 +65,12 @@ def _add(commands, name, text, description, epilog):
         default="midpoint",
         choices=["euler", "midpoint", "runge_kutta_4"],
         metavar="HOW",
-        help="how a step is made: euler, midpoint (default) or runge_kutta_4",
+        help="method of a step: euler, midpoint (default) or runge_kutta_4",
     )
     output = parser.add_argument_group("output")
     output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
     add_running_options(output)
+    add_former_option(parser, "--noise", noise)
     return parser
 
 
@@ -83,7 +85,7 @@ def run(arguments):
         getattr(flow_matching, arguments.configure),
         arguments.model,
         seed=arguments.seed,
-        noise=arguments.noise,
+        input_noise=arguments.input_noise,
         samples=arguments.samples,
         first_sample=arguments.first_sample,
         steps=arguments.steps,

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``texture``."""
+"""The command ``geometric-texture``."""
 
 import os
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
-Grows the relief that a model has learned from one mesh on another, of any shape and genus. Without INPUT it grows on
-the template in the model file: samples of the mesh that the model was trained on."""
+Synthesizes the geometric texture that a model has learned from one mesh on another, of any shape and genus. Without
+INPUT on the template in the model file: samples of the mesh that the model was trained on."""
 _EPILOG = """\
 files: the format follows from the extension.
   .vtp .vtk               keep displacement, level and the arrays of the input
@@ -16,13 +17,13 @@ files: the format follows from the extension.
   .stl .obj .off          keep the shape only
   .vtm (.vtk)             composite datasets, processed block by block
 
-With --levels the surfaces after each level go to OUTPUT_0, OUTPUT_1, ..., numbered as the levels are, which ParaView
+With --output-levels the surfaces after each level go to OUTPUT_0, OUTPUT_1, ..., numbered as the levels are, which ParaView
 opens as a series in time.
 
 examples:
   %(prog)s bunny.ply scaly.ply --model scales.safetensors --start-level 2 --seed 3
   %(prog)s bunny.ply large.ply --model scales.safetensors --prepare remesh --scale 2
-  %(prog)s bunny.ply growing.vtp --model scales.safetensors --levels
+  %(prog)s bunny.ply synthesis.vtp --model scales.safetensors --output-levels
   %(prog)s sample.ply --model scales.safetensors --random-from 1
 """
 
@@ -30,7 +31,12 @@ examples:
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "texture", "[INPUT] OUTPUT --model FILE", "grow a learned relief", _DESCRIPTION, _EPILOG
+        commands,
+        "geometric-texture",
+        "[INPUT] OUTPUT --model FILE",
+        "synthesize a learned geometric texture",
+        _DESCRIPTION,
+        _EPILOG,
     )
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", nargs="?", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
@@ -47,7 +53,7 @@ def add(commands):
         "--levels-without-noise", type=int, nargs="+", default=[], metavar="L", help="levels that get no noise"
     )
     texture.add_argument(
-        "--second-seed", type=int, default=1, metavar="N", help="where --interpolation leads (default: 1)"
+        "--second-seed", type=int, default=1, metavar="N", help="seed that --interpolation leads to (default: 1)"
     )
     texture.add_argument(
         "--interpolation", type=float, default=0.0, metavar="T", help="from seed to second seed, 0 to 1 (default: 0)"
@@ -59,10 +65,10 @@ def add(commands):
         "--prepare",
         choices=["as_is", "subdivide", "remesh"],
         metavar="HOW",
-        help="what is done with the input first, so that the texture gets the size --scale: subdivide (default with "
+        help="preparation of the input, so that the texture gets the size --scale: subdivide (default with "
         "--scale; halves it as often as comes nearest), remesh (even triangles, for any size), as_is (default)",
     )
-    texture.add_argument("--mask", metavar="NAME", help="point array, 0 to 1: where the texture grows")
+    texture.add_argument("--mask", metavar="NAME", help="point array, 0 to 1, that multiplies displacements")
     texture.add_argument(
         "--mask-falloff", type=float, default=0.0, metavar="D", help="distance over which it rises from where it is 0"
     )
@@ -70,12 +76,15 @@ def add(commands):
         "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
     )
     output = parser.add_argument_group("output")
-    output.add_argument("--levels", action="store_true", help="write the surfaces after each level, by number")
+    levels = output.add_argument(
+        "--output-levels", action="store_true", help="write the surfaces after each level, by number"
+    )
     add_running_options(output)
+    add_former_option(parser, "--levels", levels)
 
 
 def run(arguments):
-    """The command ``texture``; returns the line to print."""
+    """The command ``geometric-texture``; returns the line to print."""
     from .. import files
     from ..geometric_texture import configured_synthesizer
 
@@ -92,10 +101,10 @@ def run(arguments):
         interpolation=arguments.interpolation,
         scale=arguments.scale,
         prepare=arguments.prepare,
-        mask_name=arguments.mask,
+        mask=arguments.mask,
         mask_falloff=arguments.mask_falloff,
         random_from=arguments.random_from,
-        levels=arguments.levels,
+        output_levels=arguments.output_levels,
     )
     if arguments.input is None and arguments.mask is not None:
         raise UsageError("--mask needs INPUT: the template has no arrays")
@@ -106,7 +115,7 @@ def run(arguments):
         mesh = read_surface(arguments.input)
         as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
-    if not arguments.levels:
+    if not arguments.output_levels:
         files.write_meshes([(output, arguments.output)])
         return f"{algorithm.GetModelDescription()}: " + surface_summary(
             output, arguments.output, time.monotonic() - started

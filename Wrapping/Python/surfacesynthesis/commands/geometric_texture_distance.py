@@ -1,24 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``texture-distance``."""
+"""The command ``geometric-texture-distance``."""
 
 from .common import add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
-Says how alike the relief of two surfaces is, whatever their shape: the sliced Wasserstein distance of what their
-triangles see of their neighbours, in mean edge lengths. Compare surfaces whose triangles were made in the same way,
-for instance a grown texture with a level of the meshes that it was learned from, beside the bare target subdivided as
-often."""
+Compares the geometric textures of two surfaces, whatever their shape: the sliced Wasserstein distance of the features
+of their triangles and their neighbors, in mean edge lengths. Compare surfaces whose triangles were made in the same way,
+for instance a synthesized texture with a level of the meshes that it was learned from, beside the bare target subdivided
+as often."""
 _EXAMPLES = """\
 examples:
-  %(prog)s grown_2.ply levels_2.ply
-  %(prog)s grown_2.ply levels_2.ply --unit-length 0.01 --reference-unit-length 0.02 --csv
+  %(prog)s synthesized_2.ply levels_2.ply
+  %(prog)s synthesized_2.ply levels_2.ply --unit-length 0.01 --reference-unit-length 0.02 --csv
 """
 
 
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "texture-distance", "MESH REFERENCE", "compare the relief of two surfaces", _DESCRIPTION, _EXAMPLES
+        commands,
+        "geometric-texture-distance",
+        "MESH REFERENCE",
+        "compare the geometric textures of two surfaces",
+        _DESCRIPTION,
+        _EXAMPLES,
     )
     parser.set_defaults(run=run)
     formats = ".stl .ply .obj .off .vtp .vtk"
@@ -29,13 +34,13 @@ def add(commands):
         "--unit-length",
         type=float,
         metavar="LENGTH",
-        help="what lengths of MESH are divided by (default: its mean edge length)",
+        help="divisor of the lengths of MESH (default: its mean edge length)",
     )
     comparison.add_argument(
         "--reference-unit-length",
         type=float,
         metavar="LENGTH",
-        help="what lengths of REFERENCE are divided by, likewise",
+        help="divisor of the lengths of REFERENCE (default: its mean edge length)",
     )
     comparison.add_argument(
         "--projections", type=int, default=128, metavar="N", help="number of random directions (default: 128)"
@@ -47,7 +52,7 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``texture-distance``; returns the text to print."""
+    """The command ``geometric-texture-distance``; returns the text to print."""
     from .. import files
     from ..geometric_texture import configured_distance, give_reference
 

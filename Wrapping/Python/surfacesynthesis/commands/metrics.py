@@ -4,7 +4,7 @@
 from .common import add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
-Says how alike a generated and a reference ensemble of shapes or signals on one triangulation are: minimum matching
+Compares a generated with a reference ensemble of shapes or signals on one triangulation: minimum matching
 distance (MMD), coverage (COV), 1-nearest-neighbour accuracy, the error of the pointwise mean."""
 _EXAMPLES = """\
 ensembles: one file with a composite dataset (.vtm .vtk), whose surfaces are the samples; one file for each sample; or one

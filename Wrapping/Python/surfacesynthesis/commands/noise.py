@@ -4,6 +4,7 @@
 import os
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
@@ -21,7 +22,7 @@ _EXAMPLES = (
 examples:
   %(prog)s in.stl out.vtp --range 5 --samples 8
   %(prog)s in.ply bumpy.stl --range 5 --warp 0.3
-  %(prog)s in.off out.vtp --components 3 --std 0.2 --seed 7
+  %(prog)s in.off out.vtp --components 3 --standard-deviation 0.2 --seed 7
 """
 )
 
@@ -54,9 +55,11 @@ def add(commands):
     )
 
     noise = parser.add_argument_group("noise")
-    noise.add_argument("--std", type=float, default=1.0, metavar="S", help="standard deviation (default: 1)")
-    noise.add_argument(
-        "--model",
+    deviation = noise.add_argument(
+        "--standard-deviation", type=float, default=1.0, metavar="S", help="standard deviation (default: 1)"
+    )
+    model = noise.add_argument(
+        "--noise-model",
         default="matern",
         choices=["matern", "per_vertex", "white", "unscreened", "spectral"],
         metavar="MODEL",
@@ -67,7 +70,7 @@ def add(commands):
     noise.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
     noise.add_argument("--components", type=int, default=1, metavar="C", help="components per sample (default: 1)")
     noise.add_argument(
-        "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the model spectral (default: 256)"
+        "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
     )
 
     output = parser.add_argument_group("output")
@@ -80,6 +83,8 @@ def add(commands):
         "itself; with several samples, OUTPUT_0, OUTPUT_1, ... are written",
     )
     add_running_options(output)
+    add_former_option(parser, "--std", deviation)
+    add_former_option(parser, "--model", model)
 
 
 def run(arguments):
@@ -104,14 +109,14 @@ def _filter_of(arguments):
     return as_usage(
         configured_filter,
         range=arguments.range,
-        standard_deviation=arguments.std,
+        standard_deviation=arguments.standard_deviation,
         seed=arguments.seed,
         samples=arguments.samples,
         first_sample=arguments.first_sample,
         components=arguments.components,
         screening=arguments.screening,
         normalized_screening=arguments.normalized_screening,
-        model=arguments.model,
+        noise_model=arguments.noise_model,
         eigenpairs=arguments.eigenpairs,
         name=arguments.name,
     )

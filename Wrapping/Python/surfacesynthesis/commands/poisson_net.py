@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``predict``."""
+"""The command ``poisson-net``."""
 
 import time
 
@@ -24,7 +24,7 @@ examples:
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "predict", "INPUT OUTPUT --model FILE", "evaluate a trained network", _DESCRIPTION, _EXAMPLES
+        commands, "poisson-net", "INPUT OUTPUT --model FILE", "evaluate a trained network", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
@@ -41,7 +41,7 @@ def add(commands):
         default="model",
         choices=["model", "none", "surface_area", "unit_sphere"],
         metavar="HOW",
-        help="what the mesh goes through first: model (default: what the file says), none, surface_area, unit_sphere",
+        help="normalisation of the mesh: model (default: as the file says), none, surface_area, unit_sphere",
     )
     output = parser.add_argument_group("output")
     output.add_argument("--name", default="Prediction", metavar="NAME", help="name of the array (default: %(default)s)")
@@ -53,7 +53,7 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``predict``; returns the line to print."""
+    """The command ``poisson-net``; returns the line to print."""
     from .. import files
     from ..poisson_net import configured_filter
 

@@ -3,37 +3,38 @@
 
 import time
 
+from ..deprecation import add_former_option
 from .common import add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
-Makes a sound, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
+Makes a valid, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
 meet apart, winds triangles alike, closes holes, removes components; and says what it did."""
 _EXAMPLES = """\
 files: .stl .ply .obj .off .vtp .vtk, and .vtm (.vtk) for composite datasets
 
 examples:
-  %(prog)s scan.stl sound.stl
+  %(prog)s scan.stl valid.stl
   %(prog)s scan.ply closed.ply --holes all --largest-component
-  %(prog)s scan.obj sound.vtp --merge-tolerance 0.01
+  %(prog)s scan.obj valid.vtp --merge-tolerance 0.01
 """
 
 
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "repair", "INPUT OUTPUT", "make a sound surface of a broken one", _DESCRIPTION, _EXAMPLES
+        commands, "repair", "INPUT OUTPUT", "make a valid surface of a broken one", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read")
     parser.add_argument("output", metavar="OUTPUT", help="file to write")
     points = parser.add_argument_group("points")
-    points.add_argument("--no-merge", action="store_true", help="keep points of equal coordinates apart")
+    merge = points.add_argument("--no-merge-points", action="store_true", help="keep points of equal coordinates apart")
     points.add_argument(
         "--merge-tolerance", type=float, default=0.0, metavar="D", help="merge points up to this distance (default: 0)"
     )
     holes = parser.add_argument_group("holes and components")
     holes.add_argument(
-        "--holes", default="small", choices=["none", "small", "all"], help="which holes to close (default: small)"
+        "--holes", default="small", choices=["none", "small", "all"], help="holes that are closed: none, small (default), all"
     )
     holes.add_argument(
         "--hole-size", type=float, metavar="D", help="extent of the largest small hole (default: a tenth of the surface)"
@@ -44,8 +45,12 @@ def add(commands):
     )
     running = parser.add_argument_group("running")
     running.add_argument("--self-intersections", action="store_true", help="remove self-intersections")
-    running.add_argument("--no-orient", action="store_true", help="do not turn closed surfaces outward")
+    orient = running.add_argument(
+        "--no-orient-outward", action="store_true", help="leave the side to which closed surfaces are turned"
+    )
     add_running_options(running)
+    add_former_option(parser, "--no-merge", merge)
+    add_former_option(parser, "--no-orient", orient)
 
 
 def run(arguments):
@@ -56,14 +61,14 @@ def run(arguments):
     started = time.monotonic()
     algorithm = as_usage(
         configured_repair,
-        merge_points=not arguments.no_merge,
+        merge_points=not arguments.no_merge_points,
         merge_tolerance=arguments.merge_tolerance,
         holes=arguments.holes,
         hole_size=arguments.hole_size,
         largest_component=arguments.largest_component,
         minimum_component=arguments.minimum_component,
         self_intersections=arguments.self_intersections,
-        orient_outward=not arguments.no_orient,
+        orient_outward=not arguments.no_orient_outward,
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
@@ -71,5 +76,5 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    done = algorithm.GetReport() or "the surface was sound\n"
+    done = algorithm.GetReport() or "the surface was valid\n"
     return done + surface_summary(output, arguments.output, time.monotonic() - started)

@@ -1,38 +1,39 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``report``."""
 
+from ..deprecation import add_former_option
 from .common import Outcome, add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
-Says what a surface is like and everything that is wrong with it, with the first cell or point of each kind of defect and
-what repairs it."""
+Describes a surface and every defect of it, with the first cell or point of each kind of defect and what repairs it."""
 _EPILOG = """\
-exit status: 0 when the surface is sound (finite points, triangles with an area, at most two triangles at an edge), 3 when
+exit status: 0 when the surface is valid (finite points, triangles with an area, at most two triangles at an edge), 3 when
 it is not, 1 when the file cannot be read, 2 for wrong usage.
 
 examples:
   %(prog)s in.stl
   %(prog)s in.vtp --csv > report.csv
 """
-#: Exit status for a surface that is not sound.
-NOT_SOUND = 3
+#: Exit status for a surface that is not valid.
+INVALID = 3
 
 
 def add(commands):
     """Adds the command to the parser."""
-    parser = add_command(commands, "report", "INPUT", "say what is wrong with a surface", _DESCRIPTION, _EPILOG)
+    parser = add_command(commands, "report", "INPUT", "describe a surface and its defects", _DESCRIPTION, _EPILOG)
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
     output = parser.add_argument_group("output")
     output.add_argument("--csv", action="store_true", help="all rows as comma-separated values instead of a table")
-    output.add_argument(
-        "--components",
+    component_rows = output.add_argument(
+        "--component-rows",
         type=int,
         default=10,
         metavar="N",
-        help="how many components are described one by one, the largest first (default: 10)",
+        help="number of components that are described one by one, the largest first (default: 10)",
     )
     add_running_options(output)
+    add_former_option(parser, "--components", component_rows)
 
 
 def run(arguments):
@@ -40,9 +41,9 @@ def run(arguments):
     from .. import files
     from ..report import configured_filter, report_of_table
 
-    algorithm = as_usage(configured_filter, arguments.components)
+    algorithm = as_usage(configured_filter, arguments.component_rows)
     as_usage(files.extension, arguments.input)
     mesh = files.read_mesh(arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
     text = report.to_csv().rstrip("\n") if arguments.csv else str(report)
-    return Outcome(text, 0 if report.sound else NOT_SOUND)
+    return Outcome(text, 0 if report.valid else INVALID)

@@ -3,6 +3,7 @@
 
 import time
 
+from ..deprecation import add_former_option
 from .common import add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
@@ -15,8 +16,8 @@ files: the format follows from the extension.
   .vtm (.vtk)                             composite datasets, processed block by block
 
 examples:
-  %(prog)s head.nii.gz skin.vtp --largest --fill-cavities
-  %(prog)s ct.nrrd bone.stl --iso 300 --smoothing mean_curvature
+  %(prog)s head.nii.gz skin.vtp --largest-component --fill-cavities
+  %(prog)s ct.nrrd bone.stl --iso-value 300 --smoothing mean_curvature
   %(prog)s scan.ply closed.ply --voxel-size 0.5 --closing 2
 """
 
@@ -31,8 +32,16 @@ def add(commands):
     parser.add_argument("output", metavar="OUTPUT", help="surface to write: .vtp .vtk .vtm .stl .ply .obj .off")
 
     image = parser.add_argument_group("volumes")
-    image.add_argument("--iso", type=float, metavar="V", help="value on the surface (default: from the histogram)")
-    image.add_argument("--below", action="store_true", help="what lies below the value is solid, not above")
+    iso_value = image.add_argument(
+        "--iso-value", type=float, metavar="V", help="value on the surface (default: from the histogram)"
+    )
+    inside = image.add_argument(
+        "--inside",
+        default="above",
+        choices=["above", "below"],
+        metavar="SIDE",
+        help="solid side of the value: above (default) or below",
+    )
     image.add_argument("--array", metavar="NAME", help="point array to use (default: the active scalars)")
 
     solid = parser.add_argument_group("solid; lengths in units of the file, mm as a rule")
@@ -50,13 +59,19 @@ def add(commands):
         metavar="KIND",
         help="none (default), gaussian, mean_curvature, median or laplacian",
     )
-    solid.add_argument("--iterations", type=int, default=3, metavar="N", help="times to smooth (default: 3)")
+    iterations = solid.add_argument(
+        "--smoothing-iterations", type=int, default=3, metavar="N", help="number of smoothing steps (default: 3)"
+    )
     solid.add_argument("--offset", type=float, default=0.0, metavar="D", help="move the surface outwards by D")
     solid.add_argument("--fill-cavities", action="store_true", help="make solid what the solid encloses")
-    solid.add_argument("--largest", action="store_true", help="keep the largest part only")
+    largest = solid.add_argument("--largest-component", action="store_true", help="keep the largest component only")
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
     add_running_options(solid)
+    add_former_option(parser, "--iso", iso_value)
+    add_former_option(parser, "--below", inside, "below")
+    add_former_option(parser, "--iterations", iterations)
+    add_former_option(parser, "--largest", largest)
 
 
 def run(arguments):
@@ -94,16 +109,16 @@ def _filter_of(arguments):
 
     return as_usage(
         configured_filter,
-        iso_value=arguments.iso,
-        inside="below" if arguments.below else "above",
+        iso_value=arguments.iso_value,
+        inside=arguments.inside,
         voxel_size=arguments.voxel_size,
         closing=arguments.closing,
         smoothing=arguments.smoothing,
-        smoothing_iterations=arguments.iterations,
+        smoothing_iterations=arguments.smoothing_iterations,
         offset=arguments.offset,
         adaptivity=arguments.adaptivity,
         fill_cavities=arguments.fill_cavities,
-        largest_component=arguments.largest,
+        largest_component=arguments.largest_component,
         maximum_voxels=arguments.maximum_voxels,
         array=arguments.array,
     )

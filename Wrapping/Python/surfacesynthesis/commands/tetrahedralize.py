@@ -4,6 +4,7 @@
 import os
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
 
 _DESCRIPTION = """\
@@ -13,8 +14,8 @@ files: the output is .vtu or .vtk, or .vtm for a composite dataset.
 
 examples:
   %(prog)s in.stl out.vtu
-  %(prog)s in.ply out.vtu --edge-length 2 --holes
-  %(prog)s in.vtp out.vtu --ratio 1.4 --split-surface
+  %(prog)s in.ply out.vtu --edge-length 2 --inner-surfaces holes
+  %(prog)s in.vtp out.vtu --quality-ratio 1.4 --no-preserve-surface
 """
 _KINDS = (".vtu", ".vtk", ".vtm")
 
@@ -29,24 +30,37 @@ def add(commands):
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .vtu .vtk .vtm")
 
     bounds = parser.add_argument_group("bounds")
-    bounds.add_argument(
-        "--ratio",
+    ratio = bounds.add_argument(
+        "--quality-ratio",
         type=float,
         default=2.0,
         metavar="R",
         help="largest ratio of circumradius to shortest edge, at least 1, or 0 for no bound (default: 2)",
     )
-    bounds.add_argument("--dihedral", type=float, default=0.0, metavar="A", help="smallest dihedral angle, degrees")
-    bounds.add_argument("--volume", type=float, metavar="V", help="largest volume of a tetrahedron")
-    bounds.add_argument("--edge-length", type=float, metavar="L", help="the same bound, by the edge of a regular one")
+    angle = bounds.add_argument(
+        "--minimum-dihedral-angle", type=float, default=0.0, metavar="A", help="smallest dihedral angle, degrees"
+    )
+    volume = bounds.add_argument("--maximum-volume", type=float, metavar="V", help="largest volume of a tetrahedron")
+    bounds.add_argument("--edge-length", type=float, metavar="L", help="largest volume, given as the edge of a regular tetrahedron")
     bounds.add_argument("--time-limit", type=float, default=300.0, metavar="S", help="seconds (default: 300)")
     bounds.add_argument("--memory-limit", type=int, metavar="MIB", help="MiB (default: 3/4 of the machine's)")
 
     shape = parser.add_argument_group("surface")
-    shape.add_argument("--split-surface", action="store_true", help="allow new points on the surface")
-    shape.add_argument("--holes", action="store_true", help="leave the inside of inner surfaces empty")
+    split = shape.add_argument("--no-preserve-surface", action="store_true", help="allow new points on the surface")
+    inner = shape.add_argument(
+        "--inner-surfaces",
+        default="regions",
+        choices=["regions", "holes"],
+        metavar="KIND",
+        help="regions (default: fill the inside of inner surfaces) or holes (leave it empty)",
+    )
     shape.add_argument("--surface-triangles", action="store_true", help="write the triangles of the surface as well")
     add_running_options(parser.add_argument_group("output"))
+    add_former_option(parser, "--ratio", ratio)
+    add_former_option(parser, "--dihedral", angle)
+    add_former_option(parser, "--volume", volume)
+    add_former_option(parser, "--split-surface", split)
+    add_former_option(parser, "--holes", inner, "holes")
 
 
 def run(arguments):
@@ -74,12 +88,12 @@ def _filter_of(arguments):
 
     return as_usage(
         configured_filter,
-        quality_ratio=arguments.ratio if arguments.ratio != 0.0 else None,
-        minimum_dihedral_angle=arguments.dihedral,
-        maximum_volume=arguments.volume,
-        target_edge_length=arguments.edge_length,
-        preserve_surface=not arguments.split_surface,
-        inner_surfaces="holes" if arguments.holes else "regions",
+        quality_ratio=arguments.quality_ratio if arguments.quality_ratio != 0.0 else None,
+        minimum_dihedral_angle=arguments.minimum_dihedral_angle,
+        maximum_volume=arguments.maximum_volume,
+        edge_length=arguments.edge_length,
+        preserve_surface=not arguments.no_preserve_surface,
+        inner_surfaces=arguments.inner_surfaces,
         surface_triangles=arguments.surface_triangles,
         time_limit=arguments.time_limit if arguments.time_limit != 0.0 else None,
         memory_limit=arguments.memory_limit,
