@@ -158,7 +158,7 @@ def triangulations(options, model, original, sheet, view):
     meshes = {"original": start, "subdivided": subdivided(start), "even": evenly(start, 1500)}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
-            sample, seconds = made(mesh, model, noise="InitialNoise", steps=options.steps)
+            sample, seconds = made(mesh, model, input_noise="InitialNoise", steps=options.steps)
         print(f"{name}, {faces(mesh)}: {seconds:.1f} s", flush=True)
         what = f"seed {SEEDS[0]}" if name == "original" else "the same noise"
         sheet.add(0, column, f"{what}, {name} triangulation\n{faces(mesh)}, {seconds:.1f} s", sample, view)

@@ -92,7 +92,7 @@ def coefficients(mesh, screening, samples, progress):
     noise.SetScreening(screening)
     result = {}
     for model in MODELS:
-        noise.SetNoiseModel(surfacesynthesis.MODELS[model])
+        noise.SetNoiseModel(surfacesynthesis.NOISE_MODELS[model])
         parts = []
         for first in range(0, samples, BATCH):
             noise.SetFirstSample(first)

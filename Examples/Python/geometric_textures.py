@@ -14,7 +14,7 @@ labyrinth, and knobs that are wider above than at the neck. Writes
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
-(texture_distance()). Surfaces come from Debian's package libcgal-demo.
+(geometric_texture_distance()). Surfaces come from Debian's package libcgal-demo.
 """
 
 import argparse
@@ -105,7 +105,7 @@ def scales(options):
         output, seconds = grown(knot, model, **how)
         sheet.add(0, column, f"texture scale {scale}\n{faces(output)}, {seconds:.1f} s", output, view)
     target = remeshed(knot, 2000)
-    levels, _ = grown(target, model, start_level=START, seed=options.seed, levels=True)
+    levels, _ = grown(target, model, start_level=START, seed=options.seed, output_levels=True)
     sheet.add(1, 0, f"the target\n{faces(target)}", target, view)
     for column in range(1, 4):
         level = levels[column - 1]
@@ -126,11 +126,11 @@ def mean_edge(mesh):
 def distances_on(target, reference, model, seed):
     """How far each level of a grown texture is from that level of its reference, and how far the bare target cut as often."""
     edge = mean_edge(reference[0])
-    levels, _ = grown(target, model, start_level=START, seed=seed, levels=True)
+    levels, _ = grown(target, model, start_level=START, seed=seed, output_levels=True)
     found = []
     for k, pair in enumerate(zip(levels, bare_levels(target, len(levels)))):
         units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}
-        found.append([surfacesynthesis.texture_distance(mesh, reference[START + k], **units) for mesh in pair])
+        found.append([surfacesynthesis.geometric_texture_distance(mesh, reference[START + k], **units) for mesh in pair])
     return found
 
 

@@ -90,7 +90,7 @@ def noise_on_mean(options, mesh, samples, weights):
     """Unscreened noise on the mean of the samples."""
     mean = samples.mean(axis=0, keepdims=True)
     noise = surfacesynthesis.matern_noise(
-        mesh, model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
+        mesh, noise_model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
     )
     noise = noise.reshape(options.samples, *mean.shape[1:])
     return mean + SPREAD_OF_NOISE * spread(samples, weights) / spread(noise, weights) * noise

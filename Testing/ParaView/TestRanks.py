@@ -111,7 +111,7 @@ def write_textured(surfaces):
     import numpy as np
     import texture_models
     from proxies import made_by
-    from surfacesynthesis import texture_distance, vtkGeometricTextureSynthesizer, vtkMultiscaleMeshFitter
+    from surfacesynthesis import geometric_texture_distance, vtkGeometricTextureSynthesizer, vtkMultiscaleMeshFitter
     from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
     def points_of(mesh):
@@ -128,7 +128,7 @@ def write_textured(surfaces):
     np.savez("textured_blocks.npz", *(points_of(made.GetBlock(k)) for k in range(2)))
     levels = made_by(vtkMultiscaleMeshFitter(), balls[0], **FITTED)
     np.savez("fitted.npz", *(points_of(levels.GetBlock(k)) for k in range(2)))
-    np.save("distance.npy", texture_distance(*balls))
+    np.save("distance.npy", geometric_texture_distance(*balls))
 
 
 def write_predictions(surfaces, whole):

@@ -85,7 +85,7 @@ def test_a_dataset_and_a_pair_are_deformed_alike(ball, model):
     assert output.GetCellData().GetArray("AreaRatio").GetNumberOfTuples() == 320
     assert not np.allclose(points_of(output), ball[0], atol=1e-2)
     assert not np.allclose(points_of(output), deform(ball, model, seed=5, steps=STEPS), atol=1e-2)
-    still = deform(mesh, model, seed=4, steps=STEPS, move_points=False, displacement_name="Way", noise_name="Start",
+    still = deform(mesh, model, seed=4, steps=STEPS, move_points=False, displacement_name="Way", initial_noise_name="Start",
                    area_ratio_name="Stretch")  # fmt: skip
     assert np.array_equal(points_of(still), ball[0])
     assert np.array_equal(point_array(still, "Way"), point_array(output, "Displacement"))
@@ -95,22 +95,22 @@ def test_a_dataset_and_a_pair_are_deformed_alike(ball, model):
 def test_the_noise_of_a_sample_gives_it_again(ball, model, mixture, tmp_path):
     sample = deform(polydata_of(*ball), model, seed=4, steps=STEPS, move_points=False)
     noise, displacement = point_array(sample, "InitialNoise"), point_array(sample, "Displacement")
-    again = deform(ball, model, noise=noise, steps=STEPS)
+    again = deform(ball, model, input_noise=noise, steps=STEPS)
     assert np.allclose(again, ball[0] + displacement, atol=1e-6) and abs(displacement).max() > 0.01
-    by_name = deform(sample, model, noise="InitialNoise", steps=STEPS)
+    by_name = deform(sample, model, input_noise="InitialNoise", steps=STEPS)
     assert np.array_equal(points_of(by_name), again)
     write_mesh(sample, tmp_path / "sample.vtp")
     files = [str(tmp_path / "sample.vtp"), str(tmp_path / "again.vtp")]
-    assert main(["deform", *files, "--model", str(model), "--noise", "InitialNoise", "--steps", str(STEPS), "--quiet"]) == 0
+    assert main(["deform", *files, "--model", str(model), "--input-noise", "InitialNoise", "--steps", str(STEPS), "--quiet"]) == 0
     assert np.allclose(points_of(read_mesh(files[1])), again, atol=1e-6)
-    signal = sample_signal(ball, mixture, noise=noise[:, :2], steps=STEPS)
-    assert not np.allclose(signal, sample_signal(ball, mixture, noise=-noise[:, :2], steps=STEPS), atol=1e-3)
+    signal = sample_signal(ball, mixture, input_noise=noise[:, :2], steps=STEPS)
+    assert not np.allclose(signal, sample_signal(ball, mixture, input_noise=-noise[:, :2], steps=STEPS), atol=1e-3)
     with pytest.raises(TypeError, match="with a pair of arrays only"):
-        deform(sample, model, noise=noise)
+        deform(sample, model, input_noise=noise)
     with pytest.raises(SurfaceSynthesisError, match="no point array \"Start\""):
-        deform(sample, model, noise="Start")
+        deform(sample, model, input_noise="Start")
     with pytest.raises(SurfaceSynthesisError, match="NumberOfSamples must be 1"):
-        deform(ball, model, noise=noise, samples=2)
+        deform(ball, model, input_noise=noise, samples=2)
 
 
 def test_samples_are_blocks_or_an_axis(ball, model):

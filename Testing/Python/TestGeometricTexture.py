@@ -13,7 +13,7 @@ from surfacesynthesis import (
     fit_levels,
     geometric_texture,
     read_mesh,
-    texture_distance,
+    geometric_texture_distance,
     train_geometric_texture,
     write_mesh,
 )
@@ -106,10 +106,10 @@ def test_noise_can_be_left_out(ball, model):
 
 
 def test_levels_are_a_list_coarse_to_fine(ball, model):
-    levels = geometric_texture(ball, model, levels=True)
+    levels = geometric_texture(ball, model, output_levels=True)
     assert [len(triangles) for _, triangles in levels] == [len(ball[1]) * 4**k for k in range(LEVELS)]
     assert np.array_equal(levels[-1][0], geometric_texture(ball, model)[0])
-    some = geometric_texture(ball, model, start_level=1, end_level=1, levels=True)
+    some = geometric_texture(ball, model, start_level=1, end_level=1, output_levels=True)
     assert len(some) == 1 and len(some[0][0]) == len(ball[0])
 
 
@@ -131,7 +131,7 @@ def test_the_target_can_be_remeshed(ball, model):
     for scale in (0.5, 1.0, 1.7):
         # no noise, so that what grows is small beside the edges
         output = geometric_texture(
-            mesh, model, end_level=0, scale=scale, prepare="remesh", noise_amplitude=0.0, mask_name="Upper"
+            mesh, model, end_level=0, scale=scale, prepare="remesh", noise_amplitude=0.0, mask="Upper"
         )
         bare = points_of(output) - point_array(output, "Displacement")
         triangles = vtk_to_numpy(output.GetPolys().GetConnectivityArray()).reshape(-1, 3)
@@ -157,7 +157,7 @@ def test_preparations_of_the_target_are_checked(ball, model):
 def test_a_mask_limits_the_texture_and_arrays_are_interpolated(ball, model):
     mesh = polydata_of(*ball)
     add_array(mesh.GetPointData(), "Upper", (ball[0][:, 2] > 0).astype(float))
-    output = geometric_texture(mesh, model, mask_name="Upper", mask_falloff=0.3)
+    output = geometric_texture(mesh, model, mask="Upper", mask_falloff=0.3)
     bare = point_array(output, "Upper") == 0
     assert np.all(point_array(output, "Displacement")[bare] == 0)
     assert np.abs(point_array(output, "Displacement")[~bare]).max() > 1e-3
@@ -178,7 +178,7 @@ def test_blocks_are_processed_one_by_one(ball, model):
     output = geometric_texture(blocks, model)
     first, second = (points_of(output.GetBlock(k)) for k in (0, 1))
     assert first.shape == second.shape and not np.array_equal(first, second)
-    trees = geometric_texture(blocks, model, levels=True)
+    trees = geometric_texture(blocks, model, output_levels=True)
     assert np.array_equal(points_of(trees[-1].GetBlock(1)), second)
 
 
@@ -189,7 +189,7 @@ def test_errors_are_exceptions(ball, model, tmp_path):
     with pytest.raises(SurfaceSynthesisError, match="No such file"):
         geometric_texture(ball, tmp_path / "none.safetensors")
     with pytest.raises(SurfaceSynthesisError, match='"Nothing" is missing'):
-        geometric_texture(ball, model, mask_name="Nothing")
+        geometric_texture(ball, model, mask="Nothing")
     points, triangles = ball
     flipped = triangles.copy()
     flipped[5] = flipped[5, ::-1]
@@ -209,7 +209,7 @@ def test_errors_are_exceptions(ball, model, tmp_path):
         ({"levels_without_noise": 3}, TypeError),
         ({"scale": 0}, ValueError),
         ({"mask_falloff": -1}, ValueError),
-        ({"mask_name": ""}, ValueError),
+        ({"mask": ""}, ValueError),
         ({"random_from": -1}, ValueError),
         ({"levels": 1}, TypeError),
         ({"displacement_name": ""}, ValueError),
@@ -234,7 +234,7 @@ def test_progress_can_cancel(ball, model):
 
 def test_the_command_writes_what_the_function_returns(ball, model, tmp_path, capsys):
     write_mesh(polydata_of(*ball), tmp_path / "ball.vtp")
-    arguments = ["texture", tmp_path / "ball.vtp", tmp_path / "out.vtp", "--model", model, "--seed", 7]
+    arguments = ["geometric-texture", tmp_path / "ball.vtp", tmp_path / "out.vtp", "--model", model, "--seed", 7]
     assert main([str(a) for a in arguments]) == 0
     assert "pebbles" in capsys.readouterr().out
     expected = geometric_texture(polydata_of(*ball), model, seed=7)
@@ -243,14 +243,14 @@ def test_the_command_writes_what_the_function_returns(ball, model, tmp_path, cap
 
 def test_the_command_writes_levels_by_number(ball, model, tmp_path):
     write_mesh(polydata_of(*ball), tmp_path / "ball.ply")
-    arguments = ["texture", tmp_path / "ball.ply", tmp_path / "out.ply", "--model", model, "--levels"]
+    arguments = ["geometric-texture", tmp_path / "ball.ply", tmp_path / "out.ply", "--model", model, "--output-levels"]
     assert main([str(a) for a in [*arguments, "--start-level", 1]]) == 0
     sizes = [read_mesh(tmp_path / f"out_{level}.ply").GetNumberOfPolys() for level in (1, 2)]
     assert sizes == [len(ball[1]), 4 * len(ball[1])] and not (tmp_path / "out_0.ply").exists()
 
 
 def test_the_command_needs_no_input(model, tmp_path):
-    arguments = ["texture", tmp_path / "sample.stl", "--model", model, "--random-from", 1, "--quiet"]
+    arguments = ["geometric-texture", tmp_path / "sample.stl", "--model", model, "--random-from", 1, "--quiet"]
     assert main([str(a) for a in arguments]) == 0
     assert read_mesh(tmp_path / "sample.stl").GetNumberOfPolys() == 320
 
@@ -258,11 +258,11 @@ def test_the_command_needs_no_input(model, tmp_path):
 def test_the_command_refuses_wrong_usage(ball, model, tmp_path, capsys):
     write_mesh(polydata_of(*ball), tmp_path / "ball.ply")
     out = str(tmp_path / "out.ply")
-    assert main(["texture", str(tmp_path / "ball.ply"), out, "--model", str(model), "--interpolation", "2"]) == 2
+    assert main(["geometric-texture", str(tmp_path / "ball.ply"), out, "--model", str(model), "--interpolation", "2"]) == 2
     assert "interpolation" in capsys.readouterr().err
-    assert main(["texture", out, "--model", str(model), "--mask", "Upper"]) == 2
+    assert main(["geometric-texture", out, "--model", str(model), "--mask", "Upper"]) == 2
     assert "INPUT" in capsys.readouterr().err
-    assert main(["texture", str(tmp_path / "ball.ply"), out, "--model", str(tmp_path / "none")]) == 1
+    assert main(["geometric-texture", str(tmp_path / "ball.ply"), out, "--model", str(tmp_path / "none")]) == 1
 
 
 # -- what makes textures ---------------------------------------------------------------------------------------------
@@ -349,79 +349,79 @@ def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
     assert main(["train", "geometric-texture", dataset, model_file, *options, "--device", "cpu"]) == 0
     assert "4 iterations" in capsys.readouterr().out
     assert (tmp_path / "egg.safetensors.csv").exists() and (tmp_path / "egg.safetensors.checkpoint").exists()
-    assert main(["texture", str(tmp_path / "sample.ply"), "--model", model_file]) == 0
+    assert main(["geometric-texture", str(tmp_path / "sample.ply"), "--model", model_file]) == 0
     assert '"egg"' in capsys.readouterr().out
     assert main(["train", "geometric-texture", str(tmp_path / "none"), model_file]) == 1
     assert main(["levels", str(tmp_path / "egg.ply"), dataset, "--levels", "0"]) == 2
 
 
-def test_texture_distance_tells_relief_and_not_shape_apart(model):
+def test_geometric_texture_distance_tells_texture_and_not_shape_apart(model):
     coarse = icosphere(2)
     bare = polydata_of(*icosphere(3))
     rough = geometric_texture(coarse, model, start_level=1)
     other = geometric_texture(coarse, model, start_level=1, seed=1)
     unit = surfacesynthesis.topology_report(coarse)["edge_length_mean"] / 2
     units = {"unit_length": unit, "reference_unit_length": unit}
-    same_relief = texture_distance(rough, other, **units)
-    assert 0 < same_relief < 0.3 * texture_distance(bare, other, **units)
-    assert texture_distance(other, other) == 0
+    same_texture = geometric_texture_distance(rough, other, **units)
+    assert 0 < same_texture < 0.3 * geometric_texture_distance(bare, other, **units)
+    assert geometric_texture_distance(other, other) == 0
     points, triangles = rough
     turned = np.column_stack([-points[:, 1], points[:, 0], points[:, 2]]) * 3 + 100
-    assert texture_distance((turned, triangles), rough) < 1e-5
-    assert texture_distance((turned, triangles), rough, **units) > 0.1
+    assert geometric_texture_distance((turned, triangles), rough) < 1e-5
+    assert geometric_texture_distance((turned, triangles), rough, **units) > 0.1
 
 
-def test_texture_distance_depends_on_seed_and_projections_only_a_little():
+def test_geometric_texture_distance_depends_on_seed_and_projections_only_a_little():
     points, triangles = icosphere(2)
     meshes = (points, triangles), (points * [3.0, 1.0, 1.0], triangles)
-    few = [texture_distance(*meshes, projections=16, seed=k) for k in range(20)]
-    many = texture_distance(*meshes, projections=2000)
-    assert texture_distance(*meshes, projections=16, seed=3) == few[3]
+    few = [geometric_texture_distance(*meshes, projections=16, seed=k) for k in range(20)]
+    many = geometric_texture_distance(*meshes, projections=2000)
+    assert geometric_texture_distance(*meshes, projections=16, seed=3) == few[3]
     assert len(set(few)) == 20
     assert abs(np.mean(few) - many) < 4 * np.std(few) / np.sqrt(20)
 
 
-def test_texture_distance_says_what_is_wrong():
+def test_geometric_texture_distance_says_what_is_wrong():
     mesh = polydata_of(*icosphere(1))
     with pytest.raises(SurfaceSynthesisError, match="The reference on port 1 is empty"):
-        texture_distance(mesh, vtkPolyData())
+        geometric_texture_distance(mesh, vtkPolyData())
     with pytest.raises(SurfaceSynthesisError, match="The surface on port 0 is empty"):
-        texture_distance(vtkPolyData(), mesh)
-    assert np.isnan(texture_distance(vtkPolyData(), vtkPolyData()))
+        geometric_texture_distance(vtkPolyData(), mesh)
+    assert np.isnan(geometric_texture_distance(vtkPolyData(), vtkPolyData()))
     points, triangles = icosphere(1)
     with pytest.raises(SurfaceSynthesisError, match="The surface on port 0: .*vtkSurfaceRepairFilter"):
-        texture_distance((points, [*triangles, triangles[0][[0, 0, 1]]]), mesh)
+        geometric_texture_distance((points, [*triangles, triangles[0][[0, 0, 1]]]), mesh)
     with pytest.raises(TypeError, match="a vtkPolyData or a pair of arrays"):
-        texture_distance(vtkMultiBlockDataSet(), mesh)
+        geometric_texture_distance(vtkMultiBlockDataSet(), mesh)
     with pytest.raises(ValueError, match="projections must be from 1"):
-        texture_distance(mesh, mesh, projections=0)
+        geometric_texture_distance(mesh, mesh, projections=0)
     with pytest.raises(ValueError, match="at most 1000000"):
-        texture_distance(mesh, mesh, projections=1000001)
+        geometric_texture_distance(mesh, mesh, projections=1000001)
     with pytest.raises(ValueError, match="unit_length must be a finite number larger than 0"):
-        texture_distance(mesh, mesh, unit_length=0)
+        geometric_texture_distance(mesh, mesh, unit_length=0)
     with pytest.raises(Cancelled):
-        texture_distance(mesh, mesh, progress=lambda done: False)
+        geometric_texture_distance(mesh, mesh, progress=lambda done: False)
 
 
-def test_the_command_texture_distance_prints_what_the_function_returns(tmp_path, capsys):
+def test_the_command_geometric_texture_distance_prints_what_the_function_returns(tmp_path, capsys):
     points, triangles = icosphere(2)
     meshes = polydata_of(points, triangles), polydata_of(points * [3.0, 1.0, 1.0], triangles)
     paths = [str(tmp_path / name) for name in ("ball.vtp", "egg.vtp")]
     for mesh, path in zip(meshes, paths):
         write_mesh(mesh, path)
     options = ["--projections", "40", "--seed", "5", "--unit-length", "0.5", "--reference-unit-length", "2"]
-    expected = texture_distance(*meshes, projections=40, seed=5, unit_length=0.5, reference_unit_length=2.0)
-    assert main(["texture-distance", *paths, *options, "--csv", "--no-progress"]) == 0
+    expected = geometric_texture_distance(*meshes, projections=40, seed=5, unit_length=0.5, reference_unit_length=2.0)
+    assert main(["geometric-texture-distance", *paths, *options, "--csv", "--no-progress"]) == 0
     names, values = capsys.readouterr().out.splitlines()
     assert float(dict(zip(names.split(","), values.split(",")))["Distance"]) == expected
-    assert main(["texture-distance", *paths, *options, "--no-progress"]) == 0
+    assert main(["geometric-texture-distance", *paths, *options, "--no-progress"]) == 0
     assert f"distance {expected:.6g}, standard error" in capsys.readouterr().out
-    assert main(["texture-distance", *paths, "--projections", "0"]) == 2
+    assert main(["geometric-texture-distance", *paths, "--projections", "0"]) == 2
     assert "projections must be from 1" in capsys.readouterr().err
     blocks = vtkMultiBlockDataSet()
     blocks.SetBlock(0, meshes[0])
     write_mesh(blocks, str(tmp_path / "blocks.vtm"))
-    assert main(["texture-distance", str(tmp_path / "blocks.vtm"), paths[0]]) == 1
+    assert main(["geometric-texture-distance", str(tmp_path / "blocks.vtm"), paths[0]]) == 1
     assert "one surface is compared with another" in capsys.readouterr().err
 
 
@@ -430,7 +430,7 @@ def test_the_command_texture_remeshes(ball, model, tmp_path):
     write_mesh(polydata_of(*ball), str(tmp_path / "ball.vtp"))
     paths = [str(tmp_path / "ball.vtp"), str(tmp_path / "large.vtp")]
     options = ["--prepare", "remesh", "--scale", "1.6", "--end-level", "0"]
-    assert main(["texture", *paths, "--model", str(model), *options, "--quiet"]) == 0
+    assert main(["geometric-texture", *paths, "--model", str(model), *options, "--quiet"]) == 0
     expected = geometric_texture(polydata_of(*ball), model, end_level=0, scale=1.6, prepare="remesh")
     assert np.array_equal(points_of(read_mesh(paths[1])), points_of(expected))
-    assert main(["texture", *paths, "--model", str(model), "--prepare", "as_is", "--scale", "2"]) == 2
+    assert main(["geometric-texture", *paths, "--model", str(model), "--prepare", "as_is", "--scale", "2"]) == 2

@@ -182,7 +182,7 @@ def test_range_mode_has_the_standard_deviation_asked_for():
 
 
 def test_per_vertex_noise_is_independent_and_scaled(pair):
-    noise = matern_noise(pair, model="per_vertex", standard_deviation=2.0, samples=400)
+    noise = matern_noise(pair, noise_model="per_vertex", standard_deviation=2.0, samples=400)
     assert abs(noise.std() / 2.0 - 1) < 0.02
     correlation = np.corrcoef(noise[:, :100].T) - np.eye(100)
     assert abs(correlation).max() < 6 / np.sqrt(400)
@@ -202,18 +202,18 @@ def test_normalized_screening_ignores_the_size_of_the_mesh(pair):
 
 
 def test_unscreened_noise_has_no_mean_and_white_noise_is_rough(pair):
-    unscreened = matern_noise(pair, model="unscreened")
+    unscreened = matern_noise(pair, noise_model="unscreened")
     mass = np.zeros(len(pair[0]))
     a, b, c = (pair[0][pair[1][:, k]] for k in range(3))
     np.add.at(mass, pair[1], (np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6)[:, None])
     assert abs(mass @ unscreened) < 1e-9 * (mass @ abs(unscreened))
-    white = matern_noise(pair, model="white", samples=200)
+    white = matern_noise(pair, noise_model="white", samples=200)
     assert abs((white * np.sqrt(mass)).std() - 1) < 0.02
 
 
 def test_spectral_model_takes_eigenpairs(pair):
-    few = matern_noise(pair, model="spectral", range=1.0, eigenpairs=4)
-    many = matern_noise(pair, model="spectral", range=1.0, eigenpairs=200)
+    few = matern_noise(pair, noise_model="spectral", range=1.0, eigenpairs=4)
+    many = matern_noise(pair, noise_model="spectral", range=1.0, eigenpairs=200)
     coordinates = np.column_stack([np.ones(len(pair[0])), pair[0]])  # what the 4 lowest eigenfunctions of a sphere span
     rest = few - coordinates @ np.linalg.lstsq(coordinates, few, rcond=None)[0]
     assert np.linalg.norm(rest) < 0.01 * np.linalg.norm(few)

@@ -28,7 +28,7 @@ def volumes(points, tetrahedra):
 
 def test_report_of_a_sphere(pair):
     report = topology_report(pair)
-    assert report.sound is True
+    assert report.valid is True
     assert report["points"] == 642 and isinstance(report["points"], int)
     assert report["genus"] == 0
     assert report["closed"] is True
@@ -38,14 +38,14 @@ def test_report_of_a_sphere(pair):
     assert "nonesuch" not in report
     assert re.search(r"^genus +0$", str(report), re.MULTILINE)
     assert "boundary edges" not in str(report), "what is not wrong is not shown"
-    assert "sound, 1280 triangles" in repr(report)
+    assert "valid, 1280 triangles" in repr(report)
 
 
 def test_report_names_defects_first_ids_and_repairs(pair):
     points, triangles = pair
     broken = np.vstack([triangles, [[0, 0, 1], [0, 1, 9999]], triangles[:1]])
     report = topology_report((points, broken))
-    assert not report.sound
+    assert not report.valid
     assert report.defects["cells_with_repeated_points"] == 1
     assert report.first("cells_with_repeated_points") == len(triangles)
     assert report.first("cells_with_missing_points") == len(triangles) + 1
@@ -57,7 +57,7 @@ def test_report_names_defects_first_ids_and_repairs(pair):
 
 def test_report_of_an_open_surface_has_no_volume(pair):
     report = topology_report((pair[0], pair[1][:-1]))
-    assert report.sound and not report["closed"]
+    assert report.valid and not report["closed"]
     assert report.get("volume") is None
     assert report["boundary_loops"] == 1
 
@@ -73,14 +73,14 @@ def test_report_of_components_and_blocks(sphere):
     composite.SetBlock(2, polydata_of(points, triangles[:-1]))
     reports = topology_report(composite)
     assert list(reports) == [1, 3]
-    assert reports.sound and reports[1]["closed"] and not reports[3]["closed"]
+    assert reports.valid and reports[1]["closed"] and not reports[3]["closed"]
     assert "block 3" in str(reports)
     assert topology_report(composite, component_rows=0)[1].components == []
 
 
 def test_report_of_nothing():
     report = topology_report(vtkPolyData())
-    assert len(report) == 0 and not report.sound and str(report) == "empty"
+    assert len(report) == 0 and not report.valid and str(report) == "empty"
 
 
 def test_report_checks_its_arguments(pair):
@@ -95,10 +95,10 @@ def test_report_checks_its_arguments(pair):
 
 
 def test_report_command_prints_a_table_or_csv_and_tells_by_its_status(pair, tmp_path):
-    sound, broken = tmp_path / "sound.off", tmp_path / "broken.vtp"
-    write_mesh(polydata_of(*pair), sound)
+    valid, broken = tmp_path / "valid.off", tmp_path / "broken.vtp"
+    write_mesh(polydata_of(*pair), valid)
     write_mesh(polydata_of(pair[0], np.vstack([pair[1], [[3, 3, 4]]])), broken)
-    done = run_command("report", sound)
+    done = run_command("report", valid)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.search(r"^triangles +1,280$", done.stdout, re.MULTILINE)
     done = run_command("report", broken, "--csv")
@@ -106,9 +106,9 @@ def test_report_command_prints_a_table_or_csv_and_tells_by_its_status(pair, tmp_
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
     found = [row for row in rows if row["property"] == "cells_with_repeated_points"]
     assert [(row["value"], row["first"]) for row in found] == [("1", "1280")]
-    assert {row["property"]: row["value"] for row in rows}["sound"] == "0"
+    assert {row["property"]: row["value"] for row in rows}["valid"] == "0"
     assert run_command("report", tmp_path / "absent.stl").returncode == 1
-    assert run_command("report", sound, "--components", "-2").returncode == 2
+    assert run_command("report", valid, "--component-rows", "-2").returncode == 2
     assert "exit status: 0" in run_command("report", "--help").stdout
 
 
@@ -122,7 +122,7 @@ def test_pair_gives_a_pair(pair):
     assert np.array_equal(points[: len(pair[0])], pair[0])
     assert volumes(points, tetrahedra).min() > 0
     assert volumes(points, tetrahedra).sum() == pytest.approx(topology_report(pair)["volume"], rel=1e-12)
-    finer = tetrahedralize(pair, target_edge_length=0.1)[1]
+    finer = tetrahedralize(pair, edge_length=0.1)[1]
     assert len(finer) > 2 * len(tetrahedra)
     assert tetrahedralize((np.zeros((0, 3)), np.zeros((0, 3), dtype=int)))[1].shape == (0, 4)
 
@@ -167,7 +167,7 @@ def test_errors_are_exceptions(pair):
         ({"quality_ratio": 0.5}, "quality_ratio"),
         ({"minimum_dihedral_angle": 70}, "minimum_dihedral_angle"),
         ({"maximum_volume": 0}, "maximum_volume"),
-        ({"target_edge_length": -1}, "target_edge_length"),
+        ({"edge_length": -1}, "edge_length"),
         ({"time_limit": 0}, "time_limit"),
         ({"memory_limit": 0}, "memory_limit"),
         ({"inner_surfaces": "cavities"}, "inner_surfaces"),

@@ -178,7 +178,7 @@ def test_errors_carry_the_text_of_the_library(ball, positions, tmp_path):
 
 def test_the_command_writes_labels(ball, classifier, tmp_path, capsys):
     write_mesh(polydata_of(*ball), tmp_path / "in.ply")
-    assert main(["predict", str(tmp_path / "in.ply"), str(tmp_path / "out.vtp"), "--model", str(classifier),
+    assert main(["poisson-net", str(tmp_path / "in.ply"), str(tmp_path / "out.vtp"), "--model", str(classifier),
                  "--label-name", "Part"]) == 0  # fmt: skip
     assert "classifier at the points, 3 channels" in capsys.readouterr().out
     written = point_array(read_mesh(tmp_path / "out.vtp"), "Part")
@@ -187,7 +187,7 @@ def test_the_command_writes_labels(ball, classifier, tmp_path, capsys):
 
 def test_the_command_moves_points_to_predicted_positions(ball, positions, tmp_path):
     write_mesh(polydata_of(*ball), tmp_path / "in.vtp")
-    common = ["predict", str(tmp_path / "in.vtp"), str(tmp_path / "out.off"), "--model", str(positions)]
+    common = ["poisson-net", str(tmp_path / "in.vtp"), str(tmp_path / "out.off"), "--model", str(positions)]
     assert main([*common, "--conditions", "0.5", "0", "--warp", "1"]) == 0
     moved = vtk_to_numpy(read_mesh(tmp_path / "out.off").GetPoints().GetData())
     expected = poisson_net(ball, positions, conditions=[0.5, 0.0]).values
@@ -207,7 +207,7 @@ def test_the_command_moves_points_to_predicted_positions(ball, positions, tmp_pa
 )
 def test_the_command_reports_in_one_line(options, output, status, words, ball, classifier, tmp_path, capsys):
     write_mesh(polydata_of(*ball), tmp_path / "in.vtp")
-    arguments = ["predict", str(tmp_path / "in.vtp"), str(tmp_path / output), "--model", str(classifier), *options]
+    arguments = ["poisson-net", str(tmp_path / "in.vtp"), str(tmp_path / output), "--model", str(classifier), *options]
     assert main(arguments) == status
     errors = capsys.readouterr().err
     assert words in errors and errors.count("\n") == 1

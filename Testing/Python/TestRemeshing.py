@@ -106,12 +106,12 @@ def test_progress_can_stop_the_work(ball):
 
 
 def test_commands_go_from_file_to_file(ball, tmp_path, capsys):
-    source, sound, even = (str(tmp_path / name) for name in ("ball.stl", "sound.ply", "even.vtp"))
+    source, valid, even = (str(tmp_path / name) for name in ("ball.stl", "valid.ply", "even.vtp"))
     surfacesynthesis.write_mesh(ball, source)
-    assert main(["repair", source, sound]) == 0
-    assert "the surface was sound" in capsys.readouterr().out
-    assert main(["remesh", sound, even, "--points", "500"]) == 0
+    assert main(["repair", source, valid]) == 0
+    assert "the surface was valid" in capsys.readouterr().out
+    assert main(["remesh", valid, even, "--points", "500"]) == 0
     assert "points" in capsys.readouterr().out
     assert surfacesynthesis.read_mesh(even).GetNumberOfPoints() == pytest.approx(500, rel=0.02)
-    assert main(["remesh", sound, even, "--points", "500", "--edge-length", "1"]) == 2
+    assert main(["remesh", valid, even, "--points", "500", "--edge-length", "1"]) == 2
     assert "exclude each other" in capsys.readouterr().err

@@ -105,7 +105,7 @@ def test_mixtures_are_bumps_of_height_1(pair):
     assert made.min() >= 0.0 and np.all((made.max(axis=1) >= 1.0) & (made.max(axis=1) < 1.01))
     assert np.array_equal(gaussian_mixtures(pair, 1, seed=4, first_sample=7)[0], made[7])
     assert len(np.unique(made, axis=0)) == 20
-    wide = gaussian_mixtures(pair, 20, seed=4, centres=1, width=0.2)
+    wide = gaussian_mixtures(pair, 20, seed=4, centres=1, gaussian_width=0.2)
     assert wide.mean() > made.mean() / 3
 
 
@@ -236,7 +236,7 @@ def test_triangles_of_points_that_do_not_exist_are_refused(tmp_path):
 def test_the_command_writes_poses(tmp_path, ball, pair, capsys):
     surface, output = tmp_path / "ball.vtp", tmp_path / "poses.safetensors"
     write_mesh(ball, surface)
-    options = ["--samples", "3", "--seed", "5", "--first-sample", "2", "--angle", "30", "--template", str(surface)]
+    options = ["--samples", "3", "--seed", "5", "--first-sample", "2", "--maximum-angle", "30", "--template", str(surface)]
     assert main(["dataset", "poses", str(surface), str(output), *options]) == 0
     assert "3 samples on 362 points" in capsys.readouterr().out
     name, (source,) = read_signal_dataset(output)
@@ -248,7 +248,7 @@ def test_the_command_writes_poses(tmp_path, ball, pair, capsys):
 def test_the_command_remeshes_first(tmp_path, ball):
     surface, output = tmp_path / "ball.vtp", tmp_path / "mixtures.safetensors"
     write_mesh(ball, surface)
-    assert main(["dataset", "mixtures", str(surface), str(output), "--samples", "4", "--vertices", "200"]) == 0
+    assert main(["dataset", "mixtures", str(surface), str(output), "--samples", "4", "--points", "200"]) == 0
     name, (source,) = read_signal_dataset(output)
     assert name == "Mixture" and source.signals.shape[::2] == (4, 1) and abs(len(source.points) - 200) <= 4
 
@@ -257,8 +257,8 @@ def test_the_command_remeshes_first(tmp_path, ball):
     "arguments, status, text",
     [
         (["--samples", "0"], 2, "samples must be from 1"),
-        (["--width", "-1"], 2, "width must be"),
-        (["--width", "1"], 1, "no vertex is left for a centre"),
+        (["--gaussian-width", "-1"], 2, "gaussian_width must be"),
+        (["--gaussian-width", "1"], 1, "no vertex is left for a centre"),
     ],
 )
 def test_the_command_says_what_is_wrong(tmp_path, ball, capsys, arguments, status, text):

@@ -143,14 +143,14 @@ def test_command_from_volume_to_surface(tmp_path):
     scalars = vtk_to_numpy(ball_image().GetPointData().GetScalars()).reshape(24, 24, 24)
     sform = [[2.0, 0, 0, -23], [0, 2.0, 0, -23], [0, 0, 2.0, -23]]
     (tmp_path / "ball.nii.gz").write_bytes(gzip.compress(nifti(scalars, code=64, sform=sform)))
-    done = run_command("surface", tmp_path / "ball.nii.gz", tmp_path / "ball.vtp", "--iso", 0, "--no-progress")
+    done = run_command("surface", tmp_path / "ball.nii.gz", tmp_path / "ball.vtp", "--iso-value", 0, "--no-progress")
     assert done.returncode == 0 and done.stderr == "", done
     assert "isovalue 0" in done.stdout
     surface = surfacesynthesis.read_mesh(tmp_path / "ball.vtp")
     radii = np.linalg.norm(vtk_to_numpy(surface.GetPoints().GetData()), axis=1)
     assert radii.max() < 18.1 and radii.min() > 17.7
     done = run_command("surface", tmp_path / "ball.vtp", tmp_path / "closed.stl", "--voxel-size", 2, "--closing", 3,
-                       "--smoothing", "mean_curvature", "--iterations", 1, "--largest", "--fill-cavities", "--offset", 1,
+                       "--smoothing", "mean_curvature", "--smoothing-iterations", 1, "--largest-component", "--fill-cavities", "--offset", 1,
                        "--adaptivity", 0.1, "--threads", 1, "--quiet")  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert files_in(tmp_path) == ["ball.nii.gz", "ball.vtp", "closed.stl"]
