@@ -130,7 +130,8 @@ def distances_on(target, reference, model, seed):
     found = []
     for k, pair in enumerate(zip(levels, bare_levels(target, len(levels)))):
         units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}
-        found.append([surfacesynthesis.geometric_texture_distance(mesh, reference[START + k], **units) for mesh in pair])
+        distance = surfacesynthesis.geometric_texture_distance
+        found.append([distance(mesh, reference[START + k], **units) for mesh in pair])
     return found
 
 

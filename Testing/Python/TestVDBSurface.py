@@ -150,7 +150,8 @@ def test_command_from_volume_to_surface(tmp_path):
     radii = np.linalg.norm(vtk_to_numpy(surface.GetPoints().GetData()), axis=1)
     assert radii.max() < 18.1 and radii.min() > 17.7
     done = run_command("surface", tmp_path / "ball.vtp", tmp_path / "closed.stl", "--voxel-size", 2, "--closing", 3,
-                       "--smoothing", "mean_curvature", "--smoothing-iterations", 1, "--largest-component", "--fill-cavities", "--offset", 1,
+                       "--smoothing", "mean_curvature", "--smoothing-iterations", 1,
+                       "--largest-component", "--fill-cavities", "--offset", 1,
                        "--adaptivity", 0.1, "--threads", 1, "--quiet")  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert files_in(tmp_path) == ["ball.nii.gz", "ball.vtp", "closed.stl"]

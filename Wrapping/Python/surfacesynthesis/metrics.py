@@ -61,7 +61,8 @@ def ensemble_metrics(
         points weighted by mass, the one of the paper; "rms", the root of the mean squared one, which weighs outliers
         more. Default "mean_l2".
     remove_centroid : bool
-        True subtracts the mean value of each sample, weighted by mass, so that shapes are compared up to translation. Default False.
+        True subtracts the mean value of each sample, weighted by mass, so that shapes are compared up to translation.
+        Default False.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 

@@ -84,8 +84,8 @@ def matern_noise(
         the triangulation; "white": discrete white noise N(0, M^-1); "unscreened": tau = 0, orthogonal to constants;
         "spectral": Matérn noise truncated to the lowest eigenpairs. The scale goes with "matern" and "spectral" only.
     eigenpairs : int
-        Number of eigenpairs of the noise model "spectral", the constant one included; at least 1 and below the number of
-        points. The cost grows with its square. Default 256.
+        Number of eigenpairs of the noise model "spectral", the constant one included; at least 1 and below the number
+        of points. The cost grows with its square. Default 256.
     name : str
         Name of the point array. Default "MaternNoise".
     progress : callable, optional

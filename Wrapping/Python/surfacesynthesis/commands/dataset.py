@@ -75,7 +75,7 @@ def _add_poses(signals):
     )
     motion = parser.add_argument_group("motion")
     angle = motion.add_argument(
-        "--maximum-angle", type=float, default=60.0, metavar="A", help="largest angle about a joint, degrees (default: 60)"
+        "--maximum-angle", type=float, default=60.0, metavar="A", help="largest angle at a joint, degrees (default: 60)"
     )
     twist = motion.add_argument(
         "--maximum-twist", type=float, default=20.0, metavar="A", help="largest twist of a limb, degrees (default: 20)"
@@ -83,7 +83,7 @@ def _add_poses(signals):
     motion.add_argument(
         "--stiffness", type=float, default=2e-4, metavar="S", help="resistance to bending (default: 0.0002)"
     )
-    motion.add_argument("--iterations", type=int, default=40, metavar="N", help="iterations for each pose (default: 40)")
+    motion.add_argument("--iterations", type=int, default=40, metavar="N", help="iterations of each pose (default: 40)")
     add_running_options(motion)
     add_former_option(parser, "--angle", angle)
     add_former_option(parser, "--twist", twist)
@@ -95,7 +95,7 @@ def _add_mixtures(signals):
     mixture = parser.add_argument_group("mixtures")
     mixture.add_argument("--centres", type=int, default=3, metavar="N", help="Gaussians in each mixture (default: 3)")
     width = mixture.add_argument(
-        "--gaussian-width", type=float, default=0.08, metavar="W", help="standard deviation of a Gaussian (default: 0.08)"
+        "--gaussian-width", type=float, default=0.08, metavar="W", help="standard deviation of each (default: 0.08)"
     )
     mixture.add_argument(
         "--separation",
@@ -135,7 +135,7 @@ def run_mixtures(arguments):
     """The command ``dataset mixtures``; returns the line to print."""
     from ..gaussian_mixtures import configured_mixtures, gaussian_mixtures
 
-    options = {"centres": arguments.centres, "gaussian_width": arguments.gaussian_width, "separation": arguments.separation}
+    options = {name: getattr(arguments, name) for name in ("centres", "gaussian_width", "separation")}
     as_usage(configured_mixtures, seed=arguments.seed, **options)
     return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
 

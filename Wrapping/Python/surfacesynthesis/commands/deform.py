@@ -44,7 +44,7 @@ def add(commands):
     files = _FILES.format(lost=", without the signal").replace("displacement, noise and area ratios", "signal and noise")
     parser = _add(commands, "sample", "generate a signal by a trained model", _SAMPLE_DESCRIPTION, files + _SAMPLE_EXAMPLES)
     parser.set_defaults(run=run, configure="configured_sampler")
-    parser.add_argument("--name", metavar="NAME", help="name of the array with the signal (default: that in the model file)")
+    parser.add_argument("--name", metavar="NAME", help="name of the array (default: that in the model file)")
 
 
 def _add(commands, name, text, description, epilog):

@@ -17,8 +17,8 @@ files: the format follows from the extension.
   .stl .obj .off          keep the shape only
   .vtm (.vtk)             composite datasets, processed block by block
 
-With --output-levels the surfaces after each level go to OUTPUT_0, OUTPUT_1, ..., numbered as the levels are, which ParaView
-opens as a series in time.
+With --output-levels the surfaces after each level go to OUTPUT_0, OUTPUT_1, ..., numbered as the levels are, which
+ParaView opens as a series in time.
 
 examples:
   %(prog)s bunny.ply scaly.ply --model scales.safetensors --start-level 2 --seed 3

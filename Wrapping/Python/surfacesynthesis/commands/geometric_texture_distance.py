@@ -5,9 +5,8 @@ from .common import add_command, add_running_options, as_usage, read_surface, ru
 
 _DESCRIPTION = """\
 Compares the geometric textures of two surfaces, whatever their shape: the sliced Wasserstein distance of the features
-of their triangles and their neighbors, in mean edge lengths. Compare surfaces whose triangles were made in the same way,
-for instance a synthesized texture with a level of the meshes that it was learned from, beside the bare target subdivided
-as often."""
+of their triangles, in mean edge lengths. Compare surfaces whose triangles were made in the same way, for instance a
+synthesized texture with a level of the meshes that it was learned from, beside the bare target subdivided as often."""
 _EXAMPLES = """\
 examples:
   %(prog)s synthesized_2.ply levels_2.ply

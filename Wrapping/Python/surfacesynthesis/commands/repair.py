@@ -34,7 +34,7 @@ def add(commands):
     )
     holes = parser.add_argument_group("holes and components")
     holes.add_argument(
-        "--holes", default="small", choices=["none", "small", "all"], help="holes that are closed: none, small (default), all"
+        "--holes", default="small", choices=["none", "small", "all"], help="holes that are closed (default: small)"
     )
     holes.add_argument(
         "--hole-size", type=float, metavar="D", help="extent of the largest small hole (default: a tenth of the surface)"

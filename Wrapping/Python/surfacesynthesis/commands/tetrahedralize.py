@@ -41,7 +41,9 @@ def add(commands):
         "--minimum-dihedral-angle", type=float, default=0.0, metavar="A", help="smallest dihedral angle, degrees"
     )
     volume = bounds.add_argument("--maximum-volume", type=float, metavar="V", help="largest volume of a tetrahedron")
-    bounds.add_argument("--edge-length", type=float, metavar="L", help="largest volume, given as the edge of a regular tetrahedron")
+    bounds.add_argument(
+        "--edge-length", type=float, metavar="L", help="edge of the regular tetrahedron of the largest volume"
+    )
     bounds.add_argument("--time-limit", type=float, default=300.0, metavar="S", help="seconds (default: 300)")
     bounds.add_argument("--memory-limit", type=int, metavar="MIB", help="MiB (default: 3/4 of the machine's)")
 
