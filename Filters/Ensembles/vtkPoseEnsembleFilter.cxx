@@ -209,7 +209,7 @@ private:
       points[k].resize(0, 3);
       const auto block = static_cast<unsigned int>(k);
       output->SetBlock(block, pose);
-      const std::string name = "Sample_" + std::to_string(static_cast<std::int64_t>(this->Self->FirstSample) + block);
+      const std::string name = "Sample " + std::to_string(static_cast<std::int64_t>(this->Self->FirstSample) + block);
       output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), name.c_str());
     }
   }

@@ -21,7 +21,7 @@
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a vtkPolyData
- * for each sample, named Sample_k for k = FirstSample, FirstSample + 1, ...: the input with moved points of the same
+ * for each sample, named "Sample k" for k = FirstSample, FirstSample + 1, ...: the input with moved points of the same
  * precision, without normals, plus two point arrays: the displacement from the input (three components, of the points'
  * precision) and the region of the point (int): 0, 1, ... for the extremities, NumberOfHandles for what stays and -1 for
  * what follows. Points that no polygon or strip uses stay where they are.

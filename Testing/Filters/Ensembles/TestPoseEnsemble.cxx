@@ -255,7 +255,7 @@ TEST(PoseEnsemble, ASampleHasTheSameBitsAloneInABatchAndForEveryNumberOfThreads)
     other->SetNumberOfSamples(1);
     const auto one = PosesOf(other, creature);
     ASSERT_TRUE(one);
-    EXPECT_STREQ(one->GetMetaData(0u)->Get(vtkCompositeDataSet::NAME()), "Sample_4");
+    EXPECT_STREQ(one->GetMetaData(0u)->Get(vtkCompositeDataSet::NAME()), "Sample 4");
     EXPECT_TRUE(SameBits(Sample(one, 0)->GetPoints()->GetData(), Sample(all, 4)->GetPoints()->GetData()));
     other->SetNumberOfSamples(6);
     other->SetFirstSample(0);
