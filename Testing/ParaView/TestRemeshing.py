@@ -14,7 +14,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 REMESH = {
     "TargetEdgeLength": (0.0, 0.25, 0.25),
     "TargetNumberOfPoints": (0, 500, 500),
-    "SizingArray": ("", "size", "size"),
+    "SizingArrayName": ("", "size", "size"),
     "KeepFeatureEdges": (1, 0, False),
     "FeatureAngle": (60.0, 30.0, 30.0),
     "KeepBoundaryPoints": (0, 1, True),
@@ -24,7 +24,7 @@ REMESH = {
 REPAIR = {
     "MergePoints": (1, 0, False),
     "MergeTolerance": (0.0, 0.125, 0.125),
-    "HoleFilling": ("Small Holes", "All Holes", 2),
+    "HoleFilling": ("Small", "All", 2),
     "MaximumHoleSize": (0.0, 0.5, 0.5),
     "KeepLargestComponent": (0, 1, True),
     "MinimumComponentFraction": (0.0, 0.25, 0.25),
@@ -52,7 +52,7 @@ def expect_same(a, b):
 def remesh_proxy_is_the_class():
     proxy = IsotropicRemesh(Input=source_of(sized_ball()), TargetEdgeLength=0.2)
     expect_same(output_of(proxy), made_by(vtkIsotropicRemeshFilter(), sized_ball(), TargetEdgeLength=0.2))
-    proxy.SizingArray = "size"
+    proxy.SizingArrayName = "size"
     expect_same(output_of(proxy), made_by(vtkIsotropicRemeshFilter(), sized_ball(), TargetEdgeLength=0.2,
                                           SizingArrayName="size"))
     assert output_of(proxy).GetPointData().HasArray("size")
@@ -78,9 +78,9 @@ def every_property_reaches_the_class():
     source.UpdatePipeline()
     check_properties(SurfaceRepair(Input=source), REPAIR)
     remesh = IsotropicRemesh(Input=source)
-    check_properties(remesh, {name: values for name, values in REMESH.items() if name != "SizingArray"})
-    assert remesh.SizingArray in ("", "None", None) or not remesh.SizingArray, remesh.SizingArray
-    remesh.SizingArray = "size"
+    check_properties(remesh, {name: values for name, values in REMESH.items() if name != "SizingArrayName"})
+    assert remesh.SizingArrayName in ("", "None", None) or not remesh.SizingArrayName, remesh.SizingArrayName
+    remesh.SizingArrayName = "size"
     remesh.UpdateVTKObjects()
     assert remesh.GetClientSideObject().GetSizingArrayName() == "size"
 
