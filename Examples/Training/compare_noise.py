@@ -67,7 +67,7 @@ def trained(options, task, noise):
         learning_rate=options.learning_rate,
         milestones=[2 * options.iterations // 3],
         averaging=max(0.0, 1.0 - 10.0 / options.iterations),  # over the last tenth
-        noise=NOISES[noise][1],
+        noise_model=NOISES[noise][1],
         noise_smoothing=NOISES[noise][2],
         seed=options.seed,
     )

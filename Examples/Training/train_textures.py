@@ -18,7 +18,7 @@ import surfacesynthesis
 from make_references import RELIEFS, reference_levels
 
 #: Half of the paper's channels.
-RECIPE = {"most_channels": 64, "checkpoint_interval": 50}
+RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 
 
 def main(arguments=None):
@@ -38,7 +38,7 @@ def main(arguments=None):
             levels,
             model=model,
             losses=losses,
-            name=name,
+            texture_name=name,
             iterations=options.iterations,
             learning_rate_interval=max(1, 3 * options.iterations // 8),
             **RECIPE,

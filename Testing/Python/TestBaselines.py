@@ -146,7 +146,7 @@ def texture():
 
 
 def fitter():
-    fit = surfacesynthesis.fit_levels(surface(), levels=2, icosphere_level=2, iterations=20, samples=500)
+    fit = surfacesynthesis.fit_levels(surface(), levels=2, icosphere_level=2, iterations=20, surface_samples=500)
     return {"points": points_of(fit.levels[-1]), "distance": np.array(fit.mean_distances)}, fit.levels[-1], 1e-5
 
 
@@ -162,7 +162,7 @@ def flow_trainer(folder):
 def texture_trainer(folder):
     levels = surfacesynthesis.fit_levels(surface(), levels=2, icosphere_level=1, iterations=0).levels
     losses = surfacesynthesis.train_geometric_texture(
-        levels, model=os.path.join(folder, "texture.safetensors"), iterations=1, start_channels=8, least_channels=8
+        levels, model=os.path.join(folder, "texture.safetensors"), iterations=1, start_channels=8, minimum_channels=8
     )
     return {name: losses[name] for name in ("critic_loss", "gradient_penalty")}, None, 1e-3
 

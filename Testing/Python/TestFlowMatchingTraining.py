@@ -201,7 +201,7 @@ def test_wrong_usage_of_the_command(tmp_path, files, capsys):
         (["m"], "needs DATASET.safetensors MODEL"),
         ([files[1][0], "m"], "needs DATASET.safetensors MODEL"),
         ([*files[0], "m", "--width", "0"], "width must be from 1"),
-        ([*files[0], "m", "--noise", "pink"], "pink"),
+        ([*files[0], "m", "--noise-model", "pink"], "pink"),
         ([*files[0], "m", "--depth", "3"], "--depth"),
     ):
         assert main(["train", "flow-matching", *arguments]) == 2

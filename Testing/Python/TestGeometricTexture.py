@@ -267,8 +267,15 @@ def test_the_command_refuses_wrong_usage(ball, model, tmp_path, capsys):
 
 # -- what makes textures ---------------------------------------------------------------------------------------------
 
-FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "samples": 200, "learning_rate": 0.02}
-SMALL = {"iterations": 2, "layers": 3, "start_channels": 4, "least_channels": 4, "most_channels": 4, "device": "cpu"}
+FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "surface_samples": 200, "learning_rate": 0.02}
+SMALL = {
+    "iterations": 2,
+    "layers": 3,
+    "start_channels": 4,
+    "minimum_channels": 4,
+    "maximum_channels": 4,
+    "device": "cpu",
+}
 
 
 def test_levels_are_fitted_and_a_texture_is_learnt_from_them(ball, tmp_path):
@@ -279,18 +286,19 @@ def test_levels_are_fitted_and_a_texture_is_learnt_from_them(ball, tmp_path):
     start = fit_levels(egg, **{**FIT, "iterations": 0})
     for mean, largest, before in zip(fit.mean_distances, fit.largest_distances, start.mean_distances):
         assert 0 < mean <= largest and mean < before
-    losses = train_geometric_texture(fit.levels, fit.template, model=tmp_path / "egg.model", name="egg", **SMALL)
+    losses = train_geometric_texture(fit.levels, fit.template, model=tmp_path / "egg.model", texture_name="egg", **SMALL)
     assert list(losses["iteration"]) == [1, 2, 3, 4] and list(losses["level"]) == [0, 0, 1, 1]
     assert all(np.all(np.isfinite(column)) for column in losses.values())
-    train_geometric_texture(model=tmp_path / "same.model", dataset=tmp_path / "egg.safetensors", name="egg", **SMALL)
+    files = {"model": tmp_path / "same.model", "dataset": tmp_path / "egg.safetensors"}
+    train_geometric_texture(**files, texture_name="egg", **SMALL)
     assert (tmp_path / "same.model").read_bytes() == (tmp_path / "egg.model").read_bytes()
     assert geometric_texture(None, tmp_path / "egg.model").GetNumberOfPolys() == 320
 
 
 def test_a_template_may_be_given_to_the_fit(ball):
-    fit = fit_levels(ball, template=icosphere(0), levels=1, iterations=1, samples=50)
+    fit = fit_levels(ball, template=icosphere(0), levels=1, iterations=1, surface_samples=50)
     assert fit.levels[0].GetNumberOfPolys() == 20
-    torus = fit_levels(ball, template="torus", torus_segments=9, levels=1, iterations=1, samples=50)
+    torus = fit_levels(ball, template="torus", torus_segments=9, levels=1, iterations=1, surface_samples=50)
     assert torus.levels[0].GetNumberOfPolys() == 54
 
 
@@ -304,7 +312,7 @@ def test_a_template_may_be_given_to_the_fit(ball):
         ({"iterations": -1}, ValueError),
         ({"learning_rate": 0}, ValueError),
         ({"learning_rate_decay": 1.5}, ValueError),
-        ({"samples": 1.5}, TypeError),
+        ({"surface_samples": 1.5}, TypeError),
         ({"dataset": ""}, ValueError),
     ],
 )
@@ -320,7 +328,7 @@ def test_arguments_of_the_fit_are_checked(ball, parameters, error):
         ({"layers": 2}, ValueError),
         ({"learning_rate_factor": 1.5}, ValueError),
         ({"device": "tpu"}, ValueError),
-        ({"name": ""}, ValueError),
+        ({"texture_name": ""}, ValueError),
         ({"levels": None}, TypeError),
         ({"dataset": "a.safetensors"}, TypeError),
     ],
@@ -342,10 +350,11 @@ def test_errors_of_fit_and_training_are_exceptions(ball, tmp_path):
 def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
     write_mesh(polydata_of(ball[0] * [1, 1, 2], ball[1]), tmp_path / "egg.ply")
     dataset, model_file = str(tmp_path / "levels.safetensors"), str(tmp_path / "egg.safetensors")
-    options = ["--levels", "2", "--icosphere-level", "1", "--iterations", "3", "--samples", "100"]
+    options = ["--levels", "2", "--icosphere-level", "1", "--iterations", "3", "--surface-samples", "100"]
     assert main(["levels", str(tmp_path / "egg.ply"), dataset, *options]) == 0
     assert "2 levels, 320 triangles" in capsys.readouterr().out
-    options = ["--iterations", "2", "--layers", "3", "--start-channels", "4", "--least-channels", "4", "--name", "egg"]
+    options = ["--iterations", "2", "--layers", "3", "--start-channels", "4", "--minimum-channels", "4",
+               "--texture-name", "egg"]
     assert main(["train", "geometric-texture", dataset, model_file, *options, "--device", "cpu"]) == 0
     assert "4 iterations" in capsys.readouterr().out
     assert (tmp_path / "egg.safetensors.csv").exists() and (tmp_path / "egg.safetensors.checkpoint").exists()

@@ -78,7 +78,7 @@ Value Choose(const std::string& option, const std::string& text, const std::map<
 }
 
 const std::map<std::string, NoiseModel> Noises = { { "matern", NoiseModel::Matern },
-  { "per-vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
+  { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
   { "spectral", NoiseModel::Spectral } };
 const std::map<std::string, TrainingDevice> Devices = { { "auto", TrainingDevice::Auto },
   { "cpu", TrainingDevice::CPU }, { "cuda", TrainingDevice::CUDA } };
@@ -108,6 +108,20 @@ void AddNumber(CommandOptions& known, const std::string& name, Number& target, c
   known[name] = NumberOption(name, target, help);
 }
 
+/// The name of an option; for a former one, with a warning, the name that it has now.
+std::string CurrentName(const std::string& option)
+{
+  static const std::map<std::string, std::string> former = { { "--least-channels", "--minimum-channels" },
+    { "--most-channels", "--maximum-channels" }, { "--name", "--texture-name" }, { "--noise", "--noise-model" } };
+  const auto found = former.find(option);
+  if (found == former.end())
+  {
+    return option;
+  }
+  std::cerr << "surfacesynthesis-train: warning: " << option << " is deprecated: use " << found->second << ".\n";
+  return found->second;
+}
+
 /// What is trained: reads its arguments, and trains.
 class TrainCommand
 {
@@ -133,7 +147,7 @@ public:
     const CommandOptions known = this->KnownOptions();
     for (std::size_t k = 2; k < arguments.size(); k += 2)
     {
-      const auto option = known.find(arguments[k]);
+      const auto option = known.find(CurrentName(arguments[k]));
       if (option == known.end() || k + 1 == arguments.size())
       {
         throw UsageError(
@@ -210,8 +224,10 @@ public:
     AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "of matern noise, in squared edge lengths, 0: none");
     AddNumber(known, "--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
     AddNumber(known, "--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
-    known["--noise"] = { "matern, per-vertex, white, unscreened or spectral (matern)",
-      [&o](const std::string& value) { o.Noise.Model = Choose("--noise", value, Noises); } };
+    known["--noise-model"] = { "matern, per_vertex, white, unscreened or spectral (matern)",
+      [&o](const std::string& value) {
+        o.Noise.Model = Choose("--noise-model", value == "per-vertex" ? "per_vertex" : value, Noises);
+      } };
     known["--encoder"] = { "model file that \"encoding\" has trained, for many surfaces (none)",
       [this, &o](const std::string& value) {
         o.Encoder = ReadPoissonNet(value);
@@ -268,10 +284,10 @@ public:
     AddNumber(known, "--reconstruction-weight", o.ReconstructionWeight, "of the distance from the reference");
     AddNumber(known, "--layers", o.Network.Layers, "convolutions of a network and one");
     AddNumber(known, "--start-channels", o.Network.StartChannels, "widest layer of level 0, doubled at each level");
-    AddNumber(known, "--least-channels", o.Network.MinimumChannels, "of any layer");
-    AddNumber(known, "--most-channels", o.Network.MaximumChannels, "of any layer");
+    AddNumber(known, "--minimum-channels", o.Network.MinimumChannels, "of any layer");
+    AddNumber(known, "--maximum-channels", o.Network.MaximumChannels, "of any layer");
     AddNumber(known, "--noise-amplitude", o.Network.NoiseAmplitude, "in mean edge lengths");
-    known["--name"] = { "of the texture (" + o.Name + ")", [&o](const std::string& value) { o.Name = value; } };
+    known["--texture-name"] = { "of the texture (" + o.Name + ")", [&o](const std::string& value) { o.Name = value; } };
     return known;
   }
   /// Of all levels. @throws as ReadMultiscaleDataset().

@@ -120,7 +120,7 @@ TEST_F(TrainProgram, HelpNamesEachOptionWithItsDefault)
   ProgramRun run({ "--help" }, this->File("output"));
   EXPECT_EQ(run.Status(), 0);
   for (const char* text : { "usage: surfacesynthesis-train flow-matching DATASET MODEL", "--iterations ", "(20000)",
-         "--noise ", "--device ", "--resume ", "--checkpoint-interval ", "(500)", "--encoder " })
+         "--noise-model ", "--device ", "--resume ", "--checkpoint-interval ", "(500)", "--encoder " })
   {
     EXPECT_THAT(run.Text(), HasSubstr(text));
   }
@@ -136,7 +136,7 @@ TEST_F(TrainProgram, WrongArgumentsAreStatus2)
   this->Expect(this->Training("m", { "--seed", "-1" }), 2, "--seed is \"-1\"; expected a whole number of at least 0");
   this->Expect(this->Training("m", { "--iterations", "1.5" }), 2, "--iterations is \"1.5\"; expected a whole number");
   this->Expect(this->Training("m", { "--learning-rate", "fast" }), 2, "expected a number");
-  this->Expect(this->Training("m", { "--noise", "pink" }), 2, "expected one of matern, per-vertex, spectral");
+  this->Expect(this->Training("m", { "--noise-model", "pink" }), 2, "expected one of matern, per_vertex, spectral");
   EXPECT_FALSE(fs::exists(this->File("m")));
 }
 
@@ -199,7 +199,7 @@ TEST_F(TrainProgram, TrainsAGeometricTexture)
   WriteMultiscaleDataset(this->File("levels.safetensors"), dataset);
   this->Expect(
     { "geometric-texture", this->File("levels.safetensors"), this->File("texture.safetensors"), "--iterations", "2",
-      "--name", "bumps", "--start-channels", "4", "--least-channels", "4", "--device", "cpu" },
+      "--texture-name", "bumps", "--start-channels", "4", "--minimum-channels", "4", "--device", "cpu" },
     0, "wrote ");
   EXPECT_EQ(ReadGeometricTexture(this->File("texture.safetensors")).Name, "bumps");
   this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,

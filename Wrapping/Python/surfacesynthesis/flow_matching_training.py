@@ -21,11 +21,12 @@ from .arguments import (
     progress_callback,
 )
 from .datasets import given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkFlowMatchingTrainer
 
-#: The noise that the flow begins with, by the name that ``noise`` takes.
+#: The models of the initial noise, by the name that ``noise_model`` takes.
 NOISES = {
     "matern": vtkFlowMatchingTrainer.MATERN,
     "per_vertex": vtkFlowMatchingTrainer.PER_VERTEX,
@@ -34,7 +35,7 @@ NOISES = {
     "spectral": vtkFlowMatchingTrainer.SPECTRAL,
 }
 
-#: Where a network is trained, by the name that ``device`` takes.
+#: The devices of a training, by the name that ``device`` takes.
 DEVICES = {
     "auto": vtkFlowMatchingTrainer.AUTO,
     "cpu": vtkFlowMatchingTrainer.CPU,
@@ -45,6 +46,7 @@ _POSITION = "Position"  # the name of signals that are deformed positions
 _LARGEST_AVERAGING = 0.9999999
 
 
+@renamed_keywords(noise="noise_model")
 def train_flow_matching(source=None, samples=None, *, model, dataset=None, progress=None, **options):
     """Trains a flow matching model on deformations of a surface, or on another signal on it.
 
@@ -91,7 +93,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     inner_products : bool
         Whether the maps at the points see inner products of gradients, with which a model serves triangulations other than
         that of its training less well. Default False.
-    noise : str
+    noise_model : str
         "matern" or, for comparison, "per_vertex", "white", "unscreened", "spectral". Default "matern".
     screening : float
         The screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
@@ -140,7 +142,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     algorithm = configured_filter(model, dataset, **options)
     connect(algorithm, source, samples, signal)
     for text in run_algorithm(algorithm, progress):
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     return losses_of(algorithm)
 
 
@@ -159,7 +161,7 @@ def configured_filter(
     blocks=4,
     layers=3,
     inner_products=False,
-    noise="matern",
+    noise_model="matern",
     screening=100.0,
     noise_smoothing=1.0,
     noise_scale=0.0,
@@ -195,7 +197,7 @@ def configured_filter(
     algorithm.SetBlocks(at_most("blocks", integer("blocks", blocks, 1), 1000))
     algorithm.SetComplexLayers(at_most("layers", integer("layers", layers, 1), 100))
     algorithm.SetInnerProducts(flag("inner_products", inner_products))
-    algorithm.SetNoiseModel(choice("noise", noise, NOISES))
+    algorithm.SetNoiseModel(choice("noise_model", noise_model, NOISES))
     algorithm.SetScreening(positive("screening", screening))
     algorithm.SetNoiseSmoothing(at_least_0("noise_smoothing", noise_smoothing))
     algorithm.SetNoiseScale(at_least_0("noise_scale", noise_scale))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What makes geometric textures: functions around vtkMultiscaleMeshFitter and vtkGeometricTextureTrainer."""
+"""Training of geometric textures: functions around vtkMultiscaleMeshFitter and vtkGeometricTextureTrainer."""
 
 import collections
 import warnings
@@ -22,6 +22,7 @@ from .arguments import (
     progress_callback,
 )
 from .datasets import given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
@@ -45,11 +46,12 @@ _COLUMNS = (
 )
 _SURFACE = "a vtkPolyData or a pair of arrays (points, triangles)"
 
-#: What fit_levels() returns: the levels, coarse to fine, and the template, each a vtkPolyData; and the mean and the
+#: The result of fit_levels(): the levels, coarse to fine, and the template, each a vtkPolyData; and the mean and the
 #: largest distance of the points of each level from the reference, world units.
 FittedLevels = collections.namedtuple("FittedLevels", "levels template mean_distances largest_distances")
 
 
+@renamed_keywords(samples="surface_samples")
 def fit_levels(reference, progress=None, **options):
     """Makes meshes of one surface at several scales, which a geometric texture is learnt from.
 
@@ -79,7 +81,7 @@ def fit_levels(reference, progress=None, **options):
         each level as those are. Default 1e-2.
     learning_rate_decay : float
         The learning rate of a level's last iteration over that of its first, from 1e-6 to 1. Default 0.1.
-    samples : int
+    surface_samples : int
         Number of samples on each surface at level 0, from 1 to 1000000; at level l there are l + 1 times as many.
         Default 3000.
     published_normals : bool
@@ -107,7 +109,7 @@ def fit_levels(reference, progress=None, **options):
     algorithm = configured_fitter(**options)
     algorithm.SetInputDataObject(0, _surface("reference", reference))
     for text in run_algorithm(algorithm, progress):
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     return fitted_levels(algorithm)
 
 
@@ -121,7 +123,7 @@ def configured_fitter(
     chamfer_steps=2,
     learning_rate=1e-2,
     learning_rate_decay=0.1,
-    samples=3000,
+    surface_samples=3000,
     published_normals=False,
     seed=0,
     dataset=None,
@@ -142,7 +144,7 @@ def configured_fitter(
     algorithm.SetChamferSteps(at_most("chamfer_steps", integer("chamfer_steps", chamfer_steps, 0), 1000))
     algorithm.SetLearningRate(positive("learning_rate", learning_rate))
     algorithm.SetLearningRateDecay(in_range("learning_rate_decay", learning_rate_decay, 1e-6, 1.0))
-    algorithm.SetSamples(at_most("samples", integer("samples", samples, 1), 1000000))
+    algorithm.SetSamples(at_most("surface_samples", integer("surface_samples", surface_samples, 1), 1000000))
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
@@ -160,6 +162,7 @@ def fitted_levels(algorithm):
     return FittedLevels(levels, _copy(algorithm.GetOutputDataObject(1)), *distances)
 
 
+@renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
 def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
     """Learns a geometric texture from one surface at several scales.
 
@@ -169,7 +172,7 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
         The surface at several scales, coarse to fine, each a vtkPolyData or a pair (points, triangles), with the
         triangles of the one before cut into four at the midpoints of edges: ``fit_levels(...).levels``.
     template : vtkPolyData or pair, optional
-        What a texture grows from without a target, with the triangles of the first level. Default: the first level.
+        The surface of a synthesis without a target, with the triangles of the first level. Default: the first level.
     model : path
         The model file that is written, safetensors.
     dataset : path, optional
@@ -177,7 +180,7 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the training stops, and a
         checkpoint is written first.
-    name : str
+    texture_name : str
         Name of the texture, for people. Default "texture".
     checkpoint : path, optional
         The checkpoint. Default: ``model`` with .checkpoint after it.
@@ -196,7 +199,7 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
         5e-4, 500 and 0.5.
     penalty_weight, reconstruction_weight : float
         Weights of the gradient penalty and of the squared distance from the reference. Default 0.1 and 5.
-    layers, start_channels, least_channels, most_channels : int
+    layers, start_channels, minimum_channels, maximum_channels : int
         Layers of each network, input and output included; channels of the first hidden layer at level 0, and of a hidden
         layer at least and at most. Default 7, 32, 32 and 128.
     noise_amplitude : float
@@ -225,14 +228,14 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     algorithm = configured_trainer(model, dataset, **options)
     _connect(algorithm, levels, template)
     for text in run_algorithm(algorithm, progress):
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     return texture_losses(algorithm)
 
 
 def configured_trainer(
     model,
     dataset=None,
-    name="texture",
+    texture_name="texture",
     checkpoint=None,
     losses=None,
     checkpoint_interval=500,
@@ -247,8 +250,8 @@ def configured_trainer(
     reconstruction_weight=5.0,
     layers=7,
     start_channels=32,
-    least_channels=32,
-    most_channels=128,
+    minimum_channels=32,
+    maximum_channels=128,
     noise_amplitude=0.1,
     seed=0,
     device="auto",
@@ -259,7 +262,7 @@ def configured_trainer(
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
     algorithm.SetCheckpointFileName(optional_path("checkpoint", checkpoint))
     algorithm.SetLossTableFileName(optional_path("losses", losses))
-    algorithm.SetTextureName(array_name("name", name))
+    algorithm.SetTextureName(array_name("texture_name", texture_name))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
     algorithm.SetIterationsPerLevel(_count("iterations", iterations, 1, 100000000))
@@ -273,8 +276,8 @@ def configured_trainer(
     algorithm.SetReconstructionWeight(at_least_0("reconstruction_weight", reconstruction_weight))
     algorithm.SetLayers(_count("layers", layers, 3, 32))
     algorithm.SetStartChannels(_count("start_channels", start_channels, 1, 4096))
-    algorithm.SetMinimumChannels(_count("least_channels", least_channels, 1, 4096))
-    algorithm.SetMaximumChannels(_count("most_channels", most_channels, 1, 4096))
+    algorithm.SetMinimumChannels(_count("minimum_channels", minimum_channels, 1, 4096))
+    algorithm.SetMaximumChannels(_count("maximum_channels", maximum_channels, 1, 4096))
     algorithm.SetNoiseAmplitude(in_range("noise_amplitude", noise_amplitude, 0.0, 1e6))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDevice(choice("device", device, _DEVICES))

@@ -3,6 +3,7 @@
 
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
@@ -25,7 +26,7 @@ _NUMBERS = (
     ("chamfer-steps", int, 2, "N", "steps in each that bring the surfaces closer"),
     ("learning-rate", float, 1e-2, "R", "of Adam, in mean edge lengths of the template, halved with each level"),
     ("learning-rate-decay", float, 0.1, "R", "that of a level's last iteration over that of its first, 1e-6 to 1"),
-    ("samples", int, 3000, "N", "samples on each surface at level 0"),
+    ("surface-samples", int, 3000, "N", "samples on each surface at level 0"),
     ("seed", int, 0, "N", "any integer of 32 bits"),
 )
 
@@ -46,9 +47,11 @@ def add(commands):
     )
     fit = parser.add_argument_group("fit")
     for name, kind, default, metavar, text in _NUMBERS:
-        fit.add_argument(
+        option = fit.add_argument(
             f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
         )
+        if name == "surface-samples":
+            add_former_option(parser, "--samples", option)
     fit.add_argument("--published-normals", action="store_true", help="compare normals as in the published code")
     add_running_options(parser.add_argument_group("running"))
 

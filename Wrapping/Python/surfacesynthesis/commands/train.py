@@ -4,6 +4,7 @@
 import argparse
 import time
 
+from ..deprecation import add_former_option
 from . import train_geometric_texture
 from .common import (
     PROGRAM,
@@ -92,13 +93,14 @@ def add(commands):
             groups[title].add_argument(
                 f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
             )
-    _add_choices(groups)
+    add_former_option(training, "--noise", _add_choices(groups))
     add_training_files(training)
     add_running_options(training.add_argument_group("running"))
     train_geometric_texture.add(kinds)
 
 
 def _add_choices(groups):
+    """Adds the options that are no numbers; returns that of the noise model, which has a former name."""
     groups["training"].add_argument(
         "--milestone",
         type=int,
@@ -124,13 +126,14 @@ def _add_choices(groups):
         help="PoissonNet that predicts a positional encoding, for sources of different shape; written with "
         "--encoder-iterations (default then: MODEL.encoder), else read",
     )
-    groups["noise"].add_argument(
-        "--noise",
+    noise_model = groups["noise"].add_argument(
+        "--noise-model",
         default="matern",
         choices=["matern", "per_vertex", "white", "unscreened", "spectral"],
         metavar="NOISE",
         help="matern (default) or, for comparison, per_vertex, white, unscreened, spectral",
     )
+    return noise_model
 
 
 def run(arguments):
@@ -171,7 +174,7 @@ def _filter_of(arguments):
         resume=not arguments.no_resume,
         encoder=arguments.encoder,
         inner_products=arguments.inner_products,
-        noise=arguments.noise,
+        noise_model=arguments.noise_model,
         milestones=arguments.milestones,
         device=arguments.device,
         **{name: getattr(arguments, name) for name in numbers},

@@ -4,6 +4,7 @@
 import argparse
 import time
 
+from ..deprecation import add_former_option
 from .common import PROGRAM, add_running_options, add_training_files, as_usage, train_filter
 
 _DESCRIPTION = """\
@@ -16,7 +17,7 @@ files:
 
 examples:
   python3 -m surfacesynthesis levels bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
-  %(prog)s bark-levels.safetensors bark.safetensors --name bark
+  %(prog)s bark-levels.safetensors bark.safetensors --texture-name bark
 """
 #: Options with a number: name, type, default, metavariable, help.
 _NUMBERS = {
@@ -35,18 +36,20 @@ _NUMBERS = {
     "network": (
         ("layers", int, 7, "N", "layers, input and output included"),
         ("start-channels", int, 32, "N", "channels of the first hidden layer at level 0"),
-        ("least-channels", int, 32, "N", "channels of a hidden layer at least"),
-        ("most-channels", int, 128, "N", "channels of a hidden layer at most"),
+        ("minimum-channels", int, 32, "N", "channels of a hidden layer at least"),
+        ("maximum-channels", int, 128, "N", "channels of a hidden layer at most"),
         ("noise-amplitude", float, 0.1, "A", "standard deviation of the noise, in mean edge lengths"),
     ),
 }
+#: Former names of options.
+_FORMER = {"minimum-channels": "--least-channels", "maximum-channels": "--most-channels"}
 
 
 def add(kinds):
     """Adds the kind of training to the parser of ``train``."""
     parser = kinds.add_parser(
         "geometric-texture",
-        help="the relief of a surface",
+        help="the geometric texture of a surface",
         usage=f"python3 -m {PROGRAM} train geometric-texture DATASET MODEL [options]",
         description=_DESCRIPTION,
         epilog=_EXAMPLES,
@@ -55,17 +58,22 @@ def add(kinds):
     parser.set_defaults(run=run)
     parser.add_argument("dataset", metavar="DATASET", help="what is trained on")
     parser.add_argument("model", metavar="MODEL", help="the model that is written")
-    parser.add_argument("--name", default="texture", metavar="NAME", help="of the texture (default: texture)")
+    texture_name = parser.add_argument(
+        "--texture-name", default="texture", metavar="NAME", help="name of the texture (default: texture)"
+    )
     for title, options in _NUMBERS.items():
         group = parser.add_argument_group(title)
         for name, kind, default, metavar, text in options:
-            group.add_argument(
+            option = group.add_argument(
                 f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
             )
+            if name in _FORMER:
+                add_former_option(parser, _FORMER[name], option)
     parser.add_argument(
         "--device", default="auto", choices=["auto", "cpu", "cuda"], metavar="DEVICE", help="auto (default), cpu, cuda"
     )
     add_training_files(parser)
+    add_former_option(parser, "--name", texture_name)
     add_running_options(parser.add_argument_group("running"))
 
 
@@ -79,7 +87,7 @@ def run(arguments):
         configured_trainer,
         arguments.model,
         dataset=arguments.dataset,
-        name=arguments.name,
+        texture_name=arguments.texture_name,
         checkpoint=arguments.checkpoint,
         losses=arguments.losses or f"{arguments.model}.csv",
         resume=not arguments.no_resume,
