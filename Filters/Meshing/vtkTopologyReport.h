@@ -20,8 +20,8 @@
  * - Remark (string): what repairs a defect, units, explanations.
  *
  * @par Properties
- * Valid: 1 for finite points, triangles with an area and at most two triangles at an edge, which is what filters without
- * further requirements accept.
+ * Valid: 1 for finite points, triangles with an area and at most two triangles at an edge, which filters without further
+ * requirements accept.
  * @par
  * Defects, with a row even when there are none: UnreadableCells, CellsWithMissingPoints, CellsWithTooFewPoints,
  * BrokenVerticesAndLines, CellsWithRepeatedPoints, UncuttablePolygons, DegenerateTriangles and DuplicateTriangles (First

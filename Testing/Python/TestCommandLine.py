@@ -16,7 +16,8 @@ import pytest
 import surfacesynthesis
 from conftest import files_in, icosphere, polydata_of, run_command
 from surfacesynthesis import matern_noise, read_mesh, write_mesh
-from surfacesynthesis.command_line import main
+from surfacesynthesis.command_line import build_parser, main
+from surfacesynthesis.commands import FORMER_COMMANDS
 from surfacesynthesis.commands.common import ProgressBar
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
@@ -121,7 +122,8 @@ def test_all_options_reach_the_filter(surface, pair, tmp_path):
         (["--range", "1", "--standard-deviation", "2.5"], {"range": 1.0, "standard_deviation": 2.5}),
         (["--screening", "30"], {"screening": 30.0}),
         (["--normalized-screening", "1e-3"], {"normalized_screening": 1e-3}),
-        (["--noise-model", "per_vertex", "--standard-deviation", "0.5"], {"noise_model": "per_vertex", "standard_deviation": 0.5}),
+        (["--noise-model", "per_vertex", "--standard-deviation", "0.5"],
+         {"noise_model": "per_vertex", "standard_deviation": 0.5}),
         (["--noise-model", "white"], {"noise_model": "white"}),
         (["--noise-model", "unscreened"], {"noise_model": "unscreened"}),
         (["--noise-model", "spectral", "--eigenpairs", "20"], {"noise_model": "spectral", "eigenpairs": 20}),
@@ -161,8 +163,8 @@ def test_help_and_version():
     assert done.returncode == 0 and "noise" in done.stdout and done.stderr == ""
     done = run_command("noise", "--help")
     assert done.returncode == 0
-    options = ("range", "screening", "normalized-screening", "std", "model", "seed", "samples", "first-sample", "quiet",
-               "components", "eigenpairs", "name", "warp", "threads", "no-progress")  # fmt: skip
+    options = ("range", "screening", "normalized-screening", "standard-deviation", "noise-model", "seed", "samples",
+               "quiet", "first-sample", "components", "eigenpairs", "name", "warp", "threads", "no-progress")  # fmt: skip
     for option in options:
         assert f"--{option}" in done.stdout
     assert ".vtp .vtk .ply" in done.stdout and "examples:" in done.stdout
@@ -184,7 +186,8 @@ def test_help_and_version():
         (["noise", "in.off", "out.vtp", "--range", "wide"], "invalid float value: 'wide'"),
         (["noise", "in.off", "out.vtp", "--range", "-1"], "range must be a finite number larger than 0"),
         (["noise", "in.off", "out.vtp", "--range", "1", "--screening", "2"], "not allowed with argument --range"),
-        (["noise", "in.off", "out.vtp", "--screening", "1", "--standard-deviation", "2"], "standard_deviation goes with range"),
+        (["noise", "in.off", "out.vtp", "--screening", "1", "--standard-deviation", "2"],
+         "standard_deviation goes with range"),
         (["noise", "in.off", "out.vtp", "--noise-model", "perlin"], "invalid choice: 'perlin'"),
         (["noise", "in.off", "out.vtp", "--noise-model", "white", "--range", "1"], "no meaning for the model 'white'"),
         (["noise", "in.off", "out.vtp", "--seed", "3000000000"], "seed must be"),
@@ -338,3 +341,59 @@ def test_closed_output_pipe_is_no_traceback(surface, tmp_path):
     done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
     assert "Traceback" not in done.stderr and "Exception" not in done.stderr
     assert (tmp_path / "out.vtp").exists()
+
+
+# -- former names ------------------------------------------------------------------------------------------------------
+
+
+def test_former_options_work_with_a_warning(surface, tmp_path):
+    new = ["--range", "1", "--standard-deviation", "2", "--noise-model", "matern"]
+    done = run_command("noise", surface, tmp_path / "new.vtp", *new)
+    assert (done.returncode, done.stderr) == (0, "")
+    done = run_command("noise", surface, tmp_path / "old.vtp", "--range", "1", "--std", "2", "--model", "matern")
+    assert done.returncode == 0 and done.stderr.splitlines() == [
+        "surfacesynthesis: warning: --std is deprecated: use --standard-deviation",
+        "surfacesynthesis: warning: --model is deprecated: use --noise-model",
+    ]
+    assert np.array_equal(values_of(tmp_path / "new.vtp"), values_of(tmp_path / "old.vtp"))
+    done = run_command("noise", surface, tmp_path / "old.vtp", "--range", "1", "--std", "2", "--quiet")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_former_flags_stand_for_a_value():
+    parsed = build_parser().parse_args(["surface", "a", "b", "--below", "--largest", "--iterations", "2", "--iso", "1"])
+    assert (parsed.inside, parsed.largest_component) == ("below", True)
+    assert (parsed.smoothing_iterations, parsed.iso_value) == (2, 1.0)
+    assert parsed.remarks[0] == "--below is deprecated: use --inside below"
+    parsed = build_parser().parse_args(["surface", "a", "b"])
+    assert (parsed.inside, parsed.largest_component, hasattr(parsed, "remarks")) == ("above", False, False)
+
+
+@pytest.mark.parametrize("former, successor", FORMER_COMMANDS.items())
+def test_former_commands_work_with_a_warning(former, successor, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([former, "--help"])
+    assert ended.value.code == 0 and f"surfacesynthesis {successor} " in capsys.readouterr().out
+    missing = {"texture-distance": ["none.ply", "none.ply"]}.get(former, ["none.ply", "none.vtp", "--model", "none"])
+    assert main([former, *missing]) == 1
+    first, last = capsys.readouterr().err.splitlines()
+    assert first == f"surfacesynthesis: warning: the command {former} is deprecated: use {successor}"
+    assert "none" in last
+    assert f" {former} " not in build_parser().format_help()
+
+
+def test_former_keywords_and_functions_work_with_a_warning(pair):
+    with pytest.warns(DeprecationWarning, match="keyword model of matern_noise.*: use noise_model") as caught:
+        old = matern_noise(pair, model="white")
+    assert [warning.filename for warning in caught] == [__file__]
+    assert np.array_equal(old, matern_noise(pair, noise_model="white"))
+    with pytest.raises(TypeError, match="got noise_model and model, which is its former name"):
+        matern_noise(pair, model="white", noise_model="white")
+    with pytest.warns(DeprecationWarning, match="use surfacesynthesis.geometric_texture_distance") as caught:
+        assert surfacesynthesis.texture_distance is surfacesynthesis.geometric_texture_distance
+        assert surfacesynthesis.MODELS is surfacesynthesis.NOISE_MODELS
+    assert [warning.filename for warning in caught] == [__file__] * 2
+    with pytest.warns(DeprecationWarning, match='use report.valid|use report."valid"') as caught:
+        report = surfacesynthesis.topology_report(pair)
+        assert report.sound is report["sound"] is report.valid is True
+    assert len(caught) == 2

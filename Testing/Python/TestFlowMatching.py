@@ -85,8 +85,8 @@ def test_a_dataset_and_a_pair_are_deformed_alike(ball, model):
     assert output.GetCellData().GetArray("AreaRatio").GetNumberOfTuples() == 320
     assert not np.allclose(points_of(output), ball[0], atol=1e-2)
     assert not np.allclose(points_of(output), deform(ball, model, seed=5, steps=STEPS), atol=1e-2)
-    still = deform(mesh, model, seed=4, steps=STEPS, move_points=False, displacement_name="Way", initial_noise_name="Start",
-                   area_ratio_name="Stretch")  # fmt: skip
+    still = deform(mesh, model, seed=4, steps=STEPS, move_points=False, displacement_name="Way",
+                   initial_noise_name="Start", area_ratio_name="Stretch")  # fmt: skip
     assert np.array_equal(points_of(still), ball[0])
     assert np.array_equal(point_array(still, "Way"), point_array(output, "Displacement"))
     assert still.GetPointData().HasArray("Start") and still.GetCellData().HasArray("Stretch")
@@ -101,7 +101,8 @@ def test_the_noise_of_a_sample_gives_it_again(ball, model, mixture, tmp_path):
     assert np.array_equal(points_of(by_name), again)
     write_mesh(sample, tmp_path / "sample.vtp")
     files = [str(tmp_path / "sample.vtp"), str(tmp_path / "again.vtp")]
-    assert main(["deform", *files, "--model", str(model), "--input-noise", "InitialNoise", "--steps", str(STEPS), "--quiet"]) == 0
+    options = ["--input-noise", "InitialNoise", "--steps", str(STEPS), "--quiet"]
+    assert main(["deform", *files, "--model", str(model), *options]) == 0
     assert np.allclose(points_of(read_mesh(files[1])), again, atol=1e-6)
     signal = sample_signal(ball, mixture, input_noise=noise[:, :2], steps=STEPS)
     assert not np.allclose(signal, sample_signal(ball, mixture, input_noise=-noise[:, :2], steps=STEPS), atol=1e-3)

@@ -129,7 +129,7 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
         ({"eigenfunctions": 0}, ValueError, "eigenfunctions must be from 1"),
         ({"layers": 1.5}, TypeError, "layers must be an integer"),
         ({"iterations": 0}, ValueError, "iterations must be"),
-        ({"noise": "pink"}, ValueError, "unknown noise 'pink'"),
+        ({"noise_model": "pink"}, ValueError, "unknown noise_model 'pink'"),
         ({"device": "tpu"}, ValueError, "unknown device 'tpu'"),
         ({"learning_rate": 0.0}, ValueError, "learning_rate must be"),
         ({"learning_rate_factor": 1.5}, ValueError, "learning_rate_factor must be at most 1"),

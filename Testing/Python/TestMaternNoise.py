@@ -258,11 +258,12 @@ def test_same_bits_for_every_number_of_threads(pair):
         ({"components": 0}, "components must be from 1"),
         ({"eigenpairs": 0}, "eigenpairs must be from 1"),
         ({"name": ""}, "name must be"),
-        ({"model": "perlin"}, "unknown model 'perlin'; choose one of matern, per_vertex, white, unscreened, spectral"),
+        ({"noise_model": "perlin"},
+         "unknown noise_model 'perlin'; choose one of matern, per_vertex, white, unscreened, spectral"),
         ({"range": 1.0, "screening": 8.0}, "range and screening exclude each other"),
-        ({"range": 1.0, "model": "white"}, "range has no meaning for the model 'white'"),
+        ({"range": 1.0, "noise_model": "white"}, "range has no meaning for the model 'white'"),
         ({"screening": 8.0, "standard_deviation": 2.0}, "standard_deviation goes with range, not with screening"),
-        ({"standard_deviation": 2.0, "model": "unscreened"}, "standard_deviation has no meaning"),
+        ({"standard_deviation": 2.0, "noise_model": "unscreened"}, "standard_deviation has no meaning"),
     ],
 )
 def test_values_out_of_range_are_value_errors(pair, arguments, words):
@@ -272,7 +273,7 @@ def test_values_out_of_range_are_value_errors(pair, arguments, words):
 
 @pytest.mark.parametrize(
     "arguments",
-    [{"range": "5"}, {"range": True}, {"seed": 1.5}, {"seed": None}, {"samples": "3"}, {"model": 0}, {"name": 3},
+    [{"range": "5"}, {"range": True}, {"seed": 1.5}, {"seed": None}, {"samples": "3"}, {"noise_model": 0}, {"name": 3},
      {"progress": 1}, {"components": True}],
 )  # fmt: skip
 def test_wrong_types_are_type_errors(pair, arguments):

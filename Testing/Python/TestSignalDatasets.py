@@ -114,7 +114,7 @@ def test_mixtures_are_bumps_of_height_1(pair):
     [
         ({"centres": 0}, "centres must be from 1"),
         ({"centres": 1001}, "centres must be at most 1000"),
-        ({"width": 0.0}, "width must be a finite number larger than 0"),
+        ({"gaussian_width": 0.0}, "gaussian_width must be a finite number larger than 0"),
         ({"separation": -1.0}, "separation must be at least 0"),
     ],
 )
@@ -236,7 +236,8 @@ def test_triangles_of_points_that_do_not_exist_are_refused(tmp_path):
 def test_the_command_writes_poses(tmp_path, ball, pair, capsys):
     surface, output = tmp_path / "ball.vtp", tmp_path / "poses.safetensors"
     write_mesh(ball, surface)
-    options = ["--samples", "3", "--seed", "5", "--first-sample", "2", "--maximum-angle", "30", "--template", str(surface)]
+    options = ["--samples", "3", "--seed", "5", "--first-sample", "2", "--maximum-angle", "30"]
+    options += ["--template", str(surface)]
     assert main(["dataset", "poses", str(surface), str(output), *options]) == 0
     assert "3 samples on 362 points" in capsys.readouterr().out
     name, (source,) = read_signal_dataset(output)

@@ -137,6 +137,9 @@ TEST_F(TrainProgram, WrongArgumentsAreStatus2)
   this->Expect(this->Training("m", { "--iterations", "1.5" }), 2, "--iterations is \"1.5\"; expected a whole number");
   this->Expect(this->Training("m", { "--learning-rate", "fast" }), 2, "expected a number");
   this->Expect(this->Training("m", { "--noise-model", "pink" }), 2, "expected one of matern, per_vertex, spectral");
+  // Former names are understood, with a warning.
+  this->Expect(this->Training("m", { "--noise", "pink" }), 2, "--noise is deprecated: use --noise-model");
+  this->Expect(this->Training("m", { "--noise", "per-vertex", "--seed", "-1" }), 2, "--seed is \"-1\"");
   EXPECT_FALSE(fs::exists(this->File("m")));
 }
 

@@ -208,10 +208,10 @@ def geometric_texture_distance(
 ):
     """Distance of the geometric textures of two surfaces, whatever their shape.
 
-    The sliced Wasserstein-1 distance of the 12 features of each triangle that the networks of geometric textures take. It is 0 for the same triangulated surface moved, turned and,
-    without unit lengths, scaled. It sees the triangulation: compare surfaces whose triangles were made in the same way,
-    for instance level k of a synthesized texture with level k of the reference, beside the bare target subdivided as
-    often.
+    The sliced Wasserstein-1 distance of the 12 features of each triangle that the networks of geometric textures take. It
+    is 0 for the same triangulated surface moved, turned and, without unit lengths, scaled. It depends on the
+    triangulation: compare surfaces whose triangles were made in the same way, for instance level k of a synthesized
+    texture with level k of the reference, beside the bare target subdivided as often.
 
     Parameters
     ----------
@@ -220,8 +220,8 @@ def geometric_texture_distance(
         winding. A pair is an array of points [V, 3] and an integer array of triangles [F, 3]. None of them is modified.
     unit_length, reference_unit_length : float, optional
         The divisors of the lengths of ``mesh`` and of ``reference``, world units, larger than 0. A synthesized texture
-        has longer edges than the bare target: to compare it as the network sees it, give the mean edge length of the target
-        as the texture begins on it, over 2^k for what is subdivided k times; and for level k of the meshes that the
+        has longer edges than the bare target: to compare it in the units of the network, give the mean edge length of the
+        target at the first level, over 2^k for a mesh that is subdivided k times; and for level k of the meshes that the
         texture was trained on the mean edge length of level 0 over 2^k
         (``topology_report(mesh)["edge_length_mean"]``). Default: the own mean edge length.
     projections : int
@@ -258,7 +258,7 @@ def geometric_texture_distance(
 
 
 def configured_distance(unit_length=None, reference_unit_length=None, projections=128, seed=0):
-    """A vtkGeometricTextureDistance with parameters of geometric_texture_distance(); raises TypeError and ValueError."""
+    """A vtkGeometricTextureDistance of geometric_texture_distance()'s parameters; raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureDistance()
     if unit_length is not None:
         algorithm.SetUnitLength(positive("unit_length", unit_length))

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Training of geometric textures: fit_levels(), train_geometric_texture() and their commands."""
+
+import numpy as np
+import pytest
+from conftest import icosphere, polydata_of
+from surfacesynthesis import (
+    SurfaceSynthesisError,
+    fit_levels,
+    geometric_texture,
+    train_geometric_texture,
+    write_mesh,
+)
+from surfacesynthesis.command_line import main
+
+FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "surface_samples": 200, "learning_rate": 0.02}
+SMALL = {
+    "iterations": 2,
+    "layers": 3,
+    "start_channels": 4,
+    "minimum_channels": 4,
+    "maximum_channels": 4,
+    "device": "cpu",
+}
+
+
+@pytest.fixture
+def ball():
+    return icosphere(2)
+
+
+def test_levels_are_fitted_and_a_texture_is_learnt_from_them(ball, tmp_path):
+    egg = polydata_of(ball[0] * [1, 1, 2], ball[1])
+    fit = fit_levels(egg, **FIT, dataset=tmp_path / "egg.safetensors")
+    assert [level.GetNumberOfPolys() for level in fit.levels] == [80, 320]
+    assert fit.template.GetNumberOfPolys() == 80 and len(fit.mean_distances) == len(fit.largest_distances) == 2
+    start = fit_levels(egg, **{**FIT, "iterations": 0})
+    for mean, largest, before in zip(fit.mean_distances, fit.largest_distances, start.mean_distances):
+        assert 0 < mean <= largest and mean < before
+    losses = train_geometric_texture(fit.levels, fit.template, model=tmp_path / "egg.model", texture_name="egg", **SMALL)
+    assert list(losses["iteration"]) == [1, 2, 3, 4] and list(losses["level"]) == [0, 0, 1, 1]
+    assert all(np.all(np.isfinite(column)) for column in losses.values())
+    files = {"model": tmp_path / "same.model", "dataset": tmp_path / "egg.safetensors"}
+    train_geometric_texture(**files, texture_name="egg", **SMALL)
+    assert (tmp_path / "same.model").read_bytes() == (tmp_path / "egg.model").read_bytes()
+    assert geometric_texture(None, tmp_path / "egg.model").GetNumberOfPolys() == 320
+
+
+def test_a_template_may_be_given_to_the_fit(ball):
+    fit = fit_levels(ball, template=icosphere(0), levels=1, iterations=1, surface_samples=50)
+    assert fit.levels[0].GetNumberOfPolys() == 20
+    torus = fit_levels(ball, template="torus", torus_segments=9, levels=1, iterations=1, surface_samples=50)
+    assert torus.levels[0].GetNumberOfPolys() == 54
+
+
+@pytest.mark.parametrize(
+    "parameters, error",
+    [
+        ({"levels": 0}, ValueError),
+        ({"levels": 11}, ValueError),
+        ({"template": "cube"}, ValueError),
+        ({"template": 3}, TypeError),
+        ({"iterations": -1}, ValueError),
+        ({"learning_rate": 0}, ValueError),
+        ({"learning_rate_decay": 1.5}, ValueError),
+        ({"surface_samples": 1.5}, TypeError),
+        ({"dataset": ""}, ValueError),
+    ],
+)
+def test_arguments_of_the_fit_are_checked(ball, parameters, error):
+    with pytest.raises(error):
+        fit_levels(ball, **parameters)
+
+
+@pytest.mark.parametrize(
+    "parameters, error",
+    [
+        ({"iterations": 0}, ValueError),
+        ({"layers": 2}, ValueError),
+        ({"learning_rate_factor": 1.5}, ValueError),
+        ({"device": "tpu"}, ValueError),
+        ({"texture_name": ""}, ValueError),
+        ({"levels": None}, TypeError),
+        ({"dataset": "a.safetensors"}, TypeError),
+    ],
+)
+def test_arguments_of_the_training_are_checked(ball, tmp_path, parameters, error):
+    with pytest.raises(error):
+        train_geometric_texture(**{"levels": [ball], "model": tmp_path / "a.model", **parameters})
+
+
+def test_errors_of_fit_and_training_are_exceptions(ball, tmp_path):
+    with pytest.raises(SurfaceSynthesisError, match="first cell 3"):
+        broken = ball[1].copy()
+        broken[3] = [0, 0, 1]
+        fit_levels((ball[0], broken), **FIT)
+    with pytest.raises(SurfaceSynthesisError, match="evel 1"):
+        train_geometric_texture([ball, ball], model=tmp_path / "a.model", **SMALL)
+
+
+def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
+    write_mesh(polydata_of(ball[0] * [1, 1, 2], ball[1]), tmp_path / "egg.ply")
+    dataset, model_file = str(tmp_path / "levels.safetensors"), str(tmp_path / "egg.safetensors")
+    options = ["--levels", "2", "--icosphere-level", "1", "--iterations", "3", "--surface-samples", "100"]
+    assert main(["levels", str(tmp_path / "egg.ply"), dataset, *options]) == 0
+    assert "2 levels, 320 triangles" in capsys.readouterr().out
+    options = ["--iterations", "2", "--layers", "3", "--start-channels", "4", "--minimum-channels", "4",
+               "--texture-name", "egg"]
+    assert main(["train", "geometric-texture", dataset, model_file, *options, "--device", "cpu"]) == 0
+    assert "4 iterations" in capsys.readouterr().out
+    assert (tmp_path / "egg.safetensors.csv").exists() and (tmp_path / "egg.safetensors.checkpoint").exists()
+    assert main(["geometric-texture", str(tmp_path / "sample.ply"), "--model", model_file]) == 0
+    assert '"egg"' in capsys.readouterr().out
+    assert main(["train", "geometric-texture", str(tmp_path / "none"), model_file]) == 1
+    assert main(["levels", str(tmp_path / "egg.ply"), dataset, "--levels", "0"]) == 2

@@ -1,0 +1,462 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One vocabulary: VTK's properties, the keywords of Python, the options of the command line and of surfacesynthesis-train,
+and the server-manager XML of ParaView name the same things alike.
+
+A word is a keyword of a function, or an option without its dashes: ``--first-sample`` and ``first_sample`` are one. Each word
+follows from a property of the VTK class by words_of(), or stands in SYNONYMS; and it means the same property everywhere.
+"""
+
+import argparse
+import glob
+import inspect
+import os
+import re
+import subprocess
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import surfacesynthesis
+from surfacesynthesis.command_line import build_parser
+from surfacesynthesis.flow_matching import INTEGRATORS
+from surfacesynthesis.geometric_texture import PREPARATIONS
+from surfacesynthesis.metrics import DISTANCES
+from surfacesynthesis.noise import NOISE_MODELS
+from surfacesynthesis.poisson_net import NORMALISATIONS
+from surfacesynthesis.remeshing import HOLES
+from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
+
+XML_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir, "Wrapping", "ParaView")
+#: surfacesynthesis-train, where the build has it.
+TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
+
+#: Short words for long properties, and for properties of one meaning that VTK names in several ways. With the reason.
+SYNONYMS = {
+    "array": ({"ArrayName", "InputArrayToProcess"}, "the array that the filter reads"),
+    "averaging": ({"WeightAveraging"}, "only weights are averaged"),
+    "batch": ({"BatchSize"}, "the usual word of trainings"),
+    "clip": ({"GradientClip"}, "only gradients are clipped"),
+    "edge_length": ({"TargetEdgeLength"}, "what a function is given is wanted"),
+    "features": ({"KeepFeatureEdges"}, "--no-features; in Python feature_angle=None"),
+    "gaussian_width": ({"Width"}, "width is that of a network"),
+    "hole_size": ({"MaximumHoleSize"}, "goes with holes"),
+    "holes": ({"HoleFilling"}, "the holes that are filled"),
+    "inside": ({"InsideRule"}, "inside='below' reads as it is meant"),
+    "iterations": ({"NumberOfIterations", "Iterations", "IterationsPerLevel"}, "those of the method, of each level if any"),
+    "largest_component": ({"LargestComponent", "KeepLargestComponent"}, "the only component that stays"),
+    "layers": ({"Layers", "ComplexLayers"}, "those of the network that is trained"),
+    "losses": ({"LossTableFileName"}, "the file of a table of losses"),
+    "minimum_component": ({"MinimumComponentFraction"}, "smaller ones go"),
+    "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName"}, "the array of the result"),
+    "normalisation": ({"InputNormalisation"}, "only the input is normalised"),
+    "points": ({"TargetNumberOfPoints"}, "what a function is given is wanted"),
+    "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),
+    "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),
+    "range": ({"CorrelationRange"}, "the only range of noise"),
+    "scale": ({"TextureScale"}, "the only scale of a texture"),
+    "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),
+    "surface_samples": ({"Samples"}, "samples are those of an ensemble"),
+    "template": ({"Template", "TemplateData"}, "the mesh that stands for a shape"),
+    "trajectory": ({"OutputTrajectory"}, "the states in place of the last one"),
+}
+#: Properties that share their name with another one of another meaning: no word follows from them.
+HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "Samples")}
+#: Words about what comes in, goes out and is shown: the same everywhere, and no property.
+COMMON = {
+    "config": "file of a network's configuration",
+    "csv": "table as comma-separated values",
+    "generated": "the ensemble that is measured",
+    "help": "help text",
+    "key": "place of the weights in a checkpoint",
+    "nearest": "table of nearest references",
+    "progress": "progress callable, or bar",
+    "quiet": "errors only",
+    "reference": "what is compared with",
+    "set": "entry of a configuration",
+    "source": "the surface that samples are on",
+    "threads": "number of threads",
+    "warp": "points moved by the result",
+}
+
+#: For each function the class, and its inputs, which are datasets and no properties.
+FUNCTIONS = {
+    "deform": ("vtkFlowMatchingDeformer", {"mesh"}),
+    "ensemble_metrics": ("vtkEnsembleMetrics", set()),
+    "gaussian_mixtures": ("vtkGaussianMixtureFilter", {"mesh"}),
+    "geometric_texture": ("vtkGeometricTextureSynthesizer", {"mesh"}),
+    "geometric_texture_distance": ("vtkGeometricTextureDistance", {"mesh"}),
+    "matern_noise": ("vtkMaternNoiseFilter", {"mesh"}),
+    "poisson_net": ("vtkPoissonNetFilter", {"mesh"}),
+    "sample_signal": ("vtkFlowMatchingSampler", {"mesh"}),
+    "topology_report": ("vtkTopologyReport", {"mesh"}),
+}
+if hasattr(surfacesynthesis, "vtkPoseEnsembleFilter"):
+    FUNCTIONS["poses"] = ("vtkPoseEnsembleFilter", {"mesh"})
+    FUNCTIONS["remesh"] = ("vtkIsotropicRemeshFilter", {"mesh"})
+    FUNCTIONS["repair"] = ("vtkSurfaceRepairFilter", {"mesh"})
+if hasattr(surfacesynthesis, "vtkTetrahedralizeFilter"):
+    FUNCTIONS["tetrahedralize"] = ("vtkTetrahedralizeFilter", {"mesh"})
+if hasattr(surfacesynthesis, "vtkVDBSurfaceFilter"):
+    FUNCTIONS["vdb_surface"] = ("vtkVDBSurfaceFilter", {"volume"})
+
+#: For each command the functions whose keywords its options are.
+COMMANDS = {
+    "convert": (),
+    "dataset mixtures": ("gaussian_mixtures", "remesh"),
+    "dataset poses": ("poses", "remesh"),
+    "deform": ("deform",),
+    "geometric-texture": ("geometric_texture",),
+    "geometric-texture-distance": ("geometric_texture_distance",),
+    "levels": ("fit_levels",),
+    "metrics": ("ensemble_metrics",),
+    "noise": ("matern_noise",),
+    "poisson-net": ("poisson_net",),
+    "remesh": ("remesh",),
+    "repair": ("repair",),
+    "report": ("topology_report",),
+    "sample": ("sample_signal",),
+    "surface": ("vdb_surface",),
+    "tetrahedralize": ("tetrahedralize",),
+    "train flow-matching": ("train_flow_matching",),
+    "train geometric-texture": ("train_geometric_texture",),
+}
+#: Options that are given another way in Python: the keyword.
+OTHERWISE_IN_PYTHON = {"condition_array": "conditions", "features": "feature_angle", "milestone": "milestones"}
+
+#: The values of enumerations in Python: the dictionary, class and property. "given" is a mesh in Python.
+VALUES = [
+    (INTEGRATORS, "vtkFlowMatchingSampler", "Integrator"),
+    (INTEGRATORS, "vtkFlowMatchingDeformer", "Integrator"),
+    (PREPARATIONS, "vtkGeometricTextureSynthesizer", "TargetPreparation"),
+    (DISTANCES, "vtkEnsembleMetrics", "Distance"),
+    (NOISE_MODELS, "vtkMaternNoiseFilter", "NoiseModel"),
+    (NORMALISATIONS, "vtkPoissonNetFilter", "InputNormalisation"),
+    (HOLES, "vtkSurfaceRepairFilter", "HoleFilling"),
+    (INSIDE, "vtkVDBSurfaceFilter", "InsideRule"),
+    (SMOOTHING, "vtkVDBSurfaceFilter", "Smoothing"),
+]
+if hasattr(surfacesynthesis, "vtkTetrahedralizeFilter"):
+    from surfacesynthesis.tetrahedra import INNER_SURFACES
+
+    VALUES.append((INNER_SURFACES, "vtkTetrahedralizeFilter", "InnerSurfaces"))
+
+#: Where the keywords of a function are, if not in its own signature.
+SIGNATURES = {}
+if "train_flow_matching" in surfacesynthesis.__all__:
+    from surfacesynthesis import flow_matching_training, geometric_texture_training
+
+    FUNCTIONS["fit_levels"] = ("vtkMultiscaleMeshFitter", set())
+    FUNCTIONS["train_flow_matching"] = ("vtkFlowMatchingTrainer", {"samples"})
+    FUNCTIONS["train_geometric_texture"] = ("vtkGeometricTextureTrainer", {"levels", "template"})
+    SIGNATURES = {
+        "fit_levels": geometric_texture_training.configured_fitter,
+        "train_flow_matching": flow_matching_training.configured_filter,
+        "train_geometric_texture": geometric_texture_training.configured_trainer,
+    }
+    VALUES += [
+        (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),
+        (flow_matching_training.DEVICES, "vtkFlowMatchingTrainer", "Device"),
+        (geometric_texture_training._DEVICES, "vtkGeometricTextureTrainer", "Device"),
+        ({**geometric_texture_training.TEMPLATES, "given": 2}, "vtkMultiscaleMeshFitter", "Template"),
+    ]
+#: The classes behind what surfacesynthesis-train trains.
+PROGRAM = {
+    "encoding": "vtkFlowMatchingTrainer",
+    "flow-matching": "vtkFlowMatchingTrainer",
+    "geometric-texture": "vtkGeometricTextureTrainer",
+}
+
+
+def class_of(name):
+    return getattr(surfacesynthesis, name)
+
+
+def properties_of(cls):
+    """The properties that a class of this library and its bases here can be given."""
+    foreign = next(base for base in cls.__mro__ if base.__module__.startswith("vtkmodules"))
+    setters = {name[3:] for name in set(dir(cls)) - set(dir(foreign)) if name.startswith("Set")}
+    return {name for name in setters if not any(name.startswith(other + "To") for other in setters)}
+
+
+def values_of(cls, name):
+    """The values of an enumeration of a class: what SetNameToValue() sets, by the value's name."""
+    prefix, instance, values = f"Set{name}To", cls(), {}
+    for setter in dir(cls):
+        if setter.startswith(prefix):
+            getattr(instance, setter)()
+            values[setter[len(prefix):]] = getattr(instance, "Get" + name)()
+    return values
+
+
+def snake(name):
+    name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
+    return name.lower()
+
+
+def spaced(name):
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
+
+
+def plain(name):
+    """A value without case and separators."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def words_of(name):
+    """The words that follow from a property: NumberOfSamples gives samples, ModelFileName model, LabelArrayName label_name
+    (an output) or label (an input)."""
+    words = {snake(name), snake(name.replace("NumberOf", ""))}
+    if name.endswith("ArrayName"):
+        words |= {snake(name[:-9]), snake(name[:-9] + "Name"), snake(name[:-4])}
+    if name.endswith("FileName"):
+        words.add(snake(name[:-8]))
+    return words
+
+
+def meaning_of(word, classes):
+    """The meaning of a word for some classes: a property, or a row of a table; None when it has none."""
+    if word in COMMON:
+        return f"common: {COMMON[word]}"
+    settable = {(cls.__name__, name) for cls in classes for name in properties_of(cls)}
+    settable |= {(cls.__name__, "InputArrayToProcess") for cls in classes}
+    if word in SYNONYMS:
+        return f"synonym: {word}" if SYNONYMS[word][0] & {name for _, name in settable} else None
+    named = {name for cls, name in settable - HOMONYMS if word in words_of(name)}
+    return f"property: {min(named)}" if named else None
+
+
+def keywords_of(function):
+    """The keywords of a public function that are no datasets."""
+    signatures = [getattr(surfacesynthesis, function), *filter(None, [SIGNATURES.get(function)])]
+    names = [name for signature in signatures for name in inspect.signature(signature).parameters]
+    return set(names) - {"options"} - FUNCTIONS[function][1]
+
+
+def parsers(parser=None, path=()):
+    """All commands with their parsers."""
+    parser = parser or build_parser()
+    nested = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if not nested:
+        yield " ".join(path), parser
+    for action in nested:
+        for name, child in action.choices.items():
+            yield from parsers(child, (*path, name))
+
+
+def options_of(parser):
+    """The options of a command that its help shows."""
+    return [action for action in parser._actions if action.option_strings and action.help != argparse.SUPPRESS]
+
+
+def word_of(option):
+    """The word of an option; that of --no-merge-points is merge_points."""
+    word = option.option_strings[-1].lstrip("-").replace("-", "_")
+    return word[3:] if word.startswith("no_") and option.nargs == 0 else word
+
+
+def program_options(text):
+    """The options and their texts by what is trained, from the help of surfacesynthesis-train."""
+    found = {}
+    for line in text.splitlines():
+        title = re.match(r"Options of ([\w-]+)", line)
+        option = re.match(r"  --([\w-]+) +(.*)", line)
+        if title:
+            options = found.setdefault(title[1], {})
+        elif option:
+            options[option[1].replace("-", "_")] = option[2]
+    return found
+
+
+def help_of_program():
+    return subprocess.run([TRAIN_PROGRAM, "--help"], capture_output=True, encoding="utf-8", check=True).stdout
+
+
+def words_in_use():
+    """(place, word, classes) of all functions, commands and the program."""
+    used = [(f"{name}()", word, [FUNCTIONS[name][0]]) for name in FUNCTIONS for word in keywords_of(name)]
+    for command, parser in parsers():
+        classes = [FUNCTIONS[name][0] for name in COMMANDS[command] if name in FUNCTIONS]
+        used += [(command, word_of(option), classes) for option in options_of(parser)]
+    if TRAIN_PROGRAM:
+        for trained, options in program_options(help_of_program()).items():
+            used += [(f"surfacesynthesis-train {trained}", word, [PROGRAM[trained]]) for word in options]
+    return [(place, word, [class_of(name) for name in classes]) for place, word, classes in used]
+
+
+def faults_of_words(used):
+    """Words without meaning, and words of two meanings."""
+    faults, meanings = [], {}
+    for place, word, classes in used:
+        meaning = meaning_of(word, classes)
+        if meaning is None:
+            faults.append(f"{place}: {word} is no property, and no synonym")
+        else:
+            meanings.setdefault(word, {}).setdefault(meaning, []).append(place)
+    return faults + [f"{word} has several meanings: {found}" for word, found in meanings.items() if len(found) > 1]
+
+
+def faults_of_values(values, expected, exactly=False):
+    """Values that are spelled otherwise, or have another number."""
+    same = (lambda value: value) if exactly else plain
+    found, wanted = ({same(text): number for text, number in some.items()} for some in (values, expected))
+    return [] if found == wanted else [f"{found} is not {wanted}"]
+
+
+def faults_of_proxy(proxy, cls):
+    """Properties of a server-manager proxy that are spelled otherwise than those of the class."""
+    faults, settable = [], properties_of(cls)
+    for element in proxy:
+        name, command = element.get("name"), element.get("command", "")
+        if element.tag == "InputProperty" or not element.tag.endswith("Property") or command in ("", "Modified"):
+            continue
+        if element.get("information_only") == "1":
+            if command != "Get" + name or not hasattr(cls, command):
+                faults.append(f"{name} is no result of {cls.__name__}")
+            continue
+        if command == "SetInputArrayToProcess":  # VTK's own way to name an array, and ParaView's own words for it
+            continue
+        wanted = name if command == "Set" + name else name[:-1]  # a property that repeats, as Milestones, has SetMilestone
+        if command != "Set" + wanted or wanted not in settable:
+            faults.append(f"{name} is no property of {cls.__name__}")
+        if element.get("label") != spaced(name):
+            faults.append(f"the label of {name} is {element.get('label')!r}")
+        entries = {entry.get("text"): int(entry.get("value")) for entry in element.findall("EnumerationDomain/Entry")}
+        if entries:
+            faults += [f"{name}: {fault}" for fault in faults_of_values(entries, values_of(cls, name))]
+    return faults
+
+
+def proxies():
+    """The name of each server-manager XML, its proxy and the class, where the build has the class."""
+    for path in sorted(glob.glob(os.path.join(XML_FOLDER, "*.xml"))):
+        proxy = ElementTree.parse(path).getroot().find("ProxyGroup/SourceProxy")
+        if hasattr(surfacesynthesis, proxy.get("class")):
+            yield os.path.basename(path), proxy, class_of(proxy.get("class"))
+
+
+def test_all_that_speaks_is_read():
+    """Nothing is compared with an empty list."""
+    used = words_in_use()
+    assert len(FUNCTIONS) >= 9 and {command for command, _ in parsers()} <= set(COMMANDS)
+    assert all(len(keywords_of(name)) >= 2 for name in FUNCTIONS)
+    shown = {text for _, parser in parsers() for option in options_of(parser) for text in option.option_strings}
+    assert {"--noise-model", "--seed"} <= shown
+    assert len(used) > 150 and len(list(proxies())) >= 9
+    assert {"vtkMaternNoiseFilter", "vtkPoissonNetFilter"} <= {cls.__name__ for _, _, cls in proxies()}
+    if TRAIN_PROGRAM:
+        options = program_options(help_of_program())
+        assert set(options) == set(PROGRAM) and all(len(words) > 10 for words in options.values())
+    if "train_flow_matching" in surfacesynthesis.__all__:
+        assert TRAIN_PROGRAM, "the build has trainings, so it has the program"
+
+
+def test_each_word_has_one_meaning_everywhere():
+    assert faults_of_words(words_in_use()) == []
+
+
+def test_no_synonym_is_left_over():
+    used = {word for _, word, _ in words_in_use()}
+    needed = set(SYNONYMS) if len(FUNCTIONS) == 17 else set()  # a build without a library has fewer
+    assert needed <= used
+
+
+@pytest.mark.parametrize("command, parser", parsers(), ids=lambda value: value if isinstance(value, str) else "")
+def test_each_option_is_a_keyword_of_the_function(command, parser):
+    keywords = {word for name in COMMANDS[command] for word in keywords_of(name)} | set(COMMON)
+    words = {word_of(option) for option in options_of(parser)}
+    assert {OTHERWISE_IN_PYTHON.get(word, word) for word in words} <= keywords
+
+
+@pytest.mark.parametrize("values, name, enumeration", VALUES, ids=lambda value: value if isinstance(value, str) else "")
+def test_values_in_python_are_those_of_the_class(values, name, enumeration):
+    if hasattr(surfacesynthesis, name):
+        assert faults_of_values(values, values_of(class_of(name), enumeration)) == []
+        assert all(re.fullmatch(r"[a-z0-9]+(_[a-z0-9]+)*", value) for value in values)
+
+
+def choices_in_use():
+    """(place, choices, their values in Python) of all options with choices."""
+    in_python = {(name, enumeration): list(values) for values, name, enumeration in VALUES}
+    for command, parser in parsers():
+        names = [FUNCTIONS[function][0] for function in COMMANDS[command] if function in FUNCTIONS]
+        for option in options_of(parser):
+            if option.choices is not None:
+                meaning = SYNONYMS.get(word_of(option), ({meaning_of(word_of(option), map(class_of, names))[10:]},))[0]
+                (values,) = (in_python[name, value] for name in names for value in meaning if (name, value) in in_python)
+                yield f"{command} {option.option_strings[0]}", list(option.choices), values
+
+
+def test_choices_of_options_are_the_values_of_python():
+    found = list(choices_in_use())
+    assert len(found) >= 6
+    for place, choices, values in found:
+        assert choices == values, place
+
+
+if TRAIN_PROGRAM:
+
+    def test_values_of_the_program_are_those_of_python():
+        texts = program_options(help_of_program())["flow-matching"]
+        for word, values in (("noise_model", flow_matching_training.NOISES), ("device", flow_matching_training.DEVICES)):
+            listed = re.split(r", | or ", texts[word].partition(" (")[0])
+            assert listed == list(values), word
+
+
+@pytest.mark.parametrize("file, proxy, cls", proxies(), ids=lambda value: value if isinstance(value, str) else "")
+def test_properties_in_paraview_are_those_of_the_class(file, proxy, cls):
+    assert faults_of_proxy(proxy, cls) == []
+
+
+def test_former_words_are_hidden_and_end_nowhere():
+    """A former option is in no help text, and does what its successor does."""
+    hidden = [
+        (command, action)
+        for command, parser in parsers()
+        for action in parser._actions
+        if action.option_strings and action.help == argparse.SUPPRESS
+    ]
+    assert len(hidden) >= 20
+    for command, action in hidden:
+        shown = {option.dest for option in options_of(dict(parsers())[command])}
+        assert action.dest in shown, (command, action.option_strings)
+        assert action.option_strings[0] + " " not in dict(parsers())[command].format_help(), (command, action)
+
+
+# -- the checks find what is wrong -------------------------------------------------------------------------------------
+
+
+def test_a_wrong_word_is_found():
+    filters = [class_of("vtkMaternNoiseFilter")]
+    assert faults_of_words([("noise", "seed", filters)]) == []
+    assert faults_of_words([("noise", "sead", filters)]) == ["noise: sead is no property, and no synonym"]
+    assert faults_of_words([("noise", "holes", filters)]) == ["noise: holes is no property, and no synonym"]
+    mixtures = [class_of("vtkGaussianMixtureFilter")]
+    assert faults_of_words([("mixtures", "width", mixtures)]) == ["mixtures: width is no property, and no synonym"]
+
+
+class _WithEigenpairs(surfacesynthesis.vtkMaternNoiseFilter):
+    """A filter whose eigenpairs are not NumberOfEigenpairs."""
+
+    def SetEigenpairs(self, values):
+        pass
+
+
+def test_a_word_of_two_meanings_is_found():
+    noise_filter, deformer = class_of("vtkMaternNoiseFilter"), class_of("vtkFlowMatchingDeformer")
+    assert faults_of_words([("noise", "samples", [noise_filter]), ("deform", "samples", [deformer])]) == []
+    used = [("noise", "eigenpairs", [noise_filter]), ("another", "eigenpairs", [_WithEigenpairs])]
+    assert [fault.partition(" has several meanings")[0] for fault in faults_of_words(used)] == ["eigenpairs"]
+
+
+def test_a_wrong_proxy_is_found():
+    right = """<Proxy><IntVectorProperty name="NoiseModel" command="SetNoiseModel" label="Noise Model"><EnumerationDomain>
+      <Entry text="Matern" value="0"/><Entry text="Per Vertex" value="1"/><Entry text="White" value="2"/>
+      <Entry text="Unscreened" value="3"/><Entry text="Spectral" value="4"/></EnumerationDomain></IntVectorProperty></Proxy>"""
+    for old, new, fault in (
+        ("", "", ""),
+        ('label="Noise Model"', 'label="Model"', "the label of NoiseModel is 'Model'"),
+        ("Per Vertex", "Each Vertex", "eachvertex"),
+        ('"4"', '"5"', "'spectral': 5"),
+        ("SetNoiseModel", "SetNoise", "NoiseModel is no property of vtkMaternNoiseFilter"),
+    ):
+        faults = faults_of_proxy(ElementTree.fromstring(right.replace(old, new)), class_of("vtkMaternNoiseFilter"))
+        assert faults == [] if not fault else any(fault in found for found in faults), (old, faults)
