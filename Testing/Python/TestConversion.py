@@ -2,7 +2,6 @@
 """surfacesynthesis.convert_checkpoint() and the command ``convert``, with a stand-in for PyTorch."""
 
 import builtins
-import importlib.util
 import json
 import os
 import struct
@@ -141,9 +140,6 @@ def test_what_is_no_file_is_not_replaced(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["pipe"]
 
 
-@pytest.mark.skipif(
-    not importlib.util.find_spec("surfacesynthesis.vtkSurfaceSynthesisPoissonNet"), reason="built without LibTorch"
-)
 @pytest.mark.parametrize("config", [CONFIG, CLASSIFIER, {**CLASSIFIER, "outputs_at": "global_mean"}])
 def test_the_library_reads_what_is_written(config, checkpoint, tmp_path, pair):
     from surfacesynthesis import poisson_net

@@ -72,7 +72,7 @@ def integer(name, value, smallest):
 
 
 def choice(name, value, choices):
-    """One of the keys of ``choices``; returns what it stands for."""
+    """One of the keys of ``choices``; returns its value."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be a string, not {type(value).__name__}")
     if value not in choices:

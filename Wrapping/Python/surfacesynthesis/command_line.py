@@ -61,8 +61,8 @@ def _terminate(number, _frame):
 
 
 def main(arguments=None):
-    """Runs a command line (default: the process's own) and returns the exit status: 0 or what the command documents, 1
-    after an error, 2 for wrong usage, 130 after Ctrl-C."""
+    """Runs a command line (default: the process's own) and returns the exit status: 0 or that of the command, 1 after an
+    error, 2 for wrong usage, 130 after Ctrl-C."""
     if arguments is None:
         signal.signal(signal.SIGTERM, _terminate)
     try:

@@ -13,7 +13,7 @@ _HEADS = ("linear", "njf")
 _PLACES = ("vertices", "faces", "global_mean")
 _ACTIVATIONS = ("identity", "log_softmax")
 _NORMALISATIONS = ("none", "surface_area", "unit_sphere")
-#: What the published configurations call what the metadata of model files call otherwise.
+#: Keys of the published configurations, and those of the metadata of model files.
 _ALIASES = {"nblocks": "n_blocks", "width": "C_width", "head_type": "head"}
 #: What describes a network, with the values that stand for a missing one; None: must be given. The rest of a
 #: configuration is kept as the metadata ``config``.
@@ -80,7 +80,7 @@ def convert_checkpoint(checkpoint, model, config, key=None):
     return metadata
 
 
-# -- what the configuration says ---------------------------------------------------------------------------------------
+# -- configuration -----------------------------------------------------------------------------------------------------
 
 
 def describe(config):
@@ -180,7 +180,7 @@ def _flag(network, name, missing):
     return missing if value is None else bool(value)
 
 
-# -- what the checkpoint holds -------------------------------------------------------------------------------------------
+# -- checkpoint ----------------------------------------------------------------------------------------------------------
 
 
 def _load(path):

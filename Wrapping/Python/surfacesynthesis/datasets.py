@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the package's functions take and return: VTK's datasets, subclasses of them, and pairs of NumPy arrays."""
+"""Arguments and results of the package's functions: VTK's datasets, subclasses of them, and pairs of NumPy arrays."""
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPolyData
 
 from .files.polygons import mesh_of_triangles, to_polydata
 
-#: What a function on surfaces takes, and how its messages say so.
+#: The datasets that a function on surfaces takes, and their description in messages.
 SURFACES = (vtkPolyData, vtkDataObjectTree)
 SURFACES_TEXT = "a vtkPolyData, a composite dataset or a pair of arrays (points, triangles)"
 

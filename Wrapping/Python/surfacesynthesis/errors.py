@@ -22,4 +22,4 @@ class Cancelled(SurfaceSynthesisError):
 
 
 class SurfaceSynthesisWarning(UserWarning):
-    """A result that was computed but may not be what is wanted, such as a mesh too coarse for the range."""
+    """A result that was computed and may be of no use, such as noise on a mesh too coarse for the range."""

@@ -62,8 +62,8 @@ _RAISES = """
     Raises
     ------
     SurfaceSynthesisError
-        The text says what is wrong with the model file or with the mesh, the first cell or point, and the filter that
-        repairs it; for a composite dataset it holds a line for each bad block.
+        The text names the defect of the model file or of the mesh, the first cell or point, and the filter that repairs
+        it; for a composite dataset it holds a line for each bad block.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError

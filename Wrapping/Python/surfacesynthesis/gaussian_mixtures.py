@@ -53,7 +53,7 @@ def gaussian_mixtures(
     Raises
     ------
     SurfaceSynthesisError
-        The mixtures could not be computed. The text names what is wrong with the mesh, the first cell or point, and the
+        The mixtures could not be computed. The text names the defect of the mesh, the first cell or point, and the
         filter that repairs it; or says that there is no room for so many centres.
     Cancelled
         ``progress`` returned False.

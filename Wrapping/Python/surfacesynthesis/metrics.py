@@ -186,8 +186,8 @@ class EnsembleMetrics(collections.abc.Mapping):
     - ``number_of_generated``, ``number_of_references``, ``number_of_points``, ``number_of_components``.
 
     ``nearest_reference`` [N] int64 and ``distances`` [N] float64 are NumPy arrays with the nearest reference of each
-    generated sample, a number from 0 on, and how far it is; ``names`` and ``nearest_names`` are lists with what the
-    samples are called: "Block 3", an array's name.
+    generated sample, a number from 0 on, and its distance; ``names`` and ``nearest_names`` are lists with the names of
+    the samples: "Block 3", an array's name.
     """
 
     def __init__(self, metrics, nearest):

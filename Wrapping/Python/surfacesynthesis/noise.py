@@ -104,7 +104,7 @@ def matern_noise(
     Raises
     ------
     SurfaceSynthesisError
-        The noise could not be computed. The text names what is wrong with the mesh, the first cell or point, and the
+        The noise could not be computed. The text names the defect of the mesh, the first cell or point, and the
         filter that repairs it; for a composite dataset it holds a line for each bad block.
     Cancelled
         ``progress`` returned False.

@@ -83,8 +83,8 @@ def poisson_net(
     Raises
     ------
     SurfaceSynthesisError
-        The text says what is wrong with the model file or with the mesh, the first cell or point, and the filter that
-        repairs it; for a composite dataset it holds a line for each bad block.
+        The text names the defect of the model file or of the mesh, the first cell or point, and the filter that repairs
+        it; for a composite dataset it holds a line for each bad block.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError
@@ -148,7 +148,7 @@ def _numbers(conditions):
 
 
 def _arrays(output, algorithm):
-    """What a filter added to an output, as a NetworkOutput."""
+    """The arrays that a filter has added to an output, as a NetworkOutput."""
     for data in (output.GetPointData(), output.GetCellData(), output.GetFieldData()):
         values = data.GetArray(algorithm.GetPredictionArrayName())
         if values is not None:

@@ -83,7 +83,7 @@ def remesh(
     Raises
     ------
     SurfaceSynthesisError
-        The mesh cannot be remeshed. The text names what is wrong, the first cell or point, and the filter that repairs
+        The mesh cannot be remeshed. The text names the defect, the first cell or point, and the filter that repairs
         it. Also when the package was built without CGAL.
     Cancelled
         ``progress`` returned False.

@@ -105,7 +105,7 @@ def _is_size(value):
 
 
 def _offset(path, item):
-    """Where a tensor begins; checks the form of its entry."""
+    """Offset of a tensor; checks the form of its entry."""
     name, entry = item
     if not isinstance(entry, dict) or set(entry) != {"dtype", "shape", "data_offsets"}:
         raise FormatError(f"{path}: the entry of tensor '{name}' is not dtype, shape and data_offsets")

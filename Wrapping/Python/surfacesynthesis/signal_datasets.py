@@ -24,7 +24,7 @@ class SignalSource(NamedTuple):
 
 
 class SignalDataset(NamedTuple):
-    """What a file holds: the name of the signal, and a list of SignalSource."""
+    """Content of a file: the name of the signal, and a list of SignalSource."""
 
     name: str
     sources: list
@@ -46,7 +46,7 @@ def write_signal_dataset(path, sources, name):
         ``mesh`` is a vtkPolyData or a pair (points, triangles); its polygons are written as triangles. ``samples`` are
         real numbers [N, V, C], or [N, V] for C = 1, for the V points of the mesh; N at least 1, C the same for all.
     name : str
-        What the signal is: "Position" for positions, else the name of the array.
+        Name of the signal: "Position" for positions, else the name of the array.
 
     Raises
     ------

@@ -80,8 +80,8 @@ def tetrahedralize(
     Raises
     ------
     SurfaceSynthesisError
-        There are no tetrahedra. The text says what is wrong with the surface, or what happened inside TetGen, and what to
-        try; for a composite dataset it holds a line for each bad block.
+        There are no tetrahedra. The text names the defect of the surface, or the failure of TetGen, and a remedy; for
+        a composite dataset it holds a line for each bad block.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands have in common: options, the progress bar, wrong usage."""
+"""Shared by all commands: options, the progress bar, wrong usage."""
 
 import argparse
 import collections
@@ -11,12 +11,12 @@ import warnings
 PROGRAM = "surfacesynthesis"
 
 
-#: What a command returns that has another exit status than 0: the text to print, and the status.
+#: The result of a command with another exit status than 0: the text to print, and the status.
 Outcome = collections.namedtuple("Outcome", "text status")
 
 
 class UsageError(Exception):
-    """What the user asked for makes no sense; exit status 2."""
+    """Wrong usage of a command; exit status 2."""
 
 
 class ProgressBar:
@@ -46,7 +46,7 @@ class ProgressBar:
 
 
 class TrainingBar(ProgressBar):
-    """A bar with what the filter says beside it: the iteration, the loss, the time left."""
+    """A bar with the progress text of the filter beside it: the iteration, the loss, the time left."""
 
     def __init__(self, stream, wanted, algorithm):
         super().__init__(stream, wanted)
@@ -104,7 +104,7 @@ def add_training_files(training):
 
 
 def as_usage(function, *arguments, **parameters):
-    """Calls a function whose TypeError and ValueError say what is wrong with the user's options."""
+    """Calls a function whose TypeError and ValueError are about the user's options."""
     try:
         return function(*arguments, **parameters)
     except (TypeError, ValueError) as error:

@@ -42,9 +42,9 @@ def add(commands):
     parser.add_argument("model", metavar="MODEL", help="model file to write: .safetensors")
     parser.add_argument("--config", required=True, metavar="CONFIG", help="JSON file, or JSON text that begins with {")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="what the configuration lacks; repeatable"
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="entry that the configuration lacks; repeatable"
     )
-    parser.add_argument("--key", metavar="KEY", help="where in the checkpoint the state dictionary lies")
+    parser.add_argument("--key", metavar="KEY", help="key of the state dictionary in the checkpoint")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 

@@ -8,7 +8,7 @@ from .common import add_command, add_running_options, as_usage, read_surface, ru
 
 _DESCRIPTION = """\
 Makes a valid, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
-meet apart, winds triangles alike, closes holes, removes components; and says what it did."""
+meet apart, winds triangles alike, closes holes, removes components; and lists its actions."""
 _EXAMPLES = """\
 files: .stl .ply .obj .off .vtp .vtk, and .vtm (.vtk) for composite datasets
 

@@ -63,7 +63,7 @@ def add(commands):
         "--smoothing-iterations", type=int, default=3, metavar="N", help="number of smoothing steps (default: 3)"
     )
     solid.add_argument("--offset", type=float, default=0.0, metavar="D", help="move the surface outwards by D")
-    solid.add_argument("--fill-cavities", action="store_true", help="make solid what the solid encloses")
+    solid.add_argument("--fill-cavities", action="store_true", help="fill the cavities of the solid")
     largest = solid.add_argument("--largest-component", action="store_true", help="keep the largest component only")
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")

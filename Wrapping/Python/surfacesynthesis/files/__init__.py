@@ -38,7 +38,7 @@ from .ply import read_ply, write_ply
 from .polygons import from_polydata, to_polydata
 from .volumes import to_image
 
-#: Extensions that read_mesh() and write_mesh() know, and what is behind them.
+#: Extensions that read_mesh() and write_mesh() know, with their readers and writers.
 FORMATS = {
     ".stl": "STL, text or binary",
     ".ply": "PLY, text or binary",
@@ -49,7 +49,7 @@ FORMATS = {
     ".vtk": "VTK legacy polydata, unstructured grid or multi-block dataset",
     ".vtm": "VTK XML multi-block dataset",
 }
-#: Extensions that read_volume() knows, and what is behind them.
+#: Extensions that read_volume() knows, with their readers.
 VOLUME_FORMATS = {
     ".nii": "NIfTI",
     ".nii.gz": "NIfTI, compressed",

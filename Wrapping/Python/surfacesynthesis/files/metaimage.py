@@ -86,7 +86,7 @@ def _affine(path, fields, number):
 
 
 def _source(path, name, length):
-    """Where the samples lie: file and offset. Only files beside the header are read."""
+    """File and offset of the samples. Only files beside the header are read."""
     if name == "LOCAL":
         return path, length
     if not name or name in ("LIST", ".", "..") or "%" in name or os.path.basename(name) != name:

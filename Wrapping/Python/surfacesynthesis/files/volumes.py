@@ -2,7 +2,7 @@
 """Volumes: NIfTI, MetaImage, NRRD and VTK's XML images, as vtkImageData that lies where the file says.
 
 The headers are read here and not by VTK's readers, which turn rows round, leave directions out, or crash on files that
-are cut off. What a header announces is compared with the size of the file before memory is taken.
+are cut off. The size in a header is compared with that of the file before memory is taken.
 """
 
 import gzip
@@ -18,7 +18,7 @@ from ..errors import FormatError
 
 #: Bytes that a compressed byte can stand for at most (a property of the deflate format).
 _LARGEST_RATIO = 1032
-#: How far axes may be from orthogonal: headers store them in single precision.
+#: Tolerance of the orthogonality of axes: headers store them in single precision.
 _ORTHOGONAL = 1e-3
 
 
