@@ -50,7 +50,7 @@ private:
     this->Add(property, value ? 1.0 : 0.0, remark.empty() ? (value ? "yes" : "no") : remark);
   }
 
-  /// A count of things that are wrong: without remark and first id where there are none.
+  /// Adds a count of defects; without remark and first id when it is 0.
   void AddDefect(const std::string& property, std::int64_t count, std::int64_t first, const std::string& remark)
   {
     this->Add(property, static_cast<double>(count), count > 0 ? remark : "", count > 0 ? first : -1);
@@ -69,7 +69,7 @@ private:
   const MeshStatistics& Statistics;
 };
 
-/// A kind of defect of the triangles, with the cells that already had it as polygons.
+/// Adds a kind of defect of the triangles, with the cells that already had it as polygons.
 void RowWriter::AddFinding(const std::string& property, MeshDefect defect, CellFault fault)
 {
   for (const MeshFinding& finding : this->Statistics.Findings)
@@ -87,7 +87,7 @@ void RowWriter::AddFinding(const std::string& property, MeshDefect defect, CellF
 void RowWriter::Defects()
 {
   const bool valid = IsValid(this->Surface, this->Statistics);
-  this->AddYesOrNo("Valid", valid, valid ? "" : "no: the rows below with a remark say what is wrong");
+  this->AddYesOrNo("Valid", valid, valid ? "" : "no: the rows below with a remark name the defects");
   if (this->Surface.PointComponents != 3)
   {
     this->Add("PointComponents", static_cast<std::int64_t>(this->Surface.PointComponents),
@@ -137,7 +137,7 @@ void RowWriter::Counts()
       this->Surface.TooFewPoints.Count + this->Surface.RepeatedPoint.Count + this->Surface.Uncut.Count >
     0;
   this->Add("Triangles", this->Statistics.ProperTriangles,
-    partial || leftOut ? "the valid part, which all that follows is about: broken cells are left out" : "");
+    partial || leftOut ? "the valid part, to which all rows below refer: broken cells are left out" : "");
   this->Add("Edges", this->Statistics.Edges);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkSurfaceRepairFilter
- * @brief   Makes a valid, manifold surface of a broken one, and says what it did
+ * @brief   Repairs a surface: makes it valid and manifold, and reports each repair
  *
- * Repairs every defect that the check of the other filters names: cells that name points which do not exist, NaN and
- * infinite coordinates, points used twice, triangles without area, duplicate triangles, edges with more than two
- * triangles, points where several fans of triangles touch, inconsistent winding, holes, and several components. By
- * CGAL's polygon mesh processing.
+ * Repairs every defect that the check of the other filters names: cells with point ids out of range, NaN and infinite
+ * coordinates, points used twice, triangles without area, duplicate triangles, edges with more than two triangles,
+ * points where several fans of triangles touch, inconsistent winding, holes, and several components. By CGAL's polygon
+ * mesh processing.
  *
  * @par Input
  * Any vtkPolyData with polygons or strips, however broken, or a composite dataset of such blocks, processed block by
@@ -15,18 +15,18 @@
  *
  * @par Output
  * A vtkPolyData of triangles with manifold edges and points and consistent winding, in the precision of the input's
- * points. Points keep their place, but for those where sheets were taken apart, which move by a hundredth of an edge so
- * that they stay apart; as long as none is merged, they keep their order. Unused points are left out. Point
- * arrays are carried over (interpolated on new points: floating-point arrays linearly, labels from the nearest point),
- * cell arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
- * hole; the field data arrays RepairAction (text) and RepairCount, one entry for each thing that was done, in order;
- * both are empty when the surface was valid.
+ * points. Points keep their position, except where sheets were separated: these move by a hundredth of an edge, so that
+ * the sheets remain separate. Without merged points, the order of points is kept. Unused points are left out. Point
+ * arrays are kept (interpolated on new points: floating-point arrays linearly, labels from the nearest point), cell
+ * arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
+ * hole; the field data arrays RepairAction (text) and RepairCount, one entry for each repair, in order; both are empty
+ * when the surface was valid.
  *
  * @par Order
- * Cells that cannot be used go; points are merged; duplicate triangles go; sheets that meet in an edge or a point are
- * taken apart; triangles are wound like the larger part of their neighbours; flat triangles are collapsed or flipped
- * away; self-intersections go, when asked; holes are closed; components go, when asked; a closed surface is turned to
- * face outward.
+ * Unusable cells are removed; points are merged; duplicate triangles are removed; sheets that meet in an edge or a
+ * point are separated; triangles get the winding of the larger part of their neighbours; flat triangles are collapsed
+ * or flipped; self-intersections are removed, with RemoveSelfIntersections; holes are filled [Liepa2003]; components
+ * are removed, with KeepLargestComponent or MinimumComponentFraction; a closed surface is oriented outward.
  *
  * @sa vtkTopologyReport, vtkIsotropicRemeshFilter, vtkVDBSurfaceFilter, vtkCleanPolyData, vtkFillHolesFilter
  */
@@ -46,18 +46,18 @@ public:
   vtkTypeMacro(vtkSurfaceRepairFilter, vtkDataObjectAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Which holes are closed.
+  /// Choices of the holes to fill.
   enum HoleFillingModes
   {
-    NO_HOLES = 0,    ///< none: boundaries stay
-    SMALL_HOLES = 1, ///< those up to MaximumHoleSize
-    ALL_HOLES = 2    ///< all: the output is closed
+    NO_HOLES = 0,    ///< none: boundaries are kept
+    SMALL_HOLES = 1, ///< holes up to MaximumHoleSize
+    ALL_HOLES = 2    ///< all holes: the output is closed
   };
 
   ///@{
   /**
-   * Whether points within MergeTolerance of each other become one, as for surfaces stored triangle by triangle. Off
-   * keeps seams of point arrays, such as texture coordinates, apart. Default on.
+   * Merges points within MergeTolerance of each other, as a triangle soup requires. Off keeps seams of point arrays,
+   * such as texture coordinates. Default on.
    */
   vtkSetMacro(MergePoints, bool);
   vtkGetMacro(MergePoints, bool);
@@ -66,7 +66,7 @@ public:
 
   ///@{
   /**
-   * The distance up to which points are merged, in world units; at least 0. Default 0: equal coordinates only.
+   * Largest distance of points that are merged, in world units; at least 0. Default 0: equal coordinates only.
    */
   vtkSetClampMacro(MergeTolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(MergeTolerance, double);
@@ -74,8 +74,8 @@ public:
 
   ///@{
   /**
-   * Which holes are closed, by triangles of the size of those around that continue the surface's curvature. Default
-   * SMALL_HOLES.
+   * Choice of the holes to fill, with triangles of the size of their neighbours that continue the curvature of the
+   * surface. Default SMALL_HOLES.
    */
   vtkSetClampMacro(HoleFilling, int, NO_HOLES, ALL_HOLES);
   vtkGetMacro(HoleFilling, int);
@@ -86,10 +86,9 @@ public:
 
   ///@{
   /**
-   * The largest hole that SMALL_HOLES closes: the diagonal of the bounding box of its edge, in world units; at least 0.
-   * The outline of a small flat piece is no hole: SMALL_HOLES leaves a boundary whose piece of surface lies within its
-   * bounding box.
-   * 0 (the default) stands for a tenth of the diagonal of the surface's own bounding box.
+   * Largest hole that SMALL_HOLES fills: the diagonal of the bounding box of its edge, in world units; at least 0. The
+   * outline of a small flat piece is no hole: SMALL_HOLES keeps a boundary whose component lies within its bounding
+   * box. 0 (the default) stands for a tenth of the diagonal of the surface's own bounding box.
    */
   vtkSetClampMacro(MaximumHoleSize, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(MaximumHoleSize, double);
@@ -97,7 +96,7 @@ public:
 
   ///@{
   /**
-   * Whether only the connected component of the largest area stays. Default off.
+   * Keeps only the connected component of the largest area. Default off.
    */
   vtkSetMacro(KeepLargestComponent, bool);
   vtkGetMacro(KeepLargestComponent, bool);
@@ -106,7 +105,8 @@ public:
 
   ///@{
   /**
-   * Components with less than this fraction of the largest one's area go; without unit, from 0 to 1. Default 0: all stay.
+   * Smallest area of a component that is kept, as a fraction of that of the largest one, from 0 to 1. Default 0: all
+   * components are kept.
    */
   vtkSetClampMacro(MinimumComponentFraction, double, 0.0, 1.0);
   vtkGetMacro(MinimumComponentFraction, double);
@@ -114,8 +114,8 @@ public:
 
   ///@{
   /**
-   * Whether triangles that cross each other are replaced by patches that do not, as far as possible; slow on large
-   * crossings. What remains is counted in the report. Default off.
+   * Replaces triangles that intersect each other by patches without intersections, as far as possible; slow on large
+   * intersections. The report counts the remaining ones. Default off.
    */
   vtkSetMacro(RemoveSelfIntersections, bool);
   vtkGetMacro(RemoveSelfIntersections, bool);
@@ -124,8 +124,8 @@ public:
 
   ///@{
   /**
-   * Whether a closed surface is turned so that its normals point out of what it encloses (into the cavity, where a
-   * component lies inside another). Open surfaces keep the winding that most of their area has. Default on.
+   * Orients a closed surface so that its normals point out of the enclosed volume (into the cavity, for a component
+   * inside another one). Open surfaces keep the winding of most of their area. Default on.
    */
   vtkSetMacro(OrientOutward, bool);
   vtkGetMacro(OrientOutward, bool);
@@ -133,8 +133,8 @@ public:
   ///@}
 
   /**
-   * What the last update did, a line for each thing, "12: duplicate triangles removed"; empty when there was nothing to
-   * do. For a composite input the lines of all blocks, each after the name of its block.
+   * Repairs of the last update, one line each, such as "12: duplicate triangles removed"; empty without repairs. For a
+   * composite input, the lines of all blocks, each after the name of its block.
    */
   const char* GetReport() const { return this->Report.c_str(); }
 
