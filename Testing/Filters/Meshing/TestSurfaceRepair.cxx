@@ -158,7 +158,7 @@ TEST_P(RepairOfDefect, IsWhatTheGateRecommends)
 INSTANTIATE_TEST_SUITE_P(
   EveryDefect, RepairOfDefect, ::testing::ValuesIn(DefectCases()), [](const auto& info) { return info.param.Name; });
 
-/// What can be repaired is valid afterwards, and closed when asked; what cannot is refused.
+/// Surfaces that can be repaired are valid afterwards, and closed when asked; others are refused.
 TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
 {
   const vtkSmartPointer<vtkDataObject> input = GetParam().Make();
