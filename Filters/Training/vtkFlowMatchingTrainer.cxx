@@ -2,22 +2,19 @@
 #include "vtkFlowMatchingTrainer.h"
 
 #include "FileCache.h"
-#include "JointProcessing.h"
+#include "ModelTrainerRun.h"
 #include "SurfaceBridge.h"
 #include "TrainingInputs.h"
-#include "TrainingTable.h"
 
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
-#include "Learning/Training/TrainingClock.h"
 
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
-#include <vtkTable.h>
 
 #include <algorithm>
 #include <exception>
@@ -27,7 +24,6 @@
 using surfsynth::FlowMatchingTrainingOptions;
 using surfsynth::SignalDataset;
 using surfsynth::TrainingFiles;
-using surfsynth::TrainingStep;
 
 vtkStandardNewMacro(vtkFlowMatchingTrainer);
 
@@ -37,7 +33,7 @@ namespace
 constexpr double ReadingShare = 0.05;
 } // namespace
 
-/// What is read, and what came of the last update.
+/// The inputs of one update, the encoder, and the loss of its training.
 class vtkFlowMatchingTrainer::Internals
 {
 public:
@@ -45,18 +41,16 @@ public:
     : Self(self)
   {}
 
-  /// Reads the inputs, all time steps of them. What goes wrong is thrown by Train(), which has the frame for it: every
-  /// rank of a parallel pipeline must take part in updating what is upstream, and only one trains.
+  /// Reads the inputs, all time steps of them. Errors are thrown by Train(), which has the frame for them: every rank of a
+  /// parallel pipeline must take part in updating the filters upstream, and only one trains.
   void Read(vtkInformationVector** inputVector)
   {
-    this->IterationsDone = 0;
-    this->DeviceInUse.clear();
     this->EncoderLoss = -1.0;
     this->Data.reset();
     this->Failure = nullptr;
     try
     {
-      if (this->Self->DatasetFileName.empty())
+      if (!this->UsesDatasetFile())
       {
         this->Data = surfsynth::ReadTrainingInputs(this->Self, inputVector, this->Self->SignalArrayName, ReadingShare);
       }
@@ -67,62 +61,48 @@ public:
     }
   }
 
-  void Train(vtkTable* table, const surfsynth::Progress& progress)
+  void Train(Run& run)
   {
     if (this->Failure)
     {
       std::rethrow_exception(std::exchange(this->Failure, nullptr));
     }
-    if (!this->Self->DatasetFileName.empty())
+    if (this->UsesDatasetFile())
     {
-      this->Data = surfsynth::ReadSignalDataset(this->Self->DatasetFileName);
+      this->Data = surfsynth::ReadSignalDataset(this->Self->GetDatasetFileName());
     }
     if (!this->Data) // of empty inputs
     {
       return;
     }
-    FlowMatchingTrainingOptions options = this->Options();
-    const TrainingFiles files = this->Files();
+    const surfsynth::Progress progress = surfsynth::SubProgress(run.GetProgress(), ReadingShare, 1.0);
+    FlowMatchingTrainingOptions options = this->Options(run);
+    const TrainingFiles files = this->Files(run);
     double encoded = 0.0;
     if (this->Self->EncoderIterations > 0)
     {
-      // What is wrong with the training that follows is said now, and not after hours.
+      // Errors of the training that follows are thrown now, and not after hours.
       CheckOptions(options);
       CheckFiles(files);
-      this->RequireEncoderOf(files);
+      this->RequireEncoderOf(files, run);
       const double iterations = this->Self->EncoderIterations;
       encoded = iterations / (iterations + static_cast<double>(options.Iterations));
-      this->TrainEncoder(options, surfsynth::SubProgress(progress, 0.0, encoded));
-      options.Encoder = *this->EncoderFile.Get(this->EncoderFiles().Model); // as a later training reads it
+      this->TrainEncoder(options, run, surfsynth::SubProgress(progress, 0.0, encoded));
+      options.Encoder = *this->EncoderFile.Get(this->EncoderFiles(run).Model); // as a later training reads it
     }
-    surfsynth::TrainingClock clock(options.Iterations);
-    const surfsynth::FlowMatchingTrainer trainer = surfsynth::TrainFlowMatching(
-      *std::exchange(this->Data, std::nullopt), options, files, this->Observer(clock, ""),
-      surfsynth::SubProgress(progress, encoded, 1.0));
-    this->IterationsDone = trainer.Iteration();
-    this->DeviceInUse = trainer.DeviceName();
-    surfsynth::FillTable(table, trainer.History());
+    run.Finish(surfsynth::TrainFlowMatching(*std::exchange(this->Data, std::nullopt), options, files,
+      run.ShowProgress(options.Iterations), surfsynth::SubProgress(progress, encoded, 1.0)));
   }
 
-  vtkTypeInt64 IterationsDone = 0;
-  std::string DeviceInUse;
   double EncoderLoss = -1.0;
 
 private:
-  /// Shows what @p clock says of each iteration, after @p what.
-  surfsynth::TrainingObserver Observer(surfsynth::TrainingClock& clock, const std::string& what)
-  {
-    return [this, &clock, what](const TrainingStep& step) {
-      clock.Add(step);
-      this->Self->SetProgressText((what + clock.Describe()).c_str());
-      return true;
-    };
-  }
+  bool UsesDatasetFile() const { return *this->Self->GetDatasetFileName() != '\0'; }
 
   /// @throws ModelMismatch when the checkpoint of the model is of an encoder that would be trained on.
-  void RequireEncoderOf(const TrainingFiles& model) const
+  void RequireEncoderOf(const TrainingFiles& model, const Run& run) const
   {
-    const std::int64_t iterations = CheckpointIterations(this->EncoderFiles());
+    const std::int64_t iterations = CheckpointIterations(this->EncoderFiles(run));
     if (HasCheckpoint(model) && iterations > 0 && iterations < this->Self->EncoderIterations)
     {
       throw surfsynth::ModelMismatch(model.Checkpoint + ": the checkpoint is of an encoder of " +
@@ -132,7 +112,7 @@ private:
   }
 
   /// Writes an encoder of the surfaces that this training is of, with the recipe of the training that is to use it.
-  void TrainEncoder(const FlowMatchingTrainingOptions& recipe, const surfsynth::Progress& progress)
+  void TrainEncoder(const FlowMatchingTrainingOptions& recipe, const Run& run, const surfsynth::Progress& progress)
   {
     if (this->Data->Sources.size() < 2)
     {
@@ -150,16 +130,16 @@ private:
     options.ComplexLayers = recipe.ComplexLayers;
     options.InnerProducts = recipe.InnerProducts;
     options.BatchSize = recipe.BatchSize;
-    surfsynth::TrainingClock clock(options.Iterations);
     const surfsynth::EncodingTrainer trainer = TrainEncoding(
-      *this->Data, options, this->EncoderFiles(), this->Observer(clock, "encoder: "), progress);
-    this->EncoderLoss = surfsynth::LastLoss(trainer.History());
+      *this->Data, options, this->EncoderFiles(run), run.ShowProgress(options.Iterations, "encoder: "), progress);
+    this->EncoderLoss = trainer.History().LastMean();
   }
 
-  FlowMatchingTrainingOptions Options()
+  FlowMatchingTrainingOptions Options(const Run& run)
   {
     const vtkFlowMatchingTrainer& self = *this->Self;
     FlowMatchingTrainingOptions options;
+    run.SetSharedOptions(options);
     options.Width = self.Width;
     options.Blocks = self.Blocks;
     options.ComplexLayers = self.ComplexLayers;
@@ -176,54 +156,38 @@ private:
     options.Iterations = self.Iterations;
     options.BatchSize = self.BatchSize;
     options.SourcesPerBatch = self.SourcesPerBatch;
-    options.LearningRate = self.LearningRate;
     options.Milestones.assign(self.Milestones.begin(), self.Milestones.end());
     options.LearningRateFactor = self.LearningRateFactor;
     options.GradientClip = self.GradientClip;
     options.VertexWeight = self.VertexWeight;
     options.JacobianWeight = self.JacobianWeight;
     options.WeightAveraging = self.WeightAveraging;
-    options.Seed = static_cast<std::uint64_t>(self.Seed);
-    options.Device = static_cast<surfsynth::TrainingDevice>(self.Device);
     return options;
   }
 
-  TrainingFiles Files() const
+  TrainingFiles Files(const Run& run) const
   {
-    const vtkFlowMatchingTrainer& self = *this->Self;
-    if (self.ModelFileName.empty())
+    TrainingFiles files = run.Files();
+    if (this->Self->EncoderIterations > 0)
     {
-      throw surfsynth::InvalidInput("ModelFileName is empty; a path for the model file is needed.");
-    }
-    TrainingFiles files;
-    files.Model = self.ModelFileName;
-    files.Checkpoint = self.CheckpointFileName.empty() ? self.ModelFileName + ".checkpoint" : self.CheckpointFileName;
-    files.LossTable = self.LossTableFileName;
-    files.CheckpointInterval = self.CheckpointInterval;
-    files.Resume = self.Resume;
-    files.Inputs = { self.DatasetFileName };
-    if (self.EncoderIterations > 0)
-    {
-      const TrainingFiles encoder = this->EncoderFiles();
+      const TrainingFiles encoder = this->EncoderFiles(run);
       files.Inputs.insert(files.Inputs.end(), { encoder.Model, encoder.Checkpoint, encoder.LossTable });
     }
     else
     {
-      files.Inputs.push_back(self.EncoderFileName);
+      files.Inputs.push_back(this->Self->EncoderFileName);
     }
     return files;
   }
 
-  TrainingFiles EncoderFiles() const
+  /// The files of the training of the encoder, beside those of the model.
+  TrainingFiles EncoderFiles(const Run& run) const
   {
-    const vtkFlowMatchingTrainer& self = *this->Self;
-    TrainingFiles files;
-    files.Model = self.EncoderFileName.empty() ? self.ModelFileName + ".encoder" : self.EncoderFileName;
+    const std::string& encoder = this->Self->EncoderFileName;
+    TrainingFiles files = run.Files();
+    files.Model = encoder.empty() ? files.Model + ".encoder" : encoder;
     files.Checkpoint = files.Model + ".checkpoint";
-    files.LossTable = self.LossTableFileName.empty() ? "" : files.Model + ".csv";
-    files.CheckpointInterval = self.CheckpointInterval;
-    files.Resume = self.Resume;
-    files.Inputs = { self.DatasetFileName };
+    files.LossTable = files.LossTable.empty() ? "" : files.Model + ".csv";
     return files;
   }
 
@@ -242,24 +206,6 @@ vtkFlowMatchingTrainer::vtkFlowMatchingTrainer()
 }
 
 vtkFlowMatchingTrainer::~vtkFlowMatchingTrainer() = default;
-
-void vtkFlowMatchingTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
-
-void vtkFlowMatchingTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
-
-void vtkFlowMatchingTrainer::SetCheckpointFileName(const char* name) { this->SetText(this->CheckpointFileName, name); }
-
-void vtkFlowMatchingTrainer::SetLossTableFileName(const char* name) { this->SetText(this->LossTableFileName, name); }
-
-void vtkFlowMatchingTrainer::SetDatasetFileName(const char* name) { this->SetText(this->DatasetFileName, name); }
 
 void vtkFlowMatchingTrainer::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
 
@@ -294,10 +240,6 @@ int vtkFlowMatchingTrainer::GetMilestone(int index) const
   return index >= 0 && index < this->GetNumberOfMilestones() ? this->Milestones[static_cast<std::size_t>(index)] : 0;
 }
 
-vtkTypeInt64 vtkFlowMatchingTrainer::GetNumberOfIterationsDone() const { return this->Impl->IterationsDone; }
-
-const char* vtkFlowMatchingTrainer::GetDeviceInUse() const { return this->Impl->DeviceInUse.c_str(); }
-
 double vtkFlowMatchingTrainer::GetEncoderLoss() const { return this->Impl->EncoderLoss; }
 
 int vtkFlowMatchingTrainer::FillInputPortInformation(int, vtkInformation* info)
@@ -328,27 +270,13 @@ int vtkFlowMatchingTrainer::RequestUpdateExtent(
   return 1;
 }
 
-int vtkFlowMatchingTrainer::RequestData(
-  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
-{
-  this->Impl->Read(inputVector);
-  const auto train = [&](const surfsynth::Progress& progress) {
-    this->Impl->Train(vtkTable::GetData(outputVector), surfsynth::SubProgress(progress, ReadingShare, 1.0));
-  };
-  const int success = surfsynth::ProcessJointly(this, inputVector, outputVector, train);
-  this->SetProgressText(nullptr);
-  return success;
-}
+void vtkFlowMatchingTrainer::ReadInputs(vtkInformationVector** inputVector) { this->Impl->Read(inputVector); }
+
+void vtkFlowMatchingTrainer::Train(vtkInformationVector**, Run& run) { this->Impl->Train(run); }
 
 void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
-  os << indent << "CheckpointFileName: " << this->CheckpointFileName << "\n";
-  os << indent << "LossTableFileName: " << this->LossTableFileName << "\n";
-  os << indent << "CheckpointInterval: " << this->CheckpointInterval << "\n";
-  os << indent << "Resume: " << this->Resume << "\n";
-  os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
   os << indent << "EncoderFileName: " << this->EncoderFileName << "\n";
   os << indent << "EncoderIterations: " << this->EncoderIterations << "\n";
@@ -365,7 +293,6 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "BatchSize: " << this->BatchSize << "\n";
   os << indent << "SourcesPerBatch: " << this->SourcesPerBatch << "\n";
-  os << indent << "LearningRate: " << this->LearningRate << "\n";
   os << indent << "Milestones:";
   for (const int milestone : this->Milestones)
   {
@@ -377,9 +304,5 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "VertexWeight: " << this->VertexWeight << "\n";
   os << indent << "JacobianWeight: " << this->JacobianWeight << "\n";
   os << indent << "WeightAveraging: " << this->WeightAveraging << "\n";
-  os << indent << "Seed: " << this->Seed << "\n";
-  os << indent << "Device: " << this->Device << "\n";
-  os << indent << "NumberOfIterationsDone: " << this->GetNumberOfIterationsDone() << "\n";
   os << indent << "EncoderLoss: " << this->GetEncoderLoss() << "\n";
-  os << indent << "DeviceInUse: " << this->GetDeviceInUse() << "\n";
 }

@@ -7,7 +7,7 @@
  * Triangulation-Agnostic Flow Matching on Meshes", section 4): rectified flow f_t = (1 - t) f_0 + t f_1 with f_0
  * noise, f_1 a sample and t uniform in [0, 1), and the loss of equation 12, in velocities and in their gradients. The
  * model file serves surfaces with any triangulation; vtkFlowMatchingSampler and vtkFlowMatchingDeformer draw samples
- * of it.
+ * of it. Files, device, seed and learning rate are those of vtkModelTrainer.
  *
  * @par Input
  * Port 0: the source, a vtkPolyData with triangles, polygons or strips, float or double points; or a composite
@@ -20,29 +20,24 @@
  * or composite itself, holds the samples of source k. Where port 1 has time steps, the filter requests each of them
  * in turn, and each adds its samples; a source that changes in time is taken as it is at the first. Samples have the
  * points and polygons of their source, in the same order; empty ones are left out. Without SignalArrayName a sample
- * is the positions of its points, in the coordinates of the source; where it lies is not learnt, only its shape, size
- * and orientation. Values must be finite at the points that polygons use.
+ * is the positions of its points, in the coordinates of the source; its shape, size and orientation are learnt, its
+ * place is not. Values must be finite at the points that polygons use.
  * @par
  * Several sources of different shape need a positional encoding, which EncoderIterations trains first and
  * EncoderFileName names.
  * @par
  * Optional arrays on port 1: the point array SignalArrayName, any numeric type, any number of components.
  * @par
- * Both ports may be left unconnected when DatasetFileName is set, and are not used then. Two empty inputs give an
- * empty table and no file.
+ * Both ports may be left unconnected when DatasetFileName is set: a file with one signal on one surface or several,
+ * which the Python package and the library write.
  *
  * @par Output
- * A vtkTable with a row for each iteration, those before a checkpoint included, and the columns iteration
- * (vtkIdType), loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate (float64);
+ * The table of vtkModelTrainer with the columns iteration (vtkIdType), loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate (float64);
  * loss is VertexWeight vertex_loss + JacobianWeight jacobian_loss.
  *
  * @par Files
- * The model is written to ModelFileName at the end, and as it then is with every checkpoint. A checkpoint is written
- * every CheckpointInterval iterations, at the end, and when the update is aborted; an interrupted training loses at
- * most what came after the last one, and the next update goes on from there. A file is replaced only when the new one
- * is complete: a full disk, which is an error, loses no earlier checkpoint. A checkpoint of other data or another
- * recipe (anything but Iterations, Milestones, Device and the names and times of files) is an error that names what
- * differs.
+ * Those of vtkModelTrainer. Iterations, Milestones, Device and the names and times of files may change between an
+ * update and the next, which goes on from the checkpoint.
  *
  * @par Cost
  * Iterations times BatchSize evaluations of the network and of its derivative, each linear in the number of triangles
@@ -51,33 +46,31 @@
  * number of threads on the same machine, interrupted or not. An update whose checkpoint is complete only reads it.
  *
  * @par Errors
- * One error and an empty table for: no input, or no model file name; a source or sample as above; an option out of
- * its range; SourcesPerBatch that does not divide BatchSize; samples that do not vary; several sources of different
- * shape without an encoder; EncoderIterations with one source, or with sources that have other polygons than the first;
- * CUDA asked for and absent; a file that is damaged, cannot be written, or would be written over another of the
- * training's; a loss that is not finite. Inputs on several MPI ranks are an error on all of them.
+ * Those of vtkModelTrainer, and one error and an empty table for: a source or sample as above; SourcesPerBatch that does
+ * not divide BatchSize; samples that do not vary; several sources of different shape without an encoder;
+ * EncoderIterations with one source, or with sources that have other polygons than the first.
  *
- * @sa vtkMaternNoiseFilter, vtkEnsembleMetrics, vtkGroupDataSetsFilter
+ * @sa vtkModelTrainer, vtkMaternNoiseFilter, vtkEnsembleMetrics, vtkGroupDataSetsFilter
  */
 
 #ifndef vtkFlowMatchingTrainer_h
 #define vtkFlowMatchingTrainer_h
 
+#include "vtkModelTrainer.h"
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
-#include "vtkTableAlgorithm.h"
 
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
 #include <vector> // For std::vector
 
-class VTKSURFACESYNTHESISTRAINING_EXPORT vtkFlowMatchingTrainer : public vtkTableAlgorithm
+class VTKSURFACESYNTHESISTRAINING_EXPORT vtkFlowMatchingTrainer : public vtkModelTrainer
 {
 public:
   static vtkFlowMatchingTrainer* New();
-  vtkTypeMacro(vtkFlowMatchingTrainer, vtkTableAlgorithm);
+  vtkTypeMacro(vtkFlowMatchingTrainer, vtkModelTrainer);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The distributions of noise; see vtkMaternNoiseFilter.
+  /// The distributions of the noise; see vtkMaternNoiseFilter.
   enum NoiseModels
   {
     MATERN = 0,     ///< Matérn noise: independent of the triangulation
@@ -86,66 +79,6 @@ public:
     UNSCREENED = 3, ///< for comparison
     SPECTRAL = 4    ///< for comparison
   };
-
-  /// Where the network is trained.
-  enum Devices
-  {
-    AUTO = 0, ///< CUDA where LibTorch finds a device, else the processor
-    CPU = 1,
-    CUDA = 2
-  };
-
-  ///@{
-  /**
-   * Path of the model file that is written. Must be set. Model files are in safetensors format. Default "".
-   */
-  void SetModelFileName(const char* name);
-  vtkGetCharFromStdStringMacro(ModelFileName);
-  ///@}
-
-  ///@{
-  /**
-   * Path of the checkpoint. Empty (the default) stands for ModelFileName with .checkpoint after it.
-   */
-  void SetCheckpointFileName(const char* name);
-  vtkGetCharFromStdStringMacro(CheckpointFileName);
-  ///@}
-
-  ///@{
-  /**
-   * Path of a table of the losses in comma-separated values, with the columns of the output, written with each
-   * checkpoint. Default "": none.
-   */
-  void SetLossTableFileName(const char* name);
-  vtkGetCharFromStdStringMacro(LossTableFileName);
-  ///@}
-
-  ///@{
-  /**
-   * Number of iterations from one checkpoint to the next; at least 1. Default 500.
-   */
-  vtkSetClampMacro(CheckpointInterval, int, 1, VTK_INT_MAX);
-  vtkGetMacro(CheckpointInterval, int);
-  ///@}
-
-  ///@{
-  /**
-   * Whether an update goes on from the checkpoint where there is one. Off: it begins anew, and the checkpoint is
-   * replaced. Default on.
-   */
-  vtkSetMacro(Resume, bool);
-  vtkGetMacro(Resume, bool);
-  vtkBooleanMacro(Resume, bool);
-  ///@}
-
-  ///@{
-  /**
-   * Path of a dataset file that is trained on in place of the inputs. Dataset files are in safetensors format and hold
-   * one signal on one surface or several; the Python package and the library write them. Default "".
-   */
-  void SetDatasetFileName(const char* name);
-  vtkGetCharFromStdStringMacro(DatasetFileName);
-  ///@}
 
   ///@{
   /**
@@ -218,7 +151,7 @@ public:
 
   ///@{
   /**
-   * Whether the maps at the points see inner products of gradients. With them a model serves triangulations other than
+   * Inner products of gradients as further inputs of the maps at the points. With them a model serves triangulations other than
    * that of its training less well: they grow with the gradients of the noise, and jump at creases. Default off.
    */
   vtkSetMacro(InnerProducts, bool);
@@ -228,7 +161,7 @@ public:
 
   ///@{
   /**
-   * The distribution of the noise that the flow begins with. Only Matérn noise gives a model that does not depend on
+   * Distribution of the noise that the flow begins with. Only Matérn noise gives a model that does not depend on
    * the triangulation; the others are for comparison. Default MATERN.
    */
   vtkSetClampMacro(NoiseModel, int, MATERN, SPECTRAL);
@@ -242,7 +175,7 @@ public:
 
   ///@{
   /**
-   * The screening term tau of MATERN and SPECTRAL noise on the surface scaled to area 1, larger than 0; larger is
+   * Screening term tau of MATERN and SPECTRAL noise on the surface scaled to area 1, larger than 0; larger is
    * rougher. Default 100, the value of the paper.
    */
   vtkSetClampMacro(Screening, double, 1e-300, VTK_DOUBLE_MAX);
@@ -251,7 +184,7 @@ public:
 
   ///@{
   /**
-   * How much MATERN noise f is smoothed, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
+   * Smoothing of MATERN noise f, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
    * 1 / (1 + s lambda), with s this number of squared mean edge lengths of the first surface. The network sees gradients;
    * those of noise that is not smoothed grow with the number of vertices, and a model that was trained on a coarse
    * triangulation then tears finer ones apart. 0 is the noise of the paper. Default 1.
@@ -262,7 +195,7 @@ public:
 
   ///@{
   /**
-   * What the noise is multiplied by, at least 0. 0 (the default) stands for the factor that lets noise vary as much as
+   * Factor of the noise, at least 0. 0 (the default) stands for the factor that lets noise vary as much as
    * the samples do about their mean.
    */
   vtkSetClampMacro(NoiseScale, double, 0.0, VTK_DOUBLE_MAX);
@@ -304,15 +237,7 @@ public:
 
   ///@{
   /**
-   * The learning rate of Adam, larger than 0. Default 5e-4.
-   */
-  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
-  vtkGetMacro(LearningRate, double);
-  ///@}
-
-  ///@{
-  /**
-   * The iterations after which the learning rate is multiplied by LearningRateFactor, at least 0 each. None stands for
+   * Iterations after which the learning rate is multiplied by LearningRateFactor, at least 0 each. None stands for
    * one after a quarter of all iterations. SetNumberOfMilestones() clamps to 0 and more and fills up with 0;
    * SetMilestone() does nothing for an index out of range, and GetMilestone() returns 0. Default none.
    */
@@ -324,7 +249,7 @@ public:
 
   ///@{
   /**
-   * What the learning rate is multiplied by at each milestone, larger than 0 and at most 1. Default 0.2.
+   * Factor of the learning rate at each milestone, larger than 0 and at most 1. Default 0.2.
    */
   vtkSetClampMacro(LearningRateFactor, double, 1e-300, 1.0);
   vtkGetMacro(LearningRateFactor, double);
@@ -332,7 +257,7 @@ public:
 
   ///@{
   /**
-   * The largest norm of the gradient of all weights together, at least 0; longer ones are scaled down to it. 0 stands
+   * Largest norm of the gradient of all weights together, at least 0; longer ones are scaled down to it. 0 stands
    * for no limit. Default 1.
    */
   vtkSetClampMacro(GradientClip, double, 0.0, VTK_DOUBLE_MAX);
@@ -341,7 +266,7 @@ public:
 
   ///@{
   /**
-   * The weight of the loss in velocities, at least 0. Default 1.
+   * Weight of the loss in velocities, at least 0. Default 1.
    */
   vtkSetClampMacro(VertexWeight, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(VertexWeight, double);
@@ -349,7 +274,7 @@ public:
 
   ///@{
   /**
-   * The weight of the loss in the gradients of velocities, at least 0; one of both weights must be larger than 0.
+   * Weight of the loss in the gradients of velocities, at least 0; one of both weights must be larger than 0.
    * Default 1.
    */
   vtkSetClampMacro(JacobianWeight, double, 0.0, VTK_DOUBLE_MAX);
@@ -358,7 +283,7 @@ public:
 
   ///@{
   /**
-   * How much of the average of earlier weights the model keeps in each iteration, at least 0 and below 1, for instance
+   * Decay of the exponential moving average of the weights, which becomes the model, at least 0 and below 1, for instance
    * 0.999; 0 stands for the last weights themselves, as in the paper. Default 0.
    */
   vtkSetClampMacro(WeightAveraging, double, 0.0, 0.9999999);
@@ -367,49 +292,17 @@ public:
 
   ///@{
   /**
-   * The seed of the first weights, the noise, and the order of the samples. Any integer; the same seed gives the same
-   * model. Default 0.
-   */
-  vtkSetMacro(Seed, int);
-  vtkGetMacro(Seed, int);
-  ///@}
-
-  ///@{
-  /**
-   * Where the network is trained. AUTO takes CUDA where LibTorch finds a device, else the processor; CUDA without a
-   * device is an error. Default AUTO.
-   */
-  vtkSetClampMacro(Device, int, AUTO, CUDA);
-  vtkGetMacro(Device, int);
-  void SetDeviceToAuto() { this->SetDevice(AUTO); }
-  void SetDeviceToCPU() { this->SetDevice(CPU); }
-  void SetDeviceToCUDA() { this->SetDevice(CUDA); }
-  ///@}
-
-  ///@{
-  /**
-   * Take the source, or the samples, away again: for ParaView, which cannot name a port in doing so.
+   * Removes the source, or the samples: for ParaView, which cannot name a port in doing so.
    */
   void RemoveSource() { this->SetInputConnection(0, nullptr); }
   void RemoveSamples() { this->SetInputConnection(1, nullptr); }
   ///@}
 
   /**
-   * Number of iterations that the model of the last update has been trained for, those of a checkpoint included; 0 when
-   * there is none.
-   */
-  vtkTypeInt64 GetNumberOfIterationsDone() const;
-
-  /**
    * Mean loss of the last twentieth of the iterations of the encoder that the last update has trained, those of a
    * checkpoint included: the mean squared error of eigenfunctions whose mean square is 1. -1 when it has trained none.
    */
   double GetEncoderLoss() const;
-
-  /**
-   * The device of the last update, "CPU" or "CUDA"; empty when there was none.
-   */
-  const char* GetDeviceInUse() const;
 
 protected:
   vtkFlowMatchingTrainer();
@@ -420,21 +313,13 @@ protected:
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
   int RequestUpdateExtent(
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
-  int RequestData(
-    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  void ReadInputs(vtkInformationVector** inputVector) override;
+  void Train(vtkInformationVector** inputVector, Run& run) override;
 
 private:
   vtkFlowMatchingTrainer(const vtkFlowMatchingTrainer&) = delete;
   void operator=(const vtkFlowMatchingTrainer&) = delete;
 
-  void SetText(std::string& property, const char* text);
-
-  std::string ModelFileName;
-  std::string CheckpointFileName;
-  std::string LossTableFileName;
-  int CheckpointInterval = 500;
-  bool Resume = true;
-  std::string DatasetFileName;
   std::string SignalArrayName;
   std::string EncoderFileName;
   int EncoderIterations = 0;
@@ -451,15 +336,12 @@ private:
   int Iterations = 20000;
   int BatchSize = 8;
   int SourcesPerBatch = 1;
-  double LearningRate = 5e-4;
   std::vector<int> Milestones;
   double LearningRateFactor = 0.2;
   double GradientClip = 1.0;
   double VertexWeight = 1.0;
   double JacobianWeight = 1.0;
   double WeightAveraging = 0.0;
-  int Seed = 0;
-  int Device = AUTO;
 
   class Internals;
   std::unique_ptr<Internals> Impl;

@@ -1,33 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkGeometricTextureTrainer.h"
 
-#include "JointProcessing.h"
+#include "ModelTrainerRun.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
-#include "Learning/Training/TrainingClock.h"
 
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
-#include <vtkDoubleArray.h>
-#include <vtkIdTypeArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
-#include <vtkTable.h>
 
 #include <utility>
 #include <vector>
 
 using surfsynth::GeometricTextureTrainingOptions;
-using surfsynth::GeometricTextureTrainingStep;
 using surfsynth::InvalidInput;
 using surfsynth::MultiscaleDataset;
 using surfsynth::TriangleMesh;
@@ -86,30 +80,9 @@ std::vector<TriangleMesh> ReadLevels(vtkDataObject* levels)
   }
   return meshes;
 }
-
-void FillTable(vtkTable* table, const std::vector<GeometricTextureTrainingStep>& history)
-{
-  const auto rows = static_cast<vtkIdType>(history.size());
-  const auto addColumn = [&](auto* column, const char* name, const auto& member) {
-    column->SetName(name);
-    column->SetNumberOfTuples(rows);
-    for (vtkIdType k = 0; k < rows; ++k)
-    {
-      column->SetValue(k, history[static_cast<std::size_t>(k)].*member);
-    }
-    table->AddColumn(column);
-  };
-  addColumn(vtkNew<vtkIdTypeArray>().Get(), "iteration", &GeometricTextureTrainingStep::Iteration);
-  addColumn(vtkNew<vtkIdTypeArray>().Get(), "level", &GeometricTextureTrainingStep::Level);
-  addColumn(vtkNew<vtkDoubleArray>().Get(), "critic_loss", &GeometricTextureTrainingStep::CriticLoss);
-  addColumn(vtkNew<vtkDoubleArray>().Get(), "gradient_penalty", &GeometricTextureTrainingStep::GradientPenalty);
-  addColumn(vtkNew<vtkDoubleArray>().Get(), "adversarial_loss", &GeometricTextureTrainingStep::AdversarialLoss);
-  addColumn(vtkNew<vtkDoubleArray>().Get(), "reconstruction_loss", &GeometricTextureTrainingStep::ReconstructionLoss);
-  addColumn(vtkNew<vtkDoubleArray>().Get(), "learning_rate", &GeometricTextureTrainingStep::LearningRate);
-}
 } // namespace
 
-/// What one update trains, and what came of the last.
+/// Dataset and recipe of one update.
 class vtkGeometricTextureTrainer::Internals
 {
 public:
@@ -117,41 +90,31 @@ public:
     : Self(self)
   {}
 
-  void Train(vtkInformationVector** inputVector, vtkTable* table, const surfsynth::Progress& progress)
+  void Train(vtkInformationVector** inputVector, Run& run) const
   {
-    const surfsynth::TrainingFiles files = this->Files();
+    const surfsynth::TrainingFiles files = run.Files();
+    if (this->Self->TextureName.empty())
+    {
+      throw InvalidInput("TextureName is empty; a name for the texture is needed.");
+    }
     MultiscaleDataset dataset = this->Dataset(inputVector);
     if (dataset.Levels.empty())
     {
       return;
     }
     const auto iterations = static_cast<std::int64_t>(dataset.Levels.size()) * this->Self->IterationsPerLevel;
-    surfsynth::TrainingClock clock(iterations);
-    const auto observe = [&](const GeometricTextureTrainingStep& step) {
-      surfsynth::TrainingStep line;
-      line.Iteration = step.Iteration;
-      line.Loss = step.ReconstructionLoss;
-      clock.Add(line);
-      this->Self->SetProgressText(clock.Describe().c_str());
-      return true;
-    };
-    const surfsynth::GeometricTextureTrainer trainer = surfsynth::TrainGeometricTexture(
-      std::move(dataset), this->Options(), files, observe, progress);
-    this->IterationsDone = trainer.Iteration();
-    this->DeviceInUse = trainer.DeviceName();
-    FillTable(table, trainer.History());
+    run.Finish(surfsynth::TrainGeometricTexture(
+      std::move(dataset), this->Options(run), files, run.ShowProgress(iterations), run.GetProgress()));
   }
-
-  vtkTypeInt64 IterationsDone = 0;
-  std::string DeviceInUse;
 
 private:
   /// Without levels when the input is empty.
   MultiscaleDataset Dataset(vtkInformationVector** inputVector) const
   {
-    if (!this->Self->DatasetFileName.empty())
+    const std::string file = this->Self->GetDatasetFileName();
+    if (!file.empty())
     {
-      return surfsynth::ReadMultiscaleDataset(this->Self->DatasetFileName);
+      return surfsynth::ReadMultiscaleDataset(file);
     }
     vtkDataObject* levels = vtkDataObject::GetData(inputVector[0]);
     if (!levels)
@@ -169,15 +132,15 @@ private:
     return dataset;
   }
 
-  GeometricTextureTrainingOptions Options() const
+  GeometricTextureTrainingOptions Options(const Run& run) const
   {
     const vtkGeometricTextureTrainer& self = *this->Self;
     GeometricTextureTrainingOptions options;
+    run.SetSharedOptions(options);
     options.Name = self.TextureName;
     options.IterationsPerLevel = self.IterationsPerLevel;
     options.DiscriminatorSteps = self.DiscriminatorSteps;
     options.GeneratorSteps = self.GeneratorSteps;
-    options.LearningRate = self.LearningRate;
     options.LearningRateInterval = self.LearningRateInterval;
     options.LearningRateFactor = self.LearningRateFactor;
     options.PenaltyWeight = self.PenaltyWeight;
@@ -187,71 +150,20 @@ private:
     options.Network.MinimumChannels = self.MinimumChannels;
     options.Network.MaximumChannels = self.MaximumChannels;
     options.Network.NoiseAmplitude = self.NoiseAmplitude;
-    options.Seed = static_cast<std::uint64_t>(self.Seed);
-    options.Device = static_cast<surfsynth::TrainingDevice>(self.Device);
     return options;
-  }
-
-  surfsynth::TrainingFiles Files() const
-  {
-    const vtkGeometricTextureTrainer& self = *this->Self;
-    if (self.ModelFileName.empty())
-    {
-      throw InvalidInput("ModelFileName is empty; a path for the model file is needed.");
-    }
-    if (self.TextureName.empty())
-    {
-      throw InvalidInput("TextureName is empty; a name for the texture is needed.");
-    }
-    surfsynth::TrainingFiles files;
-    files.Model = self.ModelFileName;
-    files.Checkpoint = self.CheckpointFileName.empty() ? self.ModelFileName + ".checkpoint" : self.CheckpointFileName;
-    files.LossTable = self.LossTableFileName;
-    files.CheckpointInterval = self.CheckpointInterval;
-    files.Resume = self.Resume;
-    return files;
   }
 
   vtkGeometricTextureTrainer* Self;
 };
 
 vtkGeometricTextureTrainer::vtkGeometricTextureTrainer()
-  : Impl(std::make_unique<Internals>(this))
 {
   this->SetNumberOfInputPorts(2);
 }
 
 vtkGeometricTextureTrainer::~vtkGeometricTextureTrainer() = default;
 
-void vtkGeometricTextureTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
-
-void vtkGeometricTextureTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
-
-void vtkGeometricTextureTrainer::SetCheckpointFileName(const char* name)
-{
-  this->SetText(this->CheckpointFileName, name);
-}
-
-void vtkGeometricTextureTrainer::SetLossTableFileName(const char* name)
-{
-  this->SetText(this->LossTableFileName, name);
-}
-
-void vtkGeometricTextureTrainer::SetDatasetFileName(const char* name) { this->SetText(this->DatasetFileName, name); }
-
 void vtkGeometricTextureTrainer::SetTextureName(const char* name) { this->SetText(this->TextureName, name); }
-
-vtkTypeInt64 vtkGeometricTextureTrainer::GetNumberOfIterationsDone() const { return this->Impl->IterationsDone; }
-
-const char* vtkGeometricTextureTrainer::GetDeviceInUse() const { return this->Impl->DeviceInUse.c_str(); }
 
 int vtkGeometricTextureTrainer::FillInputPortInformation(int port, vtkInformation* info)
 {
@@ -264,33 +176,18 @@ int vtkGeometricTextureTrainer::FillInputPortInformation(int port, vtkInformatio
   return 1;
 }
 
-int vtkGeometricTextureTrainer::RequestData(
-  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+void vtkGeometricTextureTrainer::Train(vtkInformationVector** inputVector, Run& run)
 {
-  this->Impl->IterationsDone = 0;
-  this->Impl->DeviceInUse.clear();
-  const int success = surfsynth::ProcessJointly(
-    this, inputVector, outputVector, [&](const surfsynth::Progress& progress) {
-      this->Impl->Train(inputVector, vtkTable::GetData(outputVector), progress);
-    });
-  this->SetProgressText(nullptr);
-  return success;
+  Internals(this).Train(inputVector, run);
 }
 
 void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
-  os << indent << "CheckpointFileName: " << this->CheckpointFileName << "\n";
-  os << indent << "LossTableFileName: " << this->LossTableFileName << "\n";
-  os << indent << "CheckpointInterval: " << this->CheckpointInterval << "\n";
-  os << indent << "Resume: " << this->Resume << "\n";
-  os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "TextureName: " << this->TextureName << "\n";
   os << indent << "IterationsPerLevel: " << this->IterationsPerLevel << "\n";
   os << indent << "DiscriminatorSteps: " << this->DiscriminatorSteps << "\n";
   os << indent << "GeneratorSteps: " << this->GeneratorSteps << "\n";
-  os << indent << "LearningRate: " << this->LearningRate << "\n";
   os << indent << "LearningRateInterval: " << this->LearningRateInterval << "\n";
   os << indent << "LearningRateFactor: " << this->LearningRateFactor << "\n";
   os << indent << "PenaltyWeight: " << this->PenaltyWeight << "\n";
@@ -300,8 +197,4 @@ void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MinimumChannels: " << this->MinimumChannels << "\n";
   os << indent << "MaximumChannels: " << this->MaximumChannels << "\n";
   os << indent << "NoiseAmplitude: " << this->NoiseAmplitude << "\n";
-  os << indent << "Seed: " << this->Seed << "\n";
-  os << indent << "Device: " << this->Device << "\n";
-  os << indent << "NumberOfIterationsDone: " << this->GetNumberOfIterationsDone() << "\n";
-  os << indent << "DeviceInUse: " << this->GetDeviceInUse() << "\n";
 }

@@ -31,7 +31,7 @@ vtkStandardNewMacro(vtkMultiscaleMeshFitter);
 
 namespace
 {
-/// What is to be fitted need not be manifold.
+/// The reference need not be manifold.
 surfsynth::MeshRequirements RequirementsOfReference()
 {
   surfsynth::MeshRequirements requirements;
@@ -68,7 +68,7 @@ void FillLevels(const MultiscaleFit& fit, vtkMultiBlockDataSet* output)
 }
 } // namespace
 
-/// What one update does with the parameters of the filter.
+/// Fits with the parameters of the filter.
 class vtkMultiscaleMeshFitter::Internals
 {
 public:

@@ -3,15 +3,15 @@
  * @class   vtkMultiscaleMeshFitter
  * @brief   Makes meshes of one surface at several scales
  *
- * What a geometric texture is learnt from is one surface as meshes at several scales, each with the triangles of the
- * one before cut into four. This filter makes them of any surface ("Deep Geometric Texture Synthesis", Hertz et al.
+ * Geometric textures are learnt from one surface as meshes at several scales, each with the triangles of the one before
+ * cut into four. This filter makes them of any surface ("Deep Geometric Texture Synthesis", Hertz et al.
  * 2020, section 4): a template of the same topology is fitted to it by Adam, in turns by steps that keep triangles even
  * and by steps that bring random samples of both surfaces, and their normals, closer; then it is subdivided at the
  * midpoints of its edges, fitted again, and so on.
  *
  * @par Input
  * Port 0: the reference, vtkPolyData with triangles, polygons or strips of finite points and none of them degenerate.
- * It need not be manifold, closed or of one component, but only what has the topology of the template can be fitted
+ * It need not be manifold, closed or of one component, but only surfaces with the topology of the template are fitted
  * well. Port 1, for the template GIVEN: the template, vtkPolyData with manifold edges and consistent winding, wound as
  * the reference is; for instance a simplified reference (vtkIsotropicRemeshFilter). An empty reference gives empty
  * outputs and no error.
@@ -21,7 +21,7 @@
  * fine, in blocks that are named "Level 0", "Level 1", ..., in the coordinates of the reference. Each has two field
  * arrays of one value: "MeanDistance" and "LargestDistance", of its points from the reference, world units.
  * Port 1: the template as the fit began with it, moved and scaled to the box of the reference, with the triangles of
- * level 0: what a texture grows from without input.
+ * level 0: the template of vtkGeometricTextureTrainer.
  *
  * @par Cost
  * Iterations x NumberOfLevels x (TriangulationSteps + ChamferSteps) steps, each over all vertices and Samples x
@@ -65,7 +65,7 @@ public:
 
   ///@{
   /**
-   * The mesh that is fitted: of the topology of the reference, and wound as it is. Default ICOSPHERE.
+   * Mesh that is fitted: of the topology of the reference, and wound as it is. Default ICOSPHERE.
    */
   vtkSetClampMacro(Template, int, ICOSPHERE, GIVEN);
   vtkGetMacro(Template, int);
@@ -76,7 +76,7 @@ public:
 
   ///@{
   /**
-   * How often the triangles of the icosahedron are cut into four for the template ICOSPHERE, from 0 to 6. Default 2.
+   * Number of times that the triangles of the icosahedron are cut into four for the template ICOSPHERE, from 0 to 6. Default 2.
    */
   vtkSetClampMacro(IcosphereLevel, int, 0, 6);
   vtkGetMacro(IcosphereLevel, int);
@@ -117,7 +117,7 @@ public:
 
   ///@{
   /**
-   * The learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
+   * Learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
    * each level as those are; larger than 0. Default 1e-2.
    */
   vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
@@ -126,7 +126,7 @@ public:
 
   ///@{
   /**
-   * The learning rate of a level's last iteration over that of its first, from 1e-6 to 1; it falls geometrically. 1
+   * Learning rate of a level's last iteration over that of its first, from 1e-6 to 1; it falls geometrically. 1
    * keeps it as it is, as published. Default 0.1.
    */
   vtkSetClampMacro(LearningRateDecay, double, 1e-6, 1.0);
@@ -144,7 +144,7 @@ public:
 
   ///@{
   /**
-   * Whether normals are compared as in the published code: it pairs unrelated ones in one of the two directions. For
+   * Comparison of normals as in the published code, which pairs unrelated ones in one of the two directions. For
    * comparison. Default off.
    */
   vtkSetMacro(PublishedNormals, bool);
@@ -154,7 +154,7 @@ public:
 
   ///@{
   /**
-   * The seed of the samples. Any integer. Default 0.
+   * Seed of the samples. Any integer. Default 0.
    */
   vtkSetMacro(Seed, int);
   vtkGetMacro(Seed, int);
@@ -171,7 +171,7 @@ public:
 
   ///@{
   /**
-   * Take the reference, or the template, away again: for ParaView, which cannot name a port in doing so.
+   * Removes the reference, or the template: for ParaView, which cannot name a port in doing so.
    */
   void RemoveReference() { this->SetInputConnection(0, nullptr); }
   void RemoveTemplate() { this->SetInputConnection(1, nullptr); }

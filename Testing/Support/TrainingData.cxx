@@ -75,12 +75,6 @@ std::string BytesOf(const std::string& path)
   return { std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
 }
 
-std::vector<double> Numbers(const TrainingStep& step)
-{
-  return { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss, step.GradientNorm,
-    step.LearningRate };
-}
-
 std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer)
 {
   std::map<std::string, std::vector<float>> weights;

@@ -29,9 +29,6 @@ FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations);
 /// The bytes of a file; fails the test when there is none.
 std::string BytesOf(const std::string& path);
 
-/// The rows of a step that say what was computed.
-std::vector<double> Numbers(const TrainingStep& step);
-
 /// The model's weights, by name.
 std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer);
 

@@ -84,7 +84,7 @@ const std::map<std::string, TrainingDevice> Devices = { { "auto", TrainingDevice
   { "cpu", TrainingDevice::CPU }, { "cuda", TrainingDevice::CUDA } };
 const std::map<std::string, bool> YesOrNo = { { "yes", true }, { "no", false } };
 
-/// One option of the command line: what it stands for, and what takes its value.
+/// One option of the command line: its help text, and the function that takes its value.
 struct CommandOption
 {
   std::string Help;
@@ -122,13 +122,13 @@ std::string CurrentName(const std::string& option)
   return found->second;
 }
 
-/// What is trained: reads its arguments, and trains.
+/// One kind of training on the command line: its options and its run.
 class TrainCommand
 {
 public:
   virtual ~TrainCommand() = default;
 
-  /// What can be given on the command line, and what takes it.
+  /// The options by name.
   virtual CommandOptions KnownOptions() = 0;
   virtual std::int64_t Iterations() const = 0;
   virtual void Train(const TrainingObserver& observe, const Progress& progress) = 0;
@@ -160,12 +160,11 @@ public:
   const std::string& Model() const { return this->Files.Model; }
 
 protected:
-  /// The options that all trainings share.
-  CommandOptions SharedOptions(TrainingOptions& o)
+  /// The options of the trainings of a PoissonNet.
+  CommandOptions PoissonNetOptions(TrainingOptions& o)
   {
-    CommandOptions known;
+    CommandOptions known = this->SharedOptions(o);
     AddNumber(known, "--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
-    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
@@ -173,14 +172,14 @@ protected:
       "iteration after which the learning rate falls; may be given several times (a quarter of all)",
       [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); }
     };
-    this->AddRun(known, o);
     return known;
   }
 
-  /// Those of any training: seed, device and files.
-  template <typename Options>
-  void AddRun(CommandOptions& known, Options& o)
+  /// The options of every training: learning rate, seed, device and files.
+  CommandOptions SharedOptions(ModelTrainingOptions& o)
   {
+    CommandOptions known;
+    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
     AddNumber(known, "--seed", o.Seed, "of everything random");
     AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
     known["--device"] = { "auto, cpu or cuda (auto)",
@@ -191,6 +190,7 @@ protected:
       [this](const std::string& value) { this->Files.LossTable = value; } };
     known["--resume"] = { "yes or no: go on from the checkpoint where there is one (yes)",
       [this](const std::string& value) { this->Files.Resume = Choose("--resume", value, YesOrNo); } };
+    return known;
   }
 
   /// The options of a network that is made.
@@ -214,7 +214,7 @@ public:
   CommandOptions KnownOptions() override
   {
     FlowMatchingTrainingOptions& o = this->Options;
-    CommandOptions known = this->SharedOptions(o);
+    CommandOptions known = this->PoissonNetOptions(o);
     AddNetwork(known, o);
     AddNumber(known, "--batch", o.BatchSize, "samples in an iteration");
     AddNumber(known, "--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
@@ -250,7 +250,7 @@ class EncodingCommand : public TrainCommand
 public:
   CommandOptions KnownOptions() override
   {
-    CommandOptions known = this->SharedOptions(this->Options);
+    CommandOptions known = this->PoissonNetOptions(this->Options);
     AddNetwork(known, this->Options);
     AddNumber(known, "--batch", this->Options.BatchSize, "surfaces in an iteration");
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
@@ -272,12 +272,10 @@ public:
   CommandOptions KnownOptions() override
   {
     GeometricTextureTrainingOptions& o = this->Options;
-    CommandOptions known;
-    this->AddRun(known, o);
+    CommandOptions known = this->SharedOptions(o);
     AddNumber(known, "--iterations", o.IterationsPerLevel, "iterations of each level");
     AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
     AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");
-    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
     AddNumber(known, "--learning-rate-interval", o.LearningRateInterval, "iterations of a level until it falls");
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "each time");
     AddNumber(known, "--penalty-weight", o.PenaltyWeight, "of the gradient penalty");
@@ -294,14 +292,7 @@ public:
   std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
-    const auto observeTexture = [&observe](const GeometricTextureTrainingStep& step) {
-      TrainingStep line;
-      line.Iteration = step.Iteration;
-      line.Loss = step.ReconstructionLoss;
-      line.LearningRate = step.LearningRate;
-      return observe(line);
-    };
-    TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observeTexture, progress);
+    TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observe, progress);
   }
 
 private:
@@ -339,11 +330,11 @@ public:
     , Clock(iterations)
   {}
 
-  void Show(const TrainingStep& step)
+  void Show(const LossHistory& history)
   {
-    this->Clock.Add(step);
+    this->Clock.Add(history);
     const auto now = std::chrono::steady_clock::now();
-    const bool last = step.Iteration == this->Iterations;
+    const bool last = static_cast<std::int64_t>(history.Size()) == this->Iterations;
     if (!last && now - this->Shown < std::chrono::seconds(1))
     {
       return;
@@ -380,8 +371,8 @@ int Train(TrainCommand& command)
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
   ProgressLine line(command.Iterations());
-  const auto observe = [&line](const TrainingStep& step) {
-    line.Show(step);
+  const auto observe = [&line](const LossHistory& history) {
+    line.Show(history);
     return !Interrupted;
   };
   command.Train(observe, [](double) { return !Interrupted; });

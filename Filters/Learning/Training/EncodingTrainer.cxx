@@ -7,6 +7,7 @@
 #include "Core/Solvers/LaplaceEigenpairs.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Learning/Training/NetworkTraining.h"
+#include "Learning/Training/OptionChecks.h"
 #include "Learning/Training/TrainingSources.h"
 
 #include <algorithm>
@@ -53,7 +54,7 @@ void RequireCorrespondence(const SignalDataset& dataset)
   }
 }
 
-/// The soundness of all sources; the topology of the first, the reference.
+/// Checks the meshes of all sources. @returns the topology of the first, the reference.
 MeshTopology RequireValidSources(const SignalDataset& dataset, const Progress& progress)
 {
   std::optional<MeshTopology> reference;
@@ -97,12 +98,9 @@ void CheckOptions(const EncodingTrainingOptions& options)
 {
   CheckOptions(static_cast<const TrainingOptions&>(options));
   CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
-  if (options.Eigenfunctions < 1 || options.Eigenfunctions > 10000 || options.BatchSize < 1 ||
-    options.BatchSize > 100000)
-  {
-    throw InvalidInput("TrainingOptions: Eigenfunctions and BatchSize are " + std::to_string(options.Eigenfunctions) +
-      " and " + std::to_string(options.BatchSize) + "; expected 1 to 10000 and 1 to 100000.");
-  }
+  const OptionChecks check("TrainingOptions");
+  check.Count("Eigenfunctions", options.Eigenfunctions, 1, 10000);
+  check.Count("BatchSize", options.BatchSize, 1, 100000);
 }
 
 class EncodingTrainer::Internals
@@ -122,7 +120,7 @@ public:
     Report(progress, 1.0);
   }
 
-  void Accumulate(const std::vector<TriangleMesh>& surfaces, TrainingStep& step);
+  void Accumulate(const std::vector<TriangleMesh>& surfaces, NetworkLosses& losses);
   std::vector<TriangleMesh> Surfaces() const;
   std::map<std::string, std::string> Recipe() const;
 
@@ -180,7 +178,7 @@ std::vector<TriangleMesh> EncodingTrainer::Internals::Surfaces() const
 }
 
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
-void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& surfaces, TrainingStep& step)
+void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& surfaces, NetworkLosses& losses)
 {
   const torch::Device device = this->Training.Device();
   for (const TriangleMesh& surface : surfaces)
@@ -191,9 +189,9 @@ void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& sur
     const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
     const torch::Tensor loss = MassMean(mesh, difference.square()).mean() / static_cast<double>(surfaces.size());
     loss.backward();
-    step.VertexLoss += loss.item<double>();
+    losses.Vertex += loss.item<double>();
   }
-  step.Loss = step.VertexLoss;
+  losses.Total = losses.Vertex;
 }
 
 std::map<std::string, std::string> EncodingTrainer::Internals::Recipe() const
@@ -220,29 +218,28 @@ EncodingTrainer::~EncodingTrainer() = default;
 EncodingTrainer::EncodingTrainer(EncodingTrainer&&) noexcept = default;
 EncodingTrainer& EncodingTrainer::operator=(EncodingTrainer&&) noexcept = default;
 
-TrainingStep EncodingTrainer::Step()
+void EncodingTrainer::Step()
 {
   const std::vector<TriangleMesh> surfaces = this->Impl->Surfaces();
-  return this->Impl->Training.Step([&](TrainingStep& step) { this->Impl->Accumulate(surfaces, step); });
+  this->Impl->Training.Step([&](NetworkLosses& losses) { this->Impl->Accumulate(surfaces, losses); });
 }
 
-std::int64_t EncodingTrainer::Iteration() const { return this->Impl->Training.Iteration(); }
+std::int64_t EncodingTrainer::Iterations() const { return this->Impl->Options.Iterations; }
 
-const std::vector<TrainingStep>& EncodingTrainer::History() const { return this->Impl->Training.History(); }
+const LossHistory& EncodingTrainer::History() const { return this->Impl->Training.History(); }
 
-void EncodingTrainer::SaveCheckpoint(const std::string& path) const
+std::string EncodingTrainer::DeviceName() const { return NameOf(this->Impl->Training.Device()); }
+
+std::map<std::string, std::string> EncodingTrainer::Recipe() const { return this->Impl->Recipe(); }
+
+TrainingCheckpoint EncodingTrainer::Checkpoint() const { return this->Impl->Training.Checkpoint(); }
+
+void EncodingTrainer::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
 {
-  TrainingCheckpoint checkpoint = this->Impl->Training.Checkpoint();
-  checkpoint.Recipe = this->Impl->Recipe();
-  WriteCheckpoint(path, checkpoint);
+  this->Impl->Training.Restore(file, checkpoint);
 }
 
-void EncodingTrainer::LoadCheckpoint(const std::string& path)
-{
-  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
-  RequireSameRecipe(path, this->Impl->Recipe(), checkpoint.Recipe);
-  this->Impl->Training.Restore(path, checkpoint);
-}
+void EncodingTrainer::SaveModel(const std::string& path) const { WritePoissonNet(path, this->Model()); }
 
 PoissonNetModel EncodingTrainer::Model() const
 {
@@ -256,29 +253,7 @@ EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptio
 {
   CheckFiles(files);
   EncodingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
-  if (HasCheckpoint(files))
-  {
-    trainer.LoadCheckpoint(files.Checkpoint);
-  }
-  const auto save = [&] {
-    if (!files.Checkpoint.empty())
-    {
-      trainer.SaveCheckpoint(files.Checkpoint);
-    }
-    if (!files.Model.empty())
-    {
-      WritePoissonNet(files.Model, trainer.Model());
-    }
-    if (!files.LossTable.empty())
-    {
-      WriteLossTable(files.LossTable, trainer.History());
-    }
-  };
-  const auto step = [&] {
-    const TrainingStep done = trainer.Step();
-    return AfterIteration{ !observe || observe(done) };
-  };
-  RunTraining(trainer.Iteration(), options.Iterations, files, step, save, SubProgress(progress, 0.02, 1.0));
+  TrainAndSave(trainer, files, observe, SubProgress(progress, 0.02, 1.0));
   return trainer;
 }
 

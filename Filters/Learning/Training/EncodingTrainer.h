@@ -6,16 +6,18 @@
 #include "Core/Common/Progress.h"
 #include "IO/Datasets/SignalDataset.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
+#include "Learning/Training/ModelTrainer.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace surfsynth
 {
 
+/// The recipe. Defaults are the paper's but for the network's size, the batch and the iterations.
 struct EncodingTrainingOptions : TrainingOptions
 {
   std::int64_t Eigenfunctions = 64; ///< channels of the encoding, >= 1; the paper's 64
@@ -26,7 +28,7 @@ struct EncodingTrainingOptions : TrainingOptions
   std::int64_t BatchSize = 4; ///< surfaces in an iteration, >= 1
 };
 
-/// @throws InvalidInput naming the first option that is out of its range.
+/// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const EncodingTrainingOptions& options);
 
 /// Trains a PoissonNet that predicts, from the positions of a surface, the lowest eigenfunctions of the Laplacian of one
@@ -38,34 +40,38 @@ void CheckOptions(const EncodingTrainingOptions& options);
 /// the constant) are scaled to mean square 1; the loss is the mean squared error over the surface, 1 for a prediction of
 /// nothing. Surfaces are moved to their centroid and scaled to area 1, which stands for the paper's random scales and
 /// shifts.
-class EncodingTrainer
+class EncodingTrainer : public ModelTrainer
 {
 public:
   /// @throws InvalidInput when an option is out of range, triangles or numbers of vertices differ, a source does not meet
   /// FlowMatchingSampler::Requirements(), or the reference has too few vertices; SolverFailure; Cancelled.
   EncodingTrainer(SignalDataset dataset, const EncodingTrainingOptions& options, const Progress& progress = {});
-  ~EncodingTrainer();
+  ~EncodingTrainer() override;
   EncodingTrainer(EncodingTrainer&&) noexcept;
   EncodingTrainer& operator=(EncodingTrainer&&) noexcept;
 
-  /// One iteration. @throws SolverFailure when the loss is not finite; InvalidInput naming a sample that is degenerate.
-  TrainingStep Step();
-  std::int64_t Iteration() const;
-  const std::vector<TrainingStep>& History() const;
-
-  /// As FlowMatchingTrainer's.
-  void SaveCheckpoint(const std::string& path) const;
-  void LoadCheckpoint(const std::string& path);
+  /// @throws SolverFailure when the loss is not finite; InvalidInput naming a sample that is degenerate.
+  void Step() override;
+  std::int64_t Iterations() const override;
+  /// Columns as those of FlowMatchingTrainer; jacobian_loss is 0.
+  const LossHistory& History() const override;
+  std::string DeviceName() const override;
+  void SaveModel(const std::string& path) const override;
 
   /// The encoder, to be given to a FlowMatchingTrainer or written with WritePoissonNet().
   PoissonNetModel Model() const;
 
 private:
+  /// All but Iterations, Milestones and Device.
+  std::map<std::string, std::string> Recipe() const override;
+  TrainingCheckpoint Checkpoint() const override;
+  void Restore(const std::string& file, const TrainingCheckpoint& checkpoint) override;
+
   class Internals;
   std::unique_ptr<Internals> Impl;
 };
 
-/// Trains to the last iteration, with checkpoints, as TrainFlowMatching().
+/// Trains to the last iteration as TrainAndSave(); the files are checked before the trainer is made.
 EncodingTrainer TrainEncoding(SignalDataset dataset, const EncodingTrainingOptions& options, const TrainingFiles& files,
   const TrainingObserver& observe = {}, const Progress& progress = {});
 

@@ -7,6 +7,7 @@
 #include "Learning/Layers/MeshTensors.h"
 #include "Learning/Losses/FlowMatchingLoss.h"
 #include "Learning/Training/NetworkTraining.h"
+#include "Learning/Training/OptionChecks.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingSources.h"
 
@@ -39,7 +40,7 @@ PoissonNetOptions NetworkOptions(const FlowMatchingTrainingOptions& options, con
   return network;
 }
 
-/// Tells encoders apart whose results have the same number of channels.
+/// Distinguishes encoders whose results have the same number of channels.
 std::string Identity(const PoissonNetModel& model)
 {
   std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, over 32-bit words
@@ -55,7 +56,7 @@ std::string Identity(const PoissonNetModel& model)
   return std::to_string(model.Options.ResultChannels()) + " channels, " + std::to_string(hash);
 }
 
-/// What the network sees in one iteration on one surface.
+/// Inputs and targets of the network in one iteration on one surface.
 struct Batch
 {
   torch::Tensor State;     ///< f_t, [B, V, C]
@@ -87,7 +88,7 @@ public:
     }
   }
 
-  void Accumulate(TrainingStep& step);
+  void Accumulate(NetworkLosses& losses);
   std::map<std::string, std::string> Recipe() const;
 
   FlowMatchingTrainingOptions Options;
@@ -103,7 +104,7 @@ private:
   std::vector<torch::Tensor> Conditions;
 };
 
-/// What must be the same when a training goes on.
+/// Values that must be the same when a training goes on.
 std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() const
 {
   std::map<std::string, std::string> recipe = RecipeOf(this->Options, "flow_matching");
@@ -177,7 +178,7 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
 }
 
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
-void FlowMatchingTrainer::Internals::Accumulate(TrainingStep& step)
+void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
 {
   const std::int64_t groups = this->Options.SourcesPerBatch;
   const std::int64_t size = this->Options.BatchSize / groups;
@@ -191,10 +192,30 @@ void FlowMatchingTrainer::Internals::Accumulate(TrainingStep& step)
     const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
       mesh, this->Training.Network().forward(mesh, batch.State, batch.Condition), batch.Delta);
     ((this->Options.VertexWeight * loss.Vertex + this->Options.JacobianWeight * loss.Jacobian) * share).backward();
-    step.VertexLoss += share * loss.Vertex.item<double>();
-    step.JacobianLoss += share * loss.Jacobian.item<double>();
+    losses.Vertex += share * loss.Vertex.item<double>();
+    losses.Jacobian += share * loss.Jacobian.item<double>();
   }
-  step.Loss = this->Options.VertexWeight * step.VertexLoss + this->Options.JacobianWeight * step.JacobianLoss;
+  losses.Total = this->Options.VertexWeight * losses.Vertex + this->Options.JacobianWeight * losses.Jacobian;
+}
+
+void CheckOptions(const FlowMatchingTrainingOptions& options)
+{
+  CheckOptions(static_cast<const TrainingOptions&>(options));
+  CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
+  const OptionChecks check("TrainingOptions");
+  check.Count("BatchSize", options.BatchSize, 1, 100000);
+  check.Require(options.SourcesPerBatch >= 1 && options.BatchSize % options.SourcesPerBatch == 0, "SourcesPerBatch",
+    std::to_string(options.SourcesPerBatch), "a number that divides BatchSize");
+  check.Require(options.Iterations * options.BatchSize < (std::int64_t(1) << 32), "Iterations * BatchSize",
+    static_cast<double>(options.Iterations) * static_cast<double>(options.BatchSize), "below 2^32");
+  check.Weight("VertexWeight", options.VertexWeight);
+  check.Weight("JacobianWeight", options.JacobianWeight);
+  check.Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
+    "a number above 0: else nothing is learnt");
+  check.Positive("Noise.Screening", options.Noise.Screening);
+  check.Weight("Noise.Scale", options.Noise.Scale);
+  check.Weight("Noise.Smoothing", options.Noise.Smoothing);
+  check.Count("Noise.Eigenpairs", options.Noise.Eigenpairs, 1, 1000000);
 }
 
 FlowMatchingTrainer::FlowMatchingTrainer(
@@ -208,32 +229,29 @@ FlowMatchingTrainer::~FlowMatchingTrainer() = default;
 FlowMatchingTrainer::FlowMatchingTrainer(FlowMatchingTrainer&&) noexcept = default;
 FlowMatchingTrainer& FlowMatchingTrainer::operator=(FlowMatchingTrainer&&) noexcept = default;
 
-TrainingStep FlowMatchingTrainer::Step()
+void FlowMatchingTrainer::Step()
 {
-  return this->Impl->Training.Step([this](TrainingStep& step) { this->Impl->Accumulate(step); });
+  this->Impl->Training.Step([this](NetworkLosses& losses) { this->Impl->Accumulate(losses); });
 }
 
-std::int64_t FlowMatchingTrainer::Iteration() const { return this->Impl->Training.Iteration(); }
+std::int64_t FlowMatchingTrainer::Iterations() const { return this->Impl->Options.Iterations; }
 
-const std::vector<TrainingStep>& FlowMatchingTrainer::History() const { return this->Impl->Training.History(); }
+const LossHistory& FlowMatchingTrainer::History() const { return this->Impl->Training.History(); }
 
 const FlowMatchingTrainingOptions& FlowMatchingTrainer::Options() const { return this->Impl->Options; }
 
-std::string FlowMatchingTrainer::DeviceName() const { return this->Impl->Training.Device().is_cuda() ? "CUDA" : "CPU"; }
+std::string FlowMatchingTrainer::DeviceName() const { return NameOf(this->Impl->Training.Device()); }
 
-void FlowMatchingTrainer::SaveCheckpoint(const std::string& path) const
+std::map<std::string, std::string> FlowMatchingTrainer::Recipe() const { return this->Impl->Recipe(); }
+
+TrainingCheckpoint FlowMatchingTrainer::Checkpoint() const { return this->Impl->Training.Checkpoint(); }
+
+void FlowMatchingTrainer::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
 {
-  TrainingCheckpoint checkpoint = this->Impl->Training.Checkpoint();
-  checkpoint.Recipe = this->Impl->Recipe();
-  WriteCheckpoint(path, checkpoint);
+  this->Impl->Training.Restore(file, checkpoint);
 }
 
-void FlowMatchingTrainer::LoadCheckpoint(const std::string& path)
-{
-  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
-  RequireSameRecipe(path, this->Impl->Recipe(), checkpoint.Recipe);
-  this->Impl->Training.Restore(path, checkpoint);
-}
+void FlowMatchingTrainer::SaveModel(const std::string& path) const { WriteFlowMatchingModel(path, this->Model()); }
 
 FlowMatchingModel FlowMatchingTrainer::Model() const
 {
@@ -242,6 +260,15 @@ FlowMatchingModel FlowMatchingTrainer::Model() const
   model.Velocity = this->Impl->Training.Model();
   model.Velocity.Normalisation = InputNormalisation::SurfaceArea;
   return model;
+}
+
+FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
+  const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
+{
+  CheckFiles(files);
+  FlowMatchingTrainer trainer(std::move(dataset), options, SubProgress(progress, 0.0, 0.02));
+  TrainAndSave(trainer, files, observe, SubProgress(progress, 0.02, 1.0));
+  return trainer;
 }
 
 } // namespace surfsynth

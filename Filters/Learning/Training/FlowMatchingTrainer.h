@@ -6,13 +6,14 @@
 #include "Core/Common/Progress.h"
 #include "IO/Datasets/SignalDataset.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
+#include "Learning/Training/ModelTrainer.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace surfsynth
 {
@@ -38,7 +39,7 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   double JacobianWeight = 1.0;      ///< of the loss in their gradients, >= 0
 };
 
-/// @throws InvalidInput naming the first option that is out of its range.
+/// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const FlowMatchingTrainingOptions& options);
 
 /// Trains a velocity field: rectified flow, f_t = (1 - t) f_0 + t f_1 with f_0 noise, f_1 a sample and t uniform in
@@ -46,7 +47,7 @@ void CheckOptions(const FlowMatchingTrainingOptions& options);
 ///
 /// Everything random is a pure function of the seed and the iteration, so that a training that was interrupted and
 /// resumed gives the weights of one that was not, bit for bit with the same number of threads on the same machine.
-class FlowMatchingTrainer
+class FlowMatchingTrainer : public ModelTrainer
 {
 public:
   /// Checks and normalises the surfaces, computes their operators and the scale of the noise, and makes the network.
@@ -54,43 +55,34 @@ public:
   /// FlowMatchingSampler::Requirements(), or CUDA is asked for and there is none; SolverFailure;
   /// Cancelled.
   FlowMatchingTrainer(SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress = {});
-  ~FlowMatchingTrainer();
+  ~FlowMatchingTrainer() override;
   FlowMatchingTrainer(FlowMatchingTrainer&&) noexcept;
   FlowMatchingTrainer& operator=(FlowMatchingTrainer&&) noexcept;
 
-  /// One iteration. @throws SolverFailure when the loss is not finite: the learning rate is too high.
-  TrainingStep Step();
-
-  /// Number of iterations done.
-  std::int64_t Iteration() const;
-  /// All iterations done, those before a checkpoint included.
-  const std::vector<TrainingStep>& History() const;
+  void Step() override;
+  std::int64_t Iterations() const override;
+  /// Columns iteration, loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate.
+  const LossHistory& History() const override;
   const FlowMatchingTrainingOptions& Options() const;
-  /// "CPU" or "CUDA".
-  std::string DeviceName() const;
-
-  /// Weights, the optimiser's moments and the history, as safetensors; replaces the file only when all is written.
-  /// @throws InvalidInput when the file cannot be written; what was there before is then still there.
-  void SaveCheckpoint(const std::string& path) const;
-  /// Goes on from a checkpoint of the same dataset and options, but for Iterations, Milestones and Device.
-  /// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch naming what differs.
-  void LoadCheckpoint(const std::string& path);
+  std::string DeviceName() const override;
+  void SaveModel(const std::string& path) const override;
 
   /// The model as it is now, in the file's form.
   FlowMatchingModel Model() const;
 
 private:
+  /// All but Iterations, Milestones and Device.
+  std::map<std::string, std::string> Recipe() const override;
+  TrainingCheckpoint Checkpoint() const override;
+  void Restore(const std::string& file, const TrainingCheckpoint& checkpoint) override;
+
   class Internals;
   std::unique_ptr<Internals> Impl;
 };
 
-/// Trains to the last iteration, with checkpoints. An interrupted training loses what came after its last checkpoint; on
-/// cancellation (by @p observe or @p progress) a checkpoint is written first.
-/// A checkpoint of the last iteration is enough to write the other files again.
+/// Trains to the last iteration as TrainAndSave(); the files are checked before the trainer is made.
 /// @returns the trainer, with model and history.
-/// @throws what FlowMatchingTrainer throws; before any work, InvalidInput when a file has no folder to lie in, is a folder
-/// or has the name of another one, or CheckpointInterval is below 1; ModelMismatch when the checkpoint has more iterations
-/// than are asked for; Cancelled.
+/// @throws the errors of FlowMatchingTrainer and TrainAndSave().
 FlowMatchingTrainer TrainFlowMatching(SignalDataset dataset, const FlowMatchingTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe = {}, const Progress& progress = {});
 

@@ -13,8 +13,10 @@ namespace surfsynth
 namespace
 {
 constexpr const char* LossesName = "losses";
-/// CriticLoss, GradientPenalty, AdversarialLoss, ReconstructionLoss: what cannot be computed from the iteration.
+/// Columns of the history that cannot be computed from the iteration: critic_loss, gradient_penalty, adversarial_loss and
+/// reconstruction_loss.
 constexpr std::int64_t LossColumns = 4;
+constexpr std::size_t FirstLossColumn = 2;
 
 void AddNetwork(const std::string& prefix, GeometricTextureNetworkImpl& network, TrainingCheckpoint& checkpoint)
 {
@@ -130,11 +132,11 @@ TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
   }
   ModelTensor& losses = checkpoint.Tensors[LossesName];
   losses.Shape = { this->Done(), LossColumns };
-  for (const GeometricTextureTrainingStep& step : this->History)
+  for (std::size_t k = 0; k < this->History.Size(); ++k)
   {
-    for (const double loss : { step.CriticLoss, step.GradientPenalty, step.AdversarialLoss, step.ReconstructionLoss })
+    for (std::size_t column = 0; column < LossColumns; ++column)
     {
-      losses.Values.push_back(static_cast<float>(loss));
+      losses.Values.push_back(static_cast<float>(this->History.Row(k)[FirstLossColumn + column]));
     }
   }
   return checkpoint;
@@ -152,11 +154,11 @@ void GeometricTextureTrainer::Internals::Restore(const std::string& file, const 
   const auto generator = ReadNetwork(file, checkpoint, "generator.", *this->Generator, current);
   const auto discriminator = ReadNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);
 
-  this->History.clear();
+  this->History = GeometricTextureLossHistory();
   const float* loss = losses.Values.data();
   for (std::int64_t k = 0; k < done; ++k, loss += LossColumns)
   {
-    this->History.push_back({ k + 1, this->LevelOf(k), loss[0], loss[1], loss[2], loss[3], this->LearningRateAt(k) });
+    this->AppendLosses(k, { loss[0], loss[1], loss[2], loss[3] });
   }
   SetParameters(generator);
   SetParameters(discriminator);

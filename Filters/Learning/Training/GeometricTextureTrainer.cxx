@@ -7,6 +7,7 @@
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/GeometricTextureTrainerInternals.h"
 #include "Learning/Training/NetworkTraining.h"
+#include "Learning/Training/OptionChecks.h"
 
 #include <cmath>
 #include <limits>
@@ -95,6 +96,31 @@ void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
 }
 } // namespace
 
+void CheckOptions(const GeometricTextureTrainingOptions& options)
+{
+  CheckOptions(options.Network);
+  if (options.Name.empty())
+  {
+    throw InvalidInput("GeometricTextureTrainingOptions: Name is empty; expected a name.");
+  }
+  const OptionChecks check("GeometricTextureTrainingOptions");
+  check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
+  check.Count("DiscriminatorSteps", options.DiscriminatorSteps, 1, 1000);
+  check.Count("GeneratorSteps", options.GeneratorSteps, 1, 1000);
+  check.Positive("LearningRate", options.LearningRate);
+  check.Iterations("LearningRateInterval", options.LearningRateInterval);
+  check.Factor("LearningRateFactor", options.LearningRateFactor);
+  check.Weight("PenaltyWeight", options.PenaltyWeight);
+  check.Weight("ReconstructionWeight", options.ReconstructionWeight);
+}
+
+LossHistory GeometricTextureLossHistory()
+{
+  return { { "iteration", "level" },
+    { "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss", "learning_rate" },
+    "reconstruction_loss" };
+}
+
 GeometricTextureTrainer::Internals::Internals(
   const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options)
   : Options(options)
@@ -129,7 +155,7 @@ bool GeometricTextureTrainer::Internals::SameChannelsAsBelow(std::int64_t level)
   return level > 0 && network.GeneratorChannels(level) == network.GeneratorChannels(level - 1);
 }
 
-/// New optimisers, and what does not change while the levels below are frozen.
+/// Makes new optimizers, and the tensors that stay the same while the levels below are frozen.
 void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
 {
   this->Current = level;
@@ -169,7 +195,7 @@ torch::Tensor GeometricTextureTrainer::Internals::Refined(
   return DoubledSubdivision(Displaced(this->Generator->Level(level), data.Tables, positions, noise), data.Parents);
 }
 
-/// What the levels below make of fresh noise.
+/// Output of the levels below for fresh noise.
 torch::Tensor GeometricTextureTrainer::Internals::CoarseSurface(std::int64_t slot)
 {
   const torch::NoGradGuard noGradients;
@@ -193,7 +219,7 @@ void GeometricTextureTrainer::Internals::TakeStep(
   optimiser.step();
 }
 
-void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureTrainingStep& step)
+void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses)
 {
   const GeometricTextureLevelData& data = this->Data();
   torch::Tensor fake;
@@ -214,12 +240,12 @@ void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, Ge
     CriticValue(this->Critic(), data.Tables, data.RealFeatures);
   difference.backward();
   const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
-  step.CriticLoss += share * difference.item<double>();
-  step.GradientPenalty += share * penalty.item<double>();
-  this->TakeStep(*this->DiscriminatorAdam, this->Critic(), step.CriticLoss + step.GradientPenalty);
+  losses.Critic += share * difference.item<double>();
+  losses.Penalty += share * penalty.item<double>();
+  this->TakeStep(*this->DiscriminatorAdam, this->Critic(), losses.Critic + losses.Penalty);
 }
 
-void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, GeometricTextureTrainingStep& step)
+void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses)
 {
   const GeometricTextureLevelData& data = this->Data();
   const std::int64_t level = *this->Current;
@@ -236,49 +262,50 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   const torch::Tensor reconstruction = ReconstructionLoss(reconstructed, data.Real);
   (this->Options.ReconstructionWeight * reconstruction + adversarial).backward();
   const double share = 1.0 / static_cast<double>(this->Options.GeneratorSteps);
-  step.AdversarialLoss += share * adversarial.item<double>();
-  step.ReconstructionLoss += share * reconstruction.item<double>();
-  this->TakeStep(*this->GeneratorAdam, generator, step.AdversarialLoss + step.ReconstructionLoss);
+  losses.Adversarial += share * adversarial.item<double>();
+  losses.Reconstruction += share * reconstruction.item<double>();
+  this->TakeStep(*this->GeneratorAdam, generator, losses.Adversarial + losses.Reconstruction);
 }
 
-GeometricTextureTrainingStep GeometricTextureTrainer::Internals::Step()
+/// Losses are rounded to the precision of checkpoints, so that a table is the same with and without one.
+void GeometricTextureTrainer::Internals::AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses)
+{
+  const auto rounded = [](double loss) { return static_cast<double>(static_cast<float>(loss)); };
+  this->History.Append({ static_cast<double>(iteration + 1), static_cast<double>(this->LevelOf(iteration)),
+    rounded(losses.Critic), rounded(losses.Penalty), rounded(losses.Adversarial), rounded(losses.Reconstruction),
+    this->LearningRateAt(iteration) });
+}
+
+void GeometricTextureTrainer::Internals::Step()
 {
   if (this->Done() >= this->Iterations())
   {
     throw InvalidInput("GeometricTextureTrainer: all " + std::to_string(this->Iterations()) +
       " iterations are done; expected no further step.");
   }
-  GeometricTextureTrainingStep step;
-  step.Iteration = this->Done() + 1;
-  step.Level = this->LevelOf(this->Done());
-  step.LearningRate = this->LearningRateAt(this->Done());
-  if (this->Current != step.Level)
+  const std::int64_t level = this->LevelOf(this->Done());
+  if (this->Current != level)
   {
-    if (this->SameChannelsAsBelow(step.Level))
+    if (this->SameChannelsAsBelow(level))
     {
-      const auto level = static_cast<std::size_t>(step.Level);
-      CopyParameters(this->Generator->Level(level - 1), this->Generator->Level(level));
-      CopyParameters(this->Discriminator->Level(level - 1), this->Discriminator->Level(level));
+      const auto number = static_cast<std::size_t>(level);
+      CopyParameters(this->Generator->Level(number - 1), this->Generator->Level(number));
+      CopyParameters(this->Discriminator->Level(number - 1), this->Discriminator->Level(number));
     }
-    this->BeginLevel(step.Level);
+    this->BeginLevel(level);
   }
-  SetLearningRate(*this->GeneratorAdam, step.LearningRate);
-  SetLearningRate(*this->DiscriminatorAdam, step.LearningRate);
+  SetLearningRate(*this->GeneratorAdam, this->LearningRateAt(this->Done()));
+  SetLearningRate(*this->DiscriminatorAdam, this->LearningRateAt(this->Done()));
+  GeometricTextureLosses losses;
   for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
   {
-    this->DiscriminatorStep(k, step);
+    this->DiscriminatorStep(k, losses);
   }
   for (std::int64_t k = 0; k < this->Options.GeneratorSteps; ++k)
   {
-    this->GeneratorStep(this->Options.DiscriminatorSteps + k, step);
+    this->GeneratorStep(this->Options.DiscriminatorSteps + k, losses);
   }
-  // As precise as a checkpoint holds them, so that a table is the same with and without one.
-  for (double* loss : { &step.CriticLoss, &step.GradientPenalty, &step.AdversarialLoss, &step.ReconstructionLoss })
-  {
-    *loss = static_cast<float>(*loss);
-  }
-  this->History.push_back(step);
-  return step;
+  this->AppendLosses(this->Done(), losses);
 }
 
 GeometricTextureTrainer::GeometricTextureTrainer(
@@ -294,30 +321,29 @@ GeometricTextureTrainer::~GeometricTextureTrainer() = default;
 GeometricTextureTrainer::GeometricTextureTrainer(GeometricTextureTrainer&&) noexcept = default;
 GeometricTextureTrainer& GeometricTextureTrainer::operator=(GeometricTextureTrainer&&) noexcept = default;
 
-GeometricTextureTrainingStep GeometricTextureTrainer::Step() { return this->Impl->Step(); }
-
-std::int64_t GeometricTextureTrainer::Iteration() const { return this->Impl->Done(); }
+void GeometricTextureTrainer::Step() { this->Impl->Step(); }
 
 std::int64_t GeometricTextureTrainer::Iterations() const { return this->Impl->Iterations(); }
 
-const std::vector<GeometricTextureTrainingStep>& GeometricTextureTrainer::History() const
+const LossHistory& GeometricTextureTrainer::History() const { return this->Impl->History; }
+
+bool GeometricTextureTrainer::IsAtEndOfStage() const
 {
-  return this->Impl->History;
+  return this->Impl->Done() % this->Impl->Options.IterationsPerLevel == 0;
 }
 
-std::string GeometricTextureTrainer::DeviceName() const { return this->Impl->Where.is_cuda() ? "CUDA" : "CPU"; }
+std::string GeometricTextureTrainer::DeviceName() const { return NameOf(this->Impl->Where); }
 
-void GeometricTextureTrainer::SaveCheckpoint(const std::string& path) const
+std::map<std::string, std::string> GeometricTextureTrainer::Recipe() const { return this->Impl->Recipe(); }
+
+TrainingCheckpoint GeometricTextureTrainer::Checkpoint() const { return this->Impl->Checkpoint(); }
+
+void GeometricTextureTrainer::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
 {
-  WriteCheckpoint(path, this->Impl->Checkpoint());
+  this->Impl->Restore(file, checkpoint);
 }
 
-void GeometricTextureTrainer::LoadCheckpoint(const std::string& path)
-{
-  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
-  RequireSameRecipe(path, this->Impl->Recipe(), checkpoint.Recipe);
-  this->Impl->Restore(path, checkpoint);
-}
+void GeometricTextureTrainer::SaveModel(const std::string& path) const { WriteGeometricTexture(path, this->Model()); }
 
 GeometricTextureModel GeometricTextureTrainer::Model() const
 {
@@ -329,6 +355,15 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   model.Template = this->Impl->Levels.Template;
   model.ReconstructionNoise = this->Impl->ReconstructionNoise;
   return model;
+}
+
+GeometricTextureTrainer TrainGeometricTexture(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options,
+  const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
+{
+  CheckFiles(files);
+  GeometricTextureTrainer trainer(std::move(dataset), options);
+  TrainAndSave(trainer, files, observe, progress);
+  return trainer;
 }
 
 } // namespace surfsynth

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The state of a training of textures: what its steps change, and its checkpoints hold. Private to the training.
+/// The state of a training of textures. Private to the training.
 #pragma once
 
 #include "Learning/Networks/GeometricTextureNetworks.h"
@@ -20,13 +20,25 @@
 namespace surfsynth
 {
 
+/// The losses of one iteration: means over its steps.
+struct GeometricTextureLosses
+{
+  double Critic = 0.0;
+  double Penalty = 0.0;
+  double Adversarial = 0.0;
+  double Reconstruction = 0.0;
+};
+
+/// The empty losses; see GeometricTextureTrainer::History().
+LossHistory GeometricTextureLossHistory();
+
 class GeometricTextureTrainer::Internals
 {
 public:
   Internals(const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options);
 
-  GeometricTextureTrainingStep Step();
-  std::int64_t Done() const { return static_cast<std::int64_t>(this->History.size()); }
+  void Step();
+  std::int64_t Done() const { return static_cast<std::int64_t>(this->History.Size()); }
   std::int64_t Iterations() const { return this->Options.Network.Levels * this->Options.IterationsPerLevel; }
   std::map<std::string, std::string> Recipe() const;
   TrainingCheckpoint Checkpoint();
@@ -39,19 +51,20 @@ public:
   SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
   GeometricTextureNetwork Generator;
   GeometricTextureNetwork Discriminator;
-  std::vector<GeometricTextureTrainingStep> History;
+  LossHistory History = GeometricTextureLossHistory();
 
 private:
   std::int64_t LevelOf(std::int64_t iteration) const { return iteration / this->Options.IterationsPerLevel; }
   double LearningRateAt(std::int64_t iteration) const;
+  void AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses);
   bool SameChannelsAsBelow(std::int64_t level) const;
   void BeginLevel(std::int64_t level);
   torch::Tensor Noise(std::int64_t slot, std::int64_t level) const;
   torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
   torch::Tensor CoarseSurface(std::int64_t slot);
   void TakeStep(torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const;
-  void DiscriminatorStep(std::int64_t slot, GeometricTextureTrainingStep& step);
-  void GeneratorStep(std::int64_t slot, GeometricTextureTrainingStep& step);
+  void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
+  void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
 
   GeometricTextureLevelData& Data() { return this->Levels.Data[static_cast<std::size_t>(*this->Current)]; }
   GeometricTextureLevelNetworkImpl& LevelGenerator()
@@ -63,10 +76,10 @@ private:
     return this->Discriminator->Level(static_cast<std::size_t>(*this->Current));
   }
 
-  std::optional<std::int64_t> Current; ///< the level that what follows is of
+  std::optional<std::int64_t> Current; ///< the level that the members below are of
   std::unique_ptr<torch::optim::Adam> GeneratorAdam;
   std::unique_ptr<torch::optim::Adam> DiscriminatorAdam;
-  torch::Tensor ReconstructionStart; ///< what the frozen levels make of the noise that reconstructs; of levels above 0
+  torch::Tensor ReconstructionStart; ///< output of the frozen levels for the noise that reconstructs; of levels above 0
 };
 
 } // namespace surfsynth

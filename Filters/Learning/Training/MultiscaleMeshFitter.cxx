@@ -2,7 +2,6 @@
 #include "Learning/Training/MultiscaleMeshFitter.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Text.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Random/CounterUniforms.h"
@@ -10,6 +9,7 @@
 #include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/NearestPoints.h"
+#include "Learning/Training/OptionChecks.h"
 
 #include <Eigen/Geometry>
 #include <torch/torch.h>
@@ -207,34 +207,17 @@ void RequireReference(const TriangleMesh& reference)
 
 void CheckOptions(const MultiscaleFitOptions& options)
 {
-  const struct
-  {
-    const char* Name;
-    std::int64_t Value;
-    std::int64_t Least;
-    std::int64_t Most;
-  } ranges[] = { { "Levels", options.Levels, 1, 10 }, { "IcosphereLevel", options.IcosphereLevel, 0, 6 },
-    { "TorusSegments", options.TorusSegments, 3, 1000 }, { "Iterations", options.Iterations, 0, 1000000 },
-    { "TriangulationSteps", options.TriangulationSteps, 0, 1000 }, { "ChamferSteps", options.ChamferSteps, 0, 1000 },
-    { "Samples", options.Samples, 1, 1000000 } };
-  for (const auto& range : ranges)
-  {
-    if (range.Value < range.Least || range.Value > range.Most)
-    {
-      throw InvalidInput(std::string("MultiscaleFitOptions: ") + range.Name + " is " + std::to_string(range.Value) +
-        "; expected " + std::to_string(range.Least) + " to " + std::to_string(range.Most) + ".");
-    }
-  }
-  if (!(options.LearningRate > 0.0) || !std::isfinite(options.LearningRate))
-  {
-    throw InvalidInput(
-      "MultiscaleFitOptions: LearningRate is " + Text(options.LearningRate) + "; expected a finite number above 0.");
-  }
-  if (!(options.LearningRateDecay > 0.0) || !(options.LearningRateDecay <= 1.0))
-  {
-    throw InvalidInput("MultiscaleFitOptions: LearningRateDecay is " + Text(options.LearningRateDecay) +
-      "; expected a number above 0, at most 1.");
-  }
+  const OptionChecks check("MultiscaleFitOptions");
+  check.Count("Levels", options.Levels, 1, 10);
+  check.Count("IcosphereLevel", options.IcosphereLevel, 0, 6);
+  check.Count("TorusSegments", options.TorusSegments, 3, 1000);
+  check.Count("Iterations", options.Iterations, 0, 1000000);
+  check.Count("TriangulationSteps", options.TriangulationSteps, 0, 1000);
+  check.Count("ChamferSteps", options.ChamferSteps, 0, 1000);
+  check.Count("Samples", options.Samples, 1, 1000000);
+  check.Positive("LearningRate", options.LearningRate);
+  check.Require(options.LearningRateDecay > 0.0 && options.LearningRateDecay <= 1.0, "LearningRateDecay",
+    options.LearningRateDecay, "a number above 0, at most 1");
 }
 
 MultiscaleFit FitMultiscaleMesh(

@@ -21,6 +21,7 @@ enum class FitTemplate
   Given
 };
 
+/// The recipe.
 struct MultiscaleFitOptions
 {
   std::int64_t Levels = 5; ///< 1 to 10
@@ -38,16 +39,17 @@ struct MultiscaleFitOptions
   std::uint64_t Seed = 0;
 };
 
-/// @throws InvalidInput naming the first option that is out of its range.
+/// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const MultiscaleFitOptions& options);
 
-/// How far the vertices of a level lie from the reference, in its units.
+/// Distances of the vertices of a level from the reference, in its units.
 struct FitDistance
 {
   double Mean = 0.0;
   double Largest = 0.0;
 };
 
+/// The result.
 struct MultiscaleFit
 {
   /// The levels, and the template as the fit began with it; in the coordinates of the reference.

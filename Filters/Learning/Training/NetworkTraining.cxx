@@ -43,6 +43,8 @@ torch::Device ChooseDevice(TrainingDevice wanted)
   return wanted != TrainingDevice::CPU && available ? torch::kCUDA : torch::kCPU;
 }
 
+std::string NameOf(const torch::Device& device) { return device.is_cuda() ? "CUDA" : "CPU"; }
+
 torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device)
 {
   return torch::from_blob(const_cast<float*>(matrix.data()), { matrix.rows(), matrix.cols() }, torch::kFloat32)
@@ -73,34 +75,35 @@ double NetworkTraining::LearningRate() const
   return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
 }
 
-TrainingStep NetworkTraining::Step(const Objective& accumulate)
+void NetworkTraining::Step(const Objective& accumulate)
 {
-  TrainingStep step;
-  step.Iteration = this->Iteration() + 1;
-  step.LearningRate = this->LearningRate();
+  const std::int64_t iteration = this->Iteration() + 1;
+  const double learningRate = this->LearningRate();
+  NetworkLosses losses;
+  double gradientNorm = 0.0;
   const double limit = this->Options.GradientClip > 0.0 ? this->Options.GradientClip
                                                         : std::numeric_limits<double>::infinity();
   this->Adam->zero_grad();
   bool finite = true;
   try
   {
-    accumulate(step);
-    step.GradientNorm = torch::nn::utils::clip_grad_norm_(this->Net->parameters(), limit);
+    accumulate(losses);
+    gradientNorm = torch::nn::utils::clip_grad_norm_(this->Net->parameters(), limit);
   }
   catch (const InvalidInput&) // the solver's, of a right-hand side that is not finite: all else was checked before
   {
     finite = false;
   }
-  if (!finite || !std::isfinite(step.Loss) || !std::isfinite(step.GradientNorm))
+  if (!finite || !std::isfinite(losses.Total) || !std::isfinite(gradientNorm))
   {
-    throw SolverFailure("The loss or its gradient is not finite in iteration " + std::to_string(step.Iteration) +
+    throw SolverFailure("The loss or its gradient is not finite in iteration " + std::to_string(iteration) +
       " of the training; expected a lower learning rate, or samples without outliers.");
   }
-  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(step.LearningRate);
+  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(learningRate);
   this->Adam->step();
   this->UpdateAverages();
-  this->Steps.push_back(step);
-  return step;
+  this->Losses.Append(
+    { static_cast<double>(iteration), losses.Total, losses.Vertex, losses.Jacobian, gradientNorm, learningRate });
 }
 
 void NetworkTraining::UpdateAverages()
@@ -131,7 +134,7 @@ PoissonNetModel NetworkTraining::Model()
 TrainingCheckpoint NetworkTraining::Checkpoint()
 {
   TrainingCheckpoint checkpoint;
-  checkpoint.History = this->Steps;
+  checkpoint.History = this->Losses;
   std::size_t number = 0;
   for (const auto& parameter : this->Net->named_parameters())
   {
@@ -163,12 +166,12 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
     };
     weights.push_back(read("network."));
     averages.push_back(read("average."));
-    if (!checkpoint.History.empty())
+    if (!checkpoint.History.IsEmpty())
     {
       moments.push_back({ read("adam_mean."), read("adam_square.") });
     }
   }
-  this->Steps = checkpoint.History;
+  this->Losses = checkpoint.History;
   this->Averages = std::move(averages);
   for (std::size_t k = 0; k < weights.size(); ++k)
   {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What every training has: a network, its optimiser, averages of its weights, a history and checkpoints of them. Private to
-/// the training.
+/// A PoissonNet under training: network, optimizer, averages of weights, losses, and checkpoints of them. Private to the
+/// training.
 #pragma once
 
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
@@ -19,8 +19,11 @@
 namespace surfsynth
 {
 
-/// @throws InvalidInput when CUDA is asked for and LibTorch finds none.
+/// The device to train on. @throws InvalidInput when CUDA is asked for and LibTorch finds none.
 torch::Device ChooseDevice(TrainingDevice wanted);
+
+/// "CPU" or "CUDA".
+std::string NameOf(const torch::Device& device);
 
 /// The numbers of a matrix as a float32 tensor on @p device.
 torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device);
@@ -33,6 +36,14 @@ ModelTensor ToModelTensor(const torch::Tensor& tensor);
 torch::Tensor ReadTensor(
   const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like);
 
+/// The losses of one iteration.
+struct NetworkLosses
+{
+  double Total = 0.0;    ///< the weighted sum of those that follow
+  double Vertex = 0.0;   ///< of values at vertices
+  double Jacobian = 0.0; ///< of their gradients
+};
+
 /// A PoissonNet under training by Adam.
 class NetworkTraining
 {
@@ -43,21 +54,22 @@ public:
   const torch::Device& Device() const { return this->Where; }
   PoissonNetImpl& Network() { return *this->Net; }
   /// Number of iterations done.
-  std::int64_t Iteration() const { return static_cast<std::int64_t>(this->Steps.size()); }
-  const std::vector<TrainingStep>& History() const { return this->Steps; }
+  std::int64_t Iteration() const { return static_cast<std::int64_t>(this->Losses.Size()); }
+  const LossHistory& History() const { return this->Losses; }
 
   /// Adds the gradients of an iteration's losses to those of the parameters, and fills in the losses.
-  using Objective = std::function<void(TrainingStep& step)>;
+  using Objective = std::function<void(NetworkLosses& losses)>;
 
   /// One iteration: gradients, which are clipped, a step of Adam, averages.
   /// @throws SolverFailure when the loss or its gradient is not finite.
-  TrainingStep Step(const Objective& accumulate);
+  void Step(const Objective& accumulate);
 
   /// The averaged weights. Fields other than Options and Tensors are left empty.
   PoissonNetModel Model();
 
+  /// The state; its recipe is left empty.
   TrainingCheckpoint Checkpoint();
-  /// @param file for messages. @throws ModelMismatch when tensors are missing or of another shape; nothing has changed
+  /// Takes the state of a checkpoint. @param file for messages. @throws ModelMismatch when tensors are missing or of another shape; nothing has changed
   /// then.
   void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
 
@@ -70,7 +82,7 @@ private:
   PoissonNet Net;
   std::unique_ptr<torch::optim::Adam> Adam;
   std::vector<torch::Tensor> Averages; ///< of the parameters, in their order
-  std::vector<TrainingStep> Steps;
+  LossHistory Losses = NetworkLossHistory();
 };
 
 } // namespace surfsynth

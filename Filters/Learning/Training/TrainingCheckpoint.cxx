@@ -7,9 +7,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <locale>
 #include <sstream>
 #include <utility>
@@ -22,7 +19,6 @@ namespace
 constexpr const char* Architecture = "training_checkpoint";
 constexpr const char* HistoryName = "history";
 constexpr const char* RecipeKey = "recipe";
-constexpr std::size_t Columns = 6;
 
 std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
 {
@@ -43,28 +39,35 @@ std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
   return recipe;
 }
 
-std::vector<TrainingStep> ReadHistory(const SafetensorsFile& file)
+LossHistory ReadHistory(const SafetensorsFile& file)
 {
+  LossHistory history = NetworkLossHistory();
+  const std::size_t columns = history.Columns().size();
   const std::vector<std::int64_t>& shape = file.Entry(HistoryName).Shape;
-  if (shape.size() != 2 || shape[1] != static_cast<std::int64_t>(Columns))
+  if (shape.size() != 2 || shape[1] != static_cast<std::int64_t>(columns))
   {
     throw ModelMismatch(file.Name() + ": \"history\" is no table of six columns; expected a checkpoint.");
   }
   const std::vector<double> numbers = file.Float64(HistoryName);
-  std::vector<TrainingStep> history(static_cast<std::size_t>(shape[0]));
-  for (std::size_t k = 0; k < history.size(); ++k)
+  const auto rows = static_cast<std::size_t>(shape[0]);
+  for (std::size_t k = 0; k < rows; ++k)
   {
-    const double* row = numbers.data() + k * Columns;
+    const double* row = numbers.data() + k * columns;
     if (row[0] != static_cast<double>(k + 1))
     {
       throw ModelMismatch(file.Name() + ": row " + std::to_string(k) +
         " of \"history\" is of another iteration; expected all iterations from 1 on.");
     }
-    history[k] = { static_cast<std::int64_t>(k + 1), row[1], row[2], row[3], row[4], row[5] };
+    history.Append({ row, row + columns });
   }
   return history;
 }
 } // namespace
+
+LossHistory NetworkLossHistory()
+{
+  return { { "iteration" }, { "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate" }, "loss" };
+}
 
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training)
 {
@@ -105,16 +108,17 @@ void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoi
   {
     tensors[name] = TensorData::FromFloat32(tensor.Shape, tensor.Values);
   }
+  const std::size_t rows = checkpoint.History.Size();
+  const std::size_t columns = checkpoint.History.Columns().size();
   std::vector<double> history;
-  history.reserve(checkpoint.History.size() * Columns);
-  for (const TrainingStep& step : checkpoint.History)
+  history.reserve(rows * columns);
+  for (std::size_t k = 0; k < rows; ++k)
   {
-    history.insert(history.end(),
-      { static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss, step.GradientNorm,
-        step.LearningRate });
+    const std::vector<double>& row = checkpoint.History.Row(k);
+    history.insert(history.end(), row.begin(), row.end());
   }
   tensors[HistoryName] = TensorData::FromFloat64(
-    { static_cast<std::int64_t>(checkpoint.History.size()), static_cast<std::int64_t>(Columns) }, history);
+    { static_cast<std::int64_t>(rows), static_cast<std::int64_t>(columns) }, history);
   WriteSafetensors(path, tensors,
     { { "architecture", Architecture }, { "format_version", "1" }, { "producer", "SurfaceSynthesis" },
       { RecipeKey, nlohmann::json(checkpoint.Recipe).dump() } });
@@ -142,42 +146,6 @@ TrainingCheckpoint ReadCheckpoint(const std::string& path)
     }
   }
   return checkpoint;
-}
-
-void WriteLossTable(const std::string& path, const std::vector<TrainingStep>& history)
-{
-  std::vector<std::vector<double>> rows;
-  rows.reserve(history.size());
-  for (const TrainingStep& step : history)
-  {
-    rows.push_back({ static_cast<double>(step.Iteration), step.Loss, step.VertexLoss, step.JacobianLoss,
-      step.GradientNorm, step.LearningRate });
-  }
-  WriteTable(path, { "iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate" }, rows);
-}
-
-void WriteTable(
-  const std::string& path, const std::vector<std::string>& columns, const std::vector<std::vector<double>>& rows)
-{
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary, std::ios::trunc);
-  file.imbue(std::locale::classic());
-  file.precision(9);
-  const auto writeLine = [&file](const auto& cells) {
-    for (std::size_t k = 0; k < cells.size(); ++k)
-    {
-      file << (k > 0 ? "," : "") << cells[k];
-    }
-    file << '\n';
-  };
-  writeLine(columns);
-  std::for_each(rows.begin(), rows.end(), writeLine);
-  file.close();
-  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
-  {
-    std::remove(temporary.c_str());
-    throw InvalidInput("The loss table \"" + path + "\" cannot be written; expected a place with room for it.");
-  }
 }
 
 } // namespace surfsynth

@@ -1,40 +1,45 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a training needs to go on. Private to the training; no torch.
+/// The state of a training in a file. Private to the training; no torch.
 #pragma once
 
 #include "Inference/PoissonNet/PoissonNetModel.h"
+#include "Learning/Training/LossHistory.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <map>
 #include <string>
-#include <vector>
 
 namespace surfsynth
 {
 
+/// The empty losses of a PoissonNet under training: iteration, loss (the weighted sum of the two that follow, monitored),
+/// vertex_loss, jacobian_loss, gradient_norm and learning_rate. Checkpoints of all trainings hold a table of these columns.
+LossHistory NetworkLossHistory();
+
+/// The state of a training after some iterations.
 struct TrainingCheckpoint
 {
   std::map<std::string, ModelTensor> Tensors; ///< by "<what>.<parameter>"
-  std::vector<TrainingStep> History;          ///< of all iterations done
-  std::map<std::string, std::string> Recipe;  ///< what must be the same when the training goes on
+  LossHistory History = NetworkLossHistory(); ///< of all iterations done
+  std::map<std::string, std::string> Recipe;  ///< values that must be the same when the training goes on
 };
 
-/// What decides the weights after a number of iterations, of what all trainings share: neither Iterations, Milestones nor
-/// Device. @param training its name.
+/// The shared options that decide the weights after a number of iterations: neither Iterations, Milestones nor Device.
+/// @param training its name.
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training);
 
 /// All digits of a number, so that equal texts mean equal numbers, in every locale.
 std::string FormatExact(double number);
 
-/// @throws ModelMismatch naming the first entry in which a checkpoint differs.
+/// Compares two recipes. @throws ModelMismatch naming the first entry in which a checkpoint differs.
 void RequireSameRecipe(const std::string& file, const std::map<std::string, std::string>& expected,
   const std::map<std::string, std::string>& found);
 
-/// @throws InvalidInput when the file cannot be written; it is replaced only when all is written.
+/// Writes a checkpoint. @throws InvalidInput when the file cannot be written; it is replaced only when all is written.
 void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoint);
 
-/// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
+/// Reads a checkpoint. @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
 TrainingCheckpoint ReadCheckpoint(const std::string& path);
 
 } // namespace surfsynth

@@ -10,7 +10,7 @@ namespace surfsynth
 
 namespace
 {
-/// What is left of the weight of an iteration after the next one.
+/// Part of the weight of an iteration that is left after the next one.
 constexpr double KeptWeight = 0.98;
 
 /// "1:02:03"
@@ -23,17 +23,19 @@ std::string HoursMinutesSeconds(double seconds)
 }
 } // namespace
 
-void TrainingClock::Add(const TrainingStep& step)
+void TrainingClock::Add(const LossHistory& history)
 {
+  const auto iteration = static_cast<std::int64_t>(history.Size());
+  const double loss = history.Last();
   this->Now = Clock::now();
   if (this->First == 0)
   {
-    this->First = step.Iteration;
+    this->First = iteration;
     this->Begin = this->Now;
-    this->Loss = step.Loss;
+    this->Loss = loss;
   }
-  this->Last = step.Iteration;
-  this->Loss = KeptWeight * this->Loss + (1.0 - KeptWeight) * step.Loss;
+  this->Last = iteration;
+  this->Loss = KeptWeight * this->Loss + (1.0 - KeptWeight) * loss;
 }
 
 double TrainingClock::SecondsPerIteration() const

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a training says of itself while it runs. No torch.
+/// Loss and remaining time of a training that runs. No torch.
 #pragma once
 
-#include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/LossHistory.h"
 
 #include <chrono>
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace surfsynth
 {
 
-/// Follows a training on the clock: how its loss goes, and how long it will still take.
+/// Smooths the monitored loss of a training and estimates its remaining time.
 class TrainingClock
 {
 public:
@@ -21,8 +21,8 @@ public:
     : Iterations(iterations)
   {}
 
-  /// Takes note of one iteration; the first one that it is told of begins the measuring of time.
-  void Add(const TrainingStep& step);
+  /// Takes note of the last iteration of @p history, which has one; the first call begins the measurement of time.
+  void Add(const LossHistory& history);
 
   /// Mean loss, in which the weight of an iteration falls by 2 % with each one after it; 0 before the first.
   double SmoothedLoss() const { return this->Loss; }

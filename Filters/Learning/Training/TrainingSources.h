@@ -16,7 +16,7 @@
 namespace surfsynth
 {
 
-/// A surface in the network's coordinates, with what training needs of it.
+/// A surface in the network's coordinates, prepared for training.
 struct TrainingSource
 {
   PoissonOperators Operators;
@@ -25,7 +25,7 @@ struct TrainingSource
   std::unique_ptr<FlowNoiseField> Noise;
 };
 
-/// What a dataset is trained on, and what its model must know of it.
+/// The surfaces of a dataset in the network's coordinates, and the frame that its model stores.
 struct TrainingSources
 {
   std::vector<TrainingSource> Sources;

@@ -70,10 +70,8 @@ TEST_F(FlowMatchingTraining, ResumingGivesTheBitsOfAnUninterruptedTraining)
       resumed.Step();
     }
     EXPECT_EQ(Weights(resumed), Weights(whole)) << averaging;
-    for (std::size_t k = 0; k < 9; ++k)
-    {
-      EXPECT_EQ(Numbers(resumed.History()[k]), Numbers(whole.History()[k]));
-    }
+    EXPECT_EQ(resumed.History().Size(), 9u);
+    EXPECT_TRUE(resumed.History() == whole.History());
   }
 }
 
@@ -83,12 +81,12 @@ TEST_F(FlowMatchingTraining, ACancelledTrainingGoesOnFromTheIterationItStoppedIn
   const FlowMatchingTrainingOptions options = TinyRecipe(11);
   TrainFlowMatching(dataset, options, this->Files("whole"));
   const std::string text = TextOf<Cancelled>([&] {
-    TrainFlowMatching(dataset, options, this->Files("parts"), [](const TrainingStep& s) { return s.Iteration < 6; });
+    TrainFlowMatching(dataset, options, this->Files("parts"), [](const LossHistory& losses) { return losses.Size() < 6; });
   });
   EXPECT_THAT(text, HasSubstr("iteration 6"));
   std::vector<std::int64_t> iterations;
-  TrainFlowMatching(dataset, options, this->Files("parts"), [&](const TrainingStep& step) {
-    iterations.push_back(step.Iteration);
+  TrainFlowMatching(dataset, options, this->Files("parts"), [&](const LossHistory& losses) {
+    iterations.push_back(static_cast<std::int64_t>(losses.Size()));
     return true;
   });
   EXPECT_THAT(iterations, ::testing::ElementsAre(7, 8, 9, 10, 11));
@@ -104,7 +102,7 @@ TEST_F(FlowMatchingTraining, ACompleteCheckpointIsEnoughToWriteTheModelAgain)
   const std::string model = BytesOf(this->File("a.safetensors"));
   fs::remove(this->File("a.safetensors"));
   int steps = 0;
-  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"), [&](const TrainingStep&) {
+  TrainFlowMatching(dataset, TinyRecipe(6), this->Files("a"), [&](const LossHistory&) {
     ++steps;
     return true;
   });
@@ -207,7 +205,7 @@ TEST_F(FlowMatchingTraining, AFullDiskLosesNoEarlierCheckpoint)
   const TrainingFiles files = this->Files("a");
   FlowMatchingTrainingOptions options = TinyRecipe(8);
   options.Milestones = { 8 };
-  const auto stop = [](const TrainingStep& step) { return step.Iteration < 4; };
+  const auto stop = [](const LossHistory& losses) { return losses.Size() < 4; };
   EXPECT_THROW(TrainFlowMatching(dataset, options, files, stop), Cancelled);
   const std::string checkpoint = BytesOf(files.Checkpoint);
   const std::string model = BytesOf(files.Model);
@@ -215,7 +213,12 @@ TEST_F(FlowMatchingTraining, AFullDiskLosesNoEarlierCheckpoint)
   {
     const FileSizeLimit limit(1000);
     EXPECT_THAT(TextOf<InvalidInput>([&] { TrainFlowMatching(dataset, options, files); }), HasSubstr("a.checkpoint"));
-    EXPECT_THROW(WriteLossTable(files.LossTable, std::vector<TrainingStep>(100)), InvalidInput);
+    LossHistory losses({ "iteration" }, { "loss" }, "loss");
+    for (int k = 0; k < 1000; ++k)
+    {
+      losses.Append({ k + 1.0, 0.5 });
+    }
+    EXPECT_THROW(losses.WriteCsv(files.LossTable), InvalidInput);
   }
   EXPECT_EQ(BytesOf(files.Checkpoint), checkpoint);
   EXPECT_EQ(BytesOf(files.Model), model);
@@ -230,7 +233,7 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
   int steps = 0;
   const auto refusal = [&](const TrainingFiles& files) {
     return TextOf<InvalidInput>([&] {
-      TrainFlowMatching(dataset, TinyRecipe(4), files, [&](const TrainingStep&) {
+      TrainFlowMatching(dataset, TinyRecipe(4), files, [&](const LossHistory&) {
         ++steps;
         return true;
       });

@@ -95,12 +95,12 @@ TEST_F(FlowMatchingTraining, TheSameSeedGivesTheSameWeightsAndAnotherSeedOthers)
   const FlowMatchingTrainer first = Trained(dataset, options, 5);
   const FlowMatchingTrainer again = Trained(dataset, options, 5);
   EXPECT_EQ(Weights(first), Weights(again));
-  EXPECT_EQ(Numbers(first.History()[4]), Numbers(again.History()[4]));
+  EXPECT_EQ(first.History().Row(4), again.History().Row(4));
   options.Seed = 1;
   EXPECT_NE(Weights(first), Weights(Trained(dataset, options, 5)));
 }
 
-TEST_F(FlowMatchingTraining, EachStepSaysWhatTheLossIsMadeOf)
+TEST_F(FlowMatchingTraining, TheLossIsTheWeightedSumOfItsParts)
 {
   FlowMatchingTrainingOptions options = TinyRecipe(8);
   options.VertexWeight = 2.0;
@@ -109,26 +109,28 @@ TEST_F(FlowMatchingTraining, EachStepSaysWhatTheLossIsMadeOf)
   options.Milestones = { 1, 6 };
   options.LearningRateFactor = 0.5;
   const FlowMatchingTrainer trainer = Trained(DeformedSpheres(3), options, 8);
-  ASSERT_EQ(trainer.History().size(), 8u);
+  const LossHistory& history = trainer.History();
+  ASSERT_EQ(history.Size(), 8u);
   EXPECT_EQ(trainer.DeviceName(), "CPU");
   const std::vector<double> rates = { 1e-3, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 2.5e-4, 2.5e-4 };
   for (std::size_t k = 0; k < 8; ++k)
   {
-    const TrainingStep& step = trainer.History()[k];
-    EXPECT_EQ(step.Iteration, static_cast<std::int64_t>(k + 1));
-    EXPECT_NEAR(step.Loss, 2.0 * step.VertexLoss + 0.5 * step.JacobianLoss, 1e-12);
-    EXPECT_GT(step.VertexLoss, 0.0);
-    EXPECT_GT(step.JacobianLoss, 0.0);
-    EXPECT_GT(step.GradientNorm, 0.0);
-    EXPECT_DOUBLE_EQ(step.LearningRate, rates[k]);
+    const double vertexLoss = history.Value(k, "vertex_loss");
+    const double jacobianLoss = history.Value(k, "jacobian_loss");
+    EXPECT_EQ(history.Value(k, "iteration"), static_cast<double>(k + 1));
+    EXPECT_NEAR(history.Value(k, "loss"), 2.0 * vertexLoss + 0.5 * jacobianLoss, 1e-12);
+    EXPECT_GT(vertexLoss, 0.0);
+    EXPECT_GT(jacobianLoss, 0.0);
+    EXPECT_GT(history.Value(k, "gradient_norm"), 0.0);
+    EXPECT_DOUBLE_EQ(history.Value(k, "learning_rate"), rates[k]);
   }
 }
 
 TEST_F(FlowMatchingTraining, WithoutMilestonesTheLearningRateFallsAfterAQuarter)
 {
   const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), TinyRecipe(8), 3);
-  EXPECT_DOUBLE_EQ(trainer.History()[1].LearningRate, 5e-4);
-  EXPECT_DOUBLE_EQ(trainer.History()[2].LearningRate, 1e-4);
+  EXPECT_DOUBLE_EQ(trainer.History().Value(1, "learning_rate"), 5e-4);
+  EXPECT_DOUBLE_EQ(trainer.History().Value(2, "learning_rate"), 1e-4);
 }
 
 TEST_F(FlowMatchingTraining, TheLossTableHasARowForEachIteration)
@@ -138,14 +140,14 @@ TEST_F(FlowMatchingTraining, TheLossTableHasARowForEachIteration)
   std::string line;
   std::getline(file, line);
   EXPECT_EQ(line, "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate");
-  for (const TrainingStep& step : trainer.History())
+  for (const double loss : trainer.History().Column("loss"))
   {
     ASSERT_TRUE(std::getline(file, line));
     std::istringstream row(line);
     double found = 0.0;
     char comma = 0;
     row >> found >> comma >> found;
-    EXPECT_NEAR(found, step.Loss, 1e-8 * step.Loss);
+    EXPECT_NEAR(found, loss, 1e-8 * loss);
   }
   EXPECT_FALSE(std::getline(file, line));
 }
@@ -172,9 +174,9 @@ TEST_F(FlowMatchingTraining, EachNoiseModelTrains)
     const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), options, 4);
     EXPECT_EQ(trainer.Model().Noise.Model, model);
     EXPECT_GT(trainer.Model().Noise.Scale, 0.0);
-    for (const TrainingStep& step : trainer.History())
+    for (const double loss : trainer.History().Column("loss"))
     {
-      EXPECT_TRUE(std::isfinite(step.Loss) && step.Loss > 0.0) << static_cast<int>(model);
+      EXPECT_TRUE(std::isfinite(loss) && loss > 0.0) << static_cast<int>(model);
     }
     EXPECT_THAT(weights, ::testing::Not(::testing::Contains(Weights(trainer)))) << static_cast<int>(model);
     weights.push_back(Weights(trainer));

@@ -101,7 +101,7 @@ TEST_F(FlowMatchingTrainerEncoder, OneUpdateGivesTheFilesOfTheTwoTrainingsOfTheL
   files.Model = this->File("expected.encoder");
   const surfsynth::EncodingTrainer encoder = TrainEncoding(DatasetOfBodies(), encoding, files);
   EXPECT_TRUE(BytesOf(this->File("model.encoder")) == BytesOf(files.Model));
-  EXPECT_EQ(filter->GetEncoderLoss(), encoder.History().back().Loss);
+  EXPECT_EQ(filter->GetEncoderLoss(), encoder.History().Last());
   EXPECT_GT(filter->GetEncoderLoss(), 0.0);
 
   surfsynth::FlowMatchingTrainingOptions options;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/TrainingFiles.h"
+
 #include "Core/Common/Errors.h"
 #include "Learning/Training/TrainingCheckpoint.h"
-#include "Learning/Training/TrainingOptions.h"
 
 #include <array>
 #include <filesystem>
@@ -16,7 +17,7 @@ namespace
 {
 namespace fs = std::filesystem;
 
-/// Whether both names are of one file, which need not exist.
+/// True when both names are of one file, which need not exist.
 bool AreOneFile(const fs::path& a, const fs::path& b)
 {
   std::error_code absent;
@@ -31,8 +32,7 @@ void RequirePlace(const std::string& what, const fs::path& path)
   {
     throw InvalidInput("TrainingFiles: the file of the " + what + ", \"" + path.string() +
       "\", cannot be written: its folder does not exist, or it is a folder or a device; expected the name of a file in "
-      "a "
-      "folder.");
+      "a folder.");
   }
 }
 } // namespace
@@ -80,38 +80,7 @@ bool HasCheckpoint(const TrainingFiles& files)
 
 std::int64_t CheckpointIterations(const TrainingFiles& files)
 {
-  return HasCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.size()) : 0;
-}
-
-void RunTraining(std::int64_t iterationsDone, std::int64_t iterations, const TrainingFiles& files,
-  const std::function<AfterIteration()>& step, const std::function<void()>& save, const Progress& progress)
-{
-  if (iterationsDone > iterations)
-  {
-    throw ModelMismatch(files.Checkpoint + ": the checkpoint is of iteration " + std::to_string(iterationsDone) +
-      "; expected at most the " + std::to_string(iterations) +
-      " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
-  }
-  bool saved = false;
-  for (std::int64_t done = iterationsDone + 1; done <= iterations; ++done)
-  {
-    const AfterIteration after = step();
-    const bool goOn = after.GoOn &&
-      (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
-    saved = !goOn || after.Save || done == iterations || done % files.CheckpointInterval == 0;
-    if (saved)
-    {
-      save();
-    }
-    if (!goOn && done < iterations)
-    {
-      throw Cancelled("The training was stopped after iteration " + std::to_string(done) + ".");
-    }
-  }
-  if (!saved)
-  {
-    save();
-  }
+  return HasCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.Size()) : 0;
 }
 
 } // namespace surfsynth

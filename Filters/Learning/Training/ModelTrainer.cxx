@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Learning/Training/ModelTrainer.h"
+
+#include "Core/Common/Errors.h"
+#include "Learning/Training/TrainingCheckpoint.h"
+
+namespace surfsynth
+{
+
+namespace
+{
+void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files)
+{
+  if (!files.Checkpoint.empty())
+  {
+    trainer.SaveCheckpoint(files.Checkpoint);
+  }
+  if (!files.Model.empty())
+  {
+    trainer.SaveModel(files.Model);
+  }
+  if (!files.LossTable.empty())
+  {
+    trainer.History().WriteCsv(files.LossTable);
+  }
+}
+
+/// @throws ModelMismatch when the checkpoint has more iterations than the training.
+void Resume(ModelTrainer& trainer, const std::string& checkpoint)
+{
+  trainer.LoadCheckpoint(checkpoint);
+  if (trainer.Iteration() > trainer.Iterations())
+  {
+    throw ModelMismatch(checkpoint + ": the checkpoint is of iteration " + std::to_string(trainer.Iteration()) +
+      "; expected at most the " + std::to_string(trainer.Iterations()) +
+      " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
+  }
+}
+} // namespace
+
+void ModelTrainer::SaveCheckpoint(const std::string& path) const
+{
+  TrainingCheckpoint checkpoint = this->Checkpoint();
+  checkpoint.Recipe = this->Recipe();
+  WriteCheckpoint(path, checkpoint);
+}
+
+void ModelTrainer::LoadCheckpoint(const std::string& path)
+{
+  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
+  RequireSameRecipe(path, this->Recipe(), checkpoint.Recipe);
+  this->Restore(path, checkpoint);
+}
+
+void TrainAndSave(
+  ModelTrainer& trainer, const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
+{
+  CheckFiles(files);
+  if (HasCheckpoint(files))
+  {
+    Resume(trainer, files.Checkpoint);
+  }
+  const std::int64_t iterations = trainer.Iterations();
+  bool saved = false;
+  while (trainer.Iteration() < iterations)
+  {
+    trainer.Step();
+    const std::int64_t done = trainer.Iteration();
+    const bool goOn = (!observe || observe(trainer.History())) &&
+      (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
+    saved = !goOn || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
+    if (saved)
+    {
+      SaveFiles(trainer, files);
+    }
+    if (!goOn && done < iterations)
+    {
+      throw Cancelled("The training was stopped after iteration " + std::to_string(done) + ".");
+    }
+  }
+  if (!saved) // the checkpoint is of the last iteration: the files may have gone, or have other names
+  {
+    SaveFiles(trainer, files);
+  }
+}
+
+} // namespace surfsynth

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The files of a training. No torch.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// Paths of the results of a training; empty for none.
+struct TrainingFiles
+{
+  std::string Model;      ///< written at the end, and at each checkpoint
+  std::string Checkpoint; ///< read at the start when it exists and Resume is set; written every CheckpointInterval
+  std::string LossTable;  ///< a CSV file with a row for each iteration, written with each checkpoint
+  std::int64_t CheckpointInterval = 500; ///< iterations, >= 1
+  bool Resume = true;
+  std::vector<std::string> Inputs; ///< paths that the training reads, which it must not write over
+};
+
+/// Checks the files before hours of training.
+/// @throws InvalidInput when a file has no folder to lie in, is a folder, another one or one of the inputs, or
+/// CheckpointInterval is below 1.
+void CheckFiles(const TrainingFiles& files);
+
+/// True when a training is to go on from a checkpoint, and there is one.
+bool HasCheckpoint(const TrainingFiles& files);
+
+/// The iterations of the checkpoint that a training is to go on from; 0 when there is none.
+/// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
+std::int64_t CheckpointIterations(const TrainingFiles& files);
+
+} // namespace surfsynth

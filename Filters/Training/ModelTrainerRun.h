@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The training of one update of a vtkModelTrainer. Private to the module.
+#pragma once
+
+#include "vtkModelTrainer.h"
+
+#include "Core/Common/Progress.h"
+#include "Learning/Training/ModelTrainer.h"
+#include "Learning/Training/TrainingOptions.h"
+
+#include <cstdint>
+#include <string>
+
+class vtkTable;
+
+class vtkModelTrainer::Run
+{
+public:
+  /// @param table takes the losses; empty so far.
+  Run(vtkModelTrainer* self, vtkTable* table, const surfsynth::Progress& progress);
+
+  const surfsynth::Progress& GetProgress() const { return this->Progress; }
+
+  /// The files of the shared properties; the dataset file is an input.
+  /// @throws InvalidInput when ModelFileName is empty.
+  surfsynth::TrainingFiles Files() const;
+
+  /// Sets learning rate, seed and device to those of the filter.
+  void SetSharedOptions(surfsynth::ModelTrainingOptions& options) const;
+
+  /// Shows iteration, loss and remaining time as progress text. @param stage comes before them.
+  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "") const;
+
+  /// Gives iterations, device and losses of @p trainer to the filter and its output.
+  void Finish(const surfsynth::ModelTrainer& trainer);
+
+private:
+  vtkModelTrainer* Self;
+  vtkTable* Table;
+  surfsynth::Progress Progress;
+};
