@@ -115,6 +115,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     return training.run(algorithm, COLUMNS, progress)
 
 
+@training.with_shared_parameters
 def configured_filter(
     model,
     dataset=None,

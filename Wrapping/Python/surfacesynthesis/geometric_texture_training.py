@@ -203,6 +203,7 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     return training.run(algorithm, COLUMNS, progress)
 
 
+@training.with_shared_parameters
 def configured_trainer(
     model,
     dataset=None,

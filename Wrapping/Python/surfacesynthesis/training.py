@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The parameters, the run and the losses that all trainings share: functions around vtkModelTrainer."""
 
+import inspect
 import warnings
 
 import numpy as np
@@ -57,6 +58,15 @@ def documented(function):
     if function.__doc__:  # absent with python -OO
         before, after = function.__doc__.split(_PLACE)
         function.__doc__ = before + _PARAMETERS + after.rstrip() + "\n" + _RAISES
+    return function
+
+
+def with_shared_parameters(function):
+    """A decorator that shows the parameters of configure() in the signature of a function that takes them as **shared."""
+    own = [p for p in inspect.signature(function).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    names = {parameter.name for parameter in own} | {"algorithm"}
+    shared = [p for name, p in inspect.signature(configure).parameters.items() if name not in names]
+    function.__signature__ = inspect.Signature(own + shared)
     return function
 
 
