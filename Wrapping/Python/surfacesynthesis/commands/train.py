@@ -153,7 +153,7 @@ def _filter_of(arguments):
 
 
 def _checkpoints(algorithm):
-    """That of the model, then that of the encoder which is trained before it."""
+    """The paths of two checkpoints: of the model, and of an encoder that is trained before it."""
     checkpoints = [checkpoint_of(algorithm)]
     if algorithm.GetEncoderIterations() > 0:
         encoder = algorithm.GetEncoderFileName() or algorithm.GetModelFileName() + ".encoder"
