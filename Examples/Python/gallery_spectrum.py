@@ -70,7 +70,7 @@ def _numbered(matrix, number, shift):
 
 
 def _count_below(matrix, shift):
-    """How many eigenvalues are smaller than ``shift``: the number of negative pivots (Sylvester's law of inertia)."""
+    """Number of eigenvalues smaller than ``shift``: the number of negative pivots (Sylvester's law of inertia)."""
     factor = scipy.sparse.linalg.splu(
         (matrix - shift * scipy.sparse.identity(matrix.shape[0])).tocsc(),
         permc_spec="MMD_AT_PLUS_A",

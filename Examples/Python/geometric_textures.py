@@ -124,7 +124,7 @@ def mean_edge(mesh):
 
 
 def distances_on(target, reference, model, seed):
-    """How far each level of a grown texture is from that level of its reference, and how far the bare target cut as often."""
+    """Distances of each level of a synthesized texture, and of the bare target, from that level of the reference."""
     edge = mean_edge(reference[0])
     levels, _ = grown(target, model, start_level=START, seed=seed, output_levels=True)
     found = []

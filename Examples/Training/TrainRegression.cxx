@@ -6,9 +6,9 @@
 //   TrainRegression model.safetensors loss.csv steps training.safetensors...
 //
 // A training file holds points [V, 3], triangles [F, 3] and values [V, C]; the surface should have area 1.
-// smoothed_curvature.py makes one. Several may hold triangulations of one surface, which the steps take in turn. Each step
-// shows the network a surface in a random orientation: its operators, which are intrinsic, are the same for all of them,
-// and are made once.
+// smoothed_curvature.py makes one. Several may hold triangulations of one surface, which the steps take in turn. Each
+// step shows the network a surface in a random orientation: its operators, which are intrinsic, are the same for all of
+// them, and are made once.
 #include "Core/Mesh/MeshCheck.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "Inference/PoissonNet/PoissonOperators.h"

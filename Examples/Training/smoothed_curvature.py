@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the example network learns to predict: the mean curvature of a surface of area 1, smoothed over a scale.
+"""Target of the example network: the mean curvature of a surface of area 1, smoothed over a scale.
 
 One step of implicit heat flow moves the points x of the surface to x' = (M + t L)^-1 M x, with L the cotangent
 stiffness and M the lumped mass; (x - x') . n / (2 t), with n the normal, is the mean curvature averaged over

@@ -230,13 +230,16 @@ private:
     }
   }
 
+  /// Number of ranks that work on a gathered surface.
+  int Workers(const Ranks& ranks) const { return std::max(1, std::min(this->Parts, ranks.Count())); }
+
   /// Work on a gathered surface, by as many ranks as there are parts; by the one that holds all of it when there is one
   /// part. Collective.
   /// @return the text of what went wrong on some rank; empty when nothing did.
   std::string WorkTogether(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* input,
     const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
   {
-    const int workers = std::max(1, std::min(this->Parts, ranks.Count()));
+    const int workers = this->Workers(ranks);
     const bool inPlace = workers == 1 && gathered.TakenFrom >= 0;
     const bool works = inPlace ? ranks.Rank() == gathered.TakenFrom : ranks.Rank() < workers;
     const PolyDataList wholes = NewSurfaces(outputs.size());
@@ -278,7 +281,7 @@ private:
   {
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
-      const int owner = static_cast<int>(k) % std::max(1, std::min(this->Parts, ranks.Count()));
+      const int owner = static_cast<int>(k) % this->Workers(ranks);
       this->HandBack(ranks, gathered, wholes[k], owner, outputs[k]);
     }
     const bool finishes = HasPiece(gathered, outputs.front());

@@ -31,7 +31,7 @@ bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::G
   return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
 }
 
-/// The mixtures on one mesh.
+/// Mixtures on one mesh.
 struct PreparedBlock
 {
   surfsynth::GaussianMixtureOptions Options;
@@ -39,7 +39,7 @@ struct PreparedBlock
 };
 } // namespace
 
-/// The factored meshes of the last update, and their figures.
+/// Factored meshes of the last update, and their results.
 class vtkGaussianMixtureFilter::Internals
 {
 public:
@@ -53,7 +53,7 @@ public:
     this->Blocks.Begin();
   }
 
-  /// The mixtures of this block from an earlier update, or null; mesh and options must be the same.
+  /// Finds the mixtures of this block from an earlier update with the same mesh and options; null otherwise.
   const GaussianMixtures* Find(const Surface& surface)
   {
     const auto isCurrent = [options = this->Options()](

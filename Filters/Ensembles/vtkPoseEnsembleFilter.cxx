@@ -50,7 +50,7 @@ surfsynth::MeshRequirements Requirements()
   return requirements;
 }
 
-/// Properties that poses of a block depend on, beside its mesh.
+/// Properties that the poses of a block depend on, beside its mesh.
 struct PoseKey
 {
   std::uint64_t TemplateHash = 0;
@@ -67,14 +67,14 @@ bool Same(const PoseKey& a, const PoseKey& b)
     a.Options.Stiffness == b.Options.Stiffness;
 }
 
-/// The equations on one mesh.
+/// Equations on one mesh.
 struct PreparedBlock
 {
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
 };
 
-/// An array of three components with the rows of @p values.
+/// Makes an array of three components from the rows of @p values.
 vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
 {
   vtkSmartPointer<vtkDataArray> array;
@@ -179,7 +179,7 @@ private:
     return *this->Blocks.Insert(surface, { key, *made }).Poses;
   }
 
-  /// The template, converted at the first call of an update; null when there is none.
+  /// Returns the template, converted at the first call of an update; null without a template.
   std::shared_ptr<const Surface> TemplateSurface()
   {
     try

@@ -41,13 +41,12 @@ public:
   /// Returns true when At() has the sample: at flow times 0 and 1, or with @p everyStep at all times.
   bool Holds(std::uint32_t sample, bool everyStep) const;
 
-  /// Draws the sample of @p request, which must be of the series that Keep() was told, and holds its state at flow
+  /// Draws the sample of @p request, which must belong to the series of the last Keep(), and holds its state at flow
   /// times 0 and 1, or with @p everyStep after every step.
-  /// @throws what FlowMatchingSampler::Integrate() throws; then nothing is held of it.
+  /// @throws the errors of FlowMatchingSampler::Integrate(); the sample is then not held.
   void Draw(const FlowSampleRequest& request, bool everyStep, const Progress& progress);
 
-  /// The state of a sample that is held at flow time @p time in [0, 1]: as it was after a step, or linear between two
-  /// steps.
+  /// Returns the state of a held sample at flow time @p time in [0, 1]: that after a step, or linear between two steps.
   FeatureMatrix At(std::uint32_t sample, double time) const;
 
 private:
@@ -60,16 +59,16 @@ private:
   std::map<std::uint32_t, States> Samples;
 };
 
-/// The point arrays of one sample.
+/// Point arrays of one sample.
 struct SampleArrays
 {
   vtkSmartPointer<vtkDoubleArray> Signal;
   vtkSmartPointer<vtkDoubleArray> Noise;
 };
 
-/// A sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at those that
-/// no polygon uses, without names.
-/// @param displacements whether the signal is the way from the points of @p surface to where the sample has them.
+/// Returns a sample that @p samples holds, at flow time @p time, and its noise: on all points of @p surface, zero at
+/// those that no polygon uses, without names.
+/// @param displacements true for a signal that is the displacement of the points of @p surface to those of the sample.
 SampleArrays ArraysOf(
   const FlowSamples& samples, const Surface& surface, std::uint32_t sample, double time, bool displacements);
 

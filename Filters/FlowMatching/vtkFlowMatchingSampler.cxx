@@ -79,8 +79,7 @@ public:
     this->Blocks.Begin();
   }
 
-  /// Adds the arrays of each sample that falls to this rank to its output, drawing those that are not there from the
-  /// last update.
+  /// Adds the arrays of each sample of this rank to its output, and draws those that the last update lacks.
   void AddSamples(const Surface& surface, const std::vector<vtkPolyData*>& outputs, const surfsynth::Progress& progress)
   {
     FlowSamples* samples = this->Find(surface);
@@ -104,7 +103,7 @@ public:
     }
   }
 
-  /// Makes a sample of one surface of the copy of the input that AddSamples() has added its arrays to.
+  /// Completes the output of one sample: a copy of the input to which AddSamples() has added its arrays.
   void Finish(vtkPolyData* output) const
   {
     const vtkSmartPointer<vtkDoubleArray> signal = Find(output, this->Self->GeneratedArrayName());
@@ -112,13 +111,13 @@ public:
     this->Self->AddSample(output, signal, noise);
   }
 
-  /// The outputs of one surface, one for each sample.
+  /// Returns the outputs of one surface, one for each sample.
   surfsynth::OutputSeries Series() const
   {
     return { this->Self->FirstSample, this->Self->NumberOfSamples, this->Self->NumberOfSamples == 1 ? "" : "Sample" };
   }
 
-  /// What is held of this block from an earlier update, or null; mesh and model must be the same.
+  /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Implementation of vtkGeometricTextureSynthesizer. Private to the filter.
+/// Algorithm of vtkGeometricTextureSynthesizer, block by block. Private to the filter.
 #pragma once
 
 #include "vtkGeometricTextureSynthesizer.h"
@@ -40,14 +40,15 @@ public:
   /// @throws InvalidInput for a model without a template.
   vtkSmartPointer<vtkInformation> TemplateInformation(vtkInformation* requested) const;
 
-  /// Fills block.Output, or with OutputLevels collects the surfaces of all levels. @throws the errors of the synthesis.
+  /// Fills block.Output, or with OutputLevels those of block.Outputs whose level has begun. @throws the errors of the
+  /// synthesis.
   void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress);
 
   /// Drops the data that this update has not used.
   void End();
 
-  /// The outputs of one block: with OutputLevels one for each level, else one.
-  /// @throws InvalidInput when the model does not have the levels that the properties ask for.
+  /// Returns the outputs of one block: one for each level with OutputLevels, else one.
+  /// @throws InvalidInput for levels that the model does not have.
   surfsynth::OutputSeries Series() const;
 
   /// Returns the times of the animation; none when the model cannot be read, which the next RequestData reports.

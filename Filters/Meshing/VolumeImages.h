@@ -43,7 +43,7 @@ struct ValueRange
 };
 ValueRange FiniteRange(vtkDataArray* values, const Progress& progress);
 
-/// The threshold of [Otsu1979]: the value that splits the histogram (1024 bins over the range) into two classes with the
+/// Threshold of [Otsu1979]: the value that splits the histogram (1024 bins over the range) into two classes with the
 /// largest variance between them; the middle where several splits are equally good. The middle of the range when all
 /// values are the same.
 double OtsuThreshold(vtkDataArray* values, const ValueRange& range, const Progress& progress);

@@ -57,7 +57,7 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   return options;
 }
 
-/// The field on one mesh.
+/// Field on one mesh.
 struct PreparedBlock
 {
   MaternFieldOptions Options;
@@ -94,7 +94,7 @@ public:
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
-  /// The field of this block from an earlier update, or null; the caller's mesh and options must be the same.
+  /// Finds the field of this block from an earlier update with the same mesh and options; null otherwise.
   const MaternField* Find(const Surface& surface)
   {
     const auto isCurrent = [options = this->Options()](

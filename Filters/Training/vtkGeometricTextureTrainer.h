@@ -41,6 +41,7 @@
 #ifndef vtkGeometricTextureTrainer_h
 #define vtkGeometricTextureTrainer_h
 
+#include "vtkDeprecation.h" // For VTK_DEPRECATION
 #include "vtkModelTrainer.h"
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 
@@ -145,9 +146,11 @@ public:
 
   ///@{
   /**
-   * Deprecated: SetMinimumChannels() and GetMinimumChannels().
+   * Deprecated names of SetMinimumChannels() and GetMinimumChannels().
    */
+  VTK_DEPRECATION("Use SetMinimumChannels()")
   void SetLeastChannels(int channels) { this->SetMinimumChannels(channels); }
+  VTK_DEPRECATION("Use GetMinimumChannels()")
   int GetLeastChannels() { return this->GetMinimumChannels(); }
   ///@}
 
@@ -161,9 +164,11 @@ public:
 
   ///@{
   /**
-   * Deprecated: SetMaximumChannels() and GetMaximumChannels().
+   * Deprecated names of SetMaximumChannels() and GetMaximumChannels().
    */
+  VTK_DEPRECATION("Use SetMaximumChannels()")
   void SetMostChannels(int channels) { this->SetMaximumChannels(channels); }
+  VTK_DEPRECATION("Use GetMaximumChannels()")
   int GetMostChannels() { return this->GetMaximumChannels(); }
   ///@}
 

@@ -122,7 +122,8 @@ void FilterWithLevelSet(benchmark::State& state, const BenchmarkVolume& volume)
   Run(state, volume, filter);
 }
 
-/// Samples to a grid, the grid to quadrilaterals: neither manifold, nor triangles, nor in world coordinates, nor capped.
+/// Samples to a grid, the grid to quadrilaterals: neither manifold, nor triangles, nor in world coordinates, nor
+/// capped.
 void BareOpenVDB(benchmark::State& state, const BenchmarkVolume& volume)
 {
   const int* n = volume.Image->GetDimensions();

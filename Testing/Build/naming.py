@@ -23,23 +23,30 @@ import layering
 CHECKS = "-checks=-*,readability-identifier-naming"
 IMPLEMENTATION = "Implementation.h"
 # The headers are divided by the libraries that they reach: each of the generated files compiles its library's headers.
-GROUPS = (("Torch", layering.TORCH), ("MeshProcessing", re.compile("(CGAL|openvdb)/")), ("Vtk", re.compile("vtk[A-Z]")),
-          ("Plain", re.compile("")))
+GROUPS = (("Torch", layering.TORCH), ("CGAL", re.compile("CGAL/")), ("OpenVDB", re.compile("openvdb/")),
+          ("VTK", re.compile("vtk[A-Z]")), ("Plain", re.compile("")))
 
 
 def library_commands(root, build):
-    """Source and arguments of the compilations of Filters and IO."""
+    """Source, file that is compiled for it, and arguments of the compilations of Filters and IO."""
     with open(os.path.join(build, "compile_commands.json"), encoding="utf-8") as file:
-        for entry in json.load(file):
-            source = os.path.relpath(os.path.join(entry["directory"], entry["file"]), root)
-            if source.startswith(("Filters/", "IO/")) and source.endswith(".cxx"):
-                yield source, shlex.split(entry["command"])
+        entries = json.load(file)
+    for entry in entries:
+        compiled = os.path.join(entry["directory"], entry["file"])
+        sources = [compiled]
+        if re.search(r"/Unity/unity_\d+_cxx\.cxx$", compiled) and os.path.exists(compiled):
+            with open(compiled, encoding="utf-8") as file:  # one that includes all sources of a library
+                sources = re.findall(r'#include "(.*)"', file.read())
+        for source in sources:
+            name = os.path.relpath(source, root)
+            if name.startswith(("Filters/", "IO/")) and name.endswith(".cxx"):
+                yield name, compiled, shlex.split(entry["command"])
 
 
 def search_arguments(commands):
     """Folders of headers and macros that any of the compilations has."""
     found = {}
-    for _, command in commands:
+    for _, _, command in commands:
         for k, argument in enumerate(command):
             if argument == "-isystem":
                 found[("-isystem", command[k + 1])] = None
@@ -48,16 +55,16 @@ def search_arguments(commands):
     return [part for arguments in found for part in arguments]
 
 
-def headers_by_group(sources, built):
-    """The headers by the group of the libraries that they reach."""
-    groups = {name: [] for name, _ in GROUPS}
+def headers_by_group(sources, built_sources):
+    """The headers by the group of the libraries that they reach, without those of what the build leaves out."""
+    built = {layering.library_of(source) for source in built_sources}
+    groups = {name: [] for name, pattern in GROUPS
+              if name == "Plain" or any(sources.chain_to(source, pattern) for source in built_sources)}
     for header in sources.files:
-        if header.endswith(".h") and not header.endswith(IMPLEMENTATION):
+        if header.endswith(".h") and not header.endswith(IMPLEMENTATION) and layering.library_of(header) in built:
             name = next(name for name, pattern in GROUPS if name == "Plain" or sources.chain_to(header, pattern))
-            groups[name].append(header)
-    # What the build leaves out has no folders of headers in its compilations.
-    return {name: headers for name, headers in groups.items() if name == "Plain" or any(
-        layering.library_of(header) in built for header in headers)}
+            groups.get(name, []).append(header)
+    return {name: headers for name, headers in groups.items() if headers}
 
 
 def run(program, arguments):
@@ -93,11 +100,11 @@ def sources_of_implementations(root, sources, built_sources):
 
 def check_headers(root, build, program, folder):
     commands = list(library_commands(root, build))
-    built = {layering.library_of(source) for source, _ in commands}
     arguments = search_arguments(commands)
     sources = layering.Sources(root)
-    implementations = sources_of_implementations(root, sources, sorted(source for source, _ in commands))
-    groups = headers_by_group(sources, built)
+    built_sources = sorted(source for source, _, _ in commands if source in sources.known)
+    implementations = sources_of_implementations(root, sources, built_sources)
+    groups = headers_by_group(sources, built_sources)
     numbers = {**{name: len(headers) for name, headers in groups.items()}, "Implementation": len(implementations)}
     if sum(numbers.values()) < 50:
         sys.exit(f"Only {numbers} headers below {root}")
@@ -114,10 +121,12 @@ def check_headers(root, build, program, folder):
 
 
 def check_sources(root, build, program):
-    sources = sorted({os.path.join(root, source) for source, _ in library_commands(root, build)})
+    commands = list(library_commands(root, build))
+    compiled = sorted({file for _, file, _ in commands})
+    own = f"^{re.escape(root)}/(Filters|IO)/.*\\.cxx$"
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = "".join(pool.map(lambda source: check_source(build, program, "^$", source), sources))
-    return found, f"{len(sources)} sources"
+        found = "".join(pool.map(lambda file: check_source(build, program, own, file), compiled))
+    return found, f"{len({source for source, _, _ in commands})} sources"
 
 
 def main():

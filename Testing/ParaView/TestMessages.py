@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What pvpython tells: one error that names the defect and the remedy for a bad surface, nothing for a sound one."""
+"""Messages in pvpython: one error that names the defect and the remedy for a bad surface, none for a valid one."""
 
 import os
 import re

@@ -494,7 +494,7 @@ def check_bad_block(ranks):
 
 
 def check_refusals(ranks):
-    """What a filter refuses, every rank says in the same words, once. Each case is of another filter: one run for all."""
+    """Refusals are told once by every rank, in the same words. Each case is of another filter: one run for all."""
     cases = ["bad_piece", "mesh_on_one_rank", "mesh_in_pieces", "posed_in_pieces"]
     if WITH_NETWORKS:
         cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces"]

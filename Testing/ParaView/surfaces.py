@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the tests of the plugin share: surfaces, the filter without ParaView, comparisons."""
+"""Surfaces, the filter without ParaView, and comparisons, for the tests of the plugin."""
 
 import os
 import sys

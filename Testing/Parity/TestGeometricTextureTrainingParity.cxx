@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Training of geometric textures against the published implementation: a step of the discriminator and one of the generator
-// of two levels, and the losses of the fit at several scales, all in float64.
+// Training of geometric textures against the published implementation: a step of the discriminator and one of the
+// generator of two levels, and the losses of the fit at several scales, all in float64.
 #include "FixtureTensors.h"
 #include "Fixtures.h"
 

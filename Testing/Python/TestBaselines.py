@@ -186,7 +186,7 @@ FILTERS = (
 
 
 def numbers(arrays):
-    """What is kept of each array: its size, statistics, and some of its values."""
+    """Record of each array: its size, statistics, and some of its values."""
     kept = {}
     for name, array in arrays.items():
         values = np.asarray(array, dtype=float).ravel()
@@ -201,7 +201,7 @@ def baseline(name):
 
 
 def difference(image, path):
-    """How far a picture [height, width, 3] is from that of a file."""
+    """Difference of a picture [height, width, 3] from that of a file."""
     reader = vtkPNGReader()
     reader.SetFileName(path)
     reader.Update()

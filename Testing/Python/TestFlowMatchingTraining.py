@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfacesynthesis.train_flow_matching() and the command ``train flow-matching``."""
 
+import inspect
 import os
 import pty
 import signal
@@ -11,7 +12,16 @@ import time
 import numpy as np
 import pytest
 from conftest import add_array, icosphere, polydata_of
-from surfacesynthesis import Cancelled, SurfaceSynthesisError, train_flow_matching, write_mesh
+from surfacesynthesis import (
+    Cancelled,
+    SurfaceSynthesisError,
+    flow_matching_training,
+    geometric_texture_training,
+    train_flow_matching,
+    train_geometric_texture,
+    training,
+    write_mesh,
+)
 from surfacesynthesis.command_line import main
 from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
@@ -149,6 +159,31 @@ def test_wrong_arguments(tmp_path, ball, options, error, text):
     with pytest.raises(error, match=text):
         train(tmp_path, "model", ball, samples_of(ball), **options)
     assert not (tmp_path / "model").exists()
+
+
+@pytest.mark.parametrize(
+    "function, configured",
+    [
+        (train_flow_matching, flow_matching_training.configured_filter),
+        (train_geometric_texture, geometric_texture_training.configured_trainer),
+    ],
+)
+def test_each_training_documents_the_shared_parameters(function, configured):
+    shared = set(inspect.signature(training.configure).parameters) - {"algorithm"}
+    assert {"model", "checkpoint", "learning_rate", "seed", "device"} <= shared
+    assert shared <= set(inspect.signature(configured).parameters)
+    for name in shared - {"model", "dataset"}:
+        assert function.__doc__.count(f"    {name} : ") == 1, name
+    assert "(shared parameters)" not in function.__doc__ and "    Raises\n" in function.__doc__
+    with pytest.raises(TypeError, match="unexpected keyword argument 'speed'"):
+        configured("model", speed=1)
+
+
+def test_the_class_of_all_trainers_is_abstract():
+    assert issubclass(flow_matching_training.vtkFlowMatchingTrainer, training.vtkModelTrainer)
+    assert issubclass(geometric_texture_training.vtkGeometricTextureTrainer, training.vtkModelTrainer)
+    with pytest.raises((TypeError, NotImplementedError)):
+        training.vtkModelTrainer()
 
 
 def test_wrong_inputs(tmp_path, ball):

@@ -40,7 +40,7 @@ def arrays_of(surface):
 
 
 def edges_of(triangles):
-    """How often each directed edge is used."""
+    """Directed edges, and the number of uses of each."""
     edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     return np.unique(edges, axis=0, return_counts=True)
 

@@ -12,6 +12,7 @@ import inspect
 import os
 import re
 import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -26,6 +27,9 @@ from surfacesynthesis.remeshing import HOLES
 from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
 
 XML_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir, "Wrapping", "ParaView")
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "ParaView"))
+from server_manager_xml import is_base, proxy_of  # noqa: E402
+
 #: surfacesynthesis-train, where the build has it.
 TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
 
@@ -155,7 +159,7 @@ if "train_flow_matching" in surfacesynthesis.__all__:
     VALUES += [
         (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),
         (flow_matching_training.DEVICES, "vtkFlowMatchingTrainer", "Device"),
-        (geometric_texture_training._DEVICES, "vtkGeometricTextureTrainer", "Device"),
+        (geometric_texture_training.training.DEVICES, "vtkGeometricTextureTrainer", "Device"),
         ({**geometric_texture_training.TEMPLATES, "given": 2}, "vtkMultiscaleMeshFitter", "Template"),
     ]
 #: The classes behind what surfacesynthesis-train trains.
@@ -328,8 +332,8 @@ def faults_of_proxy(proxy, cls):
 def proxies():
     """The name of each server-manager XML, its proxy and the class, where the build has the class."""
     for path in sorted(glob.glob(os.path.join(XML_FOLDER, "*.xml"))):
-        proxy = ElementTree.parse(path).getroot().find("ProxyGroup/SourceProxy")
-        if hasattr(surfacesynthesis, proxy.get("class")):
+        proxy = proxy_of(path)
+        if not is_base(path) and hasattr(surfacesynthesis, proxy.get("class")):
             yield os.path.basename(path), proxy, class_of(proxy.get("class"))
 
 

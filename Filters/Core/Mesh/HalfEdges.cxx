@@ -52,9 +52,9 @@ TriangleMesh Select(const TriangleMesh& mesh, const std::vector<char>& keep)
   return selected;
 }
 
-/// Marks, among the half-edges of one edge, triangles with the same apex that run in opposite directions, as many of one
-/// direction as of the other. Looks at triangles only from the edge of their two lowest points, so that each is looked
-/// at once.
+/// Marks, among the half-edges of one edge, triangles with the same apex that run in opposite directions, as many of
+/// one direction as of the other. Looks at triangles only from the edge of their two lowest points, so that each is
+/// looked at once.
 void MarkFlatPairs(const TriangleMesh& mesh, const HalfEdge* begin, const HalfEdge* end, std::vector<char>& keep)
 {
   for (const HalfEdge* h = begin; h != end; ++h)

@@ -57,8 +57,8 @@ struct BoundarySide
   int Side;
 };
 
-/// The boundary edge that follows @p from at its end @p end, found by turning around that point from triangle to triangle;
-/// its Triangle is negative where an edge with several triangles is in the way.
+/// The boundary edge that follows @p from at its end @p end, found by turning around that point from triangle to
+/// triangle; its Triangle is negative where an edge with several triangles is in the way.
 BoundarySide NextBoundarySide(
   const TriangleMesh& mesh, const TriangleAdjacency& adjacency, const BoundarySide& from, Index end)
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Linear finite-element operators on a triangle mesh: [Kuai2026], appendix F. All are assembled in parallel in
-/// O(V + F), in double precision.
+/// @file
+/// Linear finite-element operators on a triangle mesh: [Kuai2026], appendix F. All are assembled in parallel, in double
+/// precision, in O(V + F).
 ///
 /// With phi_i the barycentric hat function of vertex i,
 ///   M_ii = integral of phi_i                      lumped barycentric mass, square world units

@@ -120,8 +120,8 @@ private:
   const Eigen::MatrixXd& Vectors;
 };
 
-/// Runs Lanczos for the @p count lowest eigenvalues of @p inverse. The start vector depends on @p round: Lanczos sees one
-/// direction of each eigenspace, which another start makes another one.
+/// Runs Lanczos for the @p count lowest eigenvalues of @p inverse. The start vector depends on @p round: Lanczos sees
+/// one direction of each eigenspace, which another start makes another one.
 template <typename Inverse>
 void Solve(Inverse& inverse, double shift, Eigen::Index count, Eigen::Index basis, std::uint32_t round,
   Eigen::VectorXd& values, Eigen::MatrixXd& vectors)
@@ -174,8 +174,8 @@ bool AppendMissed(
   return values.size() > known;
 }
 
-/// All eigenpairs of a small problem: below a few hundred vertices the dense solver is as fast, and the Krylov space of a
-/// very symmetric surface (the tetrahedron has two eigenvalues) ends before Lanczos has begun.
+/// All eigenpairs of a small problem: below a few hundred vertices the dense solver is as fast, and the Krylov space of
+/// a very symmetric surface (the tetrahedron has two eigenvalues) ends before Lanczos has begun.
 void SolveDense(const UsedPart& part, double shift, Eigen::VectorXd& values, Eigen::MatrixXd& vectors)
 {
   const Eigen::VectorXd scale = part.RootMass.cwiseInverse();

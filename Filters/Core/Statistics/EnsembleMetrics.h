@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Metrics of two ensembles of shapes or signals on one triangulation: [Kuai2026], section 5 and appendix D,
-/// after [Achlioptas2018] (coverage, minimum matching distance), [LopezPaz2017] (two-sample tests by the nearest
-/// neighbour) and [Yang2019] (all of them for shapes).
+/// @file
+/// Metrics of two ensembles of shapes or signals on one triangulation: [Kuai2026], section 5 and appendix D, after
+/// [Achlioptas2018] (coverage, minimum matching distance), [LopezPaz2017] (two-sample tests by the nearest neighbour)
+/// and [Yang2019] (all of them for shapes).
 #pragma once
 
 #include "Core/Common/Progress.h"

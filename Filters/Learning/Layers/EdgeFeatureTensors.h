@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Geometry of [Hertz2020], section 3, on tensors: features of triangles, displacements and subdivision,
-/// differentiable in the positions. EdgeFeatures.h has the same without torch.
+/// @file
+/// Geometry of [Hertz2020], section 3, on tensors: features of triangles, displacements and subdivision, differentiable
+/// in the positions. EdgeFeatures.h has the same without torch.
 ///
 /// Tables depend on the triangles only and are constant. Gradients are sums in a fixed order: the same bits every time.
 #pragma once

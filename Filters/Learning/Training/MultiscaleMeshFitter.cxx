@@ -2,7 +2,6 @@
 #include "Learning/Training/MultiscaleMeshFitter.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Random/CounterUniforms.h"

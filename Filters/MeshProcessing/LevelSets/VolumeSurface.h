@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Closed surfaces of volumes and of meshes, by level sets [Museth2013]: the algorithm of vtkVDBSurfaceFilter.
-/// Private to the mesh processing.
+/// @file
+/// Closed surfaces of volumes and of meshes, by level sets [Museth2013]: the algorithm of vtkVDBSurfaceFilter. Private
+/// to the mesh processing.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"

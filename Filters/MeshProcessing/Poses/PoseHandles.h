@@ -59,8 +59,8 @@ public:
   static constexpr int Free = -1; ///< region of a point without a prescribed position
 
   /// Finds the region of each point of another triangulation of the shape: the index of a handle, Handles().size() for
-  /// the fixed region, or Free. Points that no triangle uses are Free. Distances are interpolated at the nearest place of
-  /// the template.
+  /// the fixed region, or Free. Points that no triangle uses are Free. Distances are interpolated at the nearest place
+  /// of the template.
   /// @throws InvalidInput when a region has no point, because the triangulation is too coarse or another shape.
   std::vector<int> Regions(const TriangleMesh& mesh) const;
 

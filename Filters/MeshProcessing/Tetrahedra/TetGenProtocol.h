@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Protocol between the library and the program that runs TetGen: one stream each way, in the byte order of the
+/// @file
+/// Protocol between the library and the program that runs TetGen: one stream each way, in the byte order of the
 /// machine. Both are built from this file. Private to the mesh processing.
 ///
 /// Request: RequestHeader, points double[3 Points], triangles int32[3 Triangles], Seed[Seeds], and the end of the

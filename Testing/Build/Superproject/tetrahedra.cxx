@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Fills a sphere with tetrahedra, which works only where the program that runs TetGen is found, and checks their volume
-/// against the topology report of the sphere.
+/// Fills a sphere with tetrahedra, which works only where the program that runs TetGen is found, and checks their
+/// volume against the topology report of the sphere.
 #include <vtkCell.h>
 #include <vtkNew.h>
 #include <vtkPlatonicSolidSource.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Ensembles in VTK's data objects: what is a sample, what it is called, and what does not fit.
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "ThrownText.h"
 #include "VtkSurfaces.h"
 
 #include "EnsembleReading.h"

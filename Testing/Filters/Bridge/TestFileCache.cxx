@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Files that are read again only when they have changed.
-#include "BridgeTesting.h"
+#include "ThrownText.h"
 
 #include "FileCache.h"
 

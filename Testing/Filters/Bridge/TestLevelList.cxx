@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Lists of generator levels as users write them.
-#include "BridgeTesting.h"
+#include "ThrownText.h"
 
 #include "LevelList.h"
 

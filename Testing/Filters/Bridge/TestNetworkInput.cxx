@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // From arrays to what networks take: PointRows.h and NetworkInput.h.
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "ThrownText.h"
 #include "VtkSurfaces.h"
 
 #include "NetworkInput.h"

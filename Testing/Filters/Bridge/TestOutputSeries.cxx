@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Several outputs of each dataset: names, structure, and who fills what.
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "FunctionFilter.h"
+#include "ThrownText.h"
 #include "VtkSurfaces.h"
 
 #include "BlockBridge.h"

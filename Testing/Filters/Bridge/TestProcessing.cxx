@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The frames around RequestData: ProcessSurfaces(), ProcessBlocks() and ProcessJointly().
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "FunctionFilter.h"
 #include "VtkSurfaces.h"
 
 #include "BlockBridge.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Conversions of broken surfaces: SurfaceInspection.h counts faults, UncheckedSurface.h uses the rest.
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "ThrownText.h"
 #include "VtkSurfaces.h"
 
 #include "SurfaceInspection.h"

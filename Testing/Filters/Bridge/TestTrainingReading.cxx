@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Datasets for training out of VTK's data objects.
-#include "BridgeTesting.h"
 #include "FilterChecks.h"
+#include "ThrownText.h"
 #include "VtkSurfaces.h"
 
 #include "NewArray.h"

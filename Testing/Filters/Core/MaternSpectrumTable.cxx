@@ -5,8 +5,9 @@
 //
 //   MaternSpectrumTable [samples [file.csv]]
 //
-// Fails when a sampled value lies more than 5 standard errors from the expected one, when our noise differs by more than
-// 15 per cent between triangulations at coefficients 2 and 50, or when iid noise does not differ by at least a factor 2.
+// Fails when a sampled value lies more than 5 standard errors from the expected one, when our noise differs by more
+// than 15 per cent between triangulations at coefficients 2 and 50, or when iid noise does not differ by at least a
+// factor 2.
 #include "ExampleMeshes.h"
 #include "SpectralSamples.h"
 

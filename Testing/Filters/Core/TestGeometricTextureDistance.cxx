@@ -95,8 +95,8 @@ TEST(TextureDistance, OfAShiftIsItsLengthAlongEachDirection)
 
 TEST(TextureDistance, OfTwoAndThreeTrianglesIsAsByHand)
 {
-  // All features are 0 or u = (1, ..., 1) in any order of the edges. Quantiles of {0, u} and {0, 0, u} differ for t from
-  // 1/2 to 2/3, by what u is long along the direction.
+  // All features are 0 or u = (1, ..., 1) in any order of the edges. Quantiles of {0, u} and {0, 0, u} differ for t
+  // from 1/2 to 2/3, by what u is long along the direction.
   EdgeFeatureMatrix two = EdgeFeatureMatrix::Zero(2, 12);
   EdgeFeatureMatrix three = EdgeFeatureMatrix::Zero(3, 12);
   EdgeFeatureMatrix none = EdgeFeatureMatrix::Zero(1, 12);

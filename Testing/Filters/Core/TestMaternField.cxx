@@ -390,8 +390,8 @@ void PrintTo(const SphereCase& sphere, std::ostream* os) { *os << sphere.Name; }
 class MaternOnSphere : public testing::TestWithParam<SphereCase>
 {};
 
-// A sample holds about area / range^2 independent numbers, one at large ranges. Edges are at most an eighth of the range:
-// linear elements with lumped mass raise the variance by about 2.7 (edge / range)^2.
+// A sample holds about area / range^2 independent numbers, one at large ranges. Edges are at most an eighth of the
+// range: linear elements with lumped mass raise the variance by about 2.7 (edge / range)^2.
 INSTANTIATE_TEST_SUITE_P(Ranges, MaternOnSphere,
   testing::Values(SphereCase{ "SmallRange", 6, 1.0, 0.2, 200 }, SphereCase{ "ThirdOfRadius", 6, 1.0, 0.3, 200 },
     SphereCase{ "LargeSphere", 5, 50.0, 25.0, 600 }, SphereCase{ "RangeIsRadius", 4, 1.0, 1.0, 3000 },

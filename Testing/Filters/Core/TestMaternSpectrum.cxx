@@ -2,8 +2,8 @@
 // The statistics of the spectral coefficients f^T M phi_i over 2,000 samples on three triangulations of one surface.
 //
 // With expected standard deviation s_i, x = f^T M phi_i / s_i is N(0, 1), independent over i and samples:
-//  - the sum of x^2 over n samples is chi-square with n degrees of freedom, for each i. Bound: the two-sided quantile of
-//    probability 1e-4 / 100 (Bonferroni over 100 coefficients), z = 4.89: +- 15.5 % at n = 2,000;
+//  - the sum of x^2 over n samples is chi-square with n degrees of freedom, for each i. Bound: the two-sided quantile
+//    of probability 1e-4 / 100 (Bonferroni over 100 coefficients), z = 4.89: +- 15.5 % at n = 2,000;
 //  - so is the sum over all coefficients, with 100 n degrees. Bound: z = 4, +- 1.3 %;
 //  - sqrt(n) times the correlation of two coefficients is about N(0, 1). Bound: 1e-4 / 4,950 pairs, z = 5.61;
 //  - n times the sum of the squared correlations is about chi-square with 4,950 degrees. Bound: z = 4;

@@ -19,8 +19,8 @@
 namespace surfsynthtest
 {
 
-/// Writes a model into the folder of the test and returns its path, which is @p name. @p change, where there is one, edits
-/// it first. The shape of its training is a sphere.
+/// Writes a model into the folder of the test and returns its path, which is @p name. @p change, where there is one,
+/// edits it first. The shape of its training is a sphere.
 using ModelChange = std::function<void(surfsynth::FlowMatchingModel& model)>;
 std::string WriteDeformer(const std::string& name, std::uint64_t seed = 1, const ModelChange& change = {});
 std::string WriteSignalModel(

@@ -126,8 +126,8 @@ TEST(FlowMatchingSampler, IntegratorsTakeTheStepsOfTheirDefinitions)
   }
 }
 
-// The error against a fine reference falls as h^order; between 8 and 16 steps rounding is far below it for the first two,
-// and the fourth order reaches rounding at once.
+// The error against a fine reference falls as h^order; between 8 and 16 steps rounding is far below it for the first
+// two, and the fourth order reaches rounding at once.
 TEST(FlowMatchingSampler, IntegratorsConvergeAtTheirOrder)
 {
   const FlowMatchingSampler sampler = SignalSampler(2);

@@ -79,7 +79,7 @@ TriangleMesh Turned(TriangleMesh mesh)
 }
 } // namespace
 
-// ---- VolumeSurface.h -------------------------------------------------------------------------------------------------
+// ---- VolumeSurface.h ------------------------------------------------------------------------------------------------
 
 TEST(SurfaceOfVolume, BallHasItsVolumeAndArea)
 {
@@ -113,7 +113,8 @@ TEST(SurfaceOfVolume, SolidIsCappedHalfASampleBeyondTheLastOnes)
   const auto inside = [](const Eigen::Vector3d&) { return -1.0; };
   const TriangleMesh box = SurfaceOfVolume(SamplesOf({ 10, 12, 14 }, Eigen::Vector3d::Ones(), inside), {}, GoOn);
   EXPECT_EQ(DefectsOf(box), "");
-  // The meshing cuts edges off, by a quarter of a square voxel, and corners by as much as a few of the cells around them.
+  // The meshing cuts edges off, by a quarter of a square voxel, and corners by as much as a few of the cells around
+  // them.
   EXPECT_NEAR(VolumeOf(box), 10.0 * 12.0 * 14.0 - 0.25 * 4.0 * (10.0 + 12.0 + 14.0), 3.0);
   const BoundingBox bounds = ComputeBoundingBox(box);
   EXPECT_NEAR((bounds.Lower - Eigen::Vector3d(-0.5, -0.5, -0.5)).norm(), 0.0, 1e-5);
@@ -226,7 +227,7 @@ TEST(SurfaceOfMesh, StopIsCancelled)
   EXPECT_THROW(SurfaceOfVolume(samples, {}, stop), Cancelled);
 }
 
-// ---- MeshDistances.cxx -----------------------------------------------------------------------------------------------
+// ---- MeshDistances.cxx ----------------------------------------------------------------------------------------------
 
 class MeshDistances : public ::testing::Test
 {

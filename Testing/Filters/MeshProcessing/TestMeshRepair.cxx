@@ -123,7 +123,7 @@ RepairedSurface Repaired(const TriangleMesh& mesh, RepairOptions options = {}, c
 }
 } // namespace
 
-// ---- SoupRepair.h ----------------------------------------------------------------------------------------------------
+// ---- SoupRepair.h ---------------------------------------------------------------------------------------------------
 
 TEST(MergePoints, EqualCoordinatesBecomeTheLowestId)
 {
@@ -234,7 +234,7 @@ TEST(MakeManifold, SheetsOnOneEdgeOrPointComeApart)
   EXPECT_NEAR(VolumeOf(cubes.Mesh), 2.0, 1e-15);
 }
 
-// ---- HoleFilling.h ---------------------------------------------------------------------------------------------------
+// ---- HoleFilling.h --------------------------------------------------------------------------------------------------
 
 TEST(FillHoles, MissingCapOfASphereIsClosedWithItsCurvature)
 {
@@ -254,7 +254,7 @@ TEST(FillHoles, MissingCapOfASphereIsClosedWithItsCurvature)
   const TriangleMesh closed = FromCgalMesh(mesh);
   EXPECT_EQ(DefectsOf(closed), "");
   EXPECT_EQ(EulerCharacteristicOf(closed), 2);
-  // The area and the volume are those of the sphere: a flat lid would lack 6 per cent of the cap's area.
+  // The area and the volume are those of the sphere: with a flat lid the area would lack 1.6 per cent.
   const TriangleMesh sphere = Icosphere(3);
   EXPECT_NEAR(AreaOf(closed), AreaOf(sphere), 0.01 * AreaOf(sphere));
   EXPECT_NEAR(VolumeOf(closed), VolumeOf(sphere), 0.01 * VolumeOf(sphere));
@@ -303,7 +303,7 @@ TEST(RemoveFlatTriangles, LeavesNone)
   EXPECT_EQ(CountFlatTriangles(ToCgalMesh(Icosphere(2))), 0);
 }
 
-// ---- SurfaceRepair.h -------------------------------------------------------------------------------------------------
+// ---- SurfaceRepair.h ------------------------------------------------------------------------------------------------
 
 TEST(RepairSurface, ValidSurfacesStayAsTheyAre)
 {

@@ -78,7 +78,7 @@ TetGenMesh OneTetrahedron(const TriangleMesh& surface)
 }
 } // namespace
 
-// ---- Tetrahedralizer.h -----------------------------------------------------------------------------------------------
+// ---- Tetrahedralizer.h ----------------------------------------------------------------------------------------------
 
 TEST(Tetrahedralizer, CubeHasItsVolumeAndKeepsItsSurface)
 {
@@ -168,7 +168,7 @@ TEST(Tetrahedralizer, ProgressCanCancel)
   EXPECT_THROW(Tetrahedralize(Cube(1.0), {}, {}, [](double) { return false; }), Cancelled);
 }
 
-// ---- TetGenClient.h --------------------------------------------------------------------------------------------------
+// ---- TetGenClient.h -------------------------------------------------------------------------------------------------
 
 TEST(TetGenClient, ProgramOfTheEnvironmentIsTaken)
 {
@@ -234,7 +234,7 @@ TEST(TetGenClient, SeedsNameRegions)
   EXPECT_NEAR(volume, 1.5 * 1.5 * 1.5 - 1.0, 1e-12);
 }
 
-// ---- EnclosedRegions.h -----------------------------------------------------------------------------------------------
+// ---- EnclosedRegions.h ----------------------------------------------------------------------------------------------
 
 TEST(EnclosedRegions, DepthCountsTheSurfacesAround)
 {

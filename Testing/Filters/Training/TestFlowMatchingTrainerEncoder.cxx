@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkFlowMatchingTrainer on many surfaces: the positional encoding that it trains before the model.
-#include "FlowMatchingTrainerTesting.h"
+#include "FlowMatchingTrainings.h"
 
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 #include "Learning/Training/EncodingTrainer.h"

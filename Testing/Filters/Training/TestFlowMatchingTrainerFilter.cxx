@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "FlowMatchingTrainerTesting.h"
+#include "FlowMatchingTrainings.h"
 
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkFlowMatchingTrainer: what it says of mistakes, what it makes of malformed input, its properties.
-#include "FlowMatchingTrainerTesting.h"
+#include "FlowMatchingTrainings.h"
 #include "MalformedCorpus.h"
 
 #include "Learning/Training/EncodingTrainer.h"

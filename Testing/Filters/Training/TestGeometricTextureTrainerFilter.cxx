@@ -283,6 +283,30 @@ TEST(GeometricTextureTrainerFilter, EmptyLevelsAreNoError)
   EXPECT_FALSE(std::filesystem::exists("empty.model"));
 }
 
+TEST(GeometricTextureTrainerFilter, FormerNamesOfChannelsAreThoseOfMinimumAndMaximum)
+{
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  vtkNew<vtkGeometricTextureTrainer> filter;
+  filter->SetLeastChannels(5);
+  filter->SetMostChannels(6);
+  EXPECT_EQ(filter->GetMinimumChannels(), 5);
+  EXPECT_EQ(filter->GetMaximumChannels(), 6);
+  EXPECT_EQ(filter->GetLeastChannels(), 5);
+  EXPECT_EQ(filter->GetMostChannels(), 6);
+#pragma GCC diagnostic pop
+}
+
+TEST(GeometricTextureTrainerFilter, TheDatasetFileIsNeverWrittenOver)
+{
+  WriteMultiscaleDataset("kept.dataset", Dents());
+  const std::string dataset = BytesOf("kept.dataset");
+  const auto filter = TrainerFor("kept.dataset", false);
+  filter->SetDatasetFileName("kept.dataset");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("is one that the training is made from"));
+  EXPECT_EQ(BytesOf("kept.dataset"), dataset);
+}
+
 TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
 {
   vtkNew<vtkGeometricTextureTrainer> filter;

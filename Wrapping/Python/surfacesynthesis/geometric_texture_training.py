@@ -4,15 +4,13 @@
 import collections
 import warnings
 
-import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
+from . import training
 from .arguments import (
     INT_MIN,
     array_name,
     at_least_0,
-    at_most,
     choice,
     flag,
     in_range,
@@ -25,17 +23,14 @@ from .datasets import given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
+from .training import count, factor, shallow_copy
 from .vtkSurfaceSynthesisTraining import vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
 
 #: The mesh that is fitted, by the name that ``template`` takes.
 TEMPLATES = {"icosphere": vtkMultiscaleMeshFitter.ICOSPHERE, "torus": vtkMultiscaleMeshFitter.TORUS}
 
-_DEVICES = {
-    "auto": vtkGeometricTextureTrainer.AUTO,
-    "cpu": vtkGeometricTextureTrainer.CPU,
-    "cuda": vtkGeometricTextureTrainer.CUDA,
-}
-_COLUMNS = (
+#: The columns of the losses.
+COLUMNS = (
     "iteration",
     "level",
     "critic_loss",
@@ -58,8 +53,8 @@ def fit_levels(reference, progress=None, **options):
     Parameters
     ----------
     reference : vtkPolyData or pair (points, triangles)
-        The surface, of finite points and no degenerate triangle. It need not be manifold, closed or of one component, but
-        only what has the topology of the template can be fitted well. It is not modified.
+        The surface, of finite points and no degenerate triangle. It need not be manifold, closed or of one component,
+        but only surfaces with the topology of the template are fitted well. It is not modified.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
     levels : int
@@ -68,7 +63,7 @@ def fit_levels(reference, progress=None, **options):
         The mesh that is fitted, of the topology of the reference and wound as it is: "icosphere", "torus", around the z
         axis, or a mesh. Default "icosphere".
     icosphere_level : int
-        How often the triangles of the icosahedron are cut into four, from 0 to 6. Default 2.
+        Number of times that the triangles of the icosahedron are cut into four, from 0 to 6. Default 2.
     torus_segments : int
         Pairs of triangles around the axis of the torus, from 3 to 1000. Default 24.
     iterations : int
@@ -85,7 +80,7 @@ def fit_levels(reference, progress=None, **options):
         Number of samples on each surface at level 0, from 1 to 1000000; at level l there are l + 1 times as many.
         Default 3000.
     published_normals : bool
-        Whether normals are compared as in the published code, for comparison. Default False.
+        Comparison of normals as in the published code. Default False.
     seed : int
         Any integer of 32 bits with sign. Default 0.
     dataset : path, optional
@@ -130,21 +125,21 @@ def configured_fitter(
 ):
     """A vtkMultiscaleMeshFitter with the parameters of fit_levels(), which raises TypeError and ValueError."""
     algorithm = vtkMultiscaleMeshFitter()
-    algorithm.SetNumberOfLevels(at_most("levels", integer("levels", levels, 1), 10))
+    algorithm.SetNumberOfLevels(count("levels", levels, 1, 10))
     if isinstance(template, str):
         algorithm.SetTemplate(choice("template", template, TEMPLATES))
     else:
         algorithm.SetTemplateToGiven()
         algorithm.SetInputDataObject(1, _surface("template", template))
-    algorithm.SetIcosphereLevel(at_most("icosphere_level", integer("icosphere_level", icosphere_level, 0), 6))
-    algorithm.SetTorusSegments(at_most("torus_segments", integer("torus_segments", torus_segments, 3), 1000))
-    algorithm.SetIterations(at_most("iterations", integer("iterations", iterations, 0), 1000000))
-    steps = at_most("triangulation_steps", integer("triangulation_steps", triangulation_steps, 0), 1000)
+    algorithm.SetIcosphereLevel(count("icosphere_level", icosphere_level, 0, 6))
+    algorithm.SetTorusSegments(count("torus_segments", torus_segments, 3, 1000))
+    algorithm.SetIterations(count("iterations", iterations, 0, 1000000))
+    steps = count("triangulation_steps", triangulation_steps, 0, 1000)
     algorithm.SetTriangulationSteps(steps)
-    algorithm.SetChamferSteps(at_most("chamfer_steps", integer("chamfer_steps", chamfer_steps, 0), 1000))
+    algorithm.SetChamferSteps(count("chamfer_steps", chamfer_steps, 0, 1000))
     algorithm.SetLearningRate(positive("learning_rate", learning_rate))
     algorithm.SetLearningRateDecay(in_range("learning_rate_decay", learning_rate_decay, 1e-6, 1.0))
-    algorithm.SetSamples(at_most("surface_samples", integer("surface_samples", surface_samples, 1), 1000000))
+    algorithm.SetSamples(count("surface_samples", surface_samples, 1, 1000000))
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
@@ -152,17 +147,18 @@ def configured_fitter(
 
 
 def fitted_levels(algorithm):
-    """What fit_levels() returns, from a filter that has run."""
+    """The result of fit_levels(), from a filter that has run."""
     blocks = algorithm.GetOutputDataObject(0)
-    levels = [_copy(blocks.GetBlock(k)) for k in range(blocks.GetNumberOfBlocks())]
+    levels = [shallow_copy(blocks.GetBlock(k)) for k in range(blocks.GetNumberOfBlocks())]
     distances = [
         [level.GetFieldData().GetArray(name).GetTuple1(0) for level in levels]
         for name in ("MeanDistance", "LargestDistance")
     ]
-    return FittedLevels(levels, _copy(algorithm.GetOutputDataObject(1)), *distances)
+    return FittedLevels(levels, shallow_copy(algorithm.GetOutputDataObject(1)), *distances)
 
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
+@training.documented
 def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
     """Learns a geometric texture from one surface at several scales.
 
@@ -177,26 +173,15 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
         The model file that is written, safetensors.
     dataset : path, optional
         A dataset file that is trained on in place of ``levels`` and ``template``.
-    progress : callable, optional
-        Called with a fraction in [0, 1] that never decreases; when it returns False, the training stops, and a
-        checkpoint is written first.
     texture_name : str
         Name of the texture, for people. Default "texture".
-    checkpoint : path, optional
-        The checkpoint. Default: ``model`` with .checkpoint after it.
-    losses : path, optional
-        A table of the losses in comma-separated values, written with each checkpoint. Default: none.
-    checkpoint_interval : int
-        Number of iterations from one checkpoint to the next. Default 500.
-    resume : bool
-        Whether the training goes on from the checkpoint where there is one. Default True.
     iterations : int
         Number of iterations of each level. Default 2000.
     discriminator_steps, generator_steps : int
         Steps of each network in an iteration, from 1 to 1000. Default 2 and 3.
-    learning_rate, learning_rate_interval, learning_rate_factor : float, int, float
-        The learning rate of Adam, and after how many iterations of a level it is multiplied by what, each time. Default
-        5e-4, 500 and 0.5.
+    learning_rate_interval, learning_rate_factor : int, float
+        Number of iterations of a level after which the learning rate is multiplied by the factor, each time. Default
+        500 and 0.5.
     penalty_weight, reconstruction_weight : float
         Weights of the gradient penalty and of the squared distance from the reference. Default 0.1 and 5.
     layers, start_channels, minimum_channels, maximum_channels : int
@@ -204,46 +189,28 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
         layer at least and at most. Default 7, 32, 32 and 128.
     noise_amplitude : float
         Standard deviation of the noise on each coordinate, in mean edge lengths of a level. Default 0.1.
-    seed : int
-        Any integer of 32 bits. Default 0.
-    device : str
-        "auto", "cpu" or "cuda". Default "auto".
+    (shared parameters)
 
     Returns
     -------
     dict of arrays
         "iteration", "level", "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss" and
         "learning_rate", with a number for each iteration of all levels.
-
-    Raises
-    ------
-    SurfaceSynthesisError
-        The text says what is wrong with the surfaces, the options together, or a file.
-    Cancelled
-        ``progress`` returned False.
-    ValueError, TypeError
-        An argument has a value out of its range or is of a wrong type.
     """
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)
     _connect(algorithm, levels, template)
-    for text in run_algorithm(algorithm, progress):
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
-    return texture_losses(algorithm)
+    return training.run(algorithm, COLUMNS, progress)
 
 
+@training.with_shared_parameters
 def configured_trainer(
     model,
     dataset=None,
     texture_name="texture",
-    checkpoint=None,
-    losses=None,
-    checkpoint_interval=500,
-    resume=True,
     iterations=2000,
     discriminator_steps=2,
     generator_steps=3,
-    learning_rate=5e-4,
     learning_rate_interval=500,
     learning_rate_factor=0.5,
     penalty_weight=0.1,
@@ -253,49 +220,33 @@ def configured_trainer(
     minimum_channels=32,
     maximum_channels=128,
     noise_amplitude=0.1,
-    seed=0,
-    device="auto",
+    **shared,
 ):
-    """A vtkGeometricTextureTrainer with the parameters of train_geometric_texture(); raises TypeError and ValueError."""
-    algorithm = vtkGeometricTextureTrainer()
-    algorithm.SetModelFileName(optional_path("model", model))
-    algorithm.SetDatasetFileName(optional_path("dataset", dataset))
-    algorithm.SetCheckpointFileName(optional_path("checkpoint", checkpoint))
-    algorithm.SetLossTableFileName(optional_path("losses", losses))
+    """A vtkGeometricTextureTrainer with the parameters of train_geometric_texture(); ``shared`` are those of
+    training.configure().
+
+    Raises TypeError and ValueError.
+    """
+    algorithm = training.configure(vtkGeometricTextureTrainer(), model, dataset, **shared)
     algorithm.SetTextureName(array_name("texture_name", texture_name))
-    algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
-    algorithm.SetResume(flag("resume", resume))
-    algorithm.SetIterationsPerLevel(_count("iterations", iterations, 1, 100000000))
-    algorithm.SetDiscriminatorSteps(_count("discriminator_steps", discriminator_steps, 1, 1000))
-    algorithm.SetGeneratorSteps(_count("generator_steps", generator_steps, 1, 1000))
-    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
-    algorithm.SetLearningRateInterval(_count("learning_rate_interval", learning_rate_interval, 1, 100000000))
-    factor = positive("learning_rate_factor", learning_rate_factor)
-    algorithm.SetLearningRateFactor(at_most("learning_rate_factor", factor, 1))
+    algorithm.SetIterationsPerLevel(count("iterations", iterations, 1, 100000000))
+    algorithm.SetDiscriminatorSteps(count("discriminator_steps", discriminator_steps, 1, 1000))
+    algorithm.SetGeneratorSteps(count("generator_steps", generator_steps, 1, 1000))
+    algorithm.SetLearningRateInterval(count("learning_rate_interval", learning_rate_interval, 1, 100000000))
+    algorithm.SetLearningRateFactor(factor("learning_rate_factor", learning_rate_factor))
     algorithm.SetPenaltyWeight(at_least_0("penalty_weight", penalty_weight))
     algorithm.SetReconstructionWeight(at_least_0("reconstruction_weight", reconstruction_weight))
-    algorithm.SetLayers(_count("layers", layers, 3, 32))
-    algorithm.SetStartChannels(_count("start_channels", start_channels, 1, 4096))
-    algorithm.SetMinimumChannels(_count("minimum_channels", minimum_channels, 1, 4096))
-    algorithm.SetMaximumChannels(_count("maximum_channels", maximum_channels, 1, 4096))
+    algorithm.SetLayers(count("layers", layers, 3, 32))
+    algorithm.SetStartChannels(count("start_channels", start_channels, 1, 4096))
+    algorithm.SetMinimumChannels(count("minimum_channels", minimum_channels, 1, 4096))
+    algorithm.SetMaximumChannels(count("maximum_channels", maximum_channels, 1, 4096))
     algorithm.SetNoiseAmplitude(in_range("noise_amplitude", noise_amplitude, 0.0, 1e6))
-    algorithm.SetSeed(integer("seed", seed, INT_MIN))
-    algorithm.SetDevice(choice("device", device, _DEVICES))
     return algorithm
-
-
-def texture_losses(algorithm):
-    """What train_geometric_texture() returns, from a filter that has run."""
-    table = algorithm.GetOutputDataObject(0)
-    columns = {name: table.GetColumnByName(name) for name in _COLUMNS}
-    return {name: np.zeros(0) if column is None else vtk_to_numpy(column).copy() for name, column in columns.items()}
 
 
 def _connect(algorithm, levels, template):
     """Gives a vtkGeometricTextureTrainer its inputs, which are not modified."""
-    if algorithm.GetDatasetFileName():
-        if levels is not None or template is not None:
-            raise TypeError("a dataset is trained on in place of levels and template, which must not be given with it")
+    if training.uses_dataset_file(algorithm, levels=levels, template=template):
         return
     if levels is None:
         raise TypeError("levels are needed, or a dataset")
@@ -304,23 +255,15 @@ def _connect(algorithm, levels, template):
         for number, level in enumerate(levels):
             blocks.SetBlock(number, _surface("each level", level))
         levels = blocks
-    algorithm.SetInputDataObject(0, _copy(given_dataset(levels, text="a sequence of surfaces or a composite dataset")))
+    levels = given_dataset(levels, text="a sequence of surfaces or a composite dataset")
+    algorithm.SetInputDataObject(0, shallow_copy(levels))
     if template is not None:
         algorithm.SetInputDataObject(1, _surface("template", template))
-
-
-def _count(name, value, smallest, largest):
-    return at_most(name, integer(name, value, smallest), largest)
 
 
 def _surface(name, mesh):
     """A shallow copy of a vtkPolyData, which takes what pipelines leave on their inputs, or a pair as one."""
     if not isinstance(mesh, (vtkPolyData, tuple, list)):
         raise TypeError(f"{name} must be {_SURFACE}, not {type(mesh).__name__}")
-    return _copy(given_dataset(mesh))
+    return shallow_copy(given_dataset(mesh))
 
-
-def _copy(dataset):
-    copy = dataset.NewInstance()
-    copy.ShallowCopy(dataset)
-    return copy

@@ -129,7 +129,7 @@ def ensemble_of(name, samples, source=None):
 
 
 def _shallow_copy(dataset):
-    """What pipelines leave on their inputs goes to this copy."""
+    """Copy to which pipelines may attach what they leave on their inputs."""
     copy = dataset.NewInstance()
     copy.ShallowCopy(dataset)
     return copy

@@ -3,7 +3,6 @@
 
 import argparse
 import collections
-import os
 import sys
 import time
 import warnings
@@ -93,16 +92,6 @@ def add_running_options(group):
     group.add_argument("--quiet", action="store_true", help="print errors only")
 
 
-def add_training_files(training):
-    """Adds the options about the files of a training but for its model."""
-    files = training.add_argument_group("files")
-    files.add_argument(
-        "--checkpoint", metavar="FILE", help="file to go on from, and to write (default: MODEL.checkpoint)"
-    )
-    files.add_argument("--losses", metavar="FILE", help="table of the losses, CSV (default: MODEL.csv)")
-    files.add_argument("--no-resume", action="store_true", help="begin anew, and replace the checkpoint")
-
-
 def as_usage(function, *arguments, **parameters):
     """Calls a function whose TypeError and ValueError are about the user's options."""
     try:
@@ -139,26 +128,6 @@ def run_filter(algorithm, dataset, arguments, times=None):
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
     return output
-
-
-def train_filter(algorithm, arguments, checkpoints=()):
-    """Runs a training filter with a bar; its warnings are issued. Ctrl-C says what is kept: the first of ``checkpoints``,
-    by default that of the model, that is there."""
-    from ..errors import SurfaceSynthesisWarning
-    from ..pipeline import run_algorithm
-
-    set_threads(arguments.threads)
-    bar = TrainingBar(sys.stderr, not (arguments.no_progress or arguments.quiet), algorithm)
-    try:
-        remarks = run_algorithm(algorithm, bar)
-    except KeyboardInterrupt:
-        places = checkpoints or [algorithm.GetCheckpointFileName() or algorithm.GetModelFileName() + ".checkpoint"]
-        kept = [f"; the same command goes on from {path}" for path in places if os.path.exists(path)]
-        raise KeyboardInterrupt("".join(["interrupted", *kept[:1]])) from None
-    finally:
-        bar.clear()
-    for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
 
 
 def set_threads(threads):

@@ -123,7 +123,7 @@ def _filter_of(arguments):
 
 
 def _check_output(arguments, files):
-    """What can be said about the output before anything is read."""
+    """Refuses an output that cannot hold the noise, before anything is read."""
     as_usage(files.extension, arguments.input)
     kind = as_usage(files.extension, arguments.output)
     if arguments.warp is None and kind in files.GEOMETRY_ONLY:
@@ -137,7 +137,7 @@ def _check_output(arguments, files):
 
 
 def _outputs(output, arguments, names):
-    """What to write where: one file or, for several samples of a displacement, one for each."""
+    """Pairs of data and file to write: one or, for several samples of a displacement, one for each."""
     from ..warp import warped
 
     if arguments.warp is None:

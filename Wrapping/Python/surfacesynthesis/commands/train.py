@@ -6,15 +6,8 @@ import time
 
 from ..deprecation import add_former_option
 from . import train_geometric_texture
-from .common import (
-    PROGRAM,
-    UsageError,
-    add_running_options,
-    add_training_files,
-    as_usage,
-    read_surface,
-    train_filter,
-)
+from .common import PROGRAM, UsageError, as_usage, read_surface
+from .training import add_training_options, checkpoint_of, summary, train_filter, training_parameters
 
 _DESCRIPTION = """\
 Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from
@@ -40,14 +33,11 @@ _NUMBERS = {
         ("iterations", int, 20000, "N", "iterations in all, those of a checkpoint included"),
         ("batch", int, 8, "N", "samples in an iteration"),
         ("sources-per-batch", int, 1, "N", "surfaces that they come from"),
-        ("learning-rate", float, 5e-4, "R", "of Adam"),
-        ("learning-rate-factor", float, 0.2, "F", "what it is multiplied by at each milestone"),
+        ("learning-rate-factor", float, 0.2, "F", "factor of the learning rate at each milestone"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
         ("vertex-weight", float, 1.0, "W", "of the loss in velocities"),
         ("jacobian-weight", float, 1.0, "W", "of the loss in their gradients"),
         ("averaging", float, 0.0, "A", "of the weights, below 1; 0: none"),
-        ("seed", int, 0, "N", "any integer of 32 bits"),
-        ("checkpoint-interval", int, 500, "N", "iterations from one checkpoint to the next"),
     ),
     "network": (
         ("width", int, 64, "N", "hidden channels"),
@@ -87,15 +77,8 @@ def add(commands):
     training.set_defaults(run=run)
     training.add_argument("files", metavar="FILE", nargs="+", help="what is trained on, and the model that is written")
     training.add_argument("--signal", metavar="NAME", help="point array that is learnt (default: the positions)")
-    groups = {title: training.add_argument_group(title) for title in _NUMBERS}
-    for title, options in _NUMBERS.items():
-        for name, kind, default, metavar, text in options:
-            groups[title].add_argument(
-                f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
-            )
+    groups, _ = add_training_options(training, _NUMBERS)
     add_former_option(training, "--noise", _add_choices(groups))
-    add_training_files(training)
-    add_running_options(training.add_argument_group("running"))
     train_geometric_texture.add(kinds)
 
 
@@ -109,13 +92,6 @@ def _add_choices(groups):
         metavar="N",
         dest="milestones",
         help="iteration after which the learning rate falls; may be given several times (default: a quarter of all)",
-    )
-    groups["training"].add_argument(
-        "--device",
-        default="auto",
-        choices=["auto", "cpu", "cuda"],
-        metavar="DEVICE",
-        help="auto (default: cuda where LibTorch finds a device), cpu, cuda",
     )
     groups["network"].add_argument(
         "--inner-products", action="store_true", help="features of inner products of gradients as well"
@@ -138,21 +114,17 @@ def _add_choices(groups):
 
 def run(arguments):
     """The command ``train flow-matching``; returns the line to print."""
-    from ..flow_matching_training import losses_of
+    from ..flow_matching_training import COLUMNS
+    from ..training import losses_of
 
     started = time.monotonic()
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments, _checkpoints(algorithm))
-    losses = losses_of(algorithm)["loss"]
+    losses = losses_of(algorithm, COLUMNS)["loss"]
     if len(losses) == 0:
         return "nothing to train on"
-    last = losses[-max(1, len(losses) // 20):].mean()
-    seconds = time.monotonic() - started
     encoder = f"encoder loss {algorithm.GetEncoderLoss():.4g}, " if algorithm.GetEncoderIterations() > 0 else ""
-    return (
-        f"{len(losses):,} iterations, {encoder}loss {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
-        f" -> {algorithm.GetModelFileName()}"
-    )
+    return summary(algorithm, losses, "loss", time.monotonic() - started, encoder)
 
 
 def _filter_of(arguments):
@@ -163,21 +135,16 @@ def _filter_of(arguments):
     from_dataset = len(given) == 1 and given[0].endswith(".safetensors")
     if not from_dataset and len(given) < 2:
         raise UsageError("train flow-matching needs DATASET.safetensors MODEL, or SOURCE SAMPLES... MODEL")
-    numbers = {name.replace("-", "_") for options in _NUMBERS.values() for name, *_ in options}
     algorithm = as_usage(
         configured_filter,
         model,
         dataset=given[0] if from_dataset else None,
         signal=arguments.signal,
-        checkpoint=arguments.checkpoint,
-        losses=arguments.losses or f"{model}.csv",
-        resume=not arguments.no_resume,
         encoder=arguments.encoder,
         inner_products=arguments.inner_products,
         noise_model=arguments.noise_model,
         milestones=arguments.milestones,
-        device=arguments.device,
-        **{name: getattr(arguments, name) for name in numbers},
+        **training_parameters(arguments, _NUMBERS, model),
     )
     if not from_dataset:
         source, *samples = [read_surface(path) for path in given]
@@ -186,9 +153,9 @@ def _filter_of(arguments):
 
 
 def _checkpoints(algorithm):
-    """That of the model, then that of the encoder which is trained before it."""
-    model = algorithm.GetModelFileName()
-    checkpoints = [algorithm.GetCheckpointFileName() or model + ".checkpoint"]
+    """The paths of two checkpoints: of the model, and of an encoder that is trained before it."""
+    checkpoints = [checkpoint_of(algorithm)]
     if algorithm.GetEncoderIterations() > 0:
-        checkpoints.append((algorithm.GetEncoderFileName() or model + ".encoder") + ".checkpoint")
+        encoder = algorithm.GetEncoderFileName() or algorithm.GetModelFileName() + ".encoder"
+        checkpoints.append(encoder + ".checkpoint")
     return checkpoints

@@ -5,7 +5,8 @@ import argparse
 import time
 
 from ..deprecation import add_former_option
-from .common import PROGRAM, add_running_options, add_training_files, as_usage, train_filter
+from .common import PROGRAM, as_usage
+from .training import add_training_options, summary, train_filter, training_parameters
 
 _DESCRIPTION = """\
 Learns a geometric texture from one surface at several scales. Everything random follows from the seed. A training that
@@ -25,13 +26,10 @@ _NUMBERS = {
         ("iterations", int, 2000, "N", "iterations of each level"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
-        ("learning-rate", float, 5e-4, "R", "of Adam"),
-        ("learning-rate-interval", int, 500, "N", "iterations of a level after which it is multiplied, each time"),
-        ("learning-rate-factor", float, 0.5, "F", "by this"),
+        ("learning-rate-interval", int, 500, "N", "iterations of a level from one fall of the learning rate to the next"),
+        ("learning-rate-factor", float, 0.5, "F", "factor of the learning rate"),
         ("penalty-weight", float, 0.1, "W", "of the gradient penalty"),
         ("reconstruction-weight", float, 5.0, "W", "of the squared distance from the reference"),
-        ("seed", int, 0, "N", "any integer of 32 bits"),
-        ("checkpoint-interval", int, 500, "N", "iterations from one checkpoint to the next"),
     ),
     "network": (
         ("layers", int, 7, "N", "layers, input and output included"),
@@ -61,44 +59,25 @@ def add(kinds):
     texture_name = parser.add_argument(
         "--texture-name", default="texture", metavar="NAME", help="name of the texture (default: texture)"
     )
-    for title, options in _NUMBERS.items():
-        group = parser.add_argument_group(title)
-        for name, kind, default, metavar, text in options:
-            option = group.add_argument(
-                f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
-            )
-            if name in _FORMER:
-                add_former_option(parser, _FORMER[name], option)
-    parser.add_argument(
-        "--device", default="auto", choices=["auto", "cpu", "cuda"], metavar="DEVICE", help="auto (default), cpu, cuda"
-    )
-    add_training_files(parser)
+    _, options = add_training_options(parser, _NUMBERS)
+    for name, former in _FORMER.items():
+        add_former_option(parser, former, options[name])
     add_former_option(parser, "--name", texture_name)
-    add_running_options(parser.add_argument_group("running"))
 
 
 def run(arguments):
     """The command ``train geometric-texture``; returns the line to print."""
-    from ..geometric_texture_training import configured_trainer, texture_losses
+    from ..geometric_texture_training import COLUMNS, configured_trainer
+    from ..training import losses_of
 
     started = time.monotonic()
-    numbers = {name.replace("-", "_") for options in _NUMBERS.values() for name, *_ in options}
     algorithm = as_usage(
         configured_trainer,
         arguments.model,
         dataset=arguments.dataset,
         texture_name=arguments.texture_name,
-        checkpoint=arguments.checkpoint,
-        losses=arguments.losses or f"{arguments.model}.csv",
-        resume=not arguments.no_resume,
-        device=arguments.device,
-        **{name: getattr(arguments, name) for name in numbers},
+        **training_parameters(arguments, _NUMBERS, arguments.model),
     )
     train_filter(algorithm, arguments)
-    losses = texture_losses(algorithm)["reconstruction_loss"]
-    last = losses[-max(1, len(losses) // 20):].mean()
-    seconds = time.monotonic() - started
-    return (
-        f"{len(losses):,} iterations, reconstruction loss {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
-        f" -> {algorithm.GetModelFileName()}"
-    )
+    losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
+    return summary(algorithm, losses, "reconstruction loss", time.monotonic() - started)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "BridgeTesting.h"
+#include "FunctionFilter.h"
 
 #include <vtkInformation.h>
 

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Filter whose requests are functions, and texts of exceptions, for the tests of the bridge.
+/// Filter whose requests are functions.
 #pragma once
 
 #include <vtkDataObjectAlgorithm.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
 
-#include <gtest/gtest.h>
-
 #include <functional>
-#include <string>
 
 namespace surfsynthtest
 {
@@ -33,21 +30,5 @@ protected:
   int RequestDataObject(vtkInformation*, vtkInformationVector** input, vtkInformationVector* output) override;
   int RequestData(vtkInformation*, vtkInformationVector** input, vtkInformationVector* output) override;
 };
-
-/// The text of the exception of type Thrown that @p call throws; fails the test when there is none.
-template <typename Thrown, typename Call>
-std::string TextOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const Thrown& error)
-  {
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {};
-}
 
 } // namespace surfsynthtest
