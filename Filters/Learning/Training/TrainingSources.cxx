@@ -98,7 +98,7 @@ void NormaliseSignal(TrainingSources& prepared)
   }
 }
 
-/// What the samples on @p source vary about: their mean; the surface itself or 0 when there is one sample only.
+/// Centre of the samples on @p source: their mean; for a single sample, the surface itself or 0.
 Eigen::MatrixXd CentreOf(TrainingSource& source, std::int64_t components, bool positions)
 {
   const Eigen::Index count = source.Samples.rows();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all trainings share: losses, checks of options, and the training from the first iteration to the files.
+// Common parts of all trainings: losses, checks of options, and the training from the first iteration to the files.
 #include "TrainingData.h"
 
 #include "Core/Common/Errors.h"
