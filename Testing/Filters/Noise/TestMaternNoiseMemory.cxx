@@ -190,7 +190,7 @@ TEST(MaternNoiseMemory, AHundredRunsDoNotGrow)
     filter->SetCorrelationRange(1.5); // a second factor
     ASSERT_TRUE(Update(filter));
   };
-  for (int k = 0; k < 40; ++k)
+  for (int k = 0; k < 100; ++k) // fills the arenas of malloc, of which each thread has its own
   {
     run(k);
   }
