@@ -91,7 +91,7 @@ SURFSYNTH_INLINE float Softplus(float x)
 SURFSYNTH_INLINE float Tanh(float x) { return 1.0F - 2.0F / (Exp(2.0F * x) + 1.0F); }
 
 /// sin and cos of |x| < 1e5: minus the nearest multiple of pi / 2, in four parts so that products are exact, then
-/// Taylor series to below 1e-8.
+/// Taylor series to below 1e-8. Numbers without meaning for larger x; NaN for NaN.
 SURFSYNTH_INLINE void SinCos(float x, float& sine, float& cosine)
 {
   const float n = Nearest(x * 0.636619772F);
@@ -110,7 +110,7 @@ SURFSYNTH_INLINE void SinCos(float x, float& sine, float& cosine)
   c = c * z + 1.0F / 24.0F;
   c = c * z - 0.5F;
   c = c * z + 1.0F;
-  const std::int32_t quarter = static_cast<std::int32_t>(n);
+  const std::int32_t quarter = static_cast<std::int32_t>(Larger(Smaller(n, 1e9F), -1e9F));
   const float first = (quarter & 1) != 0 ? c : s;
   const float second = (quarter & 1) != 0 ? s : c;
   sine = (quarter & 2) != 0 ? -first : first;
