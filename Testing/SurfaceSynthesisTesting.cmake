@@ -40,22 +40,26 @@ function (surfsynth_precompile_test_headers target)
   target_precompile_headers(${target} PRIVATE ${ARGN})
 endfunction ()
 
-# What is tested is in libraries: optimising the tests themselves would take half of the time of a build.
+if (CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+  set(surfsynth_sanitized ON)
+  # Options and suppressions of the sanitizers, which each program has.
+  add_library(surfsynthSanitizerDefaults OBJECT "${surfsynth_testing_folder}/SanitizerDefaults.cxx")
+else ()
+  set(surfsynth_sanitized OFF)
+endif ()
+
+# What is tested is in libraries: optimising the tests themselves would take half of the time of a build. Inline functions
+# are hidden, so that the libraries keep to their own, optimised ones.
 function (surfsynth_set_test_options target)
   target_compile_options(${target}
     PRIVATE
-      -O1
+      $<IF:$<BOOL:${surfsynth_sanitized}>,-O0,-O1>
+      -fvisibility=hidden
       # ccache keeps what is compiled with precompiled headers only with these.
       $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>
       $<$<CXX_COMPILER_ID:Clang>:SHELL:-Xclang -fno-pch-timestamp>)
   target_link_libraries(${target} PRIVATE GTest::gmock GTest::gtest GTest::gtest_main)
 endfunction ()
-if (CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
-  set(surfsynth_sanitized ON)
-else ()
-  set(surfsynth_sanitized OFF)
-endif ()
-
 function (surfsynth_add_gtest target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   if (arg_UNPARSED_ARGUMENTS)
@@ -85,7 +89,7 @@ function (surfsynth_add_gtest target)
     target_precompile_headers(${target} REUSE_FROM surfsynthTestHeaders)
   endif ()
   if (surfsynth_sanitized)
-    target_sources(${target} PRIVATE "${surfsynth_testing_folder}/SanitizerDefaults.cxx")
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:surfsynthSanitizerDefaults>)
   endif ()
 
   if (arg_AS_ONE)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The graphical interface, played by ParaView's own test machinery: menu, panel, Apply, trace, messages.
 
-Run by Python, it starts paraview, in which PanelSetup.py makes the surface and records what happens, and which then
+    python3 TestPanel.py <name of one of TESTS>
+
+It starts paraview, in which PanelSetup.py makes the surface and records what happens, and which then
 plays the events below. A widget that is missing, hidden or holds another value ends the play with an error.
 """
 
@@ -12,7 +14,6 @@ import sys
 from xml.sax.saxutils import quoteattr
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-WITH_NETWORKS = os.environ["SURFACE_SYNTHESIS_LEARNING"] == "1"
 PANEL = "pqClientMainWindow/propertiesDock/propertiesPanel"
 PROPERTIES = PANEL + "/scrollArea/qt_scrollarea_viewport/scrollAreaWidgetContents/PropertiesFrame/ProxyPanel/"
 EVERY_ROW = {"NoiseModel", "ScaleMode", "CorrelationRange", "StandardDeviation", "Screening", "NormalizedScreening",
@@ -241,17 +242,14 @@ def textures_are_fitted_learnt_and_grown_from_the_panel():
     assert f"{name}(" in recorded["trace"] and "TextureScale = 0.5" in recorded["trace"], recorded["trace"]
 
 
+TESTS = {
+    "Rows": panel_shows_what_the_mode_uses,
+    "Trace": panel_applies_and_trace_replays,
+    "Errors": error_reaches_the_message_window,
+    "Ensembles": ensembles_are_made_from_the_panel,
+    "Models": a_model_is_chosen_in_the_panel,
+    "Textures": textures_are_fitted_learnt_and_grown_from_the_panel,
+}
+
 if __name__ == "__main__":
-    tests = [panel_shows_what_the_mode_uses, panel_applies_and_trace_replays, error_reaches_the_message_window,
-             ensembles_are_made_from_the_panel]
-    if WITH_NETWORKS:
-        tests += [a_model_is_chosen_in_the_panel, textures_are_fitted_learnt_and_grown_from_the_panel]
-    failed = 0
-    for test in tests:
-        try:
-            test()
-            print(f"passed: {test.__name__}", flush=True)
-        except (AssertionError, OSError, subprocess.TimeoutExpired) as error:
-            print(f"FAILED: {test.__name__}\n{error}", flush=True)
-            failed += 1
-    sys.exit(1 if failed else 0)
+    TESTS[sys.argv[1]]()

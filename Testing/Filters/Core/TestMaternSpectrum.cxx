@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 using namespace surfsynth;
 
@@ -36,10 +37,21 @@ MaternFieldOptions Options(NoiseModel model, double tau = Tau)
   return options;
 }
 
+/// A triangulation with its eigenpairs, which are computed once.
+const test::SpectralSurface& SurfaceOf(int triangulation)
+{
+  static std::map<int, test::SpectralSurface> surfaces;
+  const auto found = surfaces.find(triangulation);
+  return found != surfaces.end()
+    ? found->second
+    : surfaces.emplace(triangulation, test::WithEigenpairs("", test::Triangulation(triangulation), Coefficients))
+        .first->second;
+}
+
 class SpectrumOf : public testing::TestWithParam<int>
 {
 protected:
-  const test::SpectralSurface Surface = test::WithEigenpairs("", test::Triangulation(GetParam()), Coefficients);
+  const test::SpectralSurface& Surface = SurfaceOf(GetParam());
 
   Eigen::MatrixXd Draw(const MaternFieldOptions& options) const
   {
@@ -143,8 +155,8 @@ TEST(MaternSpectrum, AgreesBetweenTriangulationsWhereIidNoiseDoesNot)
 {
   // Expected standard deviations, free of sampling error: 1 / (lambda + tau) differs by the discretisation of the
   // surface only, sqrt(phi^T M^2 phi) by the square root of the ratio of the numbers of vertices.
-  const test::SpectralSurface coarse = test::WithEigenpairs("", test::Triangulation(0), Coefficients);
-  const test::SpectralSurface fine = test::WithEigenpairs("", test::Triangulation(2), Coefficients);
+  const test::SpectralSurface& coarse = SurfaceOf(0);
+  const test::SpectralSurface& fine = SurfaceOf(2);
   const double refinement = std::sqrt(
     static_cast<double>(fine.Mesh.NumberOfPoints()) / static_cast<double>(coarse.Mesh.NumberOfPoints()));
   ASSERT_GT(refinement, 3.0);
