@@ -57,6 +57,7 @@ private:
     options.EdgeLength = self->TargetEdgeLength > 0.0 ? self->TargetEdgeLength
                                                       : surfsynth::MeanEdgeLength(surface.Mesh);
     options.NumberOfPoints = self->TargetNumberOfPoints;
+    options.MaximumNumberOfPoints = self->MaximumNumberOfPoints;
     options.PointEdgeLengths = this->PointEdgeLengths(input);
     options.FeatureAngle = self->KeepFeatureEdges ? self->FeatureAngle : 180.0;
     options.KeepBoundaryPoints = self->KeepBoundaryPoints;
@@ -147,5 +148,6 @@ void vtkIsotropicRemeshFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "KeepBoundaryPoints: " << this->KeepBoundaryPoints << "\n";
   os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
   os << indent << "NumberOfRelaxationSteps: " << this->NumberOfRelaxationSteps << "\n";
+  os << indent << "MaximumNumberOfPoints: " << this->MaximumNumberOfPoints << "\n";
   os << indent << "MeanEdgeLength: " << this->MeanEdgeLength << "\n";
 }

@@ -51,7 +51,7 @@ public:
   /**
    * Target edge length, in world units; at least 0. Most edges of the output are between 4/5 and 4/3 of it, on average
    * 0.92 of it unless the edges of the input already were within these bounds. 0 (the default) stands for the mean edge
-   * length of the input. Ignored when TargetNumberOfPoints or SizingArrayName is set.
+   * length of the input. A length above the diagonal of the surface is an error. Ignored when TargetNumberOfPoints or SizingArrayName is set.
    */
   vtkSetClampMacro(TargetEdgeLength, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(TargetEdgeLength, double);
@@ -119,6 +119,16 @@ public:
   vtkGetMacro(NumberOfRelaxationSteps, int);
   ///@}
 
+  ///@{
+  /**
+   * Limit of the points of the output, or of each block, at least 4. An edge length, a sizing array or a number of points
+   * that needs more is an error before the work begins; the message names a length that fits. Default 10,000,000, which
+   * take about 5 GB.
+   */
+  vtkSetClampMacro(MaximumNumberOfPoints, int, 4, VTK_INT_MAX);
+  vtkGetMacro(MaximumNumberOfPoints, int);
+  ///@}
+
   /**
    * Mean edge length of the output of the last update, world units, for the last block of a composite input.
    */
@@ -148,6 +158,7 @@ private:
   bool KeepBoundaryPoints = false;
   int NumberOfIterations = 3;
   int NumberOfRelaxationSteps = 1;
+  int MaximumNumberOfPoints = 10000000;
   double MeanEdgeLength = 0.0;
 };
 

@@ -2,19 +2,13 @@
 #include "IO/Weights/SafetensorsWriter.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/OutputFile.h"
 #include "IO/Weights/SafetensorsHeader.h"
 
 #include <nlohmann/json.hpp>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 namespace surfsynth
@@ -93,85 +87,6 @@ TensorData FromNumbers(TensorType type, std::vector<std::int64_t> shape, const s
   }
   return tensor;
 }
-
-[[noreturn]] void ThrowCannotWrite(const std::string& path)
-{
-  throw InvalidInput("WriteSafetensors: cannot write " + path + ": " + std::strerror(errno) +
-    "; expected a folder that can be written to and space in it.");
-}
-
-/// A temporary file beside the wanted one; removed unless it is committed.
-class TemporaryFile
-{
-public:
-  explicit TemporaryFile(const std::string& path)
-    : Target(path)
-  {
-    for (int attempt = 0; this->Descriptor < 0; ++attempt)
-    {
-      this->Path = path + "." + std::to_string(getpid()) + "-" + std::to_string(attempt) + ".tmp";
-      this->Descriptor = open(this->Path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (this->Descriptor < 0 && errno != EEXIST)
-      {
-        ThrowCannotWrite(path);
-      }
-    }
-  }
-  ~TemporaryFile()
-  {
-    if (this->Descriptor >= 0)
-    {
-      close(this->Descriptor);
-    }
-    if (!this->Committed)
-    {
-      std::remove(this->Path.c_str());
-    }
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  void Write(const std::vector<unsigned char>& bytes)
-  {
-    for (std::size_t done = 0; done < bytes.size();)
-    {
-      const ssize_t count = write(this->Descriptor, bytes.data() + done, bytes.size() - done);
-      if (count < 0 && errno != EINTR)
-      {
-        ThrowCannotWrite(this->Target);
-      }
-      done += count > 0 ? static_cast<std::size_t>(count) : 0;
-    }
-  }
-  void Commit()
-  {
-    if (fsync(this->Descriptor) != 0 || close(std::exchange(this->Descriptor, -1)) != 0 ||
-      std::rename(this->Path.c_str(), this->Target.c_str()) != 0)
-    {
-      ThrowCannotWrite(this->Target);
-    }
-    this->Committed = true;
-    this->FlushFolder();
-  }
-
-private:
-  /// The new name is on the disk when its folder is. A file system that cannot flush folders has written the file.
-  void FlushFolder() const
-  {
-    const std::filesystem::path folder = std::filesystem::absolute(this->Target).parent_path();
-    const int descriptor = open(folder.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor >= 0)
-    {
-      fsync(descriptor);
-      close(descriptor);
-    }
-  }
-
-  std::string Target;
-  std::string Path;
-  int Descriptor = -1;
-  bool Committed = false;
-};
 } // namespace
 
 TensorData TensorData::FromFloat32(std::vector<std::int64_t> shape, const std::vector<float>& values)
@@ -243,16 +158,8 @@ std::vector<unsigned char> SerializeSafetensors(
 void WriteSafetensors(const std::string& path, const std::map<std::string, TensorData>& tensors,
   const std::map<std::string, std::string>& metadata)
 {
-  std::error_code unknown;
-  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
-  {
-    throw InvalidInput("WriteSafetensors: cannot write " + path +
-      ": it is a folder or a device, which a file would replace; expected the name of a file.");
-  }
   const std::vector<unsigned char> bytes = SerializeSafetensors(tensors, metadata);
-  TemporaryFile file(path);
-  file.Write(bytes);
-  file.Commit();
+  WriteOutputFile(path, { reinterpret_cast<const char*>(bytes.data()), bytes.size() }, "WriteSafetensors");
 }
 
 } // namespace surfsynth

@@ -20,6 +20,7 @@ REMESH = {
     "KeepBoundaryPoints": (0, 1, True),
     "NumberOfIterations": (3, 5, 5),
     "NumberOfRelaxationSteps": (1, 2, 2),
+    "MaximumNumberOfPoints": (10000000, 1000, 1000),
 }
 REPAIR = {
     "MergePoints": (1, 0, False),

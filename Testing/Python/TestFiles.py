@@ -314,6 +314,8 @@ def test_ply_binary_of_both_byte_orders_with_mixed_faces(order, form, tmp_path):
         (ply(faces=1) + TETRAHEDRON + "4 0 1 2\n", "t.ply:15: a face has fewer numbers"),
         (ply(faces=1) + TETRAHEDRON + "2 0 1\n", "t.ply:15: a face has 2 points, fewer than 3"),
         (ply(faces=1) + TETRAHEDRON + "3 0 1 2\nextra\n", "t.ply:16: text after"),
+        (ply(faces=2) + TETRAHEDRON + "3 0 1 2\n3 0 1.5 2\n", "t.ply:16: '1.5' is not the number of a point"),
+        (ply(faces=1) + TETRAHEDRON + "3.5 0 1 2\n", "t.ply:15: '3.5' is not a number of points"),
         (ply("binary_little_endian").encode() + b"\0" * 20, "ends within the 4 elements 'vertex'"),
         (ply("binary_little_endian", 1, 1).encode() + b"\0" * 16 + b"\3\0\0", "ends within the 1 elements 'face'"),
         (ply("binary_little_endian", 1, 1).encode() + b"\0" * 16 + b"\3" + struct.pack("<3i", 0, 0, 9), "names point 9"),
@@ -363,6 +365,59 @@ def test_vtk_files_that_end_too_early_are_an_error(sphere, tmp_path, capfd):
             with pytest.raises(FormatError, match=f"part{kind}"):
                 read_text(tmp_path, f"part{kind}", data[: int(share * len(data))])
     assert capfd.readouterr() == ("", "")
+
+
+POLYDATA = (
+    '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="{points}" '
+    'NumberOfPolys="{polys}"><PointData><DataArray type="Float32" Name="a" NumberOfComponents="{components}" '
+    'format="ascii">0</DataArray></PointData><Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">'
+    "0 0 0</DataArray></Points></Piece></PolyData></VTKFile>"
+)
+
+
+def blocks_of(inner):
+    return (
+        '<VTKFile type="vtkMultiBlockDataSet" version="1.0" byte_order="LittleEndian">'
+        f"<vtkMultiBlockDataSet>{inner}</vtkMultiBlockDataSet></VTKFile>"
+    )
+
+
+@pytest.mark.parametrize(
+    "name, text, words",
+    [
+        ("t.vtp", POLYDATA.format(points=10**12, polys=0, components=1), "NumberOfPoints is 1000000000000"),
+        ("t.vtp", POLYDATA.format(points=1, polys=10**12, components=1), "NumberOfPolys is 1000000000000"),
+        ("t.vtp", POLYDATA.format(points=-1, polys=0, components=1), "NumberOfPoints is -1"),
+        ("t.vtp", POLYDATA.format(points="1e3", polys=0, components=1), "'1e3', which is no integer"),
+        ("t.vtp", POLYDATA.format(points="9" * 400, polys=0, components=1), "which is no integer"),
+        ("t.vtp", POLYDATA.format(points=10**6, polys=0, components=10**6), "NumberOfComponents is 1000000"),
+        ("t.vtp", '<!DOCTYPE x [<!ENTITY a "b">]>' + POLYDATA.format(points=1, polys=0, components=1), "document type"),
+        ("t.vtm", blocks_of('<DataSet index="-1" file="a.vtp"/>'), "index of a block is -1"),
+        ("t.vtm", blocks_of('<DataSet index="2000000000" file="a.vtp"/>'), "index of a block is 2000000000"),
+        ("t.vtm", blocks_of(20000 * '<Block index="0">' + 20000 * "</Block>"), "more than 100 blocks"),
+    ],
+)
+def test_vtk_files_that_announce_what_they_cannot_hold_are_an_error(name, text, words, tmp_path):
+    """VTK's own readers end the process, or take minutes."""
+    with pytest.raises(FormatError) as caught:
+        read_text(tmp_path, name, text)
+    assert words in str(caught.value) and name in str(caught.value)
+
+
+def test_pieces_of_a_composite_dataset_are_checked_too(tmp_path):
+    (tmp_path / "piece.vtp").write_text(POLYDATA.format(points=10**12, polys=0, components=1))
+    with pytest.raises(FormatError, match="piece.vtp: NumberOfPoints is 1000000000000"):
+        read_text(tmp_path, "t.vtm", blocks_of('<DataSet index="0" file="piece.vtp"/>'))
+
+
+def test_pipes_and_devices_are_not_waited_for(tmp_path):
+    for kind in (".ply", ".vtp", ".stl"):
+        os.mkfifo(tmp_path / f"pipe{kind}")
+        with pytest.raises(FormatError, match="no regular file"):
+            read_mesh(tmp_path / f"pipe{kind}")
+    os.symlink("/dev/zero", tmp_path / "zero.off")
+    with pytest.raises(FormatError, match="no regular file"):
+        read_mesh(tmp_path / "zero.off")
 
 
 def test_a_dataset_that_is_no_surface_is_an_error(tmp_path):

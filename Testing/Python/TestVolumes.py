@@ -205,6 +205,83 @@ def test_every_truncation_and_many_changes_end_in_an_error_or_an_image(tmp_path,
     assert capfd.readouterr() == ("", "")
 
 
+def flipped_oblique():
+    """An affine whose axes are oblique, permuted and flipped, as scanners give them."""
+    return np.column_stack([(rotation() * [-0.5, 0.75, 2.0])[:, [2, 0, 1]], [1.0, -2.0, 3.5]])
+
+
+def in_lps(affine):
+    return np.diag([-1.0, -1.0, 1.0]) @ affine
+
+
+@pytest.mark.parametrize("space", ["RAS", "LPS", "file"])
+def test_one_box_lies_in_one_place_whatever_its_format(tmp_path, space):
+    affine = flipped_oblique()
+    lps = in_lps(affine)
+    spacing = np.linalg.norm(lps[:, :3], axis=0)
+    listed = lambda numbers: " ".join(f"{number:.17g}" for number in np.ravel(numbers))  # noqa: E731
+    vectors = lambda rows: " ".join("(" + ",".join(f"{x:.17g}" for x in row) + ")" for row in rows)  # noqa: E731
+    files = {
+        "RAS": written(tmp_path, "v.nii.gz", nifti(sform=affine)),
+        "LPS": written(tmp_path, "v.mha", metaimage(
+            ElementSpacing=listed(spacing), Offset=listed(lps[:, 3]),
+            TransformMatrix=listed((lps[:, :3] / spacing).T))),
+        "LPS ": written(tmp_path, "l.nrrd", nrrd(
+            space_directions=vectors(lps[:, :3].T), space_origin=vectors([lps[:, 3]]))),
+        "RAS ": written(tmp_path, "r.nrrd", nrrd(
+            space="RAS", space_directions=vectors(affine[:, :3].T), space_origin=vectors([affine[:, 3]]))),
+    }  # fmt: skip
+    for written_in, path in files.items():
+        found = written_in.strip() if space == "file" else space
+        expected = affine if found == "RAS" else lps
+        image = read_volume(path, space=space)
+        assert (samples_of(image) == VALUES).all()
+        for index in np.ndindex(SHAPE):
+            assert np.abs(world_of(image, index) - expected @ [*index, 1.0]).max() < 1e-5, (path, index)
+
+
+def test_an_oblique_flipped_scan_lies_where_nibabel_puts_it(tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    affine = np.vstack([flipped_oblique(), [0, 0, 0, 1]])
+    image = nibabel.Nifti1Image(VALUES, affine)
+    image.header.set_xyzt_units("mm")
+    nibabel.save(image, str(tmp_path / "v.nii.gz"))
+    expected = nibabel.load(str(tmp_path / "v.nii.gz"))
+    found = read_volume(tmp_path / "v.nii.gz")
+    assert (samples_of(found) == np.asarray(expected.dataobj)).all()
+    for index in np.ndindex(SHAPE):
+        assert np.abs(world_of(found, index) - nibabel.affines.apply_affine(expected.affine, index)).max() < 1e-5
+
+
+def test_units_of_nifti_become_millimetres(tmp_path):
+    for code, scale in ((0, 1.0), (2, 1.0), (1, 1000.0), (3, 1e-3), (2 + 8, 1.0), (3 + 16, 1e-3)):
+        data = bytearray(nifti(sform=AFFINES["plain"]))
+        data[123] = code
+        image = read_volume(written(tmp_path, "v.nii", bytes(data)))
+        assert np.allclose(world_of(image, (1, 1, 1)), scale * np.array([11, 22, 33])), code
+
+
+def test_an_unknown_space_is_an_error(tmp_path):
+    with pytest.raises(ValueError, match="space is 'ras'; one of RAS, LPS, file is needed"):
+        read_volume(written(tmp_path, "v.nii", nifti()), space="ras")
+
+
+def test_samples_that_are_not_finite_are_told(tmp_path):
+    values = VALUES.astype(np.float32)
+    values[1, 1, 1], values[2, 0, 0] = np.nan, np.inf
+    with pytest.warns(SurfaceSynthesisWarning, match="v.nii: 2 of 24 samples are NaN or infinite"):
+        read_volume(written(tmp_path, "v.nii", nifti(values, code=16)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_volume(written(tmp_path, "v.nii", nifti(VALUES.astype(np.float32), code=16)))
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.nii")
+    with pytest.raises(FormatError, match="no regular file"):
+        read_volume(tmp_path / "pipe.nii")
+
+
 def metaimage(values=VALUES, data="LOCAL", **changes):
     fields = {"ObjectType": "Image", "NDims": 3, "BinaryData": "True", "DimSize": "4 3 2", "ElementSpacing": "1 2 3",
               "Offset": "10 20 30", "TransformMatrix": "0 1 0 -1 0 0 0 0 1", "ElementType": "MET_SHORT"}  # fmt: skip
@@ -218,13 +295,21 @@ def metaimage(values=VALUES, data="LOCAL", **changes):
 
 @pytest.mark.parametrize("compressed", ["False", "True"])
 def test_metaimages_lie_where_their_header_says(tmp_path, compressed):
-    image = read_volume(written(tmp_path, "v.mha", metaimage(CompressedData=compressed)))
+    image = read_volume(written(tmp_path, "v.mha", metaimage(CompressedData=compressed)), space="file")
     assert (samples_of(image) == VALUES).all()
     # The first axis points along y, the second along -x.
     assert np.allclose(world_of(image, (1, 1, 1)), [10 - 2, 20 + 1, 30 + 3])
     (tmp_path / "v.raw").write_bytes(VALUES.tobytes(order="F"))
     image = read_volume(written(tmp_path, "v.mhd", metaimage(data="v.raw")))
     assert (samples_of(image) == VALUES).all()
+
+
+def test_bytes_before_the_samples_of_a_metaimage_are_skipped(tmp_path):
+    raw = VALUES.tobytes(order="F")
+    for size, before in ((7, 7), (-1, 13), (0, 0)):  # -1: the samples end the file
+        (tmp_path / "v.raw").write_bytes(b"\xff" * before + raw)
+        image = read_volume(written(tmp_path, "v.mhd", metaimage(data="v.raw", HeaderSize=size)))
+        assert (samples_of(image) == VALUES).all(), size
 
 
 BAD_METAIMAGES = {
@@ -240,6 +325,8 @@ BAD_METAIMAGES = {
     "sheared": metaimage(TransformMatrix="1 0 0 1 1 0 0 0 1"),
     "or a file in the same folder is needed": metaimage(data="../secret.raw"),
     "the file gone.raw with the samples is missing": metaimage(data="gone.raw"),
+    "samples as text cannot be read": metaimage(BinaryData="False"),
+    "HeaderSize = -2 is no place": metaimage(HeaderSize=-2),
 }
 
 
@@ -260,9 +347,26 @@ def nrrd(values=VALUES, **changes):
 
 @pytest.mark.parametrize("encoding", ["raw", "gzip"])
 def test_nrrd_files_lie_where_their_header_says(tmp_path, encoding):
-    image = read_volume(written(tmp_path, "v.nrrd", nrrd(encoding=encoding)))
+    image = read_volume(written(tmp_path, "v.nrrd", nrrd(encoding=encoding)), space="file")
     assert (samples_of(image) == VALUES).all()
     assert np.allclose(world_of(image, (1, 1, 1)), [10 - 2, 20 + 1, 30 + 3])
+
+
+@pytest.mark.parametrize(
+    "fields, first, step",
+    [
+        ({"spacings": "1 2 3", "axis_mins": "5 6 7", "centers": "node node node"}, (5, 6, 7), (1, 2, 3)),
+        ({"spacings": "1 2 3", "axis_mins": "5 6 7", "centers": "cell node cell"}, (5.5, 6, 8.5), (1, 2, 3)),
+        ({"axis_mins": "0 0 0", "axis_maxs": "6 4 5", "centers": "node node node"}, (0, 0, 0), (2, 2, 5)),
+        ({"axis_mins": "0 0 0", "axis_maxs": "4 6 8"}, (0.5, 1, 2), (1, 2, 4)),
+        ({"spacings": "1 nan 3"}, (0, 0, 0), (1, 1, 3)),
+    ],
+)
+def test_axes_of_nrrd_files_without_directions(tmp_path, fields, first, step):
+    data = nrrd(space=None, space_directions=None, space_origin=None, **fields)
+    image = read_volume(written(tmp_path, "v.nrrd", data))
+    assert np.allclose(world_of(image, (0, 0, 0)), first)
+    assert np.allclose(world_of(image, (1, 1, 1)), np.add(first, step))
 
 
 BAD_NRRD = {
@@ -276,6 +380,7 @@ BAD_NRRD = {
     "vectors of 3 numbers are needed": nrrd(space_directions="(1,0) (0,1) (0,0)"),
     "is no vector": nrrd(space_origin="(a,b,c)"),
     "2 space directions; 3 are needed": nrrd(space_directions="(1,0,0) (0,1,0)"),
+    "the axis mins '1 2' are not 3 numbers": nrrd(space_directions=None, axis_mins="1 2"),
     "sheared": nrrd(space_directions="(1,0,0) (1,1,0) (0,0,1)"),
 }
 

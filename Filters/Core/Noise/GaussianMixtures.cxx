@@ -146,7 +146,8 @@ void GaussianMixtures::AddGaussians(Group& group) const
       {
         const double distance = distances(v, k);
         group.ToNearest[k][v] = std::min(group.ToNearest[k][v], distance);
-        group.Values[k][v] += std::exp(factor * distance * distance);
+        // At the center whatever the factor is: a tiny width makes it infinite.
+        group.Values[k][v] += distance == 0.0 ? 1.0 : std::exp(factor * distance * distance);
       }
     }
   });

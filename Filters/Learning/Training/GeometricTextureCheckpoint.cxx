@@ -73,8 +73,7 @@ std::vector<RestoredParameter> ReadNetwork(const std::string& file, const Traini
     RestoredParameter part{ parameter.value(), read(prefix + name), {} };
     if (!current.empty() && name.compare(0, current.size(), current) == 0)
     {
-      const std::string own = prefix + name.substr(current.size());
-      part.Moments = { read("adam_mean." + own), read("adam_square." + own) };
+      part.Moments = ReadMoments(file, checkpoint, prefix + name.substr(current.size()), parameter.value());
     }
     restored.push_back(std::move(part));
   }

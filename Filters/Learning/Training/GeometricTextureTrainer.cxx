@@ -217,6 +217,7 @@ void GeometricTextureTrainer::Internals::TakeStep(
       " of the training; expected a lower learning rate, or meshes without needles.");
   }
   optimiser.step();
+  RequireFiniteWeights(network.parameters(), this->Done() + 1);
 }
 
 void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses)

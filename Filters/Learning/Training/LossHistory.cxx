@@ -2,11 +2,11 @@
 #include "Learning/Training/LossHistory.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/OutputFile.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <locale>
+#include <sstream>
 #include <utility>
 
 namespace surfsynth
@@ -91,25 +91,19 @@ double LossHistory::LastMean() const
 
 void LossHistory::WriteCsv(const std::string& path) const
 {
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary, std::ios::trunc);
-  file.imbue(std::locale::classic());
-  file.precision(9);
-  const auto writeLine = [&file](const auto& cells) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(9);
+  const auto writeLine = [&text](const auto& cells) {
     for (std::size_t k = 0; k < cells.size(); ++k)
     {
-      file << (k > 0 ? "," : "") << cells[k];
+      text << (k > 0 ? "," : "") << cells[k];
     }
-    file << '\n';
+    text << '\n';
   };
   writeLine(this->Names);
   std::for_each(this->Rows.begin(), this->Rows.end(), writeLine);
-  file.close();
-  if (!file || std::rename(temporary.c_str(), path.c_str()) != 0)
-  {
-    std::remove(temporary.c_str());
-    throw InvalidInput("The loss table \"" + path + "\" cannot be written; expected a place with room for it.");
-  }
+  WriteOutputFile(path, text.str(), "LossHistory");
 }
 
 bool operator==(const LossHistory& a, const LossHistory& b)

@@ -2,7 +2,10 @@
 #include "Learning/Training/ModelTrainer.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/OutputFile.h"
 #include "Learning/Training/TrainingCheckpoint.h"
+
+#include <vector>
 
 namespace surfsynth
 {
@@ -23,6 +26,22 @@ void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files)
   {
     trainer.History().WriteCsv(files.LossTable);
   }
+}
+
+/// Locks the names of the files, and removes what killed trainings have left beside them.
+/// @throws InvalidInput when another training writes one of them.
+std::vector<OutputLock> LockFiles(const TrainingFiles& files)
+{
+  std::vector<OutputLock> locks;
+  for (const std::string* path : { &files.Model, &files.Checkpoint, &files.LossTable })
+  {
+    if (!path->empty())
+    {
+      locks.emplace_back(*path, "TrainingFiles");
+      RemoveUnfinishedOutput(*path);
+    }
+  }
+  return locks;
 }
 
 /// @throws ModelMismatch when the checkpoint has more iterations than the training.
@@ -56,6 +75,7 @@ void TrainAndSave(
   ModelTrainer& trainer, const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
 {
   CheckFiles(files);
+  const std::vector<OutputLock> locks = LockFiles(files);
   if (HasCheckpoint(files))
   {
     Resume(trainer, files.Checkpoint);

@@ -72,8 +72,8 @@ using TrainingObserver = std::function<bool(const LossHistory& history)>;
 /// there is one and files.Resume is set; an interrupted training loses the iterations after its last checkpoint. A
 /// checkpoint of the last iteration is enough to write the other files again.
 /// @param progress called after each iteration with the part of all iterations that is done.
-/// @throws the errors of the trainer; before the first iteration, InvalidInput as CheckFiles(), and ModelMismatch when the
-/// checkpoint has more iterations than are asked for; Cancelled.
+/// @throws the errors of the trainer; before the first iteration, InvalidInput as CheckFiles() and when another training
+/// writes one of the files, and ModelMismatch when the checkpoint has more iterations than are asked for; Cancelled.
 void TrainAndSave(ModelTrainer& trainer, const TrainingFiles& files, const TrainingObserver& observe = {},
   const Progress& progress = {});
 

@@ -3,7 +3,6 @@
 
 #include "Core/Common/Errors.h"
 #include "Learning/Networks/InitialWeights.h"
-#include "Learning/Training/AdamMoments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +30,31 @@ torch::Tensor ReadTensor(
   }
   return torch::from_blob(const_cast<float*>(found->second.Values.data()), found->second.Shape, torch::kFloat32)
     .to(like.device(), torch::kFloat32, false, true);
+}
+
+AdamMoments ReadMoments(
+  const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like)
+{
+  AdamMoments moments{ ReadTensor(file, checkpoint, "adam_mean." + name, like),
+    ReadTensor(file, checkpoint, "adam_square." + name, like) };
+  if (moments.Square.lt(0.0).any().item<bool>())
+  {
+    throw ModelMismatch(file + ": the tensor \"adam_square." + name +
+      "\" has negative numbers; expected means of squares, as a training writes them.");
+  }
+  return moments;
+}
+
+void RequireFiniteWeights(const std::vector<torch::Tensor>& weights, std::int64_t iteration)
+{
+  const torch::NoGradGuard noGradients;
+  const bool finite = std::all_of(weights.begin(), weights.end(),
+    [](const torch::Tensor& weight) { return torch::isfinite(weight).all().item<bool>(); });
+  if (!finite)
+  {
+    throw SolverFailure("A weight is not finite after iteration " + std::to_string(iteration) +
+      " of the training; expected a lower learning rate. The files of earlier iterations are as they were.");
+  }
 }
 
 torch::Device ChooseDevice(TrainingDevice wanted)
@@ -101,6 +125,7 @@ void NetworkTraining::Step(const Objective& accumulate)
   }
   static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(learningRate);
   this->Adam->step();
+  RequireFiniteWeights(this->Net->parameters(), iteration);
   this->UpdateAverages();
   this->Losses.Append(
     { static_cast<double>(iteration), losses.Total, losses.Vertex, losses.Jacobian, gradientNorm, learningRate });
@@ -168,7 +193,7 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
     averages.push_back(read("average."));
     if (!checkpoint.History.IsEmpty())
     {
-      moments.push_back({ read("adam_mean."), read("adam_square.") });
+      moments.push_back(ReadMoments(file, checkpoint, parameter.key(), parameter.value()));
     }
   }
   this->Losses = checkpoint.History;

@@ -6,6 +6,7 @@
 
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Networks/PoissonNet.h"
+#include "Learning/Training/AdamMoments.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
 
@@ -36,6 +37,15 @@ ModelTensor ToModelTensor(const torch::Tensor& tensor);
 torch::Tensor ReadTensor(
   const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like);
 
+/// The moments of Adam for a parameter, of the tensors "adam_mean." and "adam_square." + @p name.
+/// @throws ModelMismatch as ReadTensor(), and when a mean of squares is negative.
+AdamMoments ReadMoments(
+  const std::string& file, const TrainingCheckpoint& checkpoint, const std::string& name, const torch::Tensor& like);
+
+/// Checks the weights after a step. @param iteration counted from 1, for the message
+/// @throws SolverFailure when one is not finite.
+void RequireFiniteWeights(const std::vector<torch::Tensor>& weights, std::int64_t iteration);
+
 /// The losses of one iteration.
 struct NetworkLosses
 {
@@ -61,7 +71,7 @@ public:
   using Objective = std::function<void(NetworkLosses& losses)>;
 
   /// One iteration: gradients, which are clipped, a step of Adam, averages.
-  /// @throws SolverFailure when the loss or its gradient is not finite.
+  /// @throws SolverFailure when the loss, its gradient or a weight is not finite.
   void Step(const Objective& accumulate);
 
   /// The averaged weights. Fields other than Options and Tensors are left empty.

@@ -4,6 +4,7 @@
 #include "MeshProcessing/Remeshing/RemeshingCurves.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 
@@ -15,6 +16,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <string>
 
 namespace surfsynth
 {
@@ -323,6 +325,40 @@ double ExpectedPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
   return points;
 }
 
+/// @throws InvalidInput when the result would have too many points, or triangles larger than the surface.
+void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
+{
+  const std::string limit = FormatNumber(options.MaximumNumberOfPoints) + " (MaximumNumberOfPoints)";
+  if (options.NumberOfPoints > 0)
+  {
+    if (static_cast<double>(options.NumberOfPoints) > options.MaximumNumberOfPoints)
+    {
+      throw InvalidInput("Remeshing with " + std::to_string(options.NumberOfPoints) + " points was asked for; at most " +
+        limit + " are allowed.");
+    }
+    return;
+  }
+  const bool sized = !options.PointEdgeLengths.empty();
+  const double points = ExpectedPoints(mesh, options);
+  const std::string length = FormatNumber(options.EdgeLength);
+  if (points > options.MaximumNumberOfPoints)
+  {
+    // The number decreases with the square of the length; a little is added, so that the length in the message fits.
+    const double factor = 1.01 * std::sqrt(points / options.MaximumNumberOfPoints);
+    throw InvalidInput("About " + FormatNumber(points) + " points would be needed for " +
+      (sized ? std::string("the edge lengths asked for") : "edges of length " + length) + "; at most " + limit +
+      " are allowed. " +
+      (sized ? "Lengths " + FormatNumber(factor) + " times as large fit."
+             : "A length of " + FormatNumber(factor * options.EdgeLength) + " fits."));
+  }
+  const BoundingBox box = ComputeBoundingBox(mesh);
+  if (!sized && options.EdgeLength > 1.0001 * (box.Upper - box.Lower).norm()) // no edge of the input is longer
+  {
+    throw InvalidInput("Edges of length " + length + " are longer than the surface, whose longest side is " +
+      FormatNumber(box.LongestSide()) + "; a shorter length, in the units of the surface, is needed.");
+  }
+}
+
 /// Ratio of the target to the mean edge length after the rounds: edges are about 8 per cent shorter.
 constexpr double ShortenedBy = 1.08;
 
@@ -360,6 +396,7 @@ RemeshedSurface RemeshTowards(const Goal& goal, double scale, const TriangleMesh
 RemeshedSurface RemeshIsotropically(
   const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop)
 {
+  RequireFeasible(mesh, options);
   if (options.NumberOfPoints > 0)
   {
     Goal goal;

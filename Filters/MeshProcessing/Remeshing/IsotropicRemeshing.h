@@ -22,6 +22,7 @@ struct RemeshingOptions
   /// True: EdgeLength is the mean edge length of the result, within about 2 per cent if curves and the shape allow it.
   /// False: it is the target, and the mean is about 8 per cent below. Not used with PointEdgeLengths or NumberOfPoints.
   bool MatchMeanEdgeLength = false;
+  double MaximumNumberOfPoints = 1e7; ///< limit of the points that are to be expected, checked before the work
   double FeatureAngle = 180.0;     ///< edges whose normals differ by more degrees are kept as creases
   bool KeepBoundaryPoints = false; ///< every point of the boundary keeps its place
   int NumberOfIterations = 3;      ///< rounds of splits, collapses, flips and relaxation, at least 1
@@ -51,7 +52,8 @@ struct RemeshedSurface
 ///
 /// @param mesh manifold edges and vertices, consistent winding.
 /// @param stop asks the call to end early, between two rounds, with a Cancelled; may be null.
-/// @throws InvalidInput, Cancelled
+/// @throws InvalidInput when more than MaximumNumberOfPoints are to be expected, or an EdgeLength is longer than the
+/// surface; Cancelled
 RemeshedSurface RemeshIsotropically(
   const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop = nullptr);
 

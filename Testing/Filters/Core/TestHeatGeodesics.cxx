@@ -252,6 +252,17 @@ TEST(GaussianMixtures, OtherComponentsAndUnusedPointsGet0)
   EXPECT_EQ(values[0], 0.0);
 }
 
+TEST(GaussianMixtures, ATinyWidthGivesASingleValueOfOne)
+{
+  const TriangleMesh mesh = test::Icosphere(2);
+  GaussianMixtureOptions options;
+  options.NumberOfCentres = 1;
+  options.Width = 1e-160; // its square is 0 in double precision
+  const Eigen::VectorXd values = Samples(MixturesOf(mesh, options), {}, mesh.NumberOfPoints()).col(0);
+  EXPECT_EQ(values.maxCoeff(), 1.0);
+  EXPECT_EQ(values.sum(), 1.0) << "NaN, or values beside the center";
+}
+
 TEST(GaussianMixtures, SaysWhenThereIsNoRoomForTheCentres)
 {
   const TriangleMesh mesh = test::Icosphere(2);

@@ -9,6 +9,7 @@
 #include "Core/Common/Errors.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/TrainingCheckpoint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -198,6 +199,40 @@ TEST_F(FlowMatchingTraining, DamagedCheckpointsAreRefusedAndLeaveTheTrainerAsItI
     HasSubstr("expected \"training_checkpoint\""));
   EXPECT_EQ(trainer.Iteration(), 3);
   EXPECT_EQ(Weights(trainer), before);
+}
+
+TEST_F(FlowMatchingTraining, ACheckpointWithNegativeMeansOfSquaresIsRefused)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const TrainingFiles files = this->Files("a");
+  const auto stop = [](const LossHistory& losses) { return losses.Size() < 3; };
+  EXPECT_THROW(TrainFlowMatching(dataset, TinyRecipe(8), files, stop), Cancelled);
+  TrainingCheckpoint checkpoint = ReadCheckpoint(files.Checkpoint);
+  for (auto& [name, tensor] : checkpoint.Tensors)
+  {
+    if (name.compare(0, 12, "adam_square.") == 0)
+    {
+      tensor.Values.front() = -1e-3F;
+    }
+  }
+  WriteCheckpoint(files.Checkpoint, checkpoint);
+  const std::string model = BytesOf(files.Model);
+  EXPECT_THAT(TextOf<ModelMismatch>([&] { TrainFlowMatching(dataset, TinyRecipe(8), files); }),
+    HasSubstr("has negative numbers"));
+  EXPECT_EQ(BytesOf(files.Model), model);
+}
+
+TEST_F(FlowMatchingTraining, WeightsThatAreNotFiniteReachNoFile)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const TrainingFiles files = this->Files("a");
+  std::ofstream(files.Model) << "an earlier model";
+  FlowMatchingTrainingOptions options = TinyRecipe(8);
+  options.LearningRate = 1e300; // finite, and infinite in single precision
+  EXPECT_THAT(TextOf<SolverFailure>([&] { TrainFlowMatching(dataset, options, files); }),
+    HasSubstr("A weight is not finite after iteration 1 of the training; expected a lower learning rate"));
+  EXPECT_EQ(BytesOf(files.Model), "an earlier model");
+  EXPECT_FALSE(fs::exists(files.Checkpoint));
 }
 
 TEST_F(FlowMatchingTraining, AFullDiskLosesNoEarlierCheckpoint)

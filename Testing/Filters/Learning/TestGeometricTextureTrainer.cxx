@@ -6,6 +6,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
+#include "Learning/Training/TrainingCheckpoint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -221,6 +222,36 @@ TEST_F(GeometricTextureTraining, RefusesCheckpointsOfAnotherRecipeOrDataset)
   GeometricTextureTrainer moved(dataset, TinyGeometricTexture());
   EXPECT_THAT(
     TextOf<ModelMismatch>([&] { moved.LoadCheckpoint(this->File("checkpoint")); }), HasSubstr("with dataset ="));
+}
+
+TEST_F(GeometricTextureTraining, RefusesACheckpointWithNegativeMeansOfSquares)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  Trained(options, 2, 1).SaveCheckpoint(this->File("checkpoint")); // within a level, so that there are moments
+  TrainingCheckpoint checkpoint = ReadCheckpoint(this->File("checkpoint"));
+  int changed = 0;
+  for (auto& [name, tensor] : checkpoint.Tensors)
+  {
+    if (name.compare(0, 22, "adam_square.generator.") == 0)
+    {
+      tensor.Values.back() = -1e-3F;
+      ++changed;
+    }
+  }
+  ASSERT_GT(changed, 0);
+  WriteCheckpoint(this->File("checkpoint"), checkpoint);
+  GeometricTextureTrainer trainer(Bumps(2), options);
+  EXPECT_THAT(TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); }),
+    HasSubstr("has negative numbers"));
+  EXPECT_EQ(trainer.Iteration(), 0);
+}
+
+TEST_F(GeometricTextureTraining, WeightsThatAreNotFiniteEndTheTraining)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.LearningRate = 1e300;
+  GeometricTextureTrainer trainer(Bumps(1), options);
+  EXPECT_THAT(TextOf<SolverFailure>([&] { trainer.Step(); }), HasSubstr("A weight is not finite after iteration 1"));
 }
 
 TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)

@@ -14,9 +14,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -24,6 +27,7 @@ using namespace surfsynth;
 using namespace surfsynth::test;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+namespace fs = std::filesystem;
 
 namespace
 {
@@ -124,7 +128,7 @@ TEST_F(TrainAndSaveFiles, LossesAreWrittenWithNineDigits)
   losses.WriteCsv(this->File("a.csv"));
   EXPECT_EQ(BytesOf(this->File("a.csv")), "iteration,loss\n1,0.333333333\n123456789,1e-20\n");
   EXPECT_THAT(
-    TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot be written"));
+    TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot write"));
 }
 
 TEST_F(TrainAndSaveFiles, FilesAreWrittenAtIntervalsAfterStagesAndAtTheEnd)
@@ -163,6 +167,43 @@ TEST_F(TrainAndSaveFiles, AStoppedTrainingGoesOnFromItsCheckpoint)
   CountingTrainer shorter(8, 100);
   EXPECT_THAT(TextOf<ModelMismatch>([&] { TrainAndSave(shorter, files); }),
     HasSubstr("the checkpoint is of iteration 9; expected at most the 8"));
+}
+
+TEST_F(TrainAndSaveFiles, TwoTrainingsDoNotWriteTheSameFiles)
+{
+  const TrainingFiles files = this->Files("a");
+  CountingTrainer trainer(3, 3);
+  int refused = 0;
+  const auto trainAgain = [&](const LossHistory&) {
+    CountingTrainer second(3, 3);
+    EXPECT_THAT(TextOf<InvalidInput>([&] { TrainAndSave(second, files); }),
+      HasSubstr("is being written by another training"));
+    EXPECT_EQ(second.Iteration(), 0);
+    ++refused;
+    return true;
+  };
+  TrainAndSave(trainer, files, trainAgain);
+  EXPECT_EQ(refused, 3);
+  EXPECT_EQ(std::distance(fs::directory_iterator(this->Folder), fs::directory_iterator()), 3) << "a lock is left";
+  CountingTrainer third(3, 3);
+  TrainAndSave(third, files);
+}
+
+TEST_F(TrainAndSaveFiles, ATableIsNeverWrittenThroughALinkAndLeftoversGo)
+{
+  const TrainingFiles files = this->Files("a");
+  std::ofstream(this->File("mine")) << "a file of the user";
+  // Names that earlier versions wrote to, and that killed processes leave.
+  fs::create_symlink(fs::absolute(this->File("mine")), files.LossTable + ".part");
+  ASSERT_EQ(mkfifo((files.Model + ".part").c_str(), 0600), 0);
+  const std::string leftover = files.Checkpoint + ".999999999-0.tmp"; // no process has this number
+  std::ofstream(leftover) << "half";
+  std::ofstream(files.Checkpoint + ".notes.tmp") << "the user's";
+  CountingTrainer trainer(3, 3);
+  TrainAndSave(trainer, files);
+  EXPECT_EQ(BytesOf(this->File("mine")), "a file of the user");
+  EXPECT_FALSE(fs::exists(leftover));
+  EXPECT_TRUE(fs::exists(files.Checkpoint + ".notes.tmp"));
 }
 
 TEST_F(TrainAndSaveFiles, FilesAreCheckedBeforeTheFirstIteration)

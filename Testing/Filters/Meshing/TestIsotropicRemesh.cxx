@@ -15,10 +15,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <sstream>
+#include <string>
 
 using namespace surfsynthtest;
 using Remesh = vtkIsotropicRemeshFilter;
@@ -363,6 +365,43 @@ TEST(IsotropicRemesh, UnusableSizingArraysAreNamed)
   ExpectRefusal(filter, sphere, { "\"pairs\" has 42 tuples of 2 components" });
 }
 
+TEST(IsotropicRemesh, TooManyPointsAreRefusedBeforeTheWorkWithALengthThatFits)
+{
+  const auto sphere = Icosphere(2).ToPolyData();
+  AddPointArray(sphere, "size", [](const double*) { return 1e-6; });
+  vtkNew<Remesh> filter;
+  filter->SetTargetEdgeLength(1e-6);
+  ExpectRefusal(filter, sphere, { "edges of length 1e-06", "at most 10000000 (MaximumNumberOfPoints)", "A length of" });
+  filter->SetSizingArrayName("size");
+  ExpectRefusal(filter, sphere, { "the edge lengths asked for", "times as large fit" });
+  filter->SetSizingArrayName("");
+  filter->SetTargetNumberOfPoints(VTK_INT_MAX);
+  ExpectRefusal(filter, sphere, { "2147483647 points", "MaximumNumberOfPoints" });
+  filter->SetTargetNumberOfPoints(0);
+  filter->SetMaximumNumberOfPoints(500);
+  filter->SetTargetEdgeLength(0.01);
+  const std::string text = ExpectRefusal(filter, sphere, { "A length of " });
+  const double fitting = std::stod(text.substr(text.find("A length of ") + 12));
+  filter->SetTargetEdgeLength(fitting);
+  EXPECT_LE(OutputOf(filter, sphere)->GetNumberOfPoints(), 700) << "about the limit; edges end up a little shorter";
+}
+
+TEST(IsotropicRemesh, EdgesLongerThanTheSurfaceAreRefused)
+{
+  vtkNew<Remesh> filter;
+  filter->SetTargetEdgeLength(50.0);
+  ExpectRefusal(filter, Icosphere(2).ToPolyData(), { "longer than the surface, whose longest side is 2" });
+  // The edges of this tetrahedron are longer than the sides of its box.
+  Soup tetrahedron;
+  for (const auto& p : { std::array<double, 3>{ 0, 0, 0 }, { 1, 1, 0 }, { 1, 0, 1 }, { 0, 1, 1 } })
+  {
+    tetrahedron.AddPoint(p[0], p[1], p[2]);
+  }
+  tetrahedron.Polys = { { 0, 1, 2 }, { 0, 3, 1 }, { 0, 2, 3 }, { 1, 3, 2 } };
+  filter->SetTargetEdgeLength(0.0);
+  EXPECT_GE(OutputOf(filter, tetrahedron.ToPolyData())->GetNumberOfPolys(), 4);
+}
+
 TEST(IsotropicRemesh, MissingInputIsOneError)
 {
   vtkNew<Remesh> filter;
@@ -409,7 +448,7 @@ TEST(IsotropicRemesh, ParametersAreClampedAndPrinted)
   filter->Print(text);
   for (const char* name : { "TargetEdgeLength: 0", "TargetNumberOfPoints: 0", "SizingArrayName: size",
          "KeepFeatureEdges: 1", "FeatureAngle: 180", "KeepBoundaryPoints: 0", "NumberOfIterations: 1",
-         "NumberOfRelaxationSteps: 1", "MeanEdgeLength: 0" })
+         "NumberOfRelaxationSteps: 1", "MaximumNumberOfPoints: 10000000", "MeanEdgeLength: 0" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;
   }

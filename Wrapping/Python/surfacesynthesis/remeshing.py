@@ -39,6 +39,7 @@ def remesh(
     keep_boundary_points=False,
     iterations=3,
     relaxation_steps=1,
+    maximum_points=10_000_000,
     progress=None,
 ):
     """Remeshes a surface with triangles of even size and shape.
@@ -69,6 +70,9 @@ def remesh(
         Number of rounds, from 1 to 100. Default 3.
     relaxation_steps : int
         Steps of tangential relaxation in each round, from 0 to 100. Default 1.
+    maximum_points : int
+        Limit of the points of the output, at least 4. What needs more is an error before the work begins. Default
+        10,000,000, which take about 5 GB.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -83,15 +87,22 @@ def remesh(
     Raises
     ------
     SurfaceSynthesisError
-        The mesh cannot be remeshed. The text names the defect, the first cell or point, and the filter that repairs
-        it. Also when the package was built without CGAL.
+        The mesh cannot be remeshed: the text names the defect, the first cell or point, and the filter that repairs
+        it. The edge length is longer than the surface, or needs more than ``maximum_points``. Also when the package was built without CGAL.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError
         An argument has a value out of its range, contradicts another, or is of a wrong type.
     """
     algorithm = configured_remesh(
-        edge_length, points, sizing, feature_angle, keep_boundary_points, iterations, relaxation_steps
+        edge_length,
+        points,
+        sizing,
+        feature_angle,
+        keep_boundary_points,
+        iterations,
+        relaxation_steps,
+        maximum_points,
     )
     return _processed(algorithm, mesh, progress)
 
@@ -104,6 +115,7 @@ def configured_remesh(
     keep_boundary_points=False,
     iterations=3,
     relaxation_steps=1,
+    maximum_points=10_000_000,
 ):
     """A vtkIsotropicRemeshFilter with the parameters of remesh(), which raises TypeError and ValueError."""
     algorithm = _new(vtkIsotropicRemeshFilter, "remesh()")
@@ -124,6 +136,7 @@ def configured_remesh(
     algorithm.SetNumberOfRelaxationSteps(
         at_most("relaxation_steps", integer("relaxation_steps", relaxation_steps, 0), 100)
     )
+    algorithm.SetMaximumNumberOfPoints(integer("maximum_points", maximum_points, 4))
     return algorithm
 
 

@@ -43,6 +43,9 @@ def add(commands):
     running.add_argument(
         "--relaxation-steps", type=int, default=1, metavar="N", help="relaxation steps in each round (default: 1)"
     )
+    running.add_argument(
+        "--maximum-points", type=int, default=10_000_000, metavar="N", help="limit of the output (default: 10000000)"
+    )
     add_running_options(running)
 
 
@@ -61,6 +64,7 @@ def run(arguments):
         keep_boundary_points=arguments.keep_boundary_points,
         iterations=arguments.iterations,
         relaxation_steps=arguments.relaxation_steps,
+        maximum_points=arguments.maximum_points,
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)

@@ -8,7 +8,7 @@ from .common import add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
 Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
-The output is in the world coordinates of the input; for NIfTI those of the scanner."""
+The output is in the world coordinates of the input, of volumes in those of the scanner (--space)."""
 _EXAMPLES = """\
 files: the format follows from the extension.
   .nii .nii.gz .mha .mhd .nrrd .vti       volumes
@@ -41,6 +41,14 @@ def add(commands):
         choices=["above", "below"],
         metavar="SIDE",
         help="solid side of the value: above (default) or below",
+    )
+    image.add_argument(
+        "--space",
+        default="RAS",
+        choices=["RAS", "LPS", "file"],
+        metavar="SPACE",
+        help="coordinates of the output: RAS (default; x to the patient's right, y to the front, as NIfTI), "
+        "LPS (x to the left, y to the back, as DICOM and ITK) or file (as the file has them)",
     )
     image.add_argument("--array", metavar="NAME", help="point array to use (default: the active scalars)")
 
@@ -84,7 +92,7 @@ def run(arguments):
     is_volume = files.volume_extension(arguments.input) is not None
     if not is_volume:
         as_usage(_surface_extension, files, arguments.input)
-    given = files.read_volume(arguments.input) if is_volume else files.read_mesh(arguments.input)
+    given = files.read_volume(arguments.input, arguments.space) if is_volume else files.read_mesh(arguments.input)
     if given.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{arguments.input}: the file holds no points")
     output = run_filter(surface, given, arguments)

@@ -4,6 +4,7 @@ NIfTI, MetaImage, NRRD and VTK's XML images."""
 
 import os
 import shutil
+import stat
 import tempfile
 import warnings
 
@@ -36,7 +37,8 @@ from .obj import read_obj, write_obj
 from .off import read_off, write_off
 from .ply import read_ply, write_ply
 from .polygons import from_polydata, to_polydata
-from .volumes import to_image
+from .volumes import SPACES, to_image
+from .vtk_xml import check_vtk_xml
 
 #: Extensions that read_mesh() and write_mesh() know, with their readers and writers.
 FORMATS = {
@@ -83,24 +85,42 @@ def volume_extension(path):
     return next((kind for kind in VOLUME_FORMATS if name.endswith(kind)), None)
 
 
-def read_volume(path):
-    """Reads a volume: a vtkImageData with the point scalars "Scalars" (.vti: its own arrays), whose origin, spacing and
-    direction matrix map samples to the world coordinates of the file: NIfTI's sform where there is one, else its qform.
+def _require_file(path):
+    """Raises OSError, in the operating system's own words, when a file is missing or unreadable, and FormatError when it
+    is none: a pipe would be waited for, a device read without end."""
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        raise FormatError(f"{path}: this is no regular file, but a pipe, socket or device")
+    with open(path, "rb"):
+        pass
 
-    The format follows from the extension; VOLUME_FORMATS lists them. Raises ValueError for another extension, OSError
-    when the file cannot be opened, and FormatError when it does not follow its format, is cut off, has more than one
-    number per voxel or axes that are sheared.
+
+def read_volume(path, space="RAS"):
+    """Reads a volume: a vtkImageData with the point scalars "Scalars" (.vti: its own arrays), whose origin, spacing and
+    direction matrix map samples to world coordinates.
+
+    ``space`` is that of the world coordinates: "RAS" (default; x to the patient's right, y to the front, z upwards, as
+    NIfTI has it), "LPS" (x to the left, y to the back, as DICOM and ITK have it) or "file" (those of the file). Files
+    that do not say whose right is meant stay as they are: .vti, and NRRD without the field ``space``. MetaImages are
+    LPS, as ITK writes them.
+
+    NIfTI's sform is used where there is one, else its qform; its metres and micrometres become millimetres. The format
+    follows from the extension; VOLUME_FORMATS lists them. Warns of samples that are not finite. Raises ValueError for
+    another extension or space, OSError when the file cannot be opened, and FormatError when it does not follow its
+    format, is cut off, is no regular file, has more than one number per voxel or axes that are sheared.
     """
     path = os.fspath(path)
+    if space not in SPACES:
+        raise ValueError(f"space is {space!r}; one of {', '.join(SPACES)} is needed")
     kind = volume_extension(path)
     if kind is None:
         known = ", ".join(VOLUME_FORMATS)
         raise ValueError(f"{path}: this is no name of a volume; it ends with one of {known}")
-    with open(path, "rb"):  # the operating system's own words for a missing or unreadable file
-        pass
+    _require_file(path)
     if kind == ".vti":
+        check_vtk_xml(path)
         return _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,))
-    return to_image(path, _READ_VOLUME[kind](path))
+    return to_image(path, _READ_VOLUME[kind](path), space)
 
 
 def read_mesh(path):
@@ -108,18 +128,19 @@ def read_mesh(path):
 
     The format follows from the extension; FORMATS lists them. Corners of STL triangles with the same coordinates become
     one point. Raises ValueError for another extension, OSError when the file cannot be opened, and FormatError, with
-    the file and where possible the line, when it does not follow its format.
+    the file and where possible the line, when it does not follow its format or is no regular file.
     """
     path = os.fspath(path)
     kind = extension(path)
-    with open(path, "rb"):  # the operating system's own words for a missing or unreadable file
-        pass
+    _require_file(path)
     if kind in _READ:
         return to_polydata(_READ[kind](path))
     if kind == ".stl":
         _check_binary_stl(path)
     elif kind == ".vtk":
         _check_legacy(path)
+    else:
+        check_vtk_xml(path)
     reader = {
         ".stl": vtkSTLReader,
         ".vtp": vtkXMLPolyDataReader,

@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from ..errors import FormatError
-from .volumes import Volume, count_samples, read_samples
+from .volumes import SPACES, Volume, count_samples, read_samples
 
 _TYPES = {
     "MET_CHAR": "i1", "MET_UCHAR": "u1", "MET_SHORT": "i2", "MET_USHORT": "u2", "MET_INT": "i4", "MET_UINT": "u4",
@@ -17,7 +17,7 @@ _LONGEST_HEADER = 1 << 16
 
 
 def read_metaimage(path):
-    """Reads a MetaImage as a Volume in the file's own world coordinates. Raises FormatError or OSError."""
+    """Reads a MetaImage as a Volume in the file's own world coordinates, which are LPS as ITK writes them. Raises FormatError or OSError."""
     fields, length = _fields(path)
     dimensions = _numbers(path, fields, "DimSize", (None,), int)
     if len(dimensions) not in (2, 3) or fields.get("NDims", str(len(dimensions))) != str(len(dimensions)):
@@ -27,14 +27,17 @@ def read_metaimage(path):
     kind = _TYPES.get(fields.get("ElementType", ""))
     if kind is None:
         raise FormatError(f"{path}: samples of the type '{fields.get('ElementType', '')}' cannot be read")
+    if not _flag(fields, "BinaryData", "True"):
+        raise FormatError(f"{path}: BinaryData = {fields['BinaryData'][:40]}; samples as text cannot be read")
     source, offset = _source(path, fields["ElementDataFile"], length)
     swapped = _flag(fields, "BinaryDataByteOrderMSB") or _flag(fields, "ElementByteOrderMSB")
     compressed = "raw" if _flag(fields, "CompressedData") else None
     count = count_samples(path, dimensions)
+    offset += _skipped(path, fields, source, offset, count * np.dtype(kind).itemsize, compressed)
     values = read_samples(source, count, (">" if swapped else "<") + kind, offset, compressed)
     native = values.astype(values.dtype.newbyteorder("="), copy=False)
     affine = _affine(path, fields, len(dimensions))
-    return Volume(tuple(dimensions) + (1,) * (3 - len(dimensions)), affine, native)
+    return Volume(tuple(dimensions) + (1,) * (3 - len(dimensions)), affine, native, SPACES["LPS"])
 
 
 def _fields(path):
@@ -52,8 +55,18 @@ def _fields(path):
     return fields, position
 
 
-def _flag(fields, name):
-    return fields.get(name, "False").lower() in ("true", "1")
+def _flag(fields, name, default="False"):
+    return fields.get(name, default).lower() in ("true", "1")
+
+
+def _skipped(path, fields, source, offset, needed, compressed):
+    """The bytes between the header and the samples that HeaderSize announces; -1: the samples end the file."""
+    (size,) = _numbers(path, fields, "HeaderSize", (1,), int) or [0]
+    if size == -1 and compressed is None:
+        return max(os.path.getsize(source) - offset - needed, 0)
+    if not 0 <= size < 2**62:
+        raise FormatError(f"{path}: HeaderSize = {fields['HeaderSize'][:40]} is no place in the file")
+    return size
 
 
 def _numbers(path, fields, names, counts, kind=float):

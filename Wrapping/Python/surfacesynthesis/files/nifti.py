@@ -7,30 +7,32 @@ import warnings
 import numpy as np
 
 from ..errors import FormatError, SurfaceSynthesisWarning
-from .volumes import Volume, count_samples, read_head, read_samples
+from .volumes import SPACES, Volume, count_samples, read_head, read_samples
 
 #: NumPy types by NIfTI's datatype code.
 _TYPES = {
     2: "u1", 4: "i2", 8: "i4", 16: "f4", 64: "f8", 256: "i1", 512: "u2", 768: "u4", 1024: "i8", 1280: "u8",
 }  # fmt: skip
+#: Millimetres of a unit, by NIfTI's code: metres, micrometres. Other codes stand for millimetres or are not known.
+_MILLIMETRES = {1: 1000.0, 3: 0.001}
 #: For either version: length of the header, and offset and struct format of its fields.
 _LAYOUTS = {
     348: {
         "magic": (344, "4s"), "dim": (40, "8h"), "datatype": (70, "h"), "bitpix": (72, "h"), "pixdim": (76, "8f"),
         "vox_offset": (108, "f"), "scl_slope": (112, "f"), "scl_inter": (116, "f"), "qform_code": (252, "h"),
-        "sform_code": (254, "h"), "quatern": (256, "6f"), "srow": (280, "12f"),
+        "sform_code": (254, "h"), "quatern": (256, "6f"), "srow": (280, "12f"), "xyzt_units": (123, "B"),
     },
     540: {
         "magic": (4, "8s"), "dim": (16, "8q"), "datatype": (12, "h"), "bitpix": (14, "h"), "pixdim": (104, "8d"),
         "vox_offset": (168, "q"), "scl_slope": (176, "d"), "scl_inter": (184, "d"), "qform_code": (344, "i"),
-        "sform_code": (348, "i"), "quatern": (352, "6d"), "srow": (400, "12d"),
+        "sform_code": (348, "i"), "quatern": (352, "6d"), "srow": (400, "12d"), "xyzt_units": (500, "i"),
     },
 }  # fmt: skip
 
 
 def read_nifti(path):
-    """Reads a NIfTI file as a Volume in its own world coordinates (x to the right, y to the front, z upwards, mm as a
-    rule): those of the sform where the file has one, else of the qform, else voxel sizes only. Of a series the first
+    """Reads a NIfTI file as a Volume in its own world coordinates (x to the right, y to the front, z upwards, mm):
+    those of the sform where the file has one, else of the qform, else voxel sizes only. Of a series the first
     volume is read, with a warning. Raises FormatError or OSError."""
     header, compressed = _header(path)
     dimensions = _dimensions(path, header)
@@ -44,7 +46,9 @@ def read_nifti(path):
         raise FormatError(f"{path}: the samples cannot begin at byte {offset:g}, within the header or nowhere")
     count = count_samples(path, dimensions)
     values = read_samples(path, count, header["order"] + kind, int(offset), "gzip" if compressed else None)
-    return Volume(dimensions, _affine(path, header), _scaled(values, header["scl_slope"], header["scl_inter"]))
+    affine = _affine(path, header)
+    affine[:3] *= _MILLIMETRES.get(header["xyzt_units"] & 7, 1.0)
+    return Volume(dimensions, affine, _scaled(values, header["scl_slope"], header["scl_inter"]), SPACES["RAS"])
 
 
 def _header(path):

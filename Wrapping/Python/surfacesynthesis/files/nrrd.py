@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from ..errors import FormatError
-from .volumes import Volume, count_samples, read_samples
+from .volumes import SPACES, Volume, count_samples, read_samples
 
 _TYPES = {
     "i1": ("signed char", "int8", "int8_t"), "u1": ("uchar", "unsigned char", "uint8", "uint8_t"),
@@ -18,6 +18,12 @@ _TYPES = {
     "f4": ("float",), "f8": ("double",),
 }  # fmt: skip
 _LONGEST_HEADER = 1 << 20
+#: Directions of x, y and z, against "RAS", of the spaces that name the patient's sides.
+_DIRECTIONS = {
+    "ras": SPACES["RAS"], "right-anterior-superior": SPACES["RAS"],
+    "las": (-1.0, 1.0, 1.0), "left-anterior-superior": (-1.0, 1.0, 1.0),
+    "lps": SPACES["LPS"], "left-posterior-superior": SPACES["LPS"],
+}  # fmt: skip
 
 
 def read_nrrd(path):
@@ -40,7 +46,8 @@ def read_nrrd(path):
     order = ">" if fields.get("endian") == "big" else "<"
     values = read_samples(path, count_samples(path, dimensions), order + kind, length, encodings[encoding])
     native = values.astype(values.dtype.newbyteorder("="), copy=False)
-    return Volume(tuple(dimensions) + (1,) * (3 - len(dimensions)), _affine(path, fields, len(dimensions)), native)
+    affine = _affine(path, fields, dimensions)
+    return Volume(tuple(dimensions) + (1,) * (3 - len(dimensions)), affine, native, _DIRECTIONS.get(fields.get("space", "").lower()))
 
 
 def _fields(path):
@@ -78,22 +85,49 @@ def _vectors(path, text, size):
     return np.array(vectors)
 
 
-def _affine(path, fields, number):
-    affine = np.eye(4)
+def _affine(path, fields, dimensions):
+    affine, number = np.eye(4), len(dimensions)
     if "space directions" in fields:
         directions = _vectors(path, fields["space directions"], number)
         if len(directions) != number:
             raise FormatError(f"{path}: there are {len(directions)} space directions; {number} are needed")
         affine[:number, :number] = directions.T
-    elif "spacings" in fields:
-        try:
-            spacings = [abs(float(word)) for word in fields["spacings"].split()]
-            affine[:number, :number] = np.diag(spacings)
-        except ValueError:
-            raise FormatError(f"{path}: the spacings '{fields['spacings'][:60]}' are not {number} numbers") from None
+    else:
+        spacings, origin = _axes(path, fields, dimensions)
+        affine[:number, :number] = np.diag(spacings)
+        affine[:number, 3] = origin
     if "space origin" in fields:
         origin = _vectors(path, fields["space origin"], number)
         if len(origin) != 1:
             raise FormatError(f"{path}: there are {len(origin)} origins; one is needed")
         affine[:number, 3] = origin[0]
     return affine
+
+
+def _axes(path, fields, dimensions):
+    """Spacings and the place of the first sample, from the fields of each axis: spacings, or the ends of the axis, where
+    samples are nodes or the centers of cells (as which samples of unknown centering count)."""
+    number = len(dimensions)
+    spacings = _numbers(path, fields, "spacings", number)
+    lower = _numbers(path, fields, "axis mins", number, "axismins")
+    upper = _numbers(path, fields, "axis maxs", number, "axismaxs")
+    words = fields.get("centers", fields.get("centerings", "")).split()
+    nodes = np.array([word == "node" for word in words] if len(words) == number else [False] * number)
+    if np.isnan(spacings).any():
+        parts = np.maximum(np.array(dimensions) - nodes, 1)
+        spacings = np.where(np.isnan(spacings), (upper - lower) / parts, spacings)
+    spacings = np.where(np.isnan(spacings), 1.0, np.abs(spacings))
+    origin = lower + np.where(nodes, 0.0, 0.5 * spacings)
+    return spacings, np.where(np.isnan(origin), 0.0, origin)
+
+
+def _numbers(path, fields, name, number, other=None):
+    """The numbers of a field, NaN where the file does not have them."""
+    text = fields.get(name, fields.get(other, ""))
+    try:
+        found = np.array([float(word) for word in text.split()])
+    except ValueError:
+        found = np.zeros(0)
+    if text and len(found) != number:
+        raise FormatError(f"{path}: the {name} '{text[:60]}' are not {number} numbers")
+    return found if text else np.full(number, np.nan)

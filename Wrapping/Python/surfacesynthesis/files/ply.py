@@ -178,14 +178,19 @@ class _TextBody:
             raise FormatError(f"{self._path}:{lines[short[0]]}: a face has fewer numbers than its list announces")
         offsets = np.concatenate(([0], np.cumsum(lengths)))
         where = np.repeat(position + 1 - offsets[:-1], lengths) + np.arange(offsets[-1])
-        return _checked_sizes(self._path, offsets, values[where].astype(np.int64), lines)
+        ids = values[where]
+        broken = np.flatnonzero(~(np.abs(ids) < 2**53) | (ids != np.floor(ids)))
+        if len(broken):
+            row = np.searchsorted(offsets, broken[0], side="right") - 1
+            raise FormatError(f"{self._path}:{lines[row]}: '{ids[broken[0]]:g}' is not the number of a point")
+        return _checked_sizes(self._path, offsets, ids.astype(np.int64), lines)
 
     def _list_lengths(self, values, position, remaining, lines):
         short = np.flatnonzero(remaining < 1)
         if len(short):
             raise FormatError(f"{self._path}:{lines[short[0]]}: a face has fewer numbers than its properties")
         lengths = values[position] if len(position) else np.zeros(0)
-        bad = np.flatnonzero(~((lengths >= 0) & (lengths < 2**31)))
+        bad = np.flatnonzero(~((lengths >= 0) & (lengths < 2**31) & (lengths == np.floor(lengths))))
         if len(bad):
             raise FormatError(f"{self._path}:{lines[bad[0]]}: '{lengths[bad[0]]:g}' is not a number of points")
         return lengths.astype(np.int64)

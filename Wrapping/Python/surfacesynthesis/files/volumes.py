@@ -7,14 +7,15 @@ are cut off. The size in a header is compared with that of the file before memor
 
 import gzip
 import os
+import warnings
 import zlib
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from ..errors import FormatError
+from ..errors import FormatError, SurfaceSynthesisWarning
 
 #: Bytes that a compressed byte can stand for at most (a property of the deflate format).
 _LARGEST_RATIO = 1032
@@ -22,19 +23,29 @@ _LARGEST_RATIO = 1032
 _ORTHOGONAL = 1e-3
 
 
+#: Spaces of world coordinates that read_volume() knows, with the directions of x, y and z where "RAS" has 1, 1, 1.
+SPACES = {"RAS": (1.0, 1.0, 1.0), "LPS": (-1.0, -1.0, 1.0), "file": None}
+
+
 class Volume(NamedTuple):
-    """Samples on a lattice. Sample (i, j, k) lies at ``affine @ (i, j, k, 1)``; ``values`` are flat, i runs fastest."""
+    """Samples on a lattice. Sample (i, j, k) lies at ``affine @ (i, j, k, 1)``; ``values`` are flat, i runs fastest.
+    ``directions`` of x, y and z are 1 where the file has them as "RAS" has, -1 where opposite; None: it does not say."""
 
     dimensions: tuple
     affine: np.ndarray
     values: np.ndarray
+    directions: Optional[tuple]
 
 
-def to_image(path, volume):
-    """The vtkImageData of a Volume, with the array "Scalars". Raises FormatError when its axes are sheared."""
-    axes = volume.affine[:3, :3]
+def to_image(path, volume, space):
+    """The vtkImageData of a Volume, with the array "Scalars", in one of SPACES. Raises FormatError when its axes are
+    sheared."""
+    affine = volume.affine
+    if SPACES[space] is not None and volume.directions is not None:
+        affine = np.diag([*np.multiply(SPACES[space], volume.directions), 1.0]) @ affine
+    axes = affine[:3, :3]
     spacing = np.linalg.norm(axes, axis=0)
-    if not np.isfinite(volume.affine).all() or not (spacing > 0).all():
+    if not np.isfinite(affine).all() or not (spacing > 0).all():
         raise FormatError(f"{path}: the axes of the volume have the lengths {_listed(spacing)}; larger than 0 is needed")
     directions = axes / spacing
     cosines = directions.T @ directions - np.eye(3)
@@ -47,12 +58,22 @@ def to_image(path, volume):
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)
     image.SetSpacing(*spacing)
-    image.SetOrigin(*volume.affine[:3, 3])
+    image.SetOrigin(*affine[:3, 3])
     image.SetDirectionMatrix(*(left @ right).ravel())
+    _warn_of_values_that_are_not_finite(path, volume.values)
     scalars = numpy_to_vtk(np.ascontiguousarray(volume.values), deep=True)
     scalars.SetName("Scalars")
     image.GetPointData().SetScalars(scalars)
     return image
+
+
+def _warn_of_values_that_are_not_finite(path, values):
+    if values.dtype.kind == "f" and not np.isfinite(values.sum(dtype=np.float64)):  # quick; a sum may also overflow
+        count = int(np.count_nonzero(~np.isfinite(values)))
+        if count:
+            warnings.warn(
+                f"{path}: {count:,} of {len(values):,} samples are NaN or infinite", SurfaceSynthesisWarning, stacklevel=4
+            )
 
 
 def _listed(numbers):
@@ -95,18 +116,20 @@ def _too_short(path, needed, found, compressed):
 def _inflate(path, file, skip, needed):
     """``needed`` bytes, behind ``skip``, of the gzip or zlib stream that begins where ``file`` stands; fewer when it ends."""
     inflater = zlib.decompressobj(wbits=47)  # gzip or zlib, whichever it is
-    parts, missing, rest = [], skip + needed, b""
+    target, filled, rest = bytearray(needed), 0, b""
     try:
-        while missing > 0 and not inflater.eof:
+        while filled < needed and not inflater.eof:
             block = rest or file.read(1 << 20)
             if not block:
                 break
-            parts.append(inflater.decompress(block, missing))
-            missing -= len(parts[-1])
+            part = inflater.decompress(block, 1 << 24)
             rest = inflater.unconsumed_tail
+            used = min(max(len(part) - skip, 0), needed - filled)
+            target[filled : filled + used] = memoryview(part)[skip : skip + used]
+            skip, filled = max(skip - len(part), 0), filled + used
     except zlib.error as error:
         raise FormatError(f"{path}: the compressed data is damaged: {error}") from None
-    return b"".join(parts)[skip : skip + needed]
+    return memoryview(target)[:filled]
 
 
 def read_head(path, size):
