@@ -48,7 +48,7 @@ void FillMetrics(vtkTable* table, const EnsembleMetrics& metrics)
   add("MMD", metrics.MMD);
   add("ReverseMMD", metrics.ReverseMMD);
   add("COV", metrics.COV);
-  add("OneNearestNeighbourAccuracy", metrics.OneNearestNeighbourAccuracy);
+  add("OneNearestNeighbourAccuracy", metrics.OneNearestNeighborAccuracy);
   add("MeanError", metrics.MeanError);
   add("GeneratedSpacing", metrics.GeneratedSpacing);
   add("ReferenceSpacing", metrics.ReferenceSpacing);
@@ -189,9 +189,9 @@ double vtkEnsembleMetrics::GetReverseMMD() const { return this->Impl->Metrics.Re
 
 double vtkEnsembleMetrics::GetCOV() const { return this->Impl->Metrics.COV; }
 
-double vtkEnsembleMetrics::GetOneNearestNeighbourAccuracy() const
+double vtkEnsembleMetrics::GetOneNearestNeighborAccuracy() const
 {
-  return this->Impl->Metrics.OneNearestNeighbourAccuracy;
+  return this->Impl->Metrics.OneNearestNeighborAccuracy;
 }
 
 double vtkEnsembleMetrics::GetMeanError() const { return this->Impl->Metrics.MeanError; }
@@ -205,6 +205,6 @@ void vtkEnsembleMetrics::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MMD: " << this->GetMMD() << "\n";
   os << indent << "ReverseMMD: " << this->GetReverseMMD() << "\n";
   os << indent << "COV: " << this->GetCOV() << "\n";
-  os << indent << "OneNearestNeighbourAccuracy: " << this->GetOneNearestNeighbourAccuracy() << "\n";
+  os << indent << "OneNearestNeighborAccuracy: " << this->GetOneNearestNeighborAccuracy() << "\n";
   os << indent << "MeanError: " << this->GetMeanError() << "\n";
 }

@@ -16,13 +16,13 @@ PROPERTIES = {
     "Distance": ("Mean L2", "RMS", 1),
     "RemoveCentroid": (0, 1, True),
 }
-METRICS = ("MMD", "ReverseMMD", "COV", "OneNearestNeighbourAccuracy", "MeanError")
+METRICS = ("MMD", "ReverseMMD", "COV", "OneNearestNeighborAccuracy", "MeanError")
 
 
-def balls(*centres):
+def balls(*centers):
     blocks = vtkMultiBlockDataSet()
-    for number, centre in enumerate(centres):
-        blocks.SetBlock(number, surfaces.ball(size=4, centre=centre))
+    for number, center in enumerate(centers):
+        blocks.SetBlock(number, surfaces.ball(size=4, center=center))
     return blocks
 
 
