@@ -189,7 +189,7 @@ double vtkEnsembleMetrics::GetReverseMMD() const { return this->Impl->Metrics.Re
 
 double vtkEnsembleMetrics::GetCOV() const { return this->Impl->Metrics.COV; }
 
-double vtkEnsembleMetrics::GetOneNearestNeighborAccuracy() const
+double vtkEnsembleMetrics::GetOneNearestNeighbourAccuracy() const
 {
   return this->Impl->Metrics.OneNearestNeighborAccuracy;
 }
@@ -205,6 +205,6 @@ void vtkEnsembleMetrics::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MMD: " << this->GetMMD() << "\n";
   os << indent << "ReverseMMD: " << this->GetReverseMMD() << "\n";
   os << indent << "COV: " << this->GetCOV() << "\n";
-  os << indent << "OneNearestNeighborAccuracy: " << this->GetOneNearestNeighborAccuracy() << "\n";
+  os << indent << "OneNearestNeighbourAccuracy: " << this->GetOneNearestNeighbourAccuracy() << "\n";
   os << indent << "MeanError: " << this->GetMeanError() << "\n";
 }

@@ -49,7 +49,6 @@
 #ifndef vtkEnsembleMetrics_h
 #define vtkEnsembleMetrics_h
 
-#include "vtkDeprecation.h"                      // For VTK_DEPRECATION
 #include "vtkSurfaceSynthesisStatisticsModule.h" // For export macro
 #include "vtkTableAlgorithm.h"
 
@@ -113,15 +112,9 @@ public:
   double GetMMD() const;
   double GetReverseMMD() const;
   double GetCOV() const;
-  double GetOneNearestNeighborAccuracy() const;
+  double GetOneNearestNeighbourAccuracy() const;
   double GetMeanError() const;
   ///@}
-
-  /**
-   * Former name of GetOneNearestNeighborAccuracy(). The column of the table keeps its name.
-   */
-  VTK_DEPRECATION("Use GetOneNearestNeighborAccuracy()")
-  double GetOneNearestNeighbourAccuracy() const { return this->GetOneNearestNeighborAccuracy(); }
 
 protected:
   vtkEnsembleMetrics();

@@ -16,7 +16,7 @@ PROPERTIES = {
     "Distance": ("Mean L2", "RMS", 1),
     "RemoveCentroid": (0, 1, True),
 }
-METRICS = ("MMD", "ReverseMMD", "COV", "OneNearestNeighborAccuracy", "MeanError")
+METRICS = ("MMD", "ReverseMMD", "COV", "OneNearestNeighbourAccuracy", "MeanError")
 
 
 def balls(*centers):

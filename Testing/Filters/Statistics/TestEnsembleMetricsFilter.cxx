@@ -198,12 +198,8 @@ TEST(EnsembleMetricsFilter, ShapesByHand)
   EXPECT_EQ(filter->GetMMD(), ValueOf(filter, "MMD"));
   EXPECT_EQ(filter->GetReverseMMD(), ValueOf(filter, "ReverseMMD"));
   EXPECT_EQ(filter->GetCOV(), ValueOf(filter, "COV"));
-  EXPECT_EQ(filter->GetOneNearestNeighborAccuracy(), ValueOf(filter, "OneNearestNeighbourAccuracy"));
+  EXPECT_EQ(filter->GetOneNearestNeighbourAccuracy(), ValueOf(filter, "OneNearestNeighbourAccuracy"));
   EXPECT_EQ(filter->GetMeanError(), ValueOf(filter, "MeanError"));
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-  EXPECT_EQ(filter->GetOneNearestNeighbourAccuracy(), filter->GetOneNearestNeighborAccuracy());
-#pragma GCC diagnostic pop
 }
 
 TEST(EnsembleMetricsFilter, TheSecondTableNamesTheNearestReferences)
@@ -479,7 +475,7 @@ TEST(EnsembleMetricsFilter, TheSameBitsForEveryNumberOfThreads)
     vtkSMPTools::LocalScope(vtkSMPTools::Config(threads), [&] {
       const auto filter = Compared(generated, reference, "Noise");
       tables.push_back({ filter->GetMMD(), filter->GetReverseMMD(), filter->GetCOV(), filter->GetMeanError(),
-        filter->GetOneNearestNeighborAccuracy() });
+        filter->GetOneNearestNeighbourAccuracy() });
     });
   }
   EXPECT_EQ(tables[1], tables[0]);
@@ -505,7 +501,7 @@ TEST(EnsembleMetricsFilter, PrintsItsProperties)
   std::ostringstream text;
   Compared(AtHeights({ 0.0 }, "Height"), AtHeights({ 2.0 }, "Height"), "Height")->Print(text);
   for (const char* part : { "ArrayName: Height", "Distance: 0", "RemoveCentroid: 0", "MMD: 2", "COV: 1",
-         "OneNearestNeighborAccuracy: 0", "MeanError: 2" })
+         "OneNearestNeighbourAccuracy: 0", "MeanError: 2" })
   {
     EXPECT_THAT(text.str(), HasSubstr(part));
   }
