@@ -29,7 +29,8 @@ packages=(
   libcgal-demo mricron-data python3-matplotlib xauth xvfb
 )
 testing_packages=(
-  clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy
+  clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-nibabel python3-pytest
+  python3-scipy
 )
 if [ "${1:-}" = --testing ]; then
   packages+=("${testing_packages[@]}")

@@ -40,8 +40,8 @@ layout.AssignView(0, view)
 SetActiveView(view)
 display = Show(noise, view)
 ColorBy(display, ("POINTS", "MaternNoise"))
-colours = GetColorTransferFunction("MaternNoise")
-colours.RescaleTransferFunction(-3.0, 3.0)
+colors = GetColorTransferFunction("MaternNoise")
+colors.RescaleTransferFunction(-3.0, 3.0)
 display.SetScalarBarVisibility(view, True)
 view.CameraPosition = [4.9, -4.9, 2.9]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]

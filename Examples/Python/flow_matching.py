@@ -97,7 +97,7 @@ def training_poses(options):
         for column in range(len(SEEDS)):
             posed = warped_to(mesh, blocks[column])
             sheet.add(row, column, f"pose {column}, {faces(mesh)}", posed, view)
-    sheet.write(os.path.join(options.output, "poses.png"), options.colours)
+    sheet.write(os.path.join(options.output, "poses.png"), options.colors)
 
 
 def training_mixtures(options):
@@ -107,8 +107,8 @@ def training_mixtures(options):
     view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
     for column in range(len(SEEDS)):
         with_array(mesh, values[column])
-        sheet.add(0, column, f"mixture {column}, {faces(mesh)}", mesh, view, array="Mixture", colours=MIXTURE)
-    sheet.write(os.path.join(options.output, "mixtures.png"), options.colours)
+        sheet.add(0, column, f"mixture {column}, {faces(mesh)}", mesh, view, array="Mixture", colors=MIXTURE)
+    sheet.write(os.path.join(options.output, "mixtures.png"), options.colors)
 
 
 def warped_to(mesh, points):
@@ -147,7 +147,7 @@ def deformations(options):
             text = f"closest of {len(poses):,} training poses\nmean distance {distance / np.sqrt(area):.2g} sqrt(area)"
             sheet.add(2, 2 * pair, f"seed {seed}, {len(source[1]):,} faces", dataset_of_pair((sample, source[1])), view)
             sheet.add(2, 2 * pair + 1, text, dataset_of_pair((closest, source[1])), view)
-    sheet.write(os.path.join(options.output, "deformations.png"), options.colours)
+    sheet.write(os.path.join(options.output, "deformations.png"), options.colors)
 
 
 def triangulations(options, model, original, sheet, view):
@@ -183,8 +183,8 @@ def signals(options):
             print(f"{name}, {faces(mesh)}: {time.monotonic() - started:.1f} s", flush=True)
             title = f"seed {seed}\n{name}, {faces(mesh)}"
             edges = mesh.GetNumberOfCells() < 20000  # more would hide the colours
-            sheet.add(row, column, title, output, view, array="Mixture", colours=MIXTURE, edges=edges)
-    sheet.write(os.path.join(options.output, "signals.png"), options.colours)
+            sheet.add(row, column, title, output, view, array="Mixture", colors=MIXTURE, edges=edges)
+    sheet.write(os.path.join(options.output, "signals.png"), options.colors)
 
 
 def times(options):
@@ -215,7 +215,7 @@ def main():
     parser.add_argument("--only", nargs="+", choices=PICTURES, help="make some of it only; default: the pictures")
     parser.add_argument("--training", metavar="FILE", help="dataset in which the closest poses are looked up")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
-    parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
+    parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
     for name in options.only or [name for name in PICTURES if name != "times"]:

@@ -61,9 +61,9 @@ def triangulations(surface, folder, direction):
     left, top, row_height = 80, 112, 600
     view = rendering.view_of(surface, body[0] / body[1], direction)
     right, up = view.axes()
-    close = view.zoomed(view.centre + 0.125 * view.height * up, 0.12 * view.height)
+    close = view.zoomed(view.center + 0.125 * view.height * up, 0.12 * view.height)
     coarse = meshes.decimated(surface, 2600)
-    half = meshes.refined(coarse, lambda centroids: (centroids - view.centre) @ right < 0, 3)
+    half = meshes.refined(coarse, lambda centroids: (centroids - view.center) @ right < 0, 3)
     half = meshes.projected(half, coarse.GetNumberOfPoints(), surface)
     columns = (("original", surface), ("decimated", coarse), ("left half refined", half))
     rows = (("Matérn noise", "matern"), ("one number per vertex", "per_vertex"))
@@ -83,8 +83,8 @@ def triangulations(surface, folder, direction):
             part = rendering.render(field, close, (detail, detail), "MaternNoise", LIMIT, edges=True)
             rendering.paste(image, part, x + pitch - detail - 14, y + 236, frame=rendering.INK)
             side = close.height * body[1] / view.height
-            centre = view.pixel(close.centre, body)
-            rendering.outline(image, x + centre[0] - side / 2, y + centre[1] - side / 2, side, side, rendering.INK, 2)
+            center = view.pixel(close.center, body)
+            rendering.outline(image, x + center[0] - side / 2, y + center[1] - side / 2, side, side, rendering.INK, 2)
     for row, (title, _) in enumerate(rows):
         text = rendering.label(title, (left, row_height), 30, bold=True, upright=True)
         rendering.paste(image, text, 0, top + row * row_height)
@@ -112,7 +112,7 @@ def displacement(surface, folder, direction):
             mesh = warped(noise(fine, components=components, seed=seed, **scale), "MaternNoise", 1.0)
             surfacesynthesis.write_mesh(mesh, os.path.join(folder, f"displacement_{k}.vtp"))
         own = rendering.view_of(mesh, size[0] / size[1], direction)  # its centre, at the scale of all
-        rendering.paste(image, rendering.render(mesh, view.zoomed(own.centre, view.height), size), k * size[0], 0)
+        rendering.paste(image, rendering.render(mesh, view.zoomed(own.center, view.height), size), k * size[0], 0)
         rendering.paste(image, rendering.label(text, (size[0], title), 26), k * size[0], size[1])
     return image
 
@@ -159,7 +159,7 @@ def main(arguments=None):
         help="samples for spectrum.png (default 4000; the paper's Figure 4 has 100000, which takes several minutes)",
     )  # fmt: skip
     parser.add_argument(
-        "--colours", type=int, metavar="N", help="reduce the pictures to N colours, for small files (needs Pillow)"
+        "--colors", type=int, metavar="N", help="reduce the pictures to N colours, for small files (needs Pillow)"
     )
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
@@ -172,7 +172,7 @@ def main(arguments=None):
             else:
                 name, make = PICTURES[picture]
                 image = make(surface, options.output, options.view)
-                rendering.write_png(image, os.path.join(options.output, name), options.colours)
+                rendering.write_png(image, os.path.join(options.output, name), options.colors)
             say(f"{picture}: {time.monotonic() - started:.1f} s")
     except (surfacesynthesis.SurfaceSynthesisError, OSError, ValueError, RuntimeError) as error:
         return f"gallery: {error}"

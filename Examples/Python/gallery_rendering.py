@@ -33,35 +33,35 @@ SUPERSAMPLING = 2  # images are rendered this much larger and averaged
 
 def cool_warm(limit):
     """A diverging colour map from -limit (blue) over 0 (light grey) to limit (red)."""
-    colours = vtkColorTransferFunction()
-    colours.SetColorSpaceToDiverging()
-    colours.AddRGBPoint(-limit, 0.130, 0.300, 0.720)
-    colours.AddRGBPoint(0.0, 0.930, 0.925, 0.915)
-    colours.AddRGBPoint(limit, 0.730, 0.080, 0.130)
-    return colours
+    colors = vtkColorTransferFunction()
+    colors.SetColorSpaceToDiverging()
+    colors.AddRGBPoint(-limit, 0.130, 0.300, 0.720)
+    colors.AddRGBPoint(0.0, 0.930, 0.925, 0.915)
+    colors.AddRGBPoint(limit, 0.730, 0.080, 0.130)
+    return colors
 
 
 def sequential(low, high):
     """A colour map from low (light) to high (dark red)."""
-    colours = vtkColorTransferFunction()
-    colours.SetColorSpaceToLab()
-    for place, colour in ((0.0, (0.99, 0.97, 0.88)), (0.5, (0.95, 0.60, 0.35)), (1.0, (0.45, 0.02, 0.12))):
-        colours.AddRGBPoint(low + place * (high - low), *colour)
-    return colours
+    colors = vtkColorTransferFunction()
+    colors.SetColorSpaceToLab()
+    for place, color in ((0.0, (0.99, 0.97, 0.88)), (0.5, (0.95, 0.60, 0.35)), (1.0, (0.45, 0.02, 0.12))):
+        colors.AddRGBPoint(low + place * (high - low), *color)
+    return colors
 
 
 class View:
-    """A camera with a parallel projection: looks along -``direction`` at ``centre``; ``height`` world units are seen."""
+    """A camera with a parallel projection: looks along -``direction`` at ``center``; ``height`` world units are seen."""
 
-    def __init__(self, centre, height, direction=(0.0, 0.0, 1.0), up=(0.0, 1.0, 0.0)):
-        self.centre = np.asarray(centre, dtype=float)
+    def __init__(self, center, height, direction=(0.0, 0.0, 1.0), up=(0.0, 1.0, 0.0)):
+        self.center = np.asarray(center, dtype=float)
         self.height = height
         self.direction = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         self.up = np.asarray(up, dtype=float)
 
-    def zoomed(self, centre, height):
+    def zoomed(self, center, height):
         """The same view of a smaller part."""
-        return View(centre, height, self.direction, self.up)
+        return View(center, height, self.direction, self.up)
 
     def axes(self):
         """Unit vectors of the picture: to the right and upwards."""
@@ -72,7 +72,7 @@ class View:
     def pixel(self, point, size):
         """Column and row of a point in an image of ``size`` (width, height)."""
         right, up = self.axes()
-        offset = np.asarray(point) - self.centre
+        offset = np.asarray(point) - self.center
         scale = size[1] / self.height
         return size[0] / 2 + scale * (offset @ right), size[1] / 2 - scale * (offset @ up)
 
@@ -86,13 +86,13 @@ def view_of(mesh, aspect, direction, margin=1.06):
     middle = [(low + high) / 2 for low, high in zip(*spans)]
     width, height = (high - low for low, high in zip(*spans))
     depth = points @ view.direction
-    centre = middle[0] * right + middle[1] * up + (depth.min() + depth.max()) / 2 * view.direction
-    return View(centre, margin * max(height, width / aspect), direction)
+    center = middle[0] * right + middle[1] * up + (depth.min() + depth.max()) / 2 * view.direction
+    return View(center, margin * max(height, width / aspect), direction)
 
 
-def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY, colours=None):
+def render(mesh, view, size, array=None, limit=1.0, edges=False, color=CLAY, colors=None):
     """The image [height, width, 3] of a surface, coloured by a point array (with a diverging map up to ``limit``, or the
-    map ``colours``) or plain."""
+    map ``colors``) or plain."""
     normals = vtkPolyDataNormals()
     normals.SetInputData(mesh)
     normals.SplittingOff()
@@ -105,7 +105,7 @@ def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY, co
     surface.SetInterpolationToPhong()
     if array is None:
         mapper.ScalarVisibilityOff()
-        surface.SetColor(*colour)
+        surface.SetColor(*color)
         surface.SetAmbient(0.16)
         surface.SetDiffuse(0.98)
         surface.SetSpecular(0.08)
@@ -113,7 +113,7 @@ def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY, co
     else:
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray(array)
-        mapper.SetLookupTable(colours or cool_warm(limit))
+        mapper.SetLookupTable(colors or cool_warm(limit))
         mapper.UseLookupTableScalarRangeOn()
         mapper.InterpolateScalarsBeforeMappingOn()
         surface.SetAmbient(0.42)  # little shading: colour, not light, tells the value
@@ -128,10 +128,10 @@ def render(mesh, view, size, array=None, limit=1.0, edges=False, colour=CLAY, co
     camera = renderer.GetActiveCamera()
     camera.ParallelProjectionOn()
     camera.SetParallelScale(view.height / 2)
-    camera.SetFocalPoint(*view.centre)
+    camera.SetFocalPoint(*view.center)
     bounds = np.array(mesh.GetBounds()).reshape(3, 2)
     distance = 2 * np.linalg.norm(bounds[:, 1] - bounds[:, 0]) + 1e-300
-    camera.SetPosition(*(view.centre + distance * view.direction))
+    camera.SetPosition(*(view.center + distance * view.direction))
     camera.SetViewUp(*view.up)
     renderer.ResetCameraClippingRange()
     return _image(renderer, size)
@@ -224,23 +224,23 @@ def paste(image, part, column, row, frame=None):
         outline(image, column, row, width, height, frame)
 
 
-def outline(image, column, row, width, height, colour, thickness=3):
+def outline(image, column, row, width, height, color, thickness=3):
     """Draws a rectangle, in place."""
     column, row, width, height = (int(round(value)) for value in (column, row, width, height))
-    rgb = np.round(255 * np.array(colour)).astype(np.uint8)
+    rgb = np.round(255 * np.array(color)).astype(np.uint8)
     image[row : row + thickness, column : column + width] = rgb
     image[row + height - thickness : row + height, column : column + width] = rgb
     image[row : row + height, column : column + thickness] = rgb
     image[row : row + height, column + width - thickness : column + width] = rgb
 
 
-def write_png(image, path, colours=None):
-    """Writes an image [height, width, 3] of bytes; with ``colours``, with so few colours and dithered."""
-    if colours is not None:
+def write_png(image, path, colors=None):
+    """Writes an image [height, width, 3] of bytes; with ``colors``, with so few colours and dithered."""
+    if colors is not None:
         from PIL import Image
 
         picture = Image.fromarray(image)
-        palette = picture.quantize(colours, kmeans=3)
+        palette = picture.quantize(colors, kmeans=3)
         picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
         return
     height, width = image.shape[:2]
@@ -272,6 +272,6 @@ class Sheet:
         paste(self._image, label(title, (width, self.TITLE), 19), x, y)
         paste(self._image, render(mesh, view, self._size, **how), x, y + self.TITLE)
 
-    def write(self, path, colours=None):
-        write_png(self._image, path, colours)
+    def write(self, path, colors=None):
+        write_png(self._image, path, colors)
         print(f"wrote {path}", flush=True)

@@ -133,7 +133,7 @@ def plot(labels, spectra, path):
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    colours = ("#1f4fb4", "#e08214", "#2a9d5c")
+    colors = ("#1f4fb4", "#e08214", "#2a9d5c")
     figure, axes = pyplot.subplots(len(MODELS), len(COEFFICIENTS), figsize=(12, 6.2), dpi=150)
     for axis, number in zip(axes[0], COEFFICIENTS):
         axis.set_title(f"spectral coefficient {number}", fontsize=13)
@@ -141,9 +141,9 @@ def plot(labels, spectra, path):
         for k, axis in enumerate(row):
             widest = max(values[model][:, k].std() for _, values in spectra)
             bins = np.linspace(-3.2 * widest, 3.2 * widest, 49)
-            for label, colour, (_, values) in zip(labels, colours, spectra):
-                axis.hist(values[model][:, k], bins, density=True, histtype="stepfilled", color=colour, alpha=0.22)
-                axis.hist(values[model][:, k], bins, density=True, histtype="step", color=colour, lw=1.4, label=label)
+            for label, color, (_, values) in zip(labels, colors, spectra):
+                axis.hist(values[model][:, k], bins, density=True, histtype="stepfilled", color=color, alpha=0.22)
+                axis.hist(values[model][:, k], bins, density=True, histtype="step", color=color, lw=1.4, label=label)
             axis.set_yticks([])
             axis.set_xlim(bins[0], bins[-1])
             axis.locator_params(axis="x", nbins=5)

@@ -80,7 +80,7 @@ def textures(options):
             title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
             sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))
             surfacesynthesis.write_mesh(output, os.path.join(options.output, f"texture_{texture}_{name}.vtp"))
-    sheet.write(os.path.join(options.output, "textures.png"), options.colours)
+    sheet.write(os.path.join(options.output, "textures.png"), options.colors)
 
 
 def samples(options):
@@ -91,7 +91,7 @@ def samples(options):
             output, _ = grown(None, model_of(options, texture), seed=seed)
             view = rendering.view_of(output, SIZE[0] / SIZE[1], BALL)
             sheet.add(row, column, f"{texture}, seed {seed}", output, view)
-    sheet.write(os.path.join(options.output, "texture_samples.png"), options.colours)
+    sheet.write(os.path.join(options.output, "texture_samples.png"), options.colors)
 
 
 def scales(options):
@@ -110,7 +110,7 @@ def scales(options):
     for column in range(1, 4):
         level = levels[column - 1]
         sheet.add(1, column, f"level {START + column - 1}\n{faces(level)}", level, view)
-    sheet.write(os.path.join(options.output, "texture_scales.png"), options.colours)
+    sheet.write(os.path.join(options.output, "texture_scales.png"), options.colors)
 
 
 def bare_levels(target, count):
@@ -158,7 +158,7 @@ def main():
     parser.add_argument("--output", required=True, metavar="DIR")
     parser.add_argument("--only", nargs="+", choices=PICTURES, default=PICTURES, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
-    parser.add_argument("--colours", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
+    parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:

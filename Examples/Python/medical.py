@@ -79,9 +79,9 @@ def brain_picture(surface, grid):
     size, title = (620, 560), 76
     image = rendering.blank((3 * size[0], size[1] + title))
     view = upright_view(surface, size, (-0.8, 0.45, 0.35))
-    close = view.zoomed(view.centre, 0.22 * view.height)
-    centre = np.array(surface.GetCenter())
-    cut = cut_open(grid, centre, (-0.9, 0.3, 0.2))
+    close = view.zoomed(view.center, 0.22 * view.height)
+    center = np.array(surface.GetCenter())
+    cut = cut_open(grid, center, (-0.9, 0.3, 0.2))
     panels = (
         (surface, view, "Field_0", False, "random field, range 25 mm"),
         (surface, close, "Field_0", True, f"{surface.GetNumberOfCells():,} triangles"),
@@ -100,16 +100,16 @@ def upright_view(surface, size, direction):
     points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
     right, up = view.axes()
     across, along = points @ right, points @ up
-    centre = (across.min() + across.max()) / 2 * right + (along.min() + along.max()) / 2 * up
-    centre += (points @ view.direction).mean() * view.direction
+    center = (across.min() + across.max()) / 2 * right + (along.min() + along.max()) / 2 * up
+    center += (points @ view.direction).mean() * view.direction
     height = 1.06 * max(np.ptp(along), np.ptp(across) * size[1] / size[0])
-    return rendering.View(centre, height, direction, (0.0, 0.0, 1.0))
+    return rendering.View(center, height, direction, (0.0, 0.0, 1.0))
 
 
-def cut_open(grid, centre, normal):
+def cut_open(grid, center, normal):
     """The surface of the tetrahedra behind a plane, whole tetrahedra only."""
     plane = vtkPlane()
-    plane.SetOrigin(*centre)
+    plane.SetOrigin(*center)
     plane.SetNormal(*normal)
     behind = vtkExtractGeometry()
     behind.SetInputData(grid)
@@ -152,10 +152,10 @@ def femur_picture(scan, surface, shapes, deviation):
     """The scan, even triangles, two of the shapes, and the map."""
     size, title = (380, 700), 76
     image = rendering.blank((5 * size[0], size[1] + title))
-    centre = np.array(surface.GetCenter())
-    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float) - centre
+    center = np.array(surface.GetCenter())
+    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float) - center
     _, axes = np.linalg.eigh(points.T @ points)  # the long axis is the last
-    view = rendering.View(centre, 1.12 * np.ptp(points @ axes[:, 2]), axes[:, 0], axes[:, 2])
+    view = rendering.View(center, 1.12 * np.ptp(points @ axes[:, 2]), axes[:, 0], axes[:, 2])
     low, high = 0.6 * deviation.mean(), 1.6 * deviation.mean()
     panels = (
         (scan, None, True, f"scan\n{scan.GetNumberOfCells():,} triangles"),
@@ -165,8 +165,8 @@ def femur_picture(scan, surface, shapes, deviation):
         (surface, "StandardDeviation", False, f"standard deviation\n{low:.2g} (light) to {high:.2g} (dark)"),
     )
     for k, (mesh, array, edges, text) in enumerate(panels):
-        colours = rendering.sequential(low, high) if array else None
-        part = rendering.render(mesh, view, size, array, edges=edges, colours=colours)
+        colors = rendering.sequential(low, high) if array else None
+        part = rendering.render(mesh, view, size, array, edges=edges, colors=colors)
         rendering.paste(image, part, k * size[0], 0)
         rendering.paste(image, rendering.label(text, (size[0], title), 24), k * size[0], size[1])
     return image
@@ -178,7 +178,7 @@ def main(arguments=None):
     parser.add_argument("input", nargs="?", help="a volume for brain, a surface for femur")
     parser.add_argument("--output", required=True, metavar="DIR", help="folder to write to; made when it is missing")
     parser.add_argument("--points", type=int, metavar="N", help="points of the remeshed surface (30000 and 6000)")
-    parser.add_argument("--colours", type=int, metavar="N", help="reduce the picture to N colours (needs Pillow)")
+    parser.add_argument("--colors", type=int, metavar="N", help="reduce the picture to N colours (needs Pillow)")
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
     try:
@@ -186,7 +186,7 @@ def main(arguments=None):
             picture = brain(options.input or BRAIN, options.output, options.points or 30000)
         else:
             picture = femur(options.input, options.output, options.points or 6000)
-        rendering.write_png(picture, os.path.join(options.output, f"{options.pipeline}.png"), options.colours)
+        rendering.write_png(picture, os.path.join(options.output, f"{options.pipeline}.png"), options.colors)
     except (ss.SurfaceSynthesisError, OSError, ValueError, RuntimeError) as error:
         return f"medical: {error}"
     return 0

@@ -86,11 +86,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", default=MODEL)
     parser.add_argument("--output", required=True, metavar="DIR")
-    parser.add_argument("--colours", type=int, metavar="N", help="write a PNG with a palette of so few colours (needs PIL)")
+    parser.add_argument("--colors", type=int, metavar="N", help="write a PNG with a palette of so few colours (needs PIL)")
     arguments = parser.parse_args()
     os.makedirs(arguments.output, exist_ok=True)
     image = picture(arguments.model, arguments.output)
-    rendering.write_png(image, os.path.join(arguments.output, "predicted_curvature.png"), arguments.colours)
+    rendering.write_png(image, os.path.join(arguments.output, "predicted_curvature.png"), arguments.colors)
 
 
 if __name__ == "__main__":

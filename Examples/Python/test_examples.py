@@ -100,8 +100,8 @@ def check_medical(folder):
         assert done.returncode == 0
         check_picture(os.path.join(output, arguments[0] + ".png"), 1800)
     points = points_of(surfacesynthesis.read_mesh(os.path.join(output, "brain.vtp")))
-    centre = np.array((100.0 - 24.0, -50.0 - 24.0, 30.0 + 24.0))  # of the ball, in the scan's coordinates
-    assert np.allclose(points.mean(axis=0), centre, atol=1.0), points.mean(axis=0)
+    center = np.array((100.0 - 24.0, -50.0 - 24.0, 30.0 + 24.0))  # of the ball, in the scan's coordinates
+    assert np.allclose(points.mean(axis=0), center, atol=1.0), points.mean(axis=0)
     grid = surfacesynthesis.read_mesh(os.path.join(output, "brain.vtu"))
     assert grid.GetNumberOfCells() > 1000 and grid.GetPointData().HasArray("Field_2")
     femur = surfacesynthesis.read_mesh(os.path.join(output, "femur.vtp"))
@@ -255,8 +255,8 @@ def check_generated_poses(_):
 
 def mean_distances(shapes, other):
     """Of corresponding points, for each of the shapes [N, V, 3], with the same centroid."""
-    centred = [points - points.mean(axis=-2, keepdims=True) for points in (shapes, other)]
-    return np.linalg.norm(centred[0] - centred[1], axis=-1).mean(axis=-1)
+    centered = [points - points.mean(axis=-2, keepdims=True) for points in (shapes, other)]
+    return np.linalg.norm(centered[0] - centered[1], axis=-1).mean(axis=-1)
 
 
 def triangle_areas(points, triangles):

@@ -83,8 +83,8 @@ PoissonNetOptions SmallNetwork(std::int64_t channels)
 /// Mean squared error over the surface, as a fraction of the variance of the values.
 torch::Tensor RelativeError(const TrainingSurface& surface, const torch::Tensor& prediction)
 {
-  const torch::Tensor centred = surface.Values - MassMean(surface.Mesh, surface.Values);
-  const torch::Tensor variance = MassMean(surface.Mesh, centred.square());
+  const torch::Tensor centered = surface.Values - MassMean(surface.Mesh, surface.Values);
+  const torch::Tensor variance = MassMean(surface.Mesh, centered.square());
   return (MassMean(surface.Mesh, (prediction - surface.Values).square()) / variance).mean();
 }
 
@@ -94,21 +94,21 @@ void Train(const std::string& model, const std::string& losses, int steps, const
   std::vector<TrainingSurface> surfaces(training.size());
   std::transform(training.begin(), training.end(), surfaces.begin(), ReadSurface);
   PoissonNet network(SmallNetwork(surfaces.front().Values.size(1)));
-  torch::optim::Adam optimiser(network->parameters(), torch::optim::AdamOptions(3e-3));
+  torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(3e-3));
   std::ofstream table(losses);
   table << "step,error\n";
   for (int step = 0; step < steps; ++step)
   {
     const TrainingSurface& surface = surfaces[static_cast<std::size_t>(step) % surfaces.size()];
     const double done = static_cast<double>(step) / steps; // the learning rate falls along half a cosine
-    static_cast<torch::optim::AdamOptions&>(optimiser.param_groups()[0].options())
+    static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[0].options())
       .lr(1e-5 + 3e-3 * 0.5 * (1.0 + std::cos(3.14159265358979 * done)));
-    optimiser.zero_grad();
+    optimizer.zero_grad();
     const torch::Tensor error = RelativeError(
       surface, network->forward(surface.Mesh, surface.Points.matmul(RandomRotation().t())).Values);
     error.backward();
     torch::nn::utils::clip_grad_norm_(network->parameters(), 1.0);
-    optimiser.step();
+    optimizer.step();
     table << step << ',' << error.item<double>() << '\n';
     if (step % 100 == 0)
     {
@@ -116,7 +116,7 @@ void Train(const std::string& model, const std::string& losses, int steps, const
     }
   }
   PoissonNetModel result = ModelOf(*network);
-  result.Normalisation = InputNormalisation::SurfaceArea;
+  result.Normalization = InputNormalization::SurfaceArea;
   WritePoissonNet(model, result);
 }
 } // namespace

@@ -72,10 +72,10 @@ def scattered(count, generator):
     return found
 
 
-def closest(points, centres):
+def closest(points, centers):
     """The closest centre of each point [V, 3] and the angle to it [V]."""
-    cosines = points @ centres.T
-    return centres[cosines.argmax(axis=1)], np.arccos(np.clip(cosines.max(axis=1), -1.0, 1.0))
+    cosines = points @ centers.T
+    return centers[cosines.argmax(axis=1)], np.arccos(np.clip(cosines.max(axis=1), -1.0, 1.0))
 
 
 def spikes(points, generator):
@@ -118,7 +118,7 @@ def meridian(fraction):
 RELIEFS = {"spikes": spikes, "labyrinth": labyrinth, "knobs": knobs}
 
 
-class Neighbours:
+class Neighbors:
     """The edges of a closed mesh, to smooth values on its points."""
 
     def __init__(self, mesh):
@@ -139,11 +139,11 @@ def reference_levels(name, levels=LEVELS):
     meshes = balls(levels + FINER)
     fine = meshes[-1]
     relief = RELIEFS[name](directions(fine), np.random.default_rng(1))
-    neighbours = Neighbours(fine)
+    neighbors = Neighbors(fine)
     done = 0
     for number in reversed(range(levels)):
         wanted = round(SMOOTHING * (4 ** (levels + FINER - 1 - number) - 1))
-        relief = neighbours.smoothed(relief, wanted - done)
+        relief = neighbors.smoothed(relief, wanted - done)
         done = wanted
         moved = np.ascontiguousarray(relief[: meshes[number].GetNumberOfPoints()])
         meshes[number].GetPoints().SetData(numpy_to_vtk(moved, deep=True))

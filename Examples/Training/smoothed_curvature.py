@@ -23,17 +23,17 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.p
 TIME = 1e-3  # of the heat flow, on a surface of area 1: smooths over a distance of about 0.03
 
 
-def normalised(points, triangles):
+def normalized(points, triangles):
     """Points moved to the area-weighted centroid and scaled to area 1."""
     corners = points[triangles]
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    centre = (corners.mean(axis=1) * areas[:, None]).sum(axis=0) / areas.sum()
-    return (points - centre) / np.sqrt(areas.sum())
+    center = (corners.mean(axis=1) * areas[:, None]).sum(axis=0) / areas.sum()
+    return (points - center) / np.sqrt(areas.sum())
 
 
 def smoothed_curvature(points, triangles, time=TIME):
     """[V] the value at each point of a surface of any size."""
-    points = normalised(np.asarray(points, dtype=np.float64), triangles)
+    points = normalized(np.asarray(points, dtype=np.float64), triangles)
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double_area = np.linalg.norm(normals, axis=1)
@@ -96,7 +96,7 @@ def main():
     mesh = meshes.decimated(fine, arguments.vertices) if fine.GetNumberOfPoints() > arguments.vertices else fine
     points, triangles = meshes.arrays_of(mesh)
     values = smoothed_curvature(points, triangles)
-    tensors = {"points": normalised(points, triangles), "triangles": triangles, "values": values[:, None]}
+    tensors = {"points": normalized(points, triangles), "triangles": triangles, "values": values[:, None]}
     write_safetensors(arguments.output, tensors, {"surface": os.path.basename(arguments.surface)})
     print(f"{len(points)} points, {len(triangles)} triangles, deviation of the values {values.std():.3f}")
 

@@ -43,7 +43,7 @@ FeatureMatrix BroadcastConditions(const PoissonNetModel& model, const std::vecto
 } // namespace
 
 PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInputRequest& request, vtkPolyData* surface,
-  const UsedPoints& points, const MeshNormalisation& normalisation)
+  const UsedPoints& points, const MeshNormalization& normalization)
 {
   const PoissonNetOptions& options = model.Options;
   PoissonNetInput input;
@@ -67,7 +67,7 @@ PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInpu
     PointRows signal = ReadPointRows(surface, points, array, options.InputChannels);
     if (options.Head == PoissonNetHead::GradientDomain)
     {
-      signal = (signal.rowwise() - normalisation.Centre) / normalisation.Scale;
+      signal = (signal.rowwise() - normalization.Center) / normalization.Scale;
     }
     input.Signal = signal.cast<float>();
   }

@@ -25,12 +25,12 @@ struct NetworkInputRequest
 };
 
 /// Makes the input of @p model on the used points of @p surface.
-/// @param normalisation step from the caller's coordinates to the network's: the signal of a gradient-domain head is a
+/// @param normalization step from the caller's coordinates to the network's: the signal of a gradient-domain head is a
 /// set of positions and goes through it.
 /// @throws InvalidInput, in terms of the filter's properties, when the model takes another number of conditions or
 /// channels, an array is missing or has another shape, or a number is not finite.
 VTKSURFACESYNTHESISBRIDGE_EXPORT PoissonNetInput MakeNetworkInput(const PoissonNetModel& model,
   const NetworkInputRequest& request, vtkPolyData* surface, const UsedPoints& points,
-  const MeshNormalisation& normalisation);
+  const MeshNormalization& normalization);
 
 } // namespace surfsynth

@@ -28,7 +28,7 @@ namespace
 {
 bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
 {
-  return a.NumberOfCentres == b.NumberOfCentres && a.Width == b.Width && a.Separation == b.Separation;
+  return a.NumberOfCenters == b.NumberOfCenters && a.Width == b.Width && a.Separation == b.Separation;
 }
 
 /// Mixtures on one mesh.
@@ -64,7 +64,7 @@ public:
 
   void AddMixtures(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
-    const double factored = 10.0 / (10.0 + 0.1 * this->Self->NumberOfSamples * this->Self->NumberOfCentres);
+    const double factored = 10.0 / (10.0 + 0.1 * this->Self->NumberOfSamples * this->Self->NumberOfCenters);
     const GaussianMixtures* held = this->Find(surface);
     const GaussianMixtures& mixtures = held ? *held
                                             : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
@@ -88,7 +88,7 @@ private:
   surfsynth::GaussianMixtureOptions Options() const
   {
     surfsynth::GaussianMixtureOptions options;
-    options.NumberOfCentres = this->Self->NumberOfCentres;
+    options.NumberOfCenters = this->Self->NumberOfCenters;
     options.Width = this->Self->Width;
     options.Separation = this->Self->Separation;
     return options;
@@ -182,7 +182,7 @@ vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const { retur
 void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "NumberOfCentres: " << this->NumberOfCentres << "\n";
+  os << indent << "NumberOfCenters: " << this->NumberOfCenters << "\n";
   os << indent << "Width: " << this->Width << "\n";
   os << indent << "Separation: " << this->Separation << "\n";
   os << indent << "Seed: " << this->Seed << "\n";

@@ -36,6 +36,7 @@
 #ifndef vtkGaussianMixtureFilter_h
 #define vtkGaussianMixtureFilter_h
 
+#include "vtkDeprecation.h" // For VTK_DEPRECATION
 #include "vtkPassInputTypeAlgorithm.h"
 #include "vtkSurfaceSynthesisEnsemblesModule.h" // For export macro
 
@@ -53,8 +54,18 @@ public:
   /**
    * Number of Gaussians in each mixture, from 1 to 1000. Default 3.
    */
-  vtkSetClampMacro(NumberOfCentres, int, 1, 1000);
-  vtkGetMacro(NumberOfCentres, int);
+  vtkSetClampMacro(NumberOfCenters, int, 1, 1000);
+  vtkGetMacro(NumberOfCenters, int);
+  ///@}
+
+  ///@{
+  /**
+   * Deprecated names of SetNumberOfCenters() and GetNumberOfCenters().
+   */
+  VTK_DEPRECATION("Use SetNumberOfCenters()")
+  void SetNumberOfCentres(int number) { this->SetNumberOfCenters(number); }
+  VTK_DEPRECATION("Use GetNumberOfCenters()")
+  int GetNumberOfCentres() { return this->GetNumberOfCenters(); }
   ///@}
 
   ///@{
@@ -132,7 +143,7 @@ private:
   vtkGaussianMixtureFilter(const vtkGaussianMixtureFilter&) = delete;
   void operator=(const vtkGaussianMixtureFilter&) = delete;
 
-  int NumberOfCentres = 3;
+  int NumberOfCenters = 3;
   double Width = 0.08;
   double Separation = 4.0;
   int Seed = 0;

@@ -144,8 +144,8 @@ void AddPositions(
   PointMatrix predicted = mesh.Points;
   for (Index k = 0; k < evaluated.Points.Count(); ++k)
   {
-    predicted.row(evaluated.Points.Id(k)) = values.row(k).cast<double>() * evaluated.Normalisation.Scale +
-      evaluated.Normalisation.Centre;
+    predicted.row(evaluated.Points.Id(k)) = values.row(k).cast<double>() * evaluated.Normalization.Scale +
+      evaluated.Normalization.Center;
   }
   const Eigen::VectorXd areas = FaceAreas(mesh);
   const Eigen::RowVector3d shift = Centroid(mesh, areas, mesh.Points) - Centroid(mesh, areas, predicted);

@@ -30,7 +30,7 @@ struct EvaluatedSurface
   const Surface& Input;
   const UsedPoints& Points;
   const PoissonNetModel& Model;
-  const MeshNormalisation& Normalisation;
+  const MeshNormalization& Normalization;
 };
 
 /// Adds @p prediction to @p output, a copy of the surface that was evaluated: point, cell or field data by its

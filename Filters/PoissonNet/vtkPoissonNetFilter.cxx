@@ -49,8 +49,8 @@ std::string Described(const surfsynth::PoissonNetModel& model)
 /// Network on one mesh. The operators outlive a change of the model.
 struct PreparedBlock
 {
-  surfsynth::InputNormalisation Normalisation = surfsynth::InputNormalisation::None;
-  surfsynth::MeshNormalisation Coordinates;
+  surfsynth::InputNormalization Normalization = surfsynth::InputNormalization::None;
+  surfsynth::MeshNormalization Coordinates;
   surfsynth::PointMatrix Points; ///< those that triangles use, normalised
   surfsynth::PoissonOperators Operators;
   std::shared_ptr<const surfsynth::PoissonNetModel> Model;
@@ -83,7 +83,7 @@ public:
   {
     const surfsynth::UsedPoints used(surface.Mesh);
     const surfsynth::TriangleMesh mesh = used.Compact(surface.Mesh);
-    const surfsynth::MeshNormalisation coordinates = surfsynth::ComputeNormalisation(mesh, this->Normalisation());
+    const surfsynth::MeshNormalization coordinates = surfsynth::ComputeNormalization(mesh, this->Normalization());
     // Errors of the input are reported before the operators, which take long, are assembled.
     const surfsynth::PoissonNetInput input = surfsynth::MakeNetworkInput(
       *this->Model, this->Request(), output, used, coordinates);
@@ -104,7 +104,7 @@ public:
   PreparedBlock* Find(const Surface& surface)
   {
     PreparedBlock* found = this->Blocks.Find(surface);
-    return found && found->Normalisation == this->Normalisation() ? found : nullptr;
+    return found && found->Normalization == this->Normalization() ? found : nullptr;
   }
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
@@ -117,18 +117,18 @@ public:
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  surfsynth::InputNormalisation Normalisation() const
+  surfsynth::InputNormalization Normalization() const
   {
-    switch (this->Self->InputNormalisation)
+    switch (this->Self->InputNormalization)
     {
       case NONE:
-        return surfsynth::InputNormalisation::None;
+        return surfsynth::InputNormalization::None;
       case SURFACE_AREA:
-        return surfsynth::InputNormalisation::SurfaceArea;
+        return surfsynth::InputNormalization::SurfaceArea;
       case UNIT_SPHERE:
-        return surfsynth::InputNormalisation::UnitSphere;
+        return surfsynth::InputNormalization::UnitSphere;
       default:
-        return this->Model->Normalisation;
+        return this->Model->Normalization;
     }
   }
 
@@ -145,7 +145,7 @@ private:
 
   /// @param mesh the points of @p surface that triangles use.
   PreparedBlock& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
-    const surfsynth::MeshNormalisation& coordinates, const surfsynth::Progress& progress)
+    const surfsynth::MeshNormalization& coordinates, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
     // The tables that the check has made hold for the whole mesh, stray points included.
@@ -157,13 +157,13 @@ private:
     }
     const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
     PreparedBlock prepared;
-    prepared.Normalisation = this->Normalisation();
+    prepared.Normalization = this->Normalization();
     prepared.Coordinates = coordinates;
-    const surfsynth::TriangleMesh normalised = surfsynth::Normalised(mesh, coordinates);
-    prepared.Points = normalised.Points;
-    prepared.Operators = surfsynth::BuildPoissonOperators(normalised, topology, progress);
+    const surfsynth::TriangleMesh normalized = surfsynth::Normalized(mesh, coordinates);
+    prepared.Points = normalized.Points;
+    prepared.Operators = surfsynth::BuildPoissonOperators(normalized, topology, progress);
     ++this->NumberOfFactorizations;
-    for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalisation()))
+    for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalization()))
     {
       vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
     }
@@ -307,7 +307,7 @@ void vtkPoissonNetFilter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "ModelFileName: " << this->ModelFileName << "\n";
-  os << indent << "InputNormalisation: " << this->InputNormalisation << "\n";
+  os << indent << "InputNormalization: " << this->InputNormalization << "\n";
   os << indent << "Conditions:";
   for (const double condition : this->Conditions)
   {

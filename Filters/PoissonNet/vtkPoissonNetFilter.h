@@ -57,6 +57,7 @@
 #ifndef vtkPoissonNetFilter_h
 #define vtkPoissonNetFilter_h
 
+#include "vtkDeprecation.h" // For VTK_DEPRECATION
 #include "vtkPassInputTypeAlgorithm.h"
 #include "vtkSurfaceSynthesisPoissonNetModule.h" // For export macro
 
@@ -72,7 +73,7 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /// Normalisations of the mesh before the evaluation.
-  enum InputNormalisations
+  enum InputNormalizations
   {
     MODEL = 0,        ///< as given in the model file; none where it gives none, as published files
     NONE = 1,         ///< no normalisation
@@ -93,12 +94,30 @@ public:
    * Normalisation of the mesh before the evaluation. It should be that of the training, because networks depend on size
    * and position. Default MODEL.
    */
-  vtkSetClampMacro(InputNormalisation, int, MODEL, UNIT_SPHERE);
-  vtkGetMacro(InputNormalisation, int);
-  void SetInputNormalisationToModel() { this->SetInputNormalisation(MODEL); }
-  void SetInputNormalisationToNone() { this->SetInputNormalisation(NONE); }
-  void SetInputNormalisationToSurfaceArea() { this->SetInputNormalisation(SURFACE_AREA); }
-  void SetInputNormalisationToUnitSphere() { this->SetInputNormalisation(UNIT_SPHERE); }
+  vtkSetClampMacro(InputNormalization, int, MODEL, UNIT_SPHERE);
+  vtkGetMacro(InputNormalization, int);
+  void SetInputNormalizationToModel() { this->SetInputNormalization(MODEL); }
+  void SetInputNormalizationToNone() { this->SetInputNormalization(NONE); }
+  void SetInputNormalizationToSurfaceArea() { this->SetInputNormalization(SURFACE_AREA); }
+  void SetInputNormalizationToUnitSphere() { this->SetInputNormalization(UNIT_SPHERE); }
+  ///@}
+
+  ///@{
+  /**
+   * Deprecated names of SetInputNormalization() and its companions.
+   */
+  VTK_DEPRECATION("Use SetInputNormalization()")
+  void SetInputNormalisation(int normalization) { this->SetInputNormalization(normalization); }
+  VTK_DEPRECATION("Use GetInputNormalization()")
+  int GetInputNormalisation() { return this->GetInputNormalization(); }
+  VTK_DEPRECATION("Use SetInputNormalizationToModel()")
+  void SetInputNormalisationToModel() { this->SetInputNormalizationToModel(); }
+  VTK_DEPRECATION("Use SetInputNormalizationToNone()")
+  void SetInputNormalisationToNone() { this->SetInputNormalizationToNone(); }
+  VTK_DEPRECATION("Use SetInputNormalizationToSurfaceArea()")
+  void SetInputNormalisationToSurfaceArea() { this->SetInputNormalizationToSurfaceArea(); }
+  VTK_DEPRECATION("Use SetInputNormalizationToUnitSphere()")
+  void SetInputNormalisationToUnitSphere() { this->SetInputNormalizationToUnitSphere(); }
   ///@}
 
   ///@{
@@ -198,7 +217,7 @@ private:
   void SetText(std::string& property, const char* text);
 
   std::string ModelFileName;
-  int InputNormalisation = MODEL;
+  int InputNormalization = MODEL;
   std::vector<double> Conditions;
   std::string ConditionArrayName;
   std::string SignalArrayName;

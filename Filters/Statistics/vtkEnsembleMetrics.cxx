@@ -48,7 +48,7 @@ void FillMetrics(vtkTable* table, const EnsembleMetrics& metrics)
   add("MMD", metrics.MMD);
   add("ReverseMMD", metrics.ReverseMMD);
   add("COV", metrics.COV);
-  add("OneNearestNeighbourAccuracy", metrics.OneNearestNeighbourAccuracy);
+  add("OneNearestNeighbourAccuracy", metrics.OneNearestNeighborAccuracy);
   add("MeanError", metrics.MeanError);
   add("GeneratedSpacing", metrics.GeneratedSpacing);
   add("ReferenceSpacing", metrics.ReferenceSpacing);
@@ -191,7 +191,7 @@ double vtkEnsembleMetrics::GetCOV() const { return this->Impl->Metrics.COV; }
 
 double vtkEnsembleMetrics::GetOneNearestNeighbourAccuracy() const
 {
-  return this->Impl->Metrics.OneNearestNeighbourAccuracy;
+  return this->Impl->Metrics.OneNearestNeighborAccuracy;
 }
 
 double vtkEnsembleMetrics::GetMeanError() const { return this->Impl->Metrics.MeanError; }

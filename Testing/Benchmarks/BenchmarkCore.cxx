@@ -31,7 +31,7 @@ void Assembly(benchmark::State& state, const TriangleMesh& mesh)
   }
 }
 
-void Factorisation(benchmark::State& state, const TriangleMesh& mesh)
+void Factorization(benchmark::State& state, const TriangleMesh& mesh)
 {
   const SparseMatrix matrix = ScreenedLaplacian(mesh);
   std::int64_t entries = 0;
@@ -97,7 +97,7 @@ void RegisterCore()
 {
   Register("MeshCheck", MeshCheck);
   Register("Assembly", Assembly);
-  Register("Factorization", Factorisation);
+  Register("Factorization", Factorization);
   Register("ColdStart", ColdStart);
   Register("NextSample", NextSample);
   Register("HundredSamples", HundredSamples);

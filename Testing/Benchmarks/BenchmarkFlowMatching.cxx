@@ -23,7 +23,7 @@ std::shared_ptr<const FlowMatchingModel> Deformer(const TriangleMesh& mesh)
   model->Velocity = test::RandomModel(options);
   model->SignalMean = Eigen::RowVectorXd::Zero(3);
   model->SignalScale = Eigen::RowVectorXd::Ones(3);
-  model->Shape.Mean = SecondMoments(Normalised(mesh, FlowNormalisation(mesh)));
+  model->Shape.Mean = SecondMoments(Normalized(mesh, FlowNormalization(mesh)));
   return model;
 }
 
@@ -59,8 +59,8 @@ void FlowMatchingSample(benchmark::State& state, const TriangleMesh& mesh)
   }
   state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
 
-  const TriangleMesh normalised = Normalised(mesh, FlowNormalisation(mesh));
-  const PoissonNetEvaluator evaluator(std::shared_ptr<const PoissonNetModel>(model, &model->Velocity), normalised);
+  const TriangleMesh normalized = Normalized(mesh, FlowNormalization(mesh));
+  const PoissonNetEvaluator evaluator(std::shared_ptr<const PoissonNetModel>(model, &model->Velocity), normalized);
   PoissonNetInput input;
   input.Extra = FeatureMatrix::Constant(mesh.NumberOfPoints(), FlowMatchingModel::PlainConditions, 0.5F);
   benchmark::DoNotOptimize(evaluator.Evaluate(input).Values.data()); // the first one touches fresh memory

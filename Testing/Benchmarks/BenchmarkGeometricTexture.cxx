@@ -84,7 +84,7 @@ void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
   {
     FaceNetwork Network;
     EdgeFeatureMatrix Features;
-    TriangleMatrix Neighbours;
+    TriangleMatrix Neighbors;
   };
   const std::shared_ptr<const GeometricTextureModel> model = PublishedGeometricTexture();
   std::vector<Level> levels;
@@ -95,9 +95,9 @@ void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
     {
       fine = SubdivideAtMidpoints(fine).Mesh;
     }
-    const FaceNeighbours neighbours = ComputeFaceNeighbours(fine);
+    const FaceNeighbors neighbors = ComputeFaceNeighbors(fine);
     levels.push_back({ FaceNetwork(model->Generator, level, model->Options.Layers),
-      ComputeEdgeFeatures(fine.Points.cast<float>(), fine.Triangles, neighbours), neighbours.Faces });
+      ComputeEdgeFeatures(fine.Points.cast<float>(), fine.Triangles, neighbors), neighbors.Faces });
   }
   const SingleThreadedBlas blas;
   const auto start = std::chrono::steady_clock::now();
@@ -105,7 +105,7 @@ void GeometricTextureNetwork(benchmark::State& state, const TriangleMesh& mesh)
   {
     for (const Level& level : levels)
     {
-      benchmark::DoNotOptimize(level.Network.Run(level.Features, level.Neighbours).data());
+      benchmark::DoNotOptimize(level.Network.Run(level.Features, level.Neighbors).data());
     }
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -124,8 +124,8 @@ void GeometricTextureTables(benchmark::State& state, const TriangleMesh& mesh)
       {
         fine = SubdivideAtMidpoints(fine).Mesh;
       }
-      const FaceNeighbours neighbours = ComputeFaceNeighbours(fine);
-      benchmark::DoNotOptimize(ComputeEdgeFeatures(fine.Points.cast<float>(), fine.Triangles, neighbours).data());
+      const FaceNeighbors neighbors = ComputeFaceNeighbors(fine);
+      benchmark::DoNotOptimize(ComputeEdgeFeatures(fine.Points.cast<float>(), fine.Triangles, neighbors).data());
     }
   }
 }

@@ -21,7 +21,7 @@ std::shared_ptr<const PoissonNetModel> Deformer()
   options.ExtraFeatures = 1;
   options.ModulateHead = true;
   auto model = std::make_shared<PoissonNetModel>(test::RandomModel(options));
-  model->Normalisation = InputNormalisation::SurfaceArea;
+  model->Normalization = InputNormalization::SurfaceArea;
   return model;
 }
 

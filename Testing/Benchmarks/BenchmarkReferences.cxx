@@ -78,7 +78,7 @@ public:
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;
 
-  bool Factorise()
+  bool Factorize()
   {
     cholmod_free_factor(&this->Factor, &this->Common);
     this->Factor = cholmod_analyze(&this->View, &this->Common);
@@ -100,12 +100,12 @@ private:
   cholmod_factor* Factor = nullptr;
 };
 
-void ReferenceCholmodFactorisation(benchmark::State& state, const TriangleMesh& mesh)
+void ReferenceCholmodFactorization(benchmark::State& state, const TriangleMesh& mesh)
 {
   Cholmod solver(ScreenedLaplacian(mesh));
   for ([[maybe_unused]] auto step : state)
   {
-    if (!solver.Factorise())
+    if (!solver.Factorize())
     {
       state.SkipWithError("CHOLMOD failed");
     }
@@ -116,7 +116,7 @@ template <std::size_t Columns>
 void ReferenceCholmodSolve(benchmark::State& state, const TriangleMesh& mesh)
 {
   Cholmod solver(ScreenedLaplacian(mesh));
-  if (!solver.Factorise())
+  if (!solver.Factorize())
   {
     state.SkipWithError("CHOLMOD failed");
   }
@@ -179,7 +179,7 @@ void RegisterReferences()
 {
   Register("ReferenceEigenTriplets", ReferenceEigenTriplets);
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
-  Register("ReferenceCholmodFactorization", ReferenceCholmodFactorisation);
+  Register("ReferenceCholmodFactorization", ReferenceCholmodFactorization);
   Register("ReferenceCholmodSolve1", ReferenceCholmodSolve<1>);
   Register("ReferenceCholmodSolve100", ReferenceCholmodSolve<100>);
   Register("ReferenceCholmodSolve128", ReferenceCholmodSolve<128>);

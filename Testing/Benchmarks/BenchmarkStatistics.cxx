@@ -55,7 +55,7 @@ void CompareEnsembles(benchmark::State& state, const TriangleMesh& mesh)
 }
 
 /// The nearest neighbours alone, one pair after the other.
-void PlainNeighbours(benchmark::State& state, const TriangleMesh& mesh)
+void PlainNeighbors(benchmark::State& state, const TriangleMesh& mesh)
 {
   const std::vector<PointMatrix> shapes = ShapesOf(mesh);
   const Eigen::VectorXd mass = LumpedMass(mesh);
@@ -81,7 +81,7 @@ void PlainNeighbours(benchmark::State& state, const TriangleMesh& mesh)
 void RegisterStatistics()
 {
   Register("EnsembleMetrics", CompareEnsembles);
-  Register("ReferenceEnsembleNeighbors", PlainNeighbours);
+  Register("ReferenceEnsembleNeighbors", PlainNeighbors);
 }
 
 } // namespace surfsynth::bench

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 
-from server_manager_xml import is_base, proxy_of
+from server_manager_xml import is_base, is_former, proxy_of
 
 # header, or that of the class and those of its bases; XML; how many properties and results at least; properties of the XML
 # that are methods of VTK's own; properties of a base class that the XML leaves out
@@ -112,6 +112,9 @@ def check(headers, xml, at_least_settable, at_least_readable, inherited, left_ou
         assert element.get("command") == "Get" + name and element.get("information_only") == "1", name
         sentence = first_sentence(element.findtext("Documentation"))
         assert sentence in plain(readable[name]), f"{name}: {sentence!r} is not in the header"
+    for name in [name for name, element in properties.items() if is_former(element)]:
+        successor = re.fullmatch(r"Former name of (\w+)\.", properties.pop(name).findtext("Documentation"))
+        assert successor and successor[1] in {*settable, *readable}, f"{name} has no successor"
     inputs = set() if is_base(xml) else {"Input"}
     assert set(properties) == inputs | {"Execute"} | inherited, f"not in the header: {sorted(properties)}"
     print(f"{xml}: {len(settable)} properties and {len(readable)} results as in {header}")

@@ -19,10 +19,10 @@ PROPERTIES = {
 METRICS = ("MMD", "ReverseMMD", "COV", "OneNearestNeighbourAccuracy", "MeanError")
 
 
-def balls(*centres):
+def balls(*centers):
     blocks = vtkMultiBlockDataSet()
-    for number, centre in enumerate(centres):
-        blocks.SetBlock(number, surfaces.ball(size=4, centre=centre))
+    for number, center in enumerate(centers):
+        blocks.SetBlock(number, surfaces.ball(size=4, center=center))
     return blocks
 
 

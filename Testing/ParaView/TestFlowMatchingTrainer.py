@@ -52,8 +52,8 @@ TINY = {"Width": 8, "Blocks": 2, "ComplexLayers": 2, "BatchSize": 2, "Iterations
 
 def balls():
     blocks = vtkMultiBlockDataSet()
-    for number, centre in enumerate((0.0, 2.0, 5.0)):
-        ball = surfaces.ball(size=4, centre=centre)
+    for number, center in enumerate((0.0, 2.0, 5.0)):
+        ball = surfaces.ball(size=4, center=center)
         points = ball.GetPoints()
         for k in range(points.GetNumberOfPoints()):
             x, y, z = points.GetPoint(k)

@@ -11,7 +11,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 
 # property: (default, another value, what GetX() of the VTK class then returns)
 PROPERTIES = {
-    "NumberOfCentres": (3, 5, 5),
+    "NumberOfCenters": (3, 5, 5),
     "Width": (0.08, 0.1, 0.1),
     "Separation": (4.0, 2.5, 2.5),
     "Seed": (0, 7, 7),
@@ -25,11 +25,20 @@ def properties_have_the_defaults_of_the_class_and_reach_it():
     check_properties(GaussianMixture(Input=source_of(surfaces.ball())), PROPERTIES)
 
 
+def the_former_name_of_centers_reaches_the_class():
+    made = GaussianMixture(Input=source_of(surfaces.ball()), NumberOfCentres=2)
+    made.UpdateVTKObjects()
+    assert made.GetClientSideObject().GetNumberOfCenters() == 2
+    made.NumberOfCenters = 4
+    made.UpdateVTKObjects()
+    assert made.GetClientSideObject().GetNumberOfCenters() == 4
+
+
 def samples_are_those_of_the_class():
-    proxy = GaussianMixture(Input=source_of(surfaces.ball()), NumberOfCentres=2, Seed=3, NumberOfSamples=2,
+    proxy = GaussianMixture(Input=source_of(surfaces.ball()), NumberOfCenters=2, Seed=3, NumberOfSamples=2,
                             FirstSample=4)  # fmt: skip
     found = output_of(proxy)
-    expected = made_by(vtkGaussianMixtureFilter(), surfaces.ball(), NumberOfCentres=2, Seed=3, NumberOfSamples=2,
+    expected = made_by(vtkGaussianMixtureFilter(), surfaces.ball(), NumberOfCenters=2, Seed=3, NumberOfSamples=2,
                        FirstSample=4)  # fmt: skip
     for name in ("Mixture_4", "Mixture_5"):
         surfaces.assert_same(surfaces.array(found, name), surfaces.array(expected, name), name)
@@ -61,6 +70,7 @@ def blocks_differ_and_a_bad_one_is_left_empty():
 
 surfaces.run(
     properties_have_the_defaults_of_the_class_and_reach_it,
+    the_former_name_of_centers_reaches_the_class,
     samples_are_those_of_the_class,
     blocks_differ_and_a_bad_one_is_left_empty,
 )

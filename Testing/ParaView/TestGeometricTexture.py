@@ -129,7 +129,7 @@ def levels_are_blocks():
     assert np.array_equal(points_of(found.GetBlock(1)), points_of(expected))
 
 
-def the_animation_goes_through_the_levels_without_growing_them_again():
+def the_animation_goes_through_the_levels_without_synthesizing_them_again():
     made = GeometricTextureSynthesizer(Input=source_of(surfaces.ball()), ModelFileName=model("animated.safetensors"),
                                        Animation="Levels")  # fmt: skip
     made.UpdatePipeline()
@@ -163,7 +163,7 @@ def distances_are_those_of_the_class():
     assert made.GetProperty("StandardError").GetData() == algorithm.GetStandardError() > 0.0
 
 
-def a_fit_is_learnt_from_and_grows_without_input():
+def a_fit_is_learned_from_and_synthesizes_without_input():
     fitter = MultiscaleMeshFitter(Input=source_of(surfaces.ball()), **FIT)
     fitter.UpdatePipeline()
     levels = servermanager.Fetch(fitter)
@@ -190,7 +190,7 @@ surfaces.run(
     properties_have_the_defaults_of_the_classes_and_reach_them,
     textures_are_those_of_the_class,
     levels_are_blocks,
-    the_animation_goes_through_the_levels_without_growing_them_again,
+    the_animation_goes_through_the_levels_without_synthesizing_them_again,
     distances_are_those_of_the_class,
-    a_fit_is_learnt_from_and_grows_without_input,
+    a_fit_is_learned_from_and_synthesizes_without_input,
 )

@@ -63,7 +63,7 @@ def report_tells_whether_the_surface_is_valid():
 def blocks_are_filled_one_by_one():
     blocks = vtkMultiBlockDataSet()
     blocks.SetBlock(0, surfaces.ball(size=4))
-    blocks.SetBlock(2, surfaces.ball(size=4, centre=3.0))
+    blocks.SetBlock(2, surfaces.ball(size=4, center=3.0))
     found = output_of(TetrahedralizeSurface(Input=source_of(blocks)))
     assert found.GetBlock(0).GetNumberOfCells() > 0 and found.GetBlock(2).GetNumberOfCells() > 0
     report = output_of(TopologyReport(Input=source_of(blocks)))

@@ -185,10 +185,10 @@ def a_model_is_chosen_in_the_panel():
     assert recorded["points"] == 3458 and recorded["errors"] == [], recorded
 
 
-def textures_are_fitted_learnt_and_grown_from_the_panel():
+def textures_are_fitted_learned_and_synthesized_from_the_panel():
     """Without a model, the message window says what is needed; the scale is shown where it is used."""
     name = "GeometricTextureSynthesizer"
-    result, recorded = play("ungrown", [*add_filter(name), apply()], "ball", name, ("ModelFileName",))
+    result, recorded = play("unsynthesized", [*add_filter(name), apply()], "ball", name, ("ModelFileName",))
     assert recorded["points"] == 0, recorded
     assert any("ModelFileName is empty" in text for text in recorded["errors"]), recorded
 
@@ -234,7 +234,7 @@ def textures_are_fitted_learnt_and_grown_from_the_panel():
         apply(),
     ]
     names = ("ModelFileName", "TargetPreparation", "TextureScale", "Seed")
-    result, recorded = play("grown", events, "ball", name, names)
+    result, recorded = play("synthesized", events, "ball", name, names)
     succeed(result)
     expected = {"ModelFileName": path, "TargetPreparation": 1, "TextureScale": 0.5, "Seed": 17}
     assert recorded["properties"] == expected, recorded
@@ -248,7 +248,7 @@ TESTS = {
     "Errors": error_reaches_the_message_window,
     "Ensembles": ensembles_are_made_from_the_panel,
     "Models": a_model_is_chosen_in_the_panel,
-    "Textures": textures_are_fitted_learnt_and_grown_from_the_panel,
+    "Textures": textures_are_fitted_learned_and_synthesized_from_the_panel,
 }
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 # property: (default, another value, what GetX() of the VTK class then returns)
 PROPERTIES = {
     "ModelFileName": ("", "net.safetensors", "net.safetensors"),
-    "InputNormalisation": ("Model", "Unit Sphere", vtkPoissonNetFilter.UNIT_SPHERE),
+    "InputNormalization": ("Model", "Unit Sphere", vtkPoissonNetFilter.UNIT_SPHERE),
     "ConditionArrayName": ("", "Time", "Time"),
     "SignalArrayName": ("", "Heat", "Heat"),
     "PredictionArrayName": ("Prediction", "Values", "Values"),
@@ -49,6 +49,9 @@ def properties_have_the_defaults_of_the_class_and_reach_it():
     made.UpdateVTKObjects()
     algorithm = made.GetClientSideObject()
     assert [algorithm.GetCondition(k) for k in range(algorithm.GetNumberOfConditions())] == [0.5, -2.0]
+    made.InputNormalisation = "Surface Area"  # the former name
+    made.UpdateVTKObjects()
+    assert algorithm.GetInputNormalization() == vtkPoissonNetFilter.SURFACE_AREA
 
 
 def classes_of_cells_are_those_of_the_class():

@@ -24,7 +24,7 @@ SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank
 CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
          "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
          "texture_trained_in_pieces", "textures_compared_in_pieces")
-MIXTURES = {"NumberOfCentres": 2, "Seed": 5, "NumberOfSamples": 2}
+MIXTURES = {"NumberOfCenters": 2, "Seed": 5, "NumberOfSamples": 2}
 GENERATED = {"ModelFileName": "mixture.safetensors", "Seed": 5, "NumberOfSteps": 2}
 POSES = {"NumberOfSamples": 3, "NumberOfHandles": 2, "NumberOfIterations": 5, "MaximumAngle": 30.0}
 TRAINING = {"SignalArrayName": "Mixture", "Width": 8, "Blocks": 1, "ComplexLayers": 1, "BatchSize": 2, "Iterations": 2}
@@ -65,8 +65,8 @@ def write_surfaces():
     # four pieces by the angle around the axis, point and cell ids those of the whole; and the same with an empty piece
     points = np.array([whole.GetPoint(p) for p in range(whole.GetNumberOfPoints())])
     triangles = surfaces.vtk_to_numpy(whole.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    centre = points[triangles].mean(axis=1) - points.mean(axis=0)
-    quarter = np.floor((np.arctan2(centre[:, 2], centre[:, 0]) + np.pi) / (0.5 * np.pi)).astype(int) % 4
+    center = points[triangles].mean(axis=1) - points.mean(axis=0)
+    quarter = np.floor((np.arctan2(center[:, 2], center[:, 0]) + np.pi) / (0.5 * np.pi)).astype(int) % 4
     for name, shares in (("quarters", [0, 1, 2, 3]), ("with_empty", [0, 1, -1, 3])):
         owner = np.where(quarter == 2, 1, quarter) if name == "with_empty" else quarter
         pieces = [piece_of(surfaces, points, triangles, np.flatnonzero(owner == share)) for share in shares]

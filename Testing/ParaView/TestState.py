@@ -29,7 +29,7 @@ NOISE = {
 
 
 MIXTURE = {
-    "NumberOfCentres": 2,
+    "NumberOfCenters": 2,
     "Width": 0.1,
     "Separation": 2.5,
     "Seed": 9,

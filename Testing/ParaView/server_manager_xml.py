@@ -25,6 +25,11 @@ def proxy_of(path):
     return proxy
 
 
+def is_former(element):
+    """True for a property under its former name, which no panel shows."""
+    return element.get("panel_visibility") == "never"
+
+
 def is_base(path):
     """True for a file whose proxy is only a base of others."""
     return ElementTree.parse(path).getroot().find("ProxyGroup").get("name") == BASES

@@ -40,7 +40,7 @@ def armadillo():
     return mesh_of(points, polygons[:, 1:])
 
 
-def ball(size=24, centre=0.0):
+def ball(size=24, center=0.0):
     """A closed surface without poles: the surface of a grid of cubes, pushed onto the unit sphere."""
     ids, points, triangles = {}, [], []
     for axis in range(3):
@@ -53,7 +53,7 @@ def ball(size=24, centre=0.0):
                         key = tuple(np.round(place * size).astype(int))
                         if key not in ids:
                             ids[key] = len(points)
-                            points.append(place / np.linalg.norm(place) + centre)
+                            points.append(place / np.linalg.norm(place) + center)
                         quad.append(ids[key])
                     if (side > 0.0) == (axis == 1):
                         quad.reverse()

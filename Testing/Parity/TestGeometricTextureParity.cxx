@@ -95,18 +95,18 @@ TEST_F(GeometricTextureParity, TheFrameOfTheInput)
 {
   const TriangleMesh mesh{ this->Matrix("mesh.vertices"), this->Triangles("mesh.faces") };
   const GeometricTextureFrame frame = FrameOf(mesh, MeshTopology(mesh));
-  const FixtureMatrix points = (mesh.Points.rowwise() - frame.Centre) / frame.Unit;
+  const FixtureMatrix points = (mesh.Points.rowwise() - frame.Center) / frame.Unit;
   EXPECT_LE(RelativeError(points, this->Matrix("in.vs_unit_edge")), 1e-6);
 }
 
-TEST_F(GeometricTextureParity, NeighboursAndSubdivisionHaveThePublishedOrder)
+TEST_F(GeometricTextureParity, NeighborsAndSubdivisionHaveThePublishedOrder)
 {
   for (int step = 0; step < Steps; ++step)
   {
     const TriangleMesh mesh = this->MeshOf(step);
     const std::string table = this->Name(step, "gfmm");
-    const FixtureMatrix neighbours = ComputeFaceNeighbours(mesh).Faces.cast<double>();
-    EXPECT_EQ(neighbours, FixtureMatrix(this->IntegerMatrix(table).transpose())) << step;
+    const FixtureMatrix neighbors = ComputeFaceNeighbors(mesh).Faces.cast<double>();
+    EXPECT_EQ(neighbors, FixtureMatrix(this->IntegerMatrix(table).transpose())) << step;
     if (step + 1 < Steps)
     {
       TriangleMesh displaced = mesh;
@@ -124,7 +124,7 @@ TEST_F(GeometricTextureParity, FeaturesOfTheNoisedMesh)
   {
     const TriangleMesh mesh = this->MeshOf(step);
     const FixtureMatrix features =
-      ComputeEdgeFeatures(this->NoisedPoints(step), mesh.Triangles, ComputeFaceNeighbours(mesh)).cast<double>();
+      ComputeEdgeFeatures(this->NoisedPoints(step), mesh.Triangles, ComputeFaceNeighbors(mesh)).cast<double>();
     EXPECT_LE(RelativeError(features, this->Transposed(this->Name(step, "features"))), 1e-5) << step;
   }
 }
@@ -150,10 +150,10 @@ TEST_F(GeometricTextureParity, DisplacementsInTheFramesOfFaces)
   for (int step = 0; step < Steps; ++step)
   {
     const TriangleMesh mesh = this->MeshOf(step);
-    const FaceNeighbours neighbours = ComputeFaceNeighbours(mesh);
+    const FaceNeighbors neighbors = ComputeFaceNeighbors(mesh);
     const FaceNetwork network(this->Model.Generator, step, this->Model.Options.Layers);
-    const EdgeFeatureMatrix features = ComputeEdgeFeatures(this->NoisedPoints(step), mesh.Triangles, neighbours);
-    const SinglePoints local = network.Run(features, neighbours.Faces);
+    const EdgeFeatureMatrix features = ComputeEdgeFeatures(this->NoisedPoints(step), mesh.Triangles, neighbors);
+    const SinglePoints local = network.Run(features, neighbors.Faces);
     const double limit = step == 0 ? 1e-5 : 1e-4;
     EXPECT_LE(RelativeError(local.cast<double>(), this->Transposed("ref." + this->Name(step, "deltas"))), limit)
       << step;

@@ -134,7 +134,7 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Published, GeometricTextureStep, testing::Values(0, 1),
   [](const auto& info) { return "Level" + std::to_string(info.param); });
 
-torch::optim::Adam OptimiserOf(torch::nn::Module& network)
+torch::optim::Adam OptimizerOf(torch::nn::Module& network)
 {
   return torch::optim::Adam(network.parameters(), torch::optim::AdamOptions(5e-4).betas(std::make_tuple(0.5, 0.99)));
 }
@@ -154,7 +154,7 @@ TEST_P(GeometricTextureStep, OfTheDiscriminatorThenOfTheGenerator)
   this->ExpectClose(critic.forward(this->Faces(), real).t(), "d.out_real", 1e-5);
   this->ExpectClose(critic.forward(this->Faces(), fake).t(), "d.out_fake", 1e-5);
 
-  torch::optim::Adam ofCritic = OptimiserOf(critic);
+  torch::optim::Adam ofCritic = OptimizerOf(critic);
   const double alpha = ReadMatrix(*this->File, this->Name("alpha"))(0, 0);
   const torch::Tensor penalty = GradientPenalty(critic, this->Faces(), real, fake, alpha);
   EXPECT_NEAR(penalty.item<double>(), losses(2, 0), 1e-5 * losses(2, 0));
@@ -172,7 +172,7 @@ TEST_P(GeometricTextureStep, OfTheDiscriminatorThenOfTheGenerator)
   const auto itself = [](const torch::Tensor& parameter) { return parameter; };
   this->ExpectAll(critic, "d.after_step", 1e-3, itself);
 
-  torch::optim::Adam ofGenerator = OptimiserOf(generator);
+  torch::optim::Adam ofGenerator = OptimizerOf(generator);
   const torch::Tensor generated = this->Generated("g");
   const torch::Tensor reconstructed = this->Generated("rec");
   this->ExpectClose(generated, "g.fake_vs", 1e-6);

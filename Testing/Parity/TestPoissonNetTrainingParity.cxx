@@ -16,7 +16,7 @@ using namespace surfsynth::test;
 namespace
 {
 
-torch::Tensor Centred(const torch::Tensor& positions) { return positions - positions.mean(-2, true); }
+torch::Tensor Centered(const torch::Tensor& positions) { return positions - positions.mean(-2, true); }
 
 /// sum of mass * difference^2 / (sum of mass * channels)
 torch::Tensor MassWeightedError(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& mass)
@@ -62,8 +62,8 @@ protected:
       const torch::Tensor target = torch::tensor(labels, torch::kInt64);
       return { torch::nll_loss(output.Values, target) };
     }
-    const torch::Tensor target = Centred(ToTensor(*this->File, "train.target", torch::kFloat64));
-    const torch::Tensor positions = Centred(output.Values);
+    const torch::Tensor target = Centered(ToTensor(*this->File, "train.target", torch::kFloat64));
+    const torch::Tensor positions = Centered(output.Values);
     const torch::Tensor gradients = Interleaved(FaceGradient(this->Mesh, target));
     if (GetParam().Name == "plain")
     {

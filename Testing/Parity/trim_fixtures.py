@@ -82,7 +82,7 @@ def rounded(name, tensor):
     return tensor
 
 
-def serialise(tensors, metadata):
+def serialize(tensors, metadata):
     """As the library's writer does it: large elements first, then by name; header padded to 8 bytes."""
     sizes = {"F64": 8, "I64": 8, "F32": 4, "I32": 4}
     header = {"__metadata__": dict(sorted(metadata.items()))}
@@ -109,7 +109,7 @@ def main():
     different = 0
     for fixture in FIXTURES:
         tensors, metadata = read(arguments.folder / f"{fixture}.safetensors")
-        data = serialise({n: rounded(n, t) for n, t in tensors.items() if is_read(fixture, n)}, metadata)
+        data = serialize({n: rounded(n, t) for n, t in tensors.items() if is_read(fixture, n)}, metadata)
         target = TARGET / f"{fixture}.safetensors"
         if check:
             same = target.is_file() and target.read_bytes() == data

@@ -71,7 +71,7 @@ def surface(mesh=None):
     return dataset_of_pair(mesh or jack())
 
 
-def coloured(mesh, values):
+def colored(mesh, values):
     copy = vtkPolyData()
     copy.CopyStructure(mesh)
     array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
@@ -109,7 +109,7 @@ def topology():
 
 def mixture():
     (values,) = surfacesynthesis.gaussian_mixtures(jack(), 1, seed=3)
-    return {"mixture": values}, coloured(surface(), 2.0 * values.ravel() - 1.0), DOUBLE
+    return {"mixture": values}, colored(surface(), 2.0 * values.ravel() - 1.0), DOUBLE
 
 
 def poses():
@@ -126,13 +126,13 @@ def ensemble():
 
 def network():
     (values,) = surfacesynthesis.poisson_net(jack(), model("smoothed_curvature")).values.T
-    return {"prediction": values}, coloured(surface(), values / np.abs(values).max()), SINGLE
+    return {"prediction": values}, colored(surface(), values / np.abs(values).max()), SINGLE
 
 
 def sampler():
     output = surfacesynthesis.sample_signal(surface(), model("bunny_mixtures"), seed=1, steps=4)
     values = array_of(output, "Mixture")
-    return {"signal": values}, coloured(output, values / np.abs(values).max()), SINGLE
+    return {"signal": values}, colored(output, values / np.abs(values).max()), SINGLE
 
 
 def deformer():

@@ -360,6 +360,13 @@ def test_former_options_work_with_a_warning(surface, tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+def test_former_spellings_of_options_work():
+    parsed = build_parser().parse_args(["dataset", "mixtures", "a", "b", "--centres", "5"])
+    assert (parsed.centers, parsed.remarks) == (5, ["--centres is deprecated: use --centers"])
+    parsed = build_parser().parse_args(["poisson-net", "a", "b", "--model", "m", "--normalisation", "none"])
+    assert (parsed.normalization, parsed.remarks) == ("none", ["--normalisation is deprecated: use --normalization"])
+
+
 def test_former_flags_stand_for_a_value():
     parsed = build_parser().parse_args(["surface", "a", "b", "--below", "--largest", "--iterations", "2", "--iso", "1"])
     assert (parsed.inside, parsed.largest_component) == ("below", True)
@@ -392,7 +399,8 @@ def test_former_keywords_and_functions_work_with_a_warning(pair):
     with pytest.warns(DeprecationWarning, match="use surfacesynthesis.geometric_texture_distance") as caught:
         assert surfacesynthesis.texture_distance is surfacesynthesis.geometric_texture_distance
         assert surfacesynthesis.MODELS is surfacesynthesis.NOISE_MODELS
-    assert [warning.filename for warning in caught] == [__file__] * 2
+        assert surfacesynthesis.NORMALISATIONS is surfacesynthesis.NORMALIZATIONS
+    assert [warning.filename for warning in caught] == [__file__] * 3
     with pytest.warns(DeprecationWarning, match='use report.valid|use report."valid"') as caught:
         report = surfacesynthesis.topology_report(pair)
         assert report.sound is report["sound"] is report.valid is True

@@ -102,7 +102,7 @@ def test_a_state_dictionary_becomes_a_model_file(place, checkpoint, tmp_path):
     assert "classes" not in written
 
 
-def test_classes_and_normalisation_go_to_the_metadata(checkpoint, tmp_path):
+def test_classes_and_normalization_go_to_the_metadata(checkpoint, tmp_path):
     convert_checkpoint(checkpoint(state_of(CLASSIFIER)), tmp_path / "net.safetensors", CLASSIFIER)
     written, tensors = contents(tmp_path / "net.safetensors")
     assert json.loads(written["classes"]) == ["ant", "bee, wild", "çat"]
@@ -147,7 +147,7 @@ def test_the_library_reads_what_is_written(config, checkpoint, tmp_path, pair):
     path = tmp_path / "net.safetensors"
     convert_checkpoint(checkpoint(state_of(config)), path, config)
     conditions = 0.5 if config is CONFIG else None
-    output = poisson_net(pair, path, conditions=conditions, normalisation="surface_area")
+    output = poisson_net(pair, path, conditions=conditions, normalization="surface_area")
     assert np.all(np.isfinite(output.values))
     assert output.class_names == config.get("classes", [])
 

@@ -82,7 +82,7 @@ def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball
         assert train(tmp_path, f"given{number}", source, given)[0] == expected
 
 
-def test_a_signal_is_learnt_by_its_name_or_from_an_array(tmp_path, ball):
+def test_a_signal_is_learned_by_its_name_or_from_an_array(tmp_path, ball):
     values = np.random.default_rng(3).normal(size=(3, len(ball[0]), 2))
     surface = polydata_of(*ball)
     for number, sample in enumerate(values):

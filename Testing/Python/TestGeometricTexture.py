@@ -161,7 +161,7 @@ def test_a_mask_limits_the_texture_and_arrays_are_interpolated(ball, model):
     assert np.abs(point_array(output, "Displacement")[~bare]).max() > 1e-3
 
 
-def test_without_a_mesh_it_grows_on_the_template(model):
+def test_without_a_mesh_it_synthesizes_on_the_template(model):
     output = geometric_texture(None, model, seed=3)
     assert isinstance(output, vtkPolyData) and output.GetNumberOfPolys() == 20 * 16
     reconstruction = points_of(geometric_texture(None, model, seed=3, random_from=LEVELS))

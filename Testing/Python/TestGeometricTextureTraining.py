@@ -29,7 +29,7 @@ def ball():
     return icosphere(2)
 
 
-def test_levels_are_fitted_and_a_texture_is_learnt_from_them(ball, tmp_path):
+def test_levels_are_fitted_and_a_texture_is_learned_from_them(ball, tmp_path):
     egg = polydata_of(ball[0] * [1, 1, 2], ball[1])
     fit = fit_levels(egg, **FIT, dataset=tmp_path / "egg.safetensors")
     assert [level.GetNumberOfPolys() for level in fit.levels] == [80, 320]

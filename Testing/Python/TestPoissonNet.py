@@ -100,12 +100,15 @@ def test_a_signal_in_place_of_the_positions(ball, tmp_path):
     assert np.array_equal(point_array(poisson_net(mesh, model, signal="xy"), "Prediction"), first[:, 0])
 
 
-def test_normalisation_makes_size_and_place_irrelevant(ball, positions):
+def test_normalization_makes_size_and_place_irrelevant(ball, positions):
     moved = (40.0 * ball[0] + 3.0, ball[1])
     with pytest.warns(SurfaceSynthesisWarning, match="area of"):
         poisson_net(moved, positions, conditions=[0, 0])
-    small = poisson_net(ball, positions, conditions=[0, 0], normalisation="surface_area").values
-    large = poisson_net(moved, positions, conditions=[0, 0], normalisation="surface_area").values
+    small = poisson_net(ball, positions, conditions=[0, 0], normalization="surface_area").values
+    large = poisson_net(moved, positions, conditions=[0, 0], normalization="surface_area").values
+    with pytest.warns(DeprecationWarning, match="keyword normalisation of poisson_net.*: use normalization"):
+        former = poisson_net(moved, positions, conditions=[0, 0], normalisation="surface_area").values
+    assert np.array_equal(former, large)
     assert np.allclose(large, 40.0 * small + 3.0, atol=1e-3)
 
 
@@ -133,7 +136,7 @@ def test_progress_and_stop(ball, classifier):
 @pytest.mark.parametrize(
     "parameters, kind, words",
     [
-        ({"normalisation": "unit"}, ValueError, "unknown normalisation 'unit'"),
+        ({"normalization": "unit"}, ValueError, "unknown normalization 'unit'"),
         ({"conditions": [1.0, "x"]}, TypeError, "conditions must be a number"),
         ({"conditions": float("nan")}, ValueError, "conditions must be finite"),
         ({"conditions": np.zeros((7, 2))}, ValueError, "a row for each of the 162 points"),

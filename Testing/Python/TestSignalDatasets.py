@@ -105,15 +105,17 @@ def test_mixtures_are_bumps_of_height_1(pair):
     assert made.min() >= 0.0 and np.all((made.max(axis=1) >= 1.0) & (made.max(axis=1) < 1.01))
     assert np.array_equal(gaussian_mixtures(pair, 1, seed=4, first_sample=7)[0], made[7])
     assert len(np.unique(made, axis=0)) == 20
-    wide = gaussian_mixtures(pair, 20, seed=4, centres=1, gaussian_width=0.2)
+    wide = gaussian_mixtures(pair, 20, seed=4, centers=1, gaussian_width=0.2)
     assert wide.mean() > made.mean() / 3
+    with pytest.warns(DeprecationWarning, match="keyword centres of gaussian_mixtures.*: use centers"):
+        assert np.array_equal(gaussian_mixtures(pair, 20, seed=4, centres=1, gaussian_width=0.2), wide)
 
 
 @pytest.mark.parametrize(
     "parameters, text",
     [
-        ({"centres": 0}, "centres must be from 1"),
-        ({"centres": 1001}, "centres must be at most 1000"),
+        ({"centers": 0}, "centers must be from 1"),
+        ({"centers": 1001}, "centers must be at most 1000"),
         ({"gaussian_width": 0.0}, "gaussian_width must be a finite number larger than 0"),
         ({"separation": -1.0}, "separation must be at least 0"),
     ],

@@ -22,13 +22,13 @@ from surfacesynthesis.flow_matching import INTEGRATORS
 from surfacesynthesis.geometric_texture import PREPARATIONS
 from surfacesynthesis.metrics import DISTANCES
 from surfacesynthesis.noise import NOISE_MODELS
-from surfacesynthesis.poisson_net import NORMALISATIONS
+from surfacesynthesis.poisson_net import NORMALIZATIONS
 from surfacesynthesis.remeshing import HOLES
 from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
 
 XML_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir, "Wrapping", "ParaView")
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "ParaView"))
-from server_manager_xml import is_base, proxy_of  # noqa: E402
+from server_manager_xml import is_base, is_former, proxy_of  # noqa: E402
 
 #: surfacesynthesis-train, where the build has it.
 TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
@@ -51,7 +51,7 @@ SYNONYMS = {
     "losses": ({"LossTableFileName"}, "the file of a table of losses"),
     "minimum_component": ({"MinimumComponentFraction"}, "smaller ones go"),
     "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName"}, "the array of the result"),
-    "normalisation": ({"InputNormalisation"}, "only the input is normalised"),
+    "normalization": ({"InputNormalization"}, "only the input is normalised"),
     "points": ({"TargetNumberOfPoints"}, "what a function is given is wanted"),
     "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),
     "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),
@@ -133,7 +133,7 @@ VALUES = [
     (PREPARATIONS, "vtkGeometricTextureSynthesizer", "TargetPreparation"),
     (DISTANCES, "vtkEnsembleMetrics", "Distance"),
     (NOISE_MODELS, "vtkMaternNoiseFilter", "NoiseModel"),
-    (NORMALISATIONS, "vtkPoissonNetFilter", "InputNormalisation"),
+    (NORMALIZATIONS, "vtkPoissonNetFilter", "InputNormalization"),
     (HOLES, "vtkSurfaceRepairFilter", "HoleFilling"),
     (INSIDE, "vtkVDBSurfaceFilter", "InsideRule"),
     (SMOOTHING, "vtkVDBSurfaceFilter", "Smoothing"),
@@ -311,6 +311,10 @@ def faults_of_proxy(proxy, cls):
     for element in proxy:
         name, command = element.get("name"), element.get("command", "")
         if element.tag == "InputProperty" or not element.tag.endswith("Property") or command in ("", "Modified"):
+            continue
+        if is_former(element):
+            if command not in ("Get" + name, "Set" + name) or not hasattr(cls, command):
+                faults.append(f"{name} is no former name of {cls.__name__}")
             continue
         if element.get("information_only") == "1":
             if command != "Get" + name or not hasattr(cls, command):

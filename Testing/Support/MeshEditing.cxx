@@ -119,7 +119,7 @@ private:
     return (this->At(t[1]) - this->At(t[0])).cross(this->At(t[2]) - this->At(t[0]));
   }
 
-  std::vector<Index> NeighboursOf(Index v) const
+  std::vector<Index> NeighborsOf(Index v) const
   {
     std::vector<Index> ids;
     for (const Index f : this->TrianglesOf(v))
@@ -137,12 +137,12 @@ private:
     return ids;
   }
 
-  bool OnBoundary(Index v) const { return this->NeighboursOf(v).size() != this->TrianglesOf(v).size(); }
+  bool OnBoundary(Index v) const { return this->NeighborsOf(v).size() != this->TrianglesOf(v).size(); }
 
   /// Queues the edges of @p v; all of them or only those to higher ids.
   void Push(Index v, bool onlyHigher)
   {
-    for (const Index w : this->NeighboursOf(v))
+    for (const Index w : this->NeighborsOf(v))
     {
       if (onlyHigher && w < v)
       {
@@ -174,11 +174,11 @@ private:
       return false;
     }
     // Link condition: the two vertices share exactly the two vertices opposite to their edge.
-    const std::vector<Index> first = this->NeighboursOf(edge.A);
-    const std::vector<Index> second = this->NeighboursOf(edge.B);
+    const std::vector<Index> first = this->NeighborsOf(edge.A);
+    const std::vector<Index> second = this->NeighborsOf(edge.B);
     std::vector<Index> shared;
     std::set_intersection(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(shared));
-    if (shared.size() != 2 || this->NeighboursOf(shared[0]).size() < 4 || this->NeighboursOf(shared[1]).size() < 4 ||
+    if (shared.size() != 2 || this->NeighborsOf(shared[0]).size() < 4 || this->NeighborsOf(shared[1]).size() < 4 ||
       first.size() + second.size() < 8)
     {
       return false;

@@ -32,7 +32,7 @@ FlowMatchingModel ModelOf(const PoissonNetOptions& options, const TriangleMesh& 
   model.Velocity = RandomModel(options, seed);
   model.SignalMean = Eigen::RowVectorXd::Zero(options.InputChannels);
   model.SignalScale = Eigen::RowVectorXd::Ones(options.InputChannels);
-  model.Shape.Mean = SecondMoments(Normalised(shape, FlowNormalisation(shape)));
+  model.Shape.Mean = SecondMoments(Normalized(shape, FlowNormalization(shape)));
   return model;
 }
 } // namespace

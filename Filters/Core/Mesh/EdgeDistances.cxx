@@ -35,9 +35,9 @@ Eigen::VectorXd EdgeDistances(const TriangleMesh& mesh, const MeshTopology& topo
     {
       continue; // was reached on a shorter path since
     }
-    for (Index k = topology.NeighbourStart[vertex]; k < topology.NeighbourStart[vertex + 1]; ++k)
+    for (Index k = topology.NeighborStart[vertex]; k < topology.NeighborStart[vertex + 1]; ++k)
     {
-      const Index other = topology.Neighbours[k];
+      const Index other = topology.Neighbors[k];
       const double through = distance + (mesh.Points.row(other) - mesh.Points.row(vertex)).stableNorm();
       if (through < distances[other])
       {

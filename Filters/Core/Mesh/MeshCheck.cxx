@@ -50,9 +50,9 @@ template <typename Visit>
 std::int64_t CountEdges(const MeshTopology& topology, Index v, const Visit& visit)
 {
   std::int64_t count = 0;
-  for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+  for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
   {
-    count += topology.Neighbours[k] > v && visit(k) ? 1 : 0;
+    count += topology.Neighbors[k] > v && visit(k) ? 1 : 0;
   }
   return count;
 }
@@ -163,7 +163,7 @@ std::vector<MeshFinding> CheckTopology(
   if (requirements.ConsistentWinding)
   {
     keep(CountEdgeDefects(MeshDefect::InconsistentWinding, topology, [&](Index v, Index k) {
-      return triangles[k] == 2 && RunsFromTo(mesh, topology, v, topology.Neighbours[k]) != 1;
+      return triangles[k] == 2 && RunsFromTo(mesh, topology, v, topology.Neighbors[k]) != 1;
     }));
   }
   if (requirements.Closed)

@@ -142,8 +142,8 @@ void FindNonManifoldComponents(
 {
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    const auto first = topology.EdgeTriangles.begin() + topology.NeighbourStart[v];
-    const auto last = topology.EdgeTriangles.begin() + topology.NeighbourStart[v + 1];
+    const auto first = topology.EdgeTriangles.begin() + topology.NeighborStart[v];
+    const auto last = topology.EdgeTriangles.begin() + topology.NeighborStart[v + 1];
     const bool manifold = std::all_of(first, last, [](std::uint8_t n) { return n <= 2; }) &&
       HasSingleFan(mesh, topology, v);
     if (!manifold)

@@ -85,7 +85,7 @@ MeshTopology::MeshTopology(const TriangleMesh& mesh)
 {
   RequireProperTriangles(mesh);
   this->PlaceCorners(mesh);
-  this->FindNeighbours(mesh);
+  this->FindNeighbors(mesh);
 }
 
 void MeshTopology::PlaceCorners(const TriangleMesh& mesh)
@@ -114,7 +114,7 @@ void MeshTopology::PlaceCorners(const TriangleMesh& mesh)
   });
 }
 
-void MeshTopology::FindNeighbours(const TriangleMesh& mesh)
+void MeshTopology::FindNeighbors(const TriangleMesh& mesh)
 {
   // The other two corners of each triangle around v, sorted: equal ids in a row are one neighbour, and their number is
   // that of the triangles on the edge. Compacted in place, then moved together.
@@ -134,23 +134,23 @@ void MeshTopology::FindNeighbours(const TriangleMesh& mesh)
   LargeArray<std::uint8_t> multiplicity(others.size());
   const auto row = [this](std::int64_t v) { return 2 * std::int64_t(this->VertexTriangleStart[v]); };
   const Index points = mesh.NumberOfPoints();
-  this->NeighbourStart.assign(static_cast<std::size_t>(points) + 1, 0);
+  this->NeighborStart.assign(static_cast<std::size_t>(points) + 1, 0);
   ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
-      this->NeighbourStart[v + 1] = CountEqualIds(
+      this->NeighborStart[v + 1] = CountEqualIds(
         others.data() + row(v), others.data() + row(v + 1), multiplicity.data() + row(v));
     }
   });
-  std::partial_sum(this->NeighbourStart.begin(), this->NeighbourStart.end(), this->NeighbourStart.begin());
-  this->Neighbours.resize(static_cast<std::size_t>(this->NeighbourStart.back()));
-  this->EdgeTriangles.resize(this->Neighbours.size());
+  std::partial_sum(this->NeighborStart.begin(), this->NeighborStart.end(), this->NeighborStart.begin());
+  this->Neighbors.resize(static_cast<std::size_t>(this->NeighborStart.back()));
+  this->EdgeTriangles.resize(this->Neighbors.size());
   ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
-      const Index to = this->NeighbourStart[v];
-      const Index count = this->NeighbourStart[v + 1] - to;
-      std::copy_n(others.data() + row(v), count, this->Neighbours.begin() + to);
+      const Index to = this->NeighborStart[v];
+      const Index count = this->NeighborStart[v + 1] - to;
+      std::copy_n(others.data() + row(v), count, this->Neighbors.begin() + to);
       std::copy_n(multiplicity.data() + row(v), count, this->EdgeTriangles.begin() + to);
     }
   });
@@ -181,15 +181,15 @@ MeshComponents ComputeComponents(const MeshTopology& topology, const Eigen::Vect
       const Index v = queue[head];
       area += mass[v];
       corners += topology.VertexTriangleStart[v + 1] - topology.VertexTriangleStart[v];
-      directedEdges += topology.NeighbourStart[v + 1] - topology.NeighbourStart[v];
-      for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+      directedEdges += topology.NeighborStart[v + 1] - topology.NeighborStart[v];
+      for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
       {
         closed = closed && topology.EdgeTriangles[k] != 1;
-        Index& component = components.OfVertex[topology.Neighbours[k]];
+        Index& component = components.OfVertex[topology.Neighbors[k]];
         if (component < 0)
         {
           component = components.Count;
-          queue.push_back(topology.Neighbours[k]);
+          queue.push_back(topology.Neighbors[k]);
         }
       }
     }

@@ -27,9 +27,9 @@ public:
   /// vertices are written in the order of triangles, in parallel, and read in the order of vertices.
   std::vector<Index> CornerPlace; ///< [3 F]
 
-  /// Vertices joined to v by an edge, ascending, are Neighbours[NeighbourStart[v] .. NeighbourStart[v + 1]).
-  std::vector<Index> NeighbourStart; ///< [V + 1]
-  std::vector<Index> Neighbours;     ///< [2 E]
+  /// Vertices joined to v by an edge, ascending, are Neighbors[NeighborStart[v] .. NeighborStart[v + 1]).
+  std::vector<Index> NeighborStart; ///< [V + 1]
+  std::vector<Index> Neighbors;     ///< [2 E]
   /// Number of triangles on the edge to that neighbour (1 = boundary, 2 = inside, 3 or more = non-manifold),
   /// saturated at 255.
   std::vector<std::uint8_t> EdgeTriangles; ///< [2 E]
@@ -37,11 +37,11 @@ public:
   /// Number of vertices, V.
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexTriangleStart.size()) - 1; }
   /// Number of edges, E.
-  std::int64_t NumberOfEdges() const { return static_cast<std::int64_t>(this->Neighbours.size()) / 2; }
+  std::int64_t NumberOfEdges() const { return static_cast<std::int64_t>(this->Neighbors.size()) / 2; }
 
 private:
   void PlaceCorners(const TriangleMesh& mesh);
-  void FindNeighbours(const TriangleMesh& mesh);
+  void FindNeighbors(const TriangleMesh& mesh);
 };
 
 /// The connected components of a mesh; vertices that no triangle uses belong to none.

@@ -126,9 +126,9 @@ Distribution EdgeLengths(const TriangleMesh& mesh, const MeshTopology& topology)
   ids.reserve(lengths.capacity());
   for (Index v = 0; v < topology.NumberOfPoints(); ++v)
   {
-    for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
     {
-      const Index other = topology.Neighbours[k];
+      const Index other = topology.Neighbors[k];
       const double length = other > v ? (mesh.Points.row(v) - mesh.Points.row(other)).stableNorm() : -1.0;
       if (length >= 0.0 && std::isfinite(length))
       {

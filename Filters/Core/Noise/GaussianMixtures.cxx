@@ -19,9 +19,9 @@ namespace
 {
 void RequireOptions(const GaussianMixtureOptions& options)
 {
-  if (options.NumberOfCentres < 1)
+  if (options.NumberOfCenters < 1)
   {
-    throw InvalidInput("GaussianMixtures: the number of centres is " + std::to_string(options.NumberOfCentres) +
+    throw InvalidInput("GaussianMixtures: the number of centres is " + std::to_string(options.NumberOfCenters) +
       "; at least 1 is needed.");
   }
   if (!(options.Width > 0.0) || !std::isfinite(options.Width))
@@ -42,7 +42,7 @@ struct GaussianMixtures::Group
 {
   std::vector<std::uint32_t> Samples;
   std::vector<double*> Values;
-  std::vector<Index> Centres;             ///< the latest of each sample
+  std::vector<Index> Centers;             ///< the latest of each sample
   std::vector<Eigen::VectorXd> ToNearest; ///< of each sample: distance from each vertex to the nearest centre so far
 };
 
@@ -83,21 +83,21 @@ void GaussianMixtures::SampleGroup(const GaussianMixtureRequest& request, Group&
   const Eigen::VectorXd& mass = this->Geodesics.Mass();
   const std::size_t count = group.Samples.size();
   group.ToNearest.assign(count, Eigen::VectorXd::Constant(mass.size(), std::numeric_limits<double>::infinity()));
-  group.Centres.resize(count);
+  group.Centers.resize(count);
   for (double* values : group.Values)
   {
     std::fill_n(values, mass.size(), 0.0);
   }
-  for (int centre = 0; centre < this->Options.NumberOfCentres; ++centre)
+  for (int center = 0; center < this->Options.NumberOfCenters; ++center)
   {
     for (std::size_t k = 0; k < count; ++k)
     {
       NormalKey key;
       key.Seed = request.Seed;
       key.Sample = group.Samples[k];
-      key.Component = static_cast<std::uint32_t>(centre);
+      key.Component = static_cast<std::uint32_t>(center);
       key.Stream = request.Stream;
-      group.Centres[k] = this->ChooseCentre(group, k, Uniform(key, 0));
+      group.Centers[k] = this->ChooseCenter(group, k, Uniform(key, 0));
     }
     this->AddGaussians(group);
   }
@@ -105,7 +105,7 @@ void GaussianMixtures::SampleGroup(const GaussianMixtureRequest& request, Group&
 
 /// The vertex at which the cumulated mass of those that are far enough from the earlier centres reaches @p uniform of
 /// its sum.
-Index GaussianMixtures::ChooseCentre(const Group& group, std::size_t member, double uniform) const
+Index GaussianMixtures::ChooseCenter(const Group& group, std::size_t member, double uniform) const
 {
   const Eigen::VectorXd& mass = this->Geodesics.Mass();
   const Eigen::VectorXd& toNearest = group.ToNearest[member];
@@ -137,7 +137,7 @@ Index GaussianMixtures::ChooseCentre(const Group& group, std::size_t member, dou
 
 void GaussianMixtures::AddGaussians(Group& group) const
 {
-  const RowMatrix distances = this->Geodesics.Distances(group.Centres);
+  const RowMatrix distances = this->Geodesics.Distances(group.Centers);
   const double factor = -0.5 / (this->Sigma * this->Sigma);
   ParallelFor(static_cast<std::int64_t>(group.Samples.size()), 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)

@@ -17,7 +17,7 @@ namespace surfsynth
 /// Options of a mixture.
 struct GaussianMixtureOptions
 {
-  int NumberOfCentres = 3; ///< number of Gaussians, at least 1
+  int NumberOfCenters = 3; ///< number of Gaussians, at least 1
   double Width = 0.08;     ///< the standard deviation sigma, as a fraction of the square root of the area, > 0
   double Separation = 4.0; ///< minimum distance between two centres, in units of sigma, >= 0
 };
@@ -62,7 +62,7 @@ public:
 
 private:
   struct Group;
-  Index ChooseCentre(const Group& group, std::size_t member, double uniform) const;
+  Index ChooseCenter(const Group& group, std::size_t member, double uniform) const;
   void AddGaussians(Group& group) const;
   void SampleGroup(const GaussianMixtureRequest& request, Group& group) const;
 

@@ -56,17 +56,14 @@ Index OppositeCorner(const TriangleMatrix& triangles, Index triangle, Index a, I
 }
 } // namespace
 
-FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh)
-{
-  return ComputeFaceNeighbours(mesh, MeshTopology(mesh));
-}
+FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh) { return ComputeFaceNeighbors(mesh, MeshTopology(mesh)); }
 
-FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopology& topology)
+FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh, const MeshTopology& topology)
 {
   const TriangleAdjacency adjacency(mesh, topology);
-  FaceNeighbours neighbours;
-  neighbours.Faces.resize(mesh.NumberOfTriangles(), 3);
-  neighbours.Opposite.resize(mesh.NumberOfTriangles(), 3);
+  FaceNeighbors neighbors;
+  neighbors.Faces.resize(mesh.NumberOfTriangles(), 3);
+  neighbors.Opposite.resize(mesh.NumberOfTriangles(), 3);
   ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto f = static_cast<Index>(begin); f < end; ++f)
     {
@@ -77,20 +74,20 @@ FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopolog
         const Index beyond = adjacency.Across(f, edge);
         if (beyond == TriangleAdjacency::Several)
         {
-          throw InvalidInput("ComputeFaceNeighbours: the edge between the vertices " + std::to_string(a) + " and " +
+          throw InvalidInput("ComputeFaceNeighbors: the edge between the vertices " + std::to_string(a) + " and " +
             std::to_string(b) + " has three triangles or more; expected one or two.");
         }
-        const Index neighbour = beyond == TriangleAdjacency::Boundary ? f : beyond;
-        neighbours.Faces(f, edge) = neighbour;
-        neighbours.Opposite(f, edge) = OppositeCorner(mesh.Triangles, neighbour, a, b);
+        const Index neighbor = beyond == TriangleAdjacency::Boundary ? f : beyond;
+        neighbors.Faces(f, edge) = neighbor;
+        neighbors.Opposite(f, edge) = OppositeCorner(mesh.Triangles, neighbor, a, b);
       }
     }
   });
-  return neighbours;
+  return neighbors;
 }
 
 EdgeFeatureMatrix ComputeEdgeFeatures(
-  const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbours& neighbours)
+  const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbors& neighbors)
 {
   EdgeFeatureMatrix features(triangles.rows(), 12);
   ParallelFor(triangles.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
@@ -100,7 +97,7 @@ EdgeFeatureMatrix ComputeEdgeFeatures(
       for (int edge = 0; edge < 3; ++edge)
       {
         const Eigen::RowVector3d x = frames.Along(edge);
-        const Eigen::RowVector3d beyond = points.row(neighbours.Opposite(f, edge)).cast<double>() -
+        const Eigen::RowVector3d beyond = points.row(neighbors.Opposite(f, edge)).cast<double>() -
           0.5 * (frames.Corner[edge] + frames.Corner[(edge + 1) % 3]);
         float* out = features.row(f).data() + 4 * edge;
         out[0] = static_cast<float>(beyond.dot(x));

@@ -13,7 +13,7 @@ namespace surfsynth
 
 /// The triangles across the edges of each triangle. Edge i of a triangle runs from its corner i to corner (i + 1) % 3.
 /// The neighbour across a boundary edge is the triangle itself, and the opposite vertex is its own.
-struct FaceNeighbours
+struct FaceNeighbors
 {
   TriangleMatrix Faces;    ///< [F, 3], the triangle across each edge
   TriangleMatrix Opposite; ///< [F, 3], the vertex of that triangle which is not on the edge
@@ -23,11 +23,25 @@ struct FaceNeighbours
 /// @param mesh with manifold edges; any vertex degree, open or closed. O(F), parallel.
 /// @throws InvalidInput when an edge has three triangles or more, an id is out of range or a triangle uses a vertex
 /// twice.
-FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh);
+FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh);
 /// Finds the neighbours of all triangles of a mesh with tables. Same errors.
 /// Finds the neighbours of all triangles of a mesh with tables. Same errors.
 /// @param topology the tables of @p mesh
-FaceNeighbours ComputeFaceNeighbours(const TriangleMesh& mesh, const MeshTopology& topology);
+FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh, const MeshTopology& topology);
+
+/// Former name of FaceNeighbors.
+using FaceNeighbours [[deprecated("use FaceNeighbors")]] = FaceNeighbors;
+/// Former name of ComputeFaceNeighbors().
+[[deprecated("use ComputeFaceNeighbors()")]] inline FaceNeighbors ComputeFaceNeighbours(const TriangleMesh& mesh)
+{
+  return ComputeFaceNeighbors(mesh);
+}
+/// Former name of ComputeFaceNeighbors().
+[[deprecated("use ComputeFaceNeighbors()")]] inline FaceNeighbors ComputeFaceNeighbours(
+  const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  return ComputeFaceNeighbors(mesh, topology);
+}
 
 /// Points in single precision, [V, 3], as networks see them.
 using SinglePoints = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -39,7 +53,7 @@ using EdgeFeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, 12, Eigen::RowMaj
 /// face's unit normal (v1 - v0) x (v2 - v1), and y = x cross n, which points out of the triangle. Unit vectors of
 /// triangles without area are zero (nothing is divided by 0).
 EdgeFeatureMatrix ComputeEdgeFeatures(
-  const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbours& neighbours);
+  const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbors& neighbors);
 
 /// Computes the displacement of each vertex: the mean over its corners of a x_i + b y_i + c n, with the frame of the
 /// edge that leaves the corner and (a, b, c) the row of @p local for the triangle.

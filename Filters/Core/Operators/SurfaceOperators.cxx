@@ -70,16 +70,16 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
 {
   const Index points = topology.NumberOfPoints();
   SparseMatrix pattern(points, points);
-  pattern.resizeNonZeros(static_cast<Eigen::Index>(topology.Neighbours.size()) + points);
+  pattern.resizeNonZeros(static_cast<Eigen::Index>(topology.Neighbors.size()) + points);
   for (Index v = 0; v <= points; ++v)
   {
-    pattern.outerIndexPtr()[v] = topology.NeighbourStart[v] + v;
+    pattern.outerIndexPtr()[v] = topology.NeighborStart[v] + v;
   }
   ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
-      const Index* first = topology.Neighbours.data() + topology.NeighbourStart[v];
-      const Index* last = topology.Neighbours.data() + topology.NeighbourStart[v + 1];
+      const Index* first = topology.Neighbors.data() + topology.NeighborStart[v];
+      const Index* last = topology.Neighbors.data() + topology.NeighborStart[v + 1];
       const Index* above = std::lower_bound(first, last, static_cast<Index>(v));
       Index* rows = pattern.innerIndexPtr() + pattern.outerIndexPtr()[v];
       rows = std::copy(first, above, rows);

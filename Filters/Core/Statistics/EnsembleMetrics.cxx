@@ -164,7 +164,7 @@ double MeanError(const SampleUnion& samples, SharedProgress& meter)
 }
 
 /// Computes the metrics from the neighbours of all samples.
-void Summarize(const SampleUnion& samples, const std::vector<Neighbours>& neighbours, EnsembleMetrics& metrics)
+void Summarize(const SampleUnion& samples, const std::vector<Neighbors>& neighbors, EnsembleMetrics& metrics)
 {
   const std::int64_t generated = samples.NumberOfGenerated;
   const double references = static_cast<double>(samples.Size() - generated);
@@ -172,7 +172,7 @@ void Summarize(const SampleUnion& samples, const std::vector<Neighbours>& neighb
   double recognized = 0.0;
   for (std::int64_t sample = 0; sample < samples.Size(); ++sample)
   {
-    const Neighbours& found = neighbours[static_cast<std::size_t>(sample)];
+    const Neighbors& found = neighbors[static_cast<std::size_t>(sample)];
     const bool isGenerated = samples.IsGenerated(sample);
     (isGenerated ? metrics.MMD : metrics.ReverseMMD) += found.InOther.Distance;
     if (found.InOwn.Sample >= 0)
@@ -192,7 +192,7 @@ void Summarize(const SampleUnion& samples, const std::vector<Neighbours>& neighb
   metrics.GeneratedSpacing /= static_cast<double>(generated);
   metrics.ReferenceSpacing /= references;
   metrics.COV = static_cast<double>(std::count(covered.begin(), covered.end(), true)) / references;
-  metrics.OneNearestNeighbourAccuracy = recognized / static_cast<double>(samples.Size());
+  metrics.OneNearestNeighborAccuracy = recognized / static_cast<double>(samples.Size());
 }
 } // namespace
 
@@ -206,7 +206,7 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
   InspectSamples(samples, options.RemoveCentroid, meter);
   EnsembleMetrics metrics;
   metrics.MeanError = MeanError(samples, meter);
-  Summarize(samples, FindNeighbours(samples, meter), metrics);
+  Summarize(samples, FindNeighbors(samples, meter), metrics);
   if (!std::isfinite(
         metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing + metrics.ReferenceSpacing))
   {

@@ -56,7 +56,7 @@ struct EnsembleMetrics
   double COV = 0.0;
   /// Leave-one-out accuracy, in [0, 1], of telling generated samples and references apart by the nearest other sample
   /// of the union: about 0.5 for equal distributions, 1 for separate ones, 0 when each reference has been copied.
-  double OneNearestNeighbourAccuracy = 0.0;
+  double OneNearestNeighborAccuracy = 0.0;
   /// Distance of the pointwise means of both ensembles ("Test Error" of table 2 of [Kuai2026]).
   double MeanError = 0.0;
   /// Mean distance of a generated sample to the nearest other one; 0 for a single sample.

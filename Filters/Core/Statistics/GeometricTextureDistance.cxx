@@ -91,13 +91,13 @@ struct SeenMesh
     {
       throw InvalidInput("CompareGeometricTextures: the " + name + " has no triangle; expected at least one.");
     }
-    const FaceNeighbours neighbours = ComputeFaceNeighbours(mesh);
-    this->MeanEdgeLength = MeanLength(mesh, neighbours);
+    const FaceNeighbors neighbors = ComputeFaceNeighbors(mesh);
+    this->MeanEdgeLength = MeanLength(mesh, neighbors);
     const double unit = unitLength > 0.0 ? unitLength : this->MeanEdgeLength;
     // Around the origin first: single precision far from it would see steps instead of a surface.
     const BoundingBox box = ComputeBoundingBox(mesh);
     const PointMatrix points = (mesh.Points.rowwise() - 0.5 * (box.Lower + box.Upper).transpose()) / unit;
-    this->Features = ComputeEdgeFeatures(points.cast<float>(), mesh.Triangles, neighbours);
+    this->Features = ComputeEdgeFeatures(points.cast<float>(), mesh.Triangles, neighbors);
     if (!(this->Features.array().abs() < LargestFeature).all())
     {
       throw InvalidInput("CompareGeometricTextures: in a unit length of " + FormatNumber(unit) + " the " + name +
@@ -111,7 +111,7 @@ struct SeenMesh
 
 private:
   /// An edge of two triangles counts with the one of the lower number.
-  static double MeanLength(const TriangleMesh& mesh, const FaceNeighbours& neighbours)
+  static double MeanLength(const TriangleMesh& mesh, const FaceNeighbors& neighbors)
   {
     double sum = 0.0;
     std::int64_t edges = 0;
@@ -119,7 +119,7 @@ private:
     {
       for (int k = 0; k < 3; ++k)
       {
-        if (neighbours.Faces(f, k) >= f)
+        if (neighbors.Faces(f, k) >= f)
         {
           sum += (mesh.Points.row(mesh.Triangles(f, (k + 1) % 3)) - mesh.Points.row(mesh.Triangles(f, k))).stableNorm();
           ++edges;

@@ -101,9 +101,9 @@ std::string NameOf(const SampleUnion& samples, std::int64_t sample)
 }
 
 /// Neighbours of the samples of a tile among its pairs: those of the rows, then those of the columns.
-std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile& tile, const RowMatrix& sums)
+std::vector<Neighbors> NeighborsInTile(const SampleUnion& samples, const Tile& tile, const RowMatrix& sums)
 {
-  std::vector<Neighbours> found(static_cast<std::size_t>(tile.Rows.Size() + tile.Columns.Size()));
+  std::vector<Neighbors> found(static_cast<std::size_t>(tile.Rows.Size() + tile.Columns.Size()));
   for (std::int64_t a = tile.Rows.Begin; a < tile.Rows.End; ++a)
   {
     for (std::int64_t b = tile.FirstColumn(a); b < tile.Columns.End; ++b)
@@ -114,8 +114,8 @@ std::vector<Neighbours> NeighboursInTile(const SampleUnion& samples, const Tile&
         throw InvalidInput("ComputeEnsembleMetrics: the distance of " + NameOf(samples, a) + " and " +
           NameOf(samples, b) + " is not finite; expected values below about 1e150.");
       }
-      Neighbours& ofRow = found[static_cast<std::size_t>(a - tile.Rows.Begin)];
-      Neighbours& ofColumn = found[static_cast<std::size_t>(tile.Rows.Size() + b - tile.Columns.Begin)];
+      Neighbors& ofRow = found[static_cast<std::size_t>(a - tile.Rows.Begin)];
+      Neighbors& ofColumn = found[static_cast<std::size_t>(tile.Rows.Size() + b - tile.Columns.Begin)];
       const bool same = samples.IsGenerated(a) == samples.IsGenerated(b);
       (same ? ofRow.InOwn : ofRow.InOther).Offer({ distance, b });
       (same ? ofColumn.InOwn : ofColumn.InOther).Offer({ distance, a });
@@ -191,26 +191,26 @@ double FinishedDistance(SampleDistance distance, double sum)
   return distance == SampleDistance::RMS ? std::sqrt(sum) : sum;
 }
 
-std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, SharedProgress& meter)
+std::vector<Neighbors> FindNeighbors(const SampleUnion& samples, SharedProgress& meter)
 {
-  std::vector<Neighbours> neighbours(samples.Samples.size());
+  std::vector<Neighbors> neighbors(samples.Samples.size());
   std::mutex mutex;
   const std::vector<Tile> tiles = TilesOf(samples.Size());
   const auto search = [&](std::int64_t k) {
     const Tile& tile = tiles[static_cast<std::size_t>(k)];
-    const auto found = NeighboursInTile(samples, tile, SumTile(samples, tile, meter));
+    const auto found = NeighborsInTile(samples, tile, SumTile(samples, tile, meter));
     const std::lock_guard<std::mutex> lock(mutex);
     const auto offer = [&](const Range& range, std::int64_t first) {
       for (std::int64_t s = 0; s < range.Size(); ++s)
       {
-        neighbours[static_cast<std::size_t>(range.Begin + s)].Offer(found[static_cast<std::size_t>(first + s)]);
+        neighbors[static_cast<std::size_t>(range.Begin + s)].Offer(found[static_cast<std::size_t>(first + s)]);
       }
     };
     offer(tile.Rows, 0);
     offer(tile.Columns, tile.Rows.Size());
   };
   ParallelTasks(static_cast<std::int64_t>(tiles.size()), search, [&] { meter.Advance(0); });
-  return neighbours;
+  return neighbors;
 }
 
 } // namespace surfsynth

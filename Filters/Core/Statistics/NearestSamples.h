@@ -46,19 +46,19 @@ double PartialDistance(
 double FinishedDistance(SampleDistance distance, double sum);
 
 /// A nearest sample and its distance; of several at the smallest distance the first one.
-struct Neighbour
+struct Neighbor
 {
   double Distance = std::numeric_limits<double>::infinity(); ///< infinity before the first Offer()
   std::int64_t Sample = -1;                                  ///< index in the union; -1 before the first Offer()
 
   /// True when @p other is nearer, or at the same distance with a lower index.
-  bool IsBeyond(const Neighbour& other) const
+  bool IsBeyond(const Neighbor& other) const
   {
     return other.Distance < this->Distance || (other.Distance == this->Distance && other.Sample < this->Sample);
   }
   /// Takes @p other when this neighbour is beyond it.
   /// Takes @p other when this neighbour is beyond it.
-  void Offer(const Neighbour& other)
+  void Offer(const Neighbor& other)
   {
     if (this->IsBeyond(other))
     {
@@ -68,13 +68,13 @@ struct Neighbour
 };
 
 /// The nearest samples of one sample in both ensembles.
-struct Neighbours
+struct Neighbors
 {
-  Neighbour InOwn;   ///< in the same ensemble; Sample is -1 when there is no other
-  Neighbour InOther; ///< in the other ensemble
+  Neighbor InOwn;   ///< in the same ensemble; Sample is -1 when there is no other
+  Neighbor InOther; ///< in the other ensemble
 
   /// Takes the nearer ones of these neighbours and @p others.
-  void Offer(const Neighbours& others)
+  void Offer(const Neighbors& others)
   {
     this->InOwn.Offer(others.InOwn);
     this->InOther.Offer(others.InOther);
@@ -83,6 +83,6 @@ struct Neighbours
 
 /// Finds the neighbours of every sample, in order. Adds (N + M) (N + M - 1) / 2 times V to the meter.
 /// @throws InvalidInput when a distance is not finite; Cancelled
-std::vector<Neighbours> FindNeighbours(const SampleUnion& samples, SharedProgress& meter);
+std::vector<Neighbors> FindNeighbors(const SampleUnion& samples, SharedProgress& meter);
 
 } // namespace surfsynth

@@ -142,9 +142,9 @@ Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh)
   }
   const double area = areas.sum();
   first /= area;
-  const Eigen::Matrix3d centred = second / area - first.transpose() * first;
+  const Eigen::Matrix3d centered = second / area - first.transpose() * first;
   Eigen::Matrix<double, 1, 6> moments;
-  moments << centred(0, 0), centred(0, 1), centred(0, 2), centred(1, 1), centred(1, 2), centred(2, 2);
+  moments << centered(0, 0), centered(0, 1), centered(0, 2), centered(1, 1), centered(1, 2), centered(2, 2);
   return moments / area;
 }
 
@@ -156,11 +156,11 @@ double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::
   return std::sqrt(squares) / (expected[0] + expected[3] + expected[5]);
 }
 
-MeshNormalisation FlowNormalisation(const TriangleMesh& mesh)
+MeshNormalization FlowNormalization(const TriangleMesh& mesh)
 {
-  MeshNormalisation normalisation = ComputeNormalisation(mesh, InputNormalisation::SurfaceArea);
-  normalisation.Scale = std::sqrt(FaceAreas(mesh).sum());
-  return normalisation;
+  MeshNormalization normalization = ComputeNormalization(mesh, InputNormalization::SurfaceArea);
+  normalization.Scale = std::sqrt(FaceAreas(mesh).sum());
+  return normalization;
 }
 
 std::string FlowMatchingModel::Description() const

@@ -5,7 +5,7 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 #include "Core/Noise/MaternField.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 
 #include <Eigen/Core>
@@ -77,10 +77,15 @@ struct FlowMatchingModel
 };
 
 /// Computes the map from the caller's coordinates to the network's: to area 1 exactly. (The 1e-8 that published
-/// networks add to the scale, see InputNormalisation::SurfaceArea, would give small surfaces, such as a cell of 1e-6 m,
+/// networks add to the scale, see InputNormalization::SurfaceArea, would give small surfaces, such as a cell of 1e-6 m,
 /// another area.)
 /// @throws InvalidInput when the mesh has no extent.
-MeshNormalisation FlowNormalisation(const TriangleMesh& mesh);
+MeshNormalization FlowNormalization(const TriangleMesh& mesh);
+/// Former name of FlowNormalization().
+[[deprecated("use FlowNormalization()")]] inline MeshNormalization FlowNormalisation(const TriangleMesh& mesh)
+{
+  return FlowNormalization(mesh);
+}
 
 /// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1"),
 /// `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in ReadPartNetwork().

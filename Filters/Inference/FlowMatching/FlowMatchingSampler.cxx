@@ -38,17 +38,17 @@ public:
   Internals(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh, const MeshTopology& topology,
     const Progress& progress)
     : Model(std::move(model))
-    , Normalisation(FlowNormalisation(mesh))
+    , Normalization(FlowNormalization(mesh))
   {
     CheckModel(*this->Model);
-    TriangleMesh normalised = Normalised(mesh, this->Normalisation);
-    const PoissonOperators operators = BuildPoissonOperators(normalised, topology, SubProgress(progress, 0.0, 0.5));
+    TriangleMesh normalized = Normalized(mesh, this->Normalization);
+    const PoissonOperators operators = BuildPoissonOperators(normalized, topology, SubProgress(progress, 0.0, 0.5));
     this->VertexMass = operators.VertexMass.cast<double>();
-    this->Describe(normalised, topology);
-    this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalised.Points);
-    this->PrepareCondition(operators, normalised.Points, SubProgress(progress, 0.5, 0.6));
+    this->Describe(normalized, topology);
+    this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalized.Points);
+    this->PrepareCondition(operators, normalized.Points, SubProgress(progress, 0.5, 0.6));
     this->Field = std::make_unique<FlowNoiseField>(
-      std::move(normalised), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
+      std::move(normalized), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
   }
 
   /// Subtracts the mean over the surface from each component.
@@ -58,7 +58,7 @@ public:
   }
 
   std::shared_ptr<const FlowMatchingModel> Model;
-  MeshNormalisation Normalisation;
+  MeshNormalization Normalization;
   Eigen::VectorXd VertexMass;
   std::optional<PoissonNetEvaluator> VelocityField;
   std::unique_ptr<FlowNoiseField> Field;
@@ -66,10 +66,10 @@ public:
   std::vector<std::string> Warnings;
 
 private:
-  void Describe(const TriangleMesh& normalised, const MeshTopology& topology)
+  void Describe(const TriangleMesh& normalized, const MeshTopology& topology)
   {
-    this->Warnings = DescribeUnlikelyInput(normalised, topology, InputNormalisation::SurfaceArea);
-    const double distance = MomentDistance(this->Model->Shape.Mean, SecondMoments(normalised));
+    this->Warnings = DescribeUnlikelyInput(normalized, topology, InputNormalization::SurfaceArea);
+    const double distance = MomentDistance(this->Model->Shape.Mean, SecondMoments(normalized));
     if (distance > this->Model->Shape.Spread + MomentTolerance)
     {
       this->Warnings.push_back("The surface is shaped or turned unlike those that the model was trained on: its second "
@@ -197,7 +197,7 @@ Eigen::MatrixXd FlowMatchingSampler::ToSignal(const FeatureMatrix& state) const
 {
   const FlowMatchingModel& model = *this->Impl->Model;
   Eigen::MatrixXd signal = this->ToDeviation(state);
-  signal.rowwise() += model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalisation.Centre)
+  signal.rowwise() += model.GeneratesPositions() ? Eigen::RowVectorXd(this->Impl->Normalization.Center)
                                                  : model.SignalMean;
   return signal;
 }
@@ -208,7 +208,7 @@ Eigen::MatrixXd FlowMatchingSampler::ToDeviation(const FeatureMatrix& state) con
   Eigen::MatrixXd deviation = state.cast<double>();
   if (model.GeneratesPositions())
   {
-    return deviation * this->Impl->Normalisation.Scale;
+    return deviation * this->Impl->Normalization.Scale;
   }
   deviation.array().rowwise() *= model.SignalScale.array();
   return deviation;
@@ -221,7 +221,7 @@ FeatureMatrix FlowMatchingSampler::FromDeviation(const Eigen::MatrixXd& deviatio
   {
     return (deviation.array().rowwise() / model.SignalScale.array()).cast<float>();
   }
-  Eigen::MatrixXd state = deviation / this->Impl->Normalisation.Scale;
+  Eigen::MatrixXd state = deviation / this->Impl->Normalization.Scale;
   this->Impl->RemoveMean(state);
   return state.cast<float>();
 }

@@ -8,7 +8,7 @@
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
 
 #include <Eigen/Core>

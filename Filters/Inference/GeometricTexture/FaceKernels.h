@@ -20,9 +20,9 @@ struct FaceKernels
 
   /// Completes a convolution from its two products, which lie side by side in rows of 2 width: that with the triangle
   /// itself and that with it as a neighbour. Adds the bias and the largest of the second products of three neighbours
-  /// to the first product, in place, of the rows from @p first on. @p neighbours [*, 3] and @p products are those of
+  /// to the first product, in place, of the rows from @p first on. @p neighbors [*, 3] and @p products are those of
   /// all triangles.
-  void (*GatherMax)(const std::int32_t* neighbours, const float* bias, std::int64_t first, std::int64_t rows,
+  void (*GatherMax)(const std::int32_t* neighbors, const float* bias, std::int64_t first, std::int64_t rows,
     std::int64_t width, float* products);
 
   /// Adds values and their squares to @p sums and @p squares, [width]; rows are @p stride numbers apart.
@@ -31,7 +31,7 @@ struct FaceKernels
 
   /// out = leaky((values - mean) * scale) with a slope of 0.2 below 0. Rows of @p values are @p stride numbers apart;
   /// rows of @p out are contiguous. @p values and @p out may be the same array when rows of both are contiguous.
-  void (*Normalise)(const float* values, std::int64_t stride, const float* mean, const float* scale, std::int64_t rows,
+  void (*Normalize)(const float* values, std::int64_t stride, const float* mean, const float* scale, std::int64_t rows,
     std::int64_t width, float* out);
 };
 

@@ -46,11 +46,11 @@ void AddLargest(const float* __restrict__ a, const float* __restrict__ b, const 
   }
 }
 
-void GatherMax(const std::int32_t* neighbours, const float* bias, Size first, Size rows, Size width, float* products)
+void GatherMax(const std::int32_t* neighbors, const float* bias, Size first, Size rows, Size width, float* products)
 {
   for (Size row = first; row < first + rows; ++row)
   {
-    const std::int32_t* beside = neighbours + 3 * row;
+    const std::int32_t* beside = neighbors + 3 * row;
     const Size stride = 2 * width;
     AddLargest(products + beside[0] * stride + width, products + beside[1] * stride + width,
       products + beside[2] * stride + width, bias, width, products + row * stride);
@@ -71,7 +71,7 @@ void AddMoments(const float* __restrict__ values, Size stride, Size rows, Size w
   }
 }
 
-void Normalise(const float* values, Size stride, const float* __restrict__ mean, const float* __restrict__ scale,
+void Normalize(const float* values, Size stride, const float* __restrict__ mean, const float* __restrict__ scale,
   Size rows, Size width, float* out)
 {
   for (Size row = 0; row < rows; ++row, values += stride, out += width)
@@ -85,6 +85,6 @@ void Normalise(const float* values, Size stride, const float* __restrict__ mean,
 }
 } // namespace
 
-extern const FaceKernels SURFSYNTH_KERNELS = { EdgeMaps, GatherMax, AddMoments, Normalise };
+extern const FaceKernels SURFSYNTH_KERNELS = { EdgeMaps, GatherMax, AddMoments, Normalize };
 
 } // namespace surfsynth

@@ -107,7 +107,7 @@ void FaceNetwork::MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm
     float* values = Scratch(TileRows * edges.Width);
     this->Kernels.EdgeMaps(
       features.data() + 12 * first, edges.Matrix.data(), edges.Bias.data(), rows, edges.Width, values);
-    this->Kernels.Normalise(values, edges.Width, norm.Mean.data(), norm.Scale.data(), rows, edges.Width, values);
+    this->Kernels.Normalize(values, edges.Width, norm.Mean.data(), norm.Scale.data(), rows, edges.Width, values);
     Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
   });
 }
@@ -118,18 +118,18 @@ void FaceNetwork::MultiplyCompleted(
   const std::int64_t stride = 2 * layer.Inputs; // of the products before, the first half of which was completed
   ForTiles(faces, TileRows, [&](std::int64_t, std::int64_t first, std::int64_t rows) {
     float* values = Scratch(TileRows * layer.Inputs);
-    this->Kernels.Normalise(
+    this->Kernels.Normalize(
       completed + first * stride, stride, norm.Mean.data(), norm.Scale.data(), rows, layer.Inputs, values);
     Multiply(values, layer.Matrix.data(), products + 2 * first * layer.Width, rows, layer.Inputs, 2 * layer.Width);
   });
 }
 
-FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMatrix& neighbours, float* products) const
+FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMatrix& neighbors, float* products) const
 {
-  const std::int64_t faces = neighbours.rows();
+  const std::int64_t faces = neighbors.rows();
   Moments moments(static_cast<std::size_t>((faces + TileRows - 1) / TileRows * 2 * layer.Width));
   ForTiles(faces, TileRows, [&](std::int64_t tile, std::int64_t first, std::int64_t rows) {
-    this->Kernels.GatherMax(neighbours.data(), layer.Bias.data(), first, rows, layer.Width, products);
+    this->Kernels.GatherMax(neighbors.data(), layer.Bias.data(), first, rows, layer.Width, products);
     double* sums = moments.data() + tile * 2 * layer.Width;
     std::fill_n(sums, 2 * layer.Width, 0.0);
     this->Kernels.AddMoments(
@@ -139,7 +139,7 @@ FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMat
 }
 
 FaceNetwork::Output FaceNetwork::Run(
-  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours, const Progress& progress) const
+  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors, const Progress& progress) const
 {
   const std::int64_t faces = features.rows();
   const auto layers = static_cast<double>(this->Layers.size());
@@ -160,7 +160,7 @@ FaceNetwork::Output FaceNetwork::Run(
     }
     products = std::move(next);
     Report(progress, (static_cast<double>(j) + 0.5) / layers);
-    norm = Summarise(this->Complete(layer, neighbours, products.data()), faces, layer.Width);
+    norm = Summarise(this->Complete(layer, neighbors, products.data()), faces, layer.Width);
     Report(progress, (static_cast<double>(j) + 1.0) / layers);
   }
   const std::int64_t outputs = this->Layers.back().Width;

@@ -34,9 +34,9 @@ public:
   /// Output of the last convolution, [F, outputs].
   using Output = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   /// Evaluates the network. The caller keeps the BLAS single-threaded (SingleThreadedBlas).
-  /// @param neighbours [F, 3], FaceNeighbours::Faces
+  /// @param neighbors [F, 3], FaceNeighbors::Faces
   /// @throws Cancelled
-  Output Run(const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours, const Progress& progress = {}) const;
+  Output Run(const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors, const Progress& progress = {}) const;
 
 private:
   /// Rows of a tile, and of a block of sums.
@@ -66,7 +66,7 @@ private:
   void MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm& norm, float* products) const;
   void MultiplyCompleted(
     const Layer& layer, const float* completed, std::int64_t faces, const Norm& norm, float* products) const;
-  Moments Complete(const Layer& layer, const TriangleMatrix& neighbours, float* products) const;
+  Moments Complete(const Layer& layer, const TriangleMatrix& neighbors, float* products) const;
 
   std::vector<Layer> Layers;
   const FaceKernels& Kernels;

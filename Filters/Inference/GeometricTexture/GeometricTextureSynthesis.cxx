@@ -43,24 +43,24 @@ GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topo
   std::int64_t used = 0;
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    const Index first = topology.NeighbourStart[v];
-    const Index last = topology.NeighbourStart[v + 1];
+    const Index first = topology.NeighborStart[v];
+    const Index last = topology.NeighborStart[v + 1];
     if (first == last)
     {
       continue; // unused; may be anywhere
     }
     ++used;
-    frame.Centre += mesh.Points.row(v);
+    frame.Center += mesh.Points.row(v);
     for (Index k = first; k < last; ++k)
     {
-      const Index other = topology.Neighbours[k];
+      const Index other = topology.Neighbors[k];
       lengths += other > v ? (mesh.Points.row(other) - mesh.Points.row(v)).stableNorm() : 0.0;
     }
   }
-  frame.Centre /= static_cast<double>(used);
+  frame.Center /= static_cast<double>(used);
   frame.Unit = lengths / static_cast<double>(topology.NumberOfEdges());
   if (!(frame.Unit > 0.0) || !std::isfinite(frame.Unit) || !std::isfinite(1.0 / frame.Unit) ||
-    !frame.Centre.allFinite())
+    !frame.Center.allFinite())
   {
     throw InvalidInput("GeometricTextureSampler: the mean edge length is " + FormatNumber(frame.Unit) +
       "; expected a mesh whose coordinates double precision can sum.");
@@ -76,13 +76,13 @@ GeometricTextureSynthesis::GeometricTextureSynthesis(const GeometricTextureModel
   , Offset(PointMatrix::Zero(mesh.NumberOfPoints(), 3))
   , LastOffset(this->Offset)
   , Mask(std::move(mask))
-  , Neighbours(ComputeFaceNeighbours(mesh, topology))
+  , Neighbors(ComputeFaceNeighbors(mesh, topology))
 {}
 
 SinglePoints GeometricTextureSynthesis::LevelPoints() const
 {
   const double scale = this->Doubling / this->Frame.Unit;
-  return ((this->Base.Points.rowwise() - this->Frame.Centre) * scale + this->Offset).cast<float>();
+  return ((this->Base.Points.rowwise() - this->Frame.Center) * scale + this->Offset).cast<float>();
 }
 
 void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress)
@@ -91,17 +91,17 @@ void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, c
   EdgeFeatureMatrix features;
   if (noise.rows() > 0)
   {
-    features = ComputeEdgeFeatures(points + noise, this->Base.Triangles, this->Neighbours);
+    features = ComputeEdgeFeatures(points + noise, this->Base.Triangles, this->Neighbors);
   }
   else
   {
-    features = ComputeEdgeFeatures(points, this->Base.Triangles, this->Neighbours);
+    features = ComputeEdgeFeatures(points, this->Base.Triangles, this->Neighbors);
   }
   Report(progress, 0.1);
   const FaceNetwork network(this->Model.Generator, level, this->Model.Options.Layers);
   {
     const SingleThreadedBlas blas;
-    this->Local = network.Run(features, this->Neighbours.Faces, SubProgress(progress, 0.1, 0.9));
+    this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9));
   }
   this->LastOffset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
   if (this->Mask.size() > 0)
@@ -127,7 +127,7 @@ void GeometricTextureSynthesis::Refine()
     this->Mask = Interpolated(this->Mask, fine.Parents);
   }
   this->Doubling *= 2.0;
-  this->Neighbours = ComputeFaceNeighbours(this->Base);
+  this->Neighbors = ComputeFaceNeighbors(this->Base);
 }
 
 GeometricTextureLevel GeometricTextureSynthesis::Result(int level) const

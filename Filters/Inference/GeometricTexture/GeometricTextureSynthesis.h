@@ -14,10 +14,10 @@
 namespace surfsynth
 {
 
-/// Map from the caller's coordinates to the network's: (point - Centre) / Unit.
+/// Map from the caller's coordinates to the network's: (point - Center) / Unit.
 struct GeometricTextureFrame
 {
-  Eigen::RowVector3d Centre = Eigen::RowVector3d::Zero(); ///< mean of the vertices that triangles use
+  Eigen::RowVector3d Center = Eigen::RowVector3d::Zero(); ///< mean of the vertices that triangles use
   double Unit = 1.0;                                      ///< mean length of the edges
 };
 
@@ -60,7 +60,7 @@ private:
   PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace()
   SinglePoints Local;
   Eigen::VectorXf Mask;
-  FaceNeighbours Neighbours;
+  FaceNeighbors Neighbors;
 };
 
 } // namespace surfsynth

@@ -16,12 +16,12 @@ public:
   Bisection(const TriangleMatrix& triangles, const PointMatrix& points, std::int64_t largest)
     : Order(static_cast<std::size_t>(triangles.rows()))
     , Largest(largest)
-    , Centres(triangles.rows(), 3)
+    , Centers(triangles.rows(), 3)
   {
     std::iota(this->Order.begin(), this->Order.end(), 0);
     for (Eigen::Index f = 0; f < triangles.rows(); ++f)
     {
-      this->Centres.row(f) = points.row(triangles(f, 0)) + points.row(triangles(f, 1)) + points.row(triangles(f, 2));
+      this->Centers.row(f) = points.row(triangles(f, 0)) + points.row(triangles(f, 1)) + points.row(triangles(f, 2));
     }
     this->Halve(0, triangles.rows());
     this->Starts.push_back(triangles.rows());
@@ -42,12 +42,12 @@ private:
       }
       return;
     }
-    Eigen::RowVector3d lower = this->Centres.row(this->Order[begin]);
+    Eigen::RowVector3d lower = this->Centers.row(this->Order[begin]);
     Eigen::RowVector3d upper = lower;
     for (std::int64_t k = begin; k < end; ++k)
     {
-      lower = lower.cwiseMin(this->Centres.row(this->Order[k]));
-      upper = upper.cwiseMax(this->Centres.row(this->Order[k]));
+      lower = lower.cwiseMin(this->Centers.row(this->Order[k]));
+      upper = upper.cwiseMax(this->Centers.row(this->Order[k]));
     }
     Eigen::Index axis = 0;
     (upper - lower).maxCoeff(&axis);
@@ -55,14 +55,14 @@ private:
     // Ids decide between equal centres, so that the patches do not depend on the algorithm of the standard library.
     std::nth_element(
       this->Order.begin() + begin, this->Order.begin() + middle, this->Order.begin() + end, [&](Index a, Index b) {
-        return std::make_pair(this->Centres(a, axis), a) < std::make_pair(this->Centres(b, axis), b);
+        return std::make_pair(this->Centers(a, axis), a) < std::make_pair(this->Centers(b, axis), b);
       });
     this->Halve(begin, middle);
     this->Halve(middle, end);
   }
 
   std::int64_t Largest;
-  PointMatrix Centres;
+  PointMatrix Centers;
 };
 
 /// Numbers the vertices of each patch in the order in which its faces name them.

@@ -123,7 +123,7 @@ BlockWeights Reader::Block(const std::string& name) const
   weights.In2 = this->Affine(name + ".vert_mlp.mlp2.layers.0");
   weights.Out2 = this->Affine(name + ".vert_mlp.mlp2.layers.3");
   ScaleOutputs(weights.Out2, this->Vector(name + ".vert_mlp.ls2"));
-  if (options.Normalise)
+  if (options.Normalize)
   {
     const std::string norm = name + ".vert_mlp.norm_";
     weights.SolutionNorm = { this->Vector(norm + "pde.weight"), this->Vector(norm + "pde.bias") };

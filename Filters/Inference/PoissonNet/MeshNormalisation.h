@@ -1,35 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Normalisation of a mesh for a network. No torch.
+/// Former names of the normalization of a mesh, for one release. No torch.
 #pragma once
 
-#include "Core/Mesh/MeshTopology.h"
-#include "Core/Mesh/TriangleMesh.h"
-#include "Inference/PoissonNet/PoissonNetModel.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 
-#include <string>
-#include <vector>
+#include <utility>
 
 namespace surfsynth
 {
 
-/// Map from the caller's coordinates to the network's: normalised = (point - Centre) / Scale.
-struct MeshNormalisation
+/// Former name of InputNormalization.
+using InputNormalisation [[deprecated("use InputNormalization")]] = InputNormalization;
+
+/// Former name of MeshNormalization.
+using MeshNormalisation [[deprecated("use MeshNormalization")]] = MeshNormalization;
+
+/// Former name of ComputeNormalization().
+[[deprecated("use ComputeNormalization()")]] inline MeshNormalization ComputeNormalisation(
+  const TriangleMesh& mesh, InputNormalization normalization)
 {
-  Eigen::RowVector3d Centre = Eigen::RowVector3d::Zero(); ///< world units
-  double Scale = 1.0;                                     ///< world units, > 0
-};
+  return ComputeNormalization(mesh, normalization);
+}
 
-/// Computes centre and scale of @p mesh for @p normalisation.
-/// @throws InvalidInput when the mesh has no extent.
-MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation);
-
-/// Maps @p mesh to the network's coordinates.
-TriangleMesh Normalised(TriangleMesh mesh, const MeshNormalisation& normalisation);
-
-/// Describes inputs for which good predictions of a PoissonNet are unlikely, one sentence each: a closed mesh whose
-/// faces point inwards, an area far from 1 that the model does not normalise. Empty for other inputs.
-std::vector<std::string> DescribeUnlikelyInput(
-  const TriangleMesh& mesh, const MeshTopology& topology, InputNormalisation normalisation);
+/// Former name of Normalized().
+[[deprecated("use Normalized()")]] inline TriangleMesh Normalised(
+  TriangleMesh mesh, const MeshNormalization& normalization)
+{
+  return Normalized(std::move(mesh), normalization);
+}
 
 } // namespace surfsynth

@@ -92,7 +92,7 @@ public:
   VertexStage Points;
   Eigen::VectorXf InverseArea; ///< [V], one over a third of the area around, 0 for unused vertices
   std::vector<Index> UnusedVertices;
-  MeshNormalisation Normalisation;
+  MeshNormalization Normalization;
   std::vector<std::string> Warnings;
 };
 
@@ -161,7 +161,7 @@ SolverRows::Channels PoissonNetEvaluator::Internals::SolutionChannels(
     return rows.WithoutMean();
   }
   // The norm removes a mean itself, so the removal of the mass-weighted one before makes no difference.
-  return rows.Normalised(this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
+  return rows.Normalized(this->Model->Options.MassWeightedNorm, block.SolutionNorm->Weight, block.SolutionNorm->Bias);
 }
 
 /// Sums over the faces around to averages, their tanh, and the norm when there is one.
@@ -190,9 +190,9 @@ void PoissonNetEvaluator::Internals::FinishProducts(const BlockWeights& block, F
   for (Eigen::Index c = 0; c < products.cols(); ++c)
   {
     const Eigen::ArrayXd column = products.col(c).cast<double>();
-    const Eigen::ArrayXd centred = column - (column * weights.array()).sum() / total;
-    const double variance = (centred.square() * weights.array()).sum() / total;
-    products.col(c) = (centred / std::sqrt(variance + epsilon) * static_cast<double>(block.ProductNorm->Weight[c]) +
+    const Eigen::ArrayXd centered = column - (column * weights.array()).sum() / total;
+    const double variance = (centered.square() * weights.array()).sum() / total;
+    products.col(c) = (centered / std::sqrt(variance + epsilon) * static_cast<double>(block.ProductNorm->Weight[c]) +
       static_cast<double>(block.ProductNorm->Bias[c]))
                         .cast<float>();
   }
@@ -296,12 +296,12 @@ PoissonNetEvaluator::PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> 
     own = std::make_unique<MeshTopology>(RequireValidMesh(mesh, Requirements()));
     topology = own.get();
   }
-  const MeshNormalisation normalisation = ComputeNormalisation(mesh, model->Normalisation);
-  const TriangleMesh normalised = Normalised(mesh, normalisation);
-  std::vector<std::string> warnings = DescribeUnlikelyInput(mesh, *topology, model->Normalisation);
+  const MeshNormalization normalization = ComputeNormalization(mesh, model->Normalization);
+  const TriangleMesh normalized = Normalized(mesh, normalization);
+  std::vector<std::string> warnings = DescribeUnlikelyInput(mesh, *topology, model->Normalization);
   this->Impl = std::make_unique<Internals>(
-    std::move(model), BuildPoissonOperators(normalised, *topology, progress), normalised.Points);
-  this->Impl->Normalisation = normalisation;
+    std::move(model), BuildPoissonOperators(normalized, *topology, progress), normalized.Points);
+  this->Impl->Normalization = normalization;
   this->Impl->Warnings = std::move(warnings);
 }
 
@@ -359,7 +359,7 @@ MeshRequirements PoissonNetEvaluator::Requirements()
 
 const std::vector<std::string>& PoissonNetEvaluator::Warnings() const { return this->Impl->Warnings; }
 
-const MeshNormalisation& PoissonNetEvaluator::Normalisation() const { return this->Impl->Normalisation; }
+const MeshNormalization& PoissonNetEvaluator::Normalization() const { return this->Impl->Normalization; }
 
 const PoissonNetModel& PoissonNetEvaluator::Model() const { return *this->Impl->Model; }
 

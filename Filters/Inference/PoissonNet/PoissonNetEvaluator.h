@@ -7,7 +7,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 #include "Inference/PoissonNet/PoissonOperators.h"
 
@@ -82,7 +82,7 @@ public:
   /// Warnings about the mesh, see DescribeUnlikelyInput().
   const std::vector<std::string>& Warnings() const;
   /// Map from the caller's coordinates to the network's.
-  const MeshNormalisation& Normalisation() const;
+  const MeshNormalization& Normalization() const;
   /// Model of the evaluator.
   const PoissonNetModel& Model() const;
   /// Operators of the normalised mesh.

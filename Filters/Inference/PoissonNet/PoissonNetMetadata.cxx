@@ -157,7 +157,7 @@ PoissonNetOptions OptionsFromMetadata(const std::string& file, const Metadata& m
   options.Modulate = reader.Flag("cmlp_modulate", true);
   options.ModulateHead = reader.Flag("cmlp_modulate", false);
   options.InnerProducts = reader.Flag("inner_prod_features", false);
-  options.Normalise = reader.Flag("mlp_norm", false);
+  options.Normalize = reader.Flag("mlp_norm", false);
   options.MassWeightedNorm = reader.Flag("mass_norm", false);
   options.Dropout = reader.Fraction("dropout_p");
   try
@@ -182,7 +182,7 @@ Metadata MetadataFromOptions(const PoissonNetOptions& options)
       "only, which are what model files can tell.");
   }
   nlohmann::json config = { { "cmlp_nlayers", options.ComplexLayers }, { "inner_prod_features", options.InnerProducts },
-    { "mlp_norm", options.Normalise }, { "mass_norm", options.MassWeightedNorm }, { "dropout_p", options.Dropout } };
+    { "mlp_norm", options.Normalize }, { "mass_norm", options.MassWeightedNorm }, { "dropout_p", options.Dropout } };
   // Left out when only the blocks are modulated, which is the meaning of a missing key.
   if (options.Modulate == options.ModulateHead || options.Head == PoissonNetHead::Linear)
   {

@@ -21,8 +21,8 @@ namespace
 constexpr const char* Architecture = "poissonnet";
 constexpr const char* FormatVersion = "1";
 
-const std::pair<const char*, InputNormalisation> NormalisationNames[] = { { "none", InputNormalisation::None },
-  { "surface_area", InputNormalisation::SurfaceArea }, { "unit_sphere", InputNormalisation::UnitSphere } };
+const std::pair<const char*, InputNormalization> NormalizationNames[] = { { "none", InputNormalization::None },
+  { "surface_area", InputNormalization::SurfaceArea }, { "unit_sphere", InputNormalization::UnitSphere } };
 
 using Metadata = std::map<std::string, std::string>;
 
@@ -63,9 +63,9 @@ std::vector<std::string> ParseClasses(const std::string& file, const std::string
   return classes;
 }
 
-InputNormalisation ParseNormalisation(const std::string& file, const std::string& text)
+InputNormalization ParseNormalization(const std::string& file, const std::string& text)
 {
-  for (const auto& [name, value] : NormalisationNames)
+  for (const auto& [name, value] : NormalizationNames)
   {
     if (text == name)
     {
@@ -83,7 +83,7 @@ void ReadDescription(const std::string& file, PoissonNetModel& model)
   model.Options = OptionsFromMetadata(file, model.Metadata);
   if (const auto found = model.Metadata.find("input_normalisation"); found != model.Metadata.end())
   {
-    model.Normalisation = ParseNormalisation(file, found->second);
+    model.Normalization = ParseNormalization(file, found->second);
   }
   if (const auto found = model.Metadata.find("classes"); found != model.Metadata.end())
   {
@@ -135,9 +135,9 @@ Metadata Describe(const PoissonNetModel& model)
   }
   metadata["architecture"] = Architecture;
   metadata["format_version"] = FormatVersion;
-  for (const auto& [name, value] : NormalisationNames)
+  for (const auto& [name, value] : NormalizationNames)
   {
-    if (value == model.Normalisation)
+    if (value == model.Normalization)
     {
       metadata["input_normalisation"] = name;
     }

@@ -18,7 +18,7 @@ class SafetensorsFile;
 struct TensorData;
 
 /// Normalisation of a mesh before the network, the same as in training.
-enum class InputNormalisation
+enum class InputNormalization
 {
   None,        ///< the caller's coordinates
   SurfaceArea, ///< minus the area-weighted centroid, over sqrt(area) + 1e-8
@@ -30,7 +30,7 @@ struct PoissonNetModel
 {
   PoissonNetOptions Options;                  ///< architecture
   std::map<std::string, ModelTensor> Tensors; ///< by published names; exactly those of ExpectedTensors(Options)
-  InputNormalisation Normalisation = InputNormalisation::None; ///< normalisation of the mesh
+  InputNormalization Normalization = InputNormalization::None; ///< normalisation of the mesh
   /// Names of the classes of a classifier in the order of its channels; empty when the file names none.
   std::vector<std::string> Classes;
   std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged

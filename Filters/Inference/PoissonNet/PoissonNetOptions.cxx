@@ -74,7 +74,7 @@ void AddBlock(Shapes& shapes, const std::string& name, const PoissonNetOptions& 
   AddAffine(shapes, name + ".vert_mlp.mlp1.layers.3", width, width);
   AddAffine(shapes, name + ".vert_mlp.mlp2.layers.0", width, width);
   AddAffine(shapes, name + ".vert_mlp.mlp2.layers.3", width, width);
-  if (options.Normalise)
+  if (options.Normalize)
   {
     shapes[name + ".vert_mlp.norm_pde.weight"] = { width };
     shapes[name + ".vert_mlp.norm_pde.bias"] = { width };

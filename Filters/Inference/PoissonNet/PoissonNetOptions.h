@@ -45,7 +45,7 @@ struct PoissonNetOptions
   bool Modulate = true;            ///< the face features turn and scale the gradients before the complex MLP of a block
   bool ModulateHead = false;       ///< the face features also turn and scale the gradients in a gradient-domain head
   bool InnerProducts = false;      ///< blocks feed on dot products of gradients, averaged to the vertices
-  bool Normalise = false;          ///< per-channel norm over the vertices of the inputs of the vertex MLP
+  bool Normalize = false;          ///< per-channel norm over the vertices of the inputs of the vertex MLP
   bool MassWeightedNorm = false;   ///< the norm weighs vertices by their mass
   double Dropout = 0.0;            ///< [0, 1), in the vertex MLPs; acts in training only
   PoissonNetHead Head = PoissonNetHead::GradientDomain; ///< head

@@ -76,19 +76,19 @@ void SolverRows::Solve(const Progress& progress)
 }
 
 std::vector<double> SolverRows::Moments(
-  const std::vector<double>& weights, const std::vector<double>& centres, int power) const
+  const std::vector<double>& weights, const std::vector<double>& centers, int power) const
 {
   std::vector<double> sums(static_cast<std::size_t>(this->NumberOfChannels), 0.0);
   ParallelTasks(static_cast<std::int64_t>(this->Blocks.size()), [&](std::int64_t k) {
     const Block& block = this->Blocks[k];
     const double* row = block.Values.data();
     double* sum = sums.data() + block.First;
-    const double* centre = centres.data() + block.First;
+    const double* center = centers.data() + block.First;
     for (const double weight : weights)
     {
       for (std::int64_t c = 0; c < block.Channels; ++c)
       {
-        const double difference = row[c] - centre[c];
+        const double difference = row[c] - center[c];
         sum[c] += weight * (power == 1 ? difference : difference * difference);
       }
       row += block.Columns;
@@ -105,7 +105,7 @@ SolverRows::Channels SolverRows::WithoutMean() const
   return channels;
 }
 
-SolverRows::Channels SolverRows::Normalised(
+SolverRows::Channels SolverRows::Normalized(
   bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const
 {
   constexpr double epsilon = 1e-12;

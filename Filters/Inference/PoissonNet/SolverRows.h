@@ -42,14 +42,14 @@ public:
   /// Map to mass-weighted mean 0.
   Channels WithoutMean() const;
   /// Map of a per-channel norm over the vertices: see VertexNorm.
-  Channels Normalised(bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const;
+  Channels Normalized(bool massWeighted, const std::vector<float>& weight, const std::vector<float>& bias) const;
 
   /// Reads the values of a vertex, [channels], mapped by @p channels.
   void Get(Index vertex, const Channels& channels, float* values) const;
 
 private:
   /// Sums of weight * (value - centre)^power over the rows, in a fixed order.
-  std::vector<double> Moments(const std::vector<double>& weights, const std::vector<double>& centres, int power) const;
+  std::vector<double> Moments(const std::vector<double>& weights, const std::vector<double>& centers, int power) const;
   template <typename Values>
   void SetUnused(const Values& values);
 

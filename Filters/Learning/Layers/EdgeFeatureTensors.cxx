@@ -49,10 +49,10 @@ EdgeFrames FramesOf(const FaceTables& tables, const torch::Tensor& positions)
 FaceTables::FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& options)
   : Vertices(mesh.NumberOfPoints())
 {
-  const FaceNeighbours neighbours = ComputeFaceNeighbours(mesh);
+  const FaceNeighbors neighbors = ComputeFaceNeighbors(mesh);
   this->Triangles = IdTensor(mesh.Triangles, options.device());
-  this->Neighbours = IdTensor(neighbours.Faces, options.device());
-  this->Opposite = IdTensor(neighbours.Opposite, options.device());
+  this->Neighbors = IdTensor(neighbors.Faces, options.device());
+  this->Opposite = IdTensor(neighbors.Opposite, options.device());
   const torch::Tensor counts = torch::bincount(this->Triangles.flatten(), {}, this->Vertices);
   this->Corners = counts.clamp_min(1).unsqueeze(-1).to(options);
 }

@@ -21,7 +21,7 @@ namespace surfsynth
 struct FaceTables
 {
   torch::Tensor Triangles;   ///< [F, 3] int64
-  torch::Tensor Neighbours;  ///< [F, 3] int64, the triangle across each edge
+  torch::Tensor Neighbors;   ///< [F, 3] int64, the triangle across each edge
   torch::Tensor Opposite;    ///< [F, 3] int64, the vertex of that triangle which is not on the edge
   torch::Tensor Corners;     ///< [V, 1], number of triangles at each vertex, at least 1; floating point
   std::int64_t Vertices = 0; ///< number of vertices, V
@@ -29,7 +29,7 @@ struct FaceTables
   FaceTables() = default;
   /// Builds the tables of @p mesh.
   /// @param options floating-point type and device.
-  /// @throws InvalidInput as ComputeFaceNeighbours().
+  /// @throws InvalidInput as ComputeFaceNeighbors().
   FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& options);
 };
 

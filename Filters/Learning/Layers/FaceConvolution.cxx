@@ -30,9 +30,9 @@ torch::Tensor FaceConvolutionImpl::forward(const FaceTables& tables, const torch
     return LargestOfThree(edges.matmul(weight.t())) + this->Affine->bias;
   }
   // W [x_g, x_f] + b = W_g x_g + (W_f x_f + b): each triangle is multiplied once, not once for each neighbour.
-  const torch::Tensor asNeighbour = features.mm(weight.narrow(1, 0, channels).t());
+  const torch::Tensor asNeighbor = features.mm(weight.narrow(1, 0, channels).t());
   const torch::Tensor asItself = features.mm(weight.narrow(1, channels, channels).t()) + this->Affine->bias;
-  return LargestOfThree(TakeRows(asNeighbour, tables.Neighbours)) + asItself;
+  return LargestOfThree(TakeRows(asNeighbor, tables.Neighbors)) + asItself;
 }
 
 FaceBlockImpl::FaceBlockImpl(const FaceConvolutionOptions& options)
@@ -43,14 +43,14 @@ FaceBlockImpl::FaceBlockImpl(const FaceConvolutionOptions& options)
 torch::Tensor FaceBlockImpl::forward(const FaceTables& tables, const torch::Tensor& features)
 {
   constexpr double slope = 0.2;
-  return torch::leaky_relu(NormalisedOverFaces(this->Convolution(tables, features)), slope);
+  return torch::leaky_relu(NormalizedOverFaces(this->Convolution(tables, features)), slope);
 }
 
-torch::Tensor NormalisedOverFaces(const torch::Tensor& features)
+torch::Tensor NormalizedOverFaces(const torch::Tensor& features)
 {
   constexpr double epsilon = 1e-5;
-  const torch::Tensor centred = features - features.mean(0, true);
-  return centred * torch::rsqrt(centred.square().mean(0, true) + epsilon);
+  const torch::Tensor centered = features - features.mean(0, true);
+  return centered * torch::rsqrt(centered.square().mean(0, true) + epsilon);
 }
 
 } // namespace surfsynth

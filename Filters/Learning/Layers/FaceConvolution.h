@@ -61,6 +61,6 @@ private:
 TORCH_MODULE(FaceBlock);
 
 /// Instance norm (x - mean) / sqrt(variance + 1e-5) of each channel of @p features [F, C]; the variance is biased.
-torch::Tensor NormalisedOverFaces(const torch::Tensor& features);
+torch::Tensor NormalizedOverFaces(const torch::Tensor& features);
 
 } // namespace surfsynth

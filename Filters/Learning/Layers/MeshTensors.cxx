@@ -173,8 +173,8 @@ torch::Tensor SolvePoisson(const MeshTensors& mesh, const torch::Tensor& rightHa
 
 torch::Tensor WithoutMean(const MeshTensors& mesh, const torch::Tensor& solution)
 {
-  const torch::Tensor centred = solution - MassMean(mesh, solution);
-  return mesh.Used.defined() ? centred * mesh.Used : centred;
+  const torch::Tensor centered = solution - MassMean(mesh, solution);
+  return mesh.Used.defined() ? centered * mesh.Used : centered;
 }
 
 torch::Tensor Interleaved(const ComplexTensor& gradients)

@@ -26,7 +26,7 @@ PoissonBlockImpl::PoissonBlockImpl(const PoissonNetOptions& options)
   const std::int64_t inputs = width * (2 + (options.ExtraFeatures > 0 ? 1 : 0) + (options.InnerProducts ? 1 : 0));
   this->Pointwise = this->register_module("vert_mlp",
     VertexMlp(VertexMlpOptions(width, inputs)
-                .normalise(options.Normalise)
+                .normalize(options.Normalize)
                 .inner_products(options.InnerProducts)
                 .mass_weighted_norm(options.MassWeightedNorm)
                 .dropout(options.Dropout)));

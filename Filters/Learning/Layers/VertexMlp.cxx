@@ -18,9 +18,9 @@ torch::Tensor VertexNormImpl::forward(const MeshTensors& mesh, const torch::Tens
     return this->MassWeighted ? (x * mesh.VertexMass).sum(-2, true) / (mesh.VertexMass.sum() + epsilon)
                               : x.mean(-2, true);
   };
-  const torch::Tensor centred = signal - mean(signal);
-  const torch::Tensor variance = mean(centred.square());
-  return centred / torch::sqrt(variance + epsilon) * this->Weight + this->Bias;
+  const torch::Tensor centered = signal - mean(signal);
+  const torch::Tensor variance = mean(centered.square());
+  return centered / torch::sqrt(variance + epsilon) * this->Weight + this->Bias;
 }
 
 TwoLayerMlpImpl::TwoLayerMlpImpl(std::int64_t inputs, std::int64_t width, double dropout)
@@ -37,11 +37,11 @@ VertexMlpImpl::VertexMlpImpl(const VertexMlpOptions& options)
   this->Mlp1 = this->register_module("mlp1", TwoLayerMlp(options.inputs(), options.width(), options.dropout()));
   this->Mlp2 = this->register_module("mlp2", TwoLayerMlp(options.width(), options.width(), options.dropout()));
   const auto norm = VertexNormOptions(options.width()).mass_weighted(options.mass_weighted_norm());
-  if (options.normalise())
+  if (options.normalize())
   {
     this->SolutionNorm = this->register_module("norm_pde", VertexNorm(norm));
   }
-  if (options.normalise() && options.inner_products())
+  if (options.normalize() && options.inner_products())
   {
     this->ProductNorm = this->register_module("norm_grad", VertexNorm(norm));
   }

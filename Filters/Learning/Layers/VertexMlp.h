@@ -66,7 +66,7 @@ struct VertexMlpOptions
   {}
   TORCH_ARG(std::int64_t, width);              ///< channels of the features
   TORCH_ARG(std::int64_t, inputs);             ///< channels of c
-  TORCH_ARG(bool, normalise) = false;          ///< u and the inner products pass a VertexNorm
+  TORCH_ARG(bool, normalize) = false;          ///< u and the inner products pass a VertexNorm
   TORCH_ARG(bool, inner_products) = false;     ///< c has inner products
   TORCH_ARG(bool, mass_weighted_norm) = false; ///< see VertexNormOptions
   TORCH_ARG(double, dropout) = 0.0;            ///< before the second affine map of each half; in training only

@@ -82,8 +82,8 @@ TriangulationLoss ComputeTriangulationLoss(const FitTables& tables, const torch:
   const torch::Tensor shares = sides / sides.sum(-1, true).clamp_min(1e-30);
   loss.EdgeEntropy = TimesLogarithm(shares).sum(-1).mean();
 
-  const torch::Tensor neighbours = SumRows(ends.flip(1), tables.Edges, tables.Vertices) / tables.Valence;
-  loss.Roughness = (positions - neighbours).abs().sum(-1).mean();
+  const torch::Tensor neighbors = SumRows(ends.flip(1), tables.Edges, tables.Vertices) / tables.Valence;
+  loss.Roughness = (positions - neighbors).abs().sum(-1).mean();
 
   loss.Total = 5e-3 * loss.EdgeDeviation + 5e-4 * loss.EdgeEntropy + 0.01 * loss.Roughness;
   return loss;

@@ -77,7 +77,7 @@ MeshTopology RequireValidSources(const SignalDataset& dataset, const Progress& p
   return std::move(*reference);
 }
 
-TriangleMesh UnitArea(const TriangleMesh& mesh) { return Normalised(mesh, FlowNormalisation(mesh)); }
+TriangleMesh UnitArea(const TriangleMesh& mesh) { return Normalized(mesh, FlowNormalization(mesh)); }
 
 /// Eigenfunctions 1 to @p count of the Laplacian of @p mesh with mean square 1, [V, count].
 FeatureMatrix Eigenfunctions(const TriangleMesh& mesh, const MeshTopology& topology, std::int64_t count)
@@ -244,7 +244,7 @@ void EncodingTrainer::SaveModel(const std::string& path) const { WritePoissonNet
 PoissonNetModel EncodingTrainer::Model() const
 {
   PoissonNetModel model = this->Impl->Training.Model();
-  model.Normalisation = InputNormalisation::SurfaceArea;
+  model.Normalization = InputNormalization::SurfaceArea;
   return model;
 }
 

@@ -258,7 +258,7 @@ FlowMatchingModel FlowMatchingTrainer::Model() const
   FlowMatchingModel model = this->Impl->Data.Frame;
   model.Iterations = this->Iteration();
   model.Velocity = this->Impl->Training.Model();
-  model.Velocity.Normalisation = InputNormalisation::SurfaceArea;
+  model.Velocity.Normalization = InputNormalization::SurfaceArea;
   return model;
 }
 

@@ -27,11 +27,11 @@ void AddNetwork(const std::string& prefix, GeometricTextureNetworkImpl& network,
 }
 
 void AddMoments(
-  const std::string& prefix, torch::optim::Adam& optimiser, torch::nn::Module& network, TrainingCheckpoint& checkpoint)
+  const std::string& prefix, torch::optim::Adam& optimizer, torch::nn::Module& network, TrainingCheckpoint& checkpoint)
 {
   for (const auto& parameter : network.named_parameters())
   {
-    const AdamMoments moments = GetMoments(optimiser, parameter.value());
+    const AdamMoments moments = GetMoments(optimizer, parameter.value());
     checkpoint.Tensors["adam_mean." + prefix + parameter.key()] = ToModelTensor(moments.Mean);
     checkpoint.Tensors["adam_square." + prefix + parameter.key()] = ToModelTensor(moments.Square);
   }
@@ -89,13 +89,13 @@ void SetParameters(const std::vector<RestoredParameter>& restored)
   }
 }
 
-void SetAllMoments(const std::vector<RestoredParameter>& restored, torch::optim::Adam& optimiser, std::int64_t steps)
+void SetAllMoments(const std::vector<RestoredParameter>& restored, torch::optim::Adam& optimizer, std::int64_t steps)
 {
   for (const RestoredParameter& part : restored)
   {
     if (part.Moments.Mean.defined())
     {
-      SetMoments(optimiser, part.Parameter, part.Moments, steps);
+      SetMoments(optimizer, part.Parameter, part.Moments, steps);
     }
   }
 }

@@ -42,15 +42,15 @@ GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& datas
     RequireValidLevel(dataset.Levels[k], "level " + std::to_string(k));
   }
   const double edge = MeanEdgeLength(dataset.Levels.front());
-  const Eigen::RowVector3d centre = levels.Template.Points.colwise().mean();
-  levels.Template.Points = (levels.Template.Points.rowwise() - centre) / edge;
+  const Eigen::RowVector3d center = levels.Template.Points.colwise().mean();
+  levels.Template.Points = (levels.Template.Points.rowwise() - center) / edge;
   levels.Start = PointTensor(levels.Template.Points, device);
   double scale = 1.0 / edge;
   for (const TriangleMesh& mesh : dataset.Levels)
   {
     GeometricTextureLevelData& data = levels.Data.emplace_back();
     data.Tables = FaceTables(mesh, torch::TensorOptions(torch::kFloat32).device(device));
-    data.Real = PointTensor(scale * (mesh.Points.rowwise() - centre), device);
+    data.Real = PointTensor(scale * (mesh.Points.rowwise() - center), device);
     data.RealFeatures = EdgeFeatureTensor(data.Tables, data.Real);
     data.Parents = ParentTensor(SubdivideAtMidpoints(mesh), device);
     scale *= 2.0;

@@ -71,17 +71,17 @@ private:
   std::vector<torch::Tensor> Parameters;
 };
 
-using Optimiser = std::unique_ptr<torch::optim::Adam>;
+using Optimizer = std::unique_ptr<torch::optim::Adam>;
 
-Optimiser MakeOptimiser(torch::nn::Module& network, double learningRate)
+Optimizer MakeOptimizer(torch::nn::Module& network, double learningRate)
 {
   return std::make_unique<torch::optim::Adam>(
     network.parameters(), torch::optim::AdamOptions(learningRate).betas(std::make_tuple(0.5, 0.99)));
 }
 
-void SetLearningRate(torch::optim::Adam& optimiser, double learningRate)
+void SetLearningRate(torch::optim::Adam& optimizer, double learningRate)
 {
-  static_cast<torch::optim::AdamOptions&>(optimiser.param_groups()[0].options()).lr(learningRate);
+  static_cast<torch::optim::AdamOptions&>(optimizer.param_groups()[0].options()).lr(learningRate);
 }
 
 void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
@@ -159,8 +159,8 @@ bool GeometricTextureTrainer::Internals::SameChannelsAsBelow(std::int64_t level)
 void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
 {
   this->Current = level;
-  this->GeneratorAdam = MakeOptimiser(this->LevelGenerator(), this->Options.LearningRate);
-  this->DiscriminatorAdam = MakeOptimiser(this->Critic(), this->Options.LearningRate);
+  this->GeneratorAdam = MakeOptimizer(this->LevelGenerator(), this->Options.LearningRate);
+  this->DiscriminatorAdam = MakeOptimizer(this->Critic(), this->Options.LearningRate);
   if (level == 0)
   {
     return;
@@ -208,7 +208,7 @@ torch::Tensor GeometricTextureTrainer::Internals::CoarseSurface(std::int64_t slo
 }
 
 void GeometricTextureTrainer::Internals::TakeStep(
-  torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const
+  torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const
 {
   const double unlimited = std::numeric_limits<double>::infinity();
   if (!std::isfinite(loss) || !std::isfinite(torch::nn::utils::clip_grad_norm_(network.parameters(), unlimited)))
@@ -216,7 +216,7 @@ void GeometricTextureTrainer::Internals::TakeStep(
     throw SolverFailure("A loss or its gradient is not finite in iteration " + std::to_string(this->Done() + 1) +
       " of the training; expected a lower learning rate, or meshes without needles.");
   }
-  optimiser.step();
+  optimizer.step();
   RequireFiniteWeights(network.parameters(), this->Done() + 1);
 }
 

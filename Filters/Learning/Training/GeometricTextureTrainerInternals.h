@@ -62,7 +62,7 @@ private:
   torch::Tensor Noise(std::int64_t slot, std::int64_t level) const;
   torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
   torch::Tensor CoarseSurface(std::int64_t slot);
-  void TakeStep(torch::optim::Adam& optimiser, const torch::nn::Module& network, double loss) const;
+  void TakeStep(torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const;
   void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
   void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
 

@@ -30,10 +30,10 @@ struct BoxFrame
   explicit BoxFrame(const TriangleMesh& mesh)
   {
     const BoundingBox box = ComputeBoundingBox(mesh);
-    this->Centre = 0.5 * (box.Lower + box.Upper).transpose();
+    this->Center = 0.5 * (box.Lower + box.Upper).transpose();
     this->Radius = 0.5 * box.LongestSide();
   }
-  Eigen::RowVector3d Centre;
+  Eigen::RowVector3d Center;
   double Radius = 1.0;
 };
 
@@ -189,7 +189,7 @@ TriangleMesh MakeTemplate(const MultiscaleFitOptions& options)
 /// @p mesh at the origin, in units of @p unit half sides of its box.
 TriangleMesh InBox(TriangleMesh mesh, const BoxFrame& frame, double unit)
 {
-  mesh.Points = (mesh.Points.rowwise() - frame.Centre) / (frame.Radius * unit);
+  mesh.Points = (mesh.Points.rowwise() - frame.Center) / (frame.Radius * unit);
   return mesh;
 }
 
@@ -234,7 +234,7 @@ MultiscaleFit FitMultiscaleMesh(
   // From the units of a level to those of the reference, which halve with each level.
   double scale = frame.Radius * unit;
   const auto inReference = [&](const PointMatrix& points) -> PointMatrix {
-    return (scale * points).rowwise() + frame.Centre;
+    return (scale * points).rowwise() + frame.Center;
   };
 
   MultiscaleFit fit;
@@ -243,11 +243,11 @@ MultiscaleFit FitMultiscaleMesh(
   for (std::int64_t level = 0; level < options.Levels; ++level)
   {
     FitSurface source(mesh);
-    LevelFit optimisation(options, level, source, target);
+    LevelFit optimization(options, level, source, target);
     for (std::int64_t k = 0; k < options.Iterations; ++k)
     {
       Report(progress, share * static_cast<double>(level * options.Iterations + k));
-      optimisation.Iterate(k);
+      optimization.Iterate(k);
     }
     mesh.Points = ToPoints(source.Positions);
     fit.Dataset.Levels.push_back({ inReference(mesh.Points), mesh.Triangles });

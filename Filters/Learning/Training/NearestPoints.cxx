@@ -77,7 +77,7 @@ struct CentroidTree
         this->Radius = std::max(this->Radius, (corner(k) - centroid).norm());
       }
     }
-    this->Centres = std::make_unique<PointTree>(this->Centroids);
+    this->Centers = std::make_unique<PointTree>(this->Centroids);
   }
 
   /// Looks at triangles in the order of their centroids, until no other one can be nearer.
@@ -87,7 +87,7 @@ struct CentroidTree
     std::size_t seen = 0;
     for (std::size_t count = 8;; count *= 2)
     {
-      const std::vector<std::uint32_t> ids = this->Centres->Nearest(query, count);
+      const std::vector<std::uint32_t> ids = this->Centers->Nearest(query, count);
       for (; seen < ids.size(); ++seen)
       {
         if ((query - this->Centroids.row(ids[seen])).norm() - this->Radius > nearest)
@@ -109,7 +109,7 @@ struct CentroidTree
   const TriangleMesh& Surface;
   PointMatrix Centroids;
   double Radius = 0.0;
-  std::unique_ptr<PointTree> Centres;
+  std::unique_ptr<PointTree> Centers;
 };
 } // namespace
 

@@ -5,7 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,7 @@ double MeanSquare(const Values& values, const Eigen::VectorXd& mass)
 }
 
 /// Positions lose their mean over the surface, and are scaled as their source is.
-void NormalisePositions(SignalSamples& samples, const Eigen::VectorXd& mass, double scale)
+void NormalizePositions(SignalSamples& samples, const Eigen::VectorXd& mass, double scale)
 {
   for (Eigen::Index n = 0; n < samples.rows(); ++n)
   {
@@ -83,7 +83,7 @@ void MeasureSignal(TrainingSources& prepared)
   prepared.Frame.SignalScale = variance.cwiseSqrt();
 }
 
-void NormaliseSignal(TrainingSources& prepared)
+void NormalizeSignal(TrainingSources& prepared)
 {
   MeasureSignal(prepared);
   const Eigen::RowVectorXf mean = prepared.Frame.SignalMean.cast<float>();
@@ -99,7 +99,7 @@ void NormaliseSignal(TrainingSources& prepared)
 }
 
 /// Centre of the samples on @p source: their mean; for a single sample, the surface itself or 0.
-Eigen::MatrixXd CentreOf(TrainingSource& source, std::int64_t components, bool positions)
+Eigen::MatrixXd CenterOf(TrainingSource& source, std::int64_t components, bool positions)
 {
   const Eigen::Index count = source.Samples.rows();
   if (count == 1 && positions)
@@ -123,11 +123,11 @@ double VarianceOf(TrainingSources& prepared)
   for (TrainingSource& source : prepared.Sources)
   {
     const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
-    const Eigen::MatrixXd centre = CentreOf(source, prepared.Components, prepared.Frame.GeneratesPositions());
+    const Eigen::MatrixXd center = CenterOf(source, prepared.Components, prepared.Frame.GeneratesPositions());
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
       const SampleMap sample = SampleOf(source.Samples, n, prepared.Components);
-      sum += MeanSquare(sample.cast<double>() - centre, mass);
+      sum += MeanSquare(sample.cast<double>() - center, mass);
       squares += MeanSquare(sample, mass);
     }
     degrees += std::max<Eigen::Index>(source.Samples.rows() - 1, 1);
@@ -206,8 +206,8 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
 {
   const MeshTopology topology = RequireValidMesh(source.Mesh, FlowMatchingSampler::Requirements());
-  const MeshNormalisation normalisation = FlowNormalisation(source.Mesh);
-  TriangleMesh mesh = Normalised(std::move(source.Mesh), normalisation);
+  const MeshNormalization normalization = FlowNormalization(source.Mesh);
+  TriangleMesh mesh = Normalized(std::move(source.Mesh), normalization);
   if (moments.empty())
   {
     frame.Noise.Smoothing *= std::pow(MeanEdgeLength(mesh), 2);
@@ -222,7 +222,7 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   prepared.Samples = std::move(source.Samples);
   if (frame.GeneratesPositions())
   {
-    NormalisePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), normalisation.Scale);
+    NormalizePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), normalization.Scale);
   }
   return prepared;
 }
@@ -270,7 +270,7 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
   }
   else
   {
-    NormaliseSignal(prepared);
+    NormalizeSignal(prepared);
   }
   if (noise.Scale == 0.0)
   {

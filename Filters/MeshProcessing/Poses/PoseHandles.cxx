@@ -48,9 +48,9 @@ void PoseHandles::FindExtremities(const HeatGeodesics& geodesics)
       fromCentroid[v] = std::numeric_limits<double>::infinity();
     }
   }
-  Eigen::Index centre = 0;
-  this->SmallestDistance = fromCentroid.minCoeff(&centre);
-  Eigen::VectorXd nearest = geodesics.Distances({ static_cast<Index>(centre) }).col(0);
+  Eigen::Index center = 0;
+  this->SmallestDistance = fromCentroid.minCoeff(&center);
+  Eigen::VectorXd nearest = geodesics.Distances({ static_cast<Index>(center) }).col(0);
   this->Distances.resize(points, this->Options.NumberOfHandles);
   const double radius = this->Options.HandleRadius * this->ShapeSize;
   for (int k = 0; k < this->Options.NumberOfHandles; ++k)

@@ -27,7 +27,7 @@ struct PoseHandleOptions
 struct PoseHandle
 {
   Index Point = 0;                                  ///< vertex of the template
-  Eigen::Vector3d Centre = Eigen::Vector3d::Zero(); ///< position of the vertex
+  Eigen::Vector3d Center = Eigen::Vector3d::Zero(); ///< position of the vertex
   Eigen::Vector3d Pivot = Eigen::Vector3d::Zero();  ///< the joint: about the middle of the limb's cross section
 };
 

@@ -188,7 +188,7 @@ public:
         if (this->RegionOfPoint[v.idx()] == static_cast<int>(h))
         {
           const Eigen::Vector3d rest = this->Mesh.Points.row(v.idx()).transpose();
-          const Eigen::Vector3d twisted = handle.Centre + twist * (rest - handle.Centre);
+          const Eigen::Vector3d twisted = handle.Center + twist * (rest - handle.Center);
           const Eigen::Vector3d moved = handle.Pivot + swing * (twisted - handle.Pivot);
           worker.Solver.set_target_position(v, ToCgalPoint(moved));
         }

@@ -153,7 +153,7 @@ public:
     {
       if (!this->IsFixed[v] && !this->OnCurve(v))
       {
-        moves.emplace_back(v, this->Centre(v));
+        moves.emplace_back(v, this->Center(v));
       }
     }
     for (const auto& move : moves)
@@ -312,7 +312,7 @@ private:
     }
   }
 
-  CgalPoint Centre(CgalVertex v) const
+  CgalPoint Center(CgalVertex v) const
   {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();

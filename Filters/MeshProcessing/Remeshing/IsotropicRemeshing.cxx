@@ -59,7 +59,7 @@ public:
     return key;
   }
 
-  Eigen::Vector3d Centre(Index f) const
+  Eigen::Vector3d Center(Index f) const
   {
     const auto t = this->Mesh.Triangles.row(f);
     return (this->Mesh.Points.row(t(0)) + this->Mesh.Points.row(t(1)) + this->Mesh.Points.row(t(2))).transpose() / 3.0;
@@ -199,7 +199,7 @@ private:
     double largest = -2.0;
     for (const Index f : foot.Triangles)
     {
-      const double along = (this->Input.Centre(f) - foot.Point).normalized().dot(direction.normalized());
+      const double along = (this->Input.Center(f) - foot.Point).normalized().dot(direction.normalized());
       if (along > largest)
       {
         largest = along;

@@ -81,16 +81,16 @@ private:
 /// Closes a boundary by triangles from its centre, which always works. @return the triangles
 std::vector<CgalFace> CloseByFan(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
 {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const CgalHalfedge h : boundary)
   {
-    centre += FromCgalPoint(mesh.point(mesh.target(h))) / static_cast<double>(boundary.size());
+    center += FromCgalPoint(mesh.point(mesh.target(h))) / static_cast<double>(boundary.size());
   }
   CGAL::Euler::fill_hole(boundary.front(), mesh);
-  const CgalHalfedge toCentre = CGAL::Euler::add_center_vertex(boundary.front(), mesh);
-  mesh.point(mesh.target(toCentre)) = ToCgalPoint(centre);
+  const CgalHalfedge toCenter = CGAL::Euler::add_center_vertex(boundary.front(), mesh);
+  mesh.point(mesh.target(toCenter)) = ToCgalPoint(center);
   std::vector<CgalFace> faces;
-  for (const CgalFace f : mesh.faces_around_target(toCentre))
+  for (const CgalFace f : mesh.faces_around_target(toCenter))
   {
     faces.push_back(f);
   }

@@ -122,7 +122,7 @@ private:
   {
     for (int k = 0; k < 4; ++k)
     {
-      const Index beyond = this->Mesh.Neighbours(t, k);
+      const Index beyond = this->Mesh.Neighbors(t, k);
       const Index patch = this->Faces.PatchOf(FaceOpposite(this->Mesh.Tetrahedra, t, k));
       if (patch >= 0)
       {

@@ -87,7 +87,7 @@ private:
 };
 
 /// The size of a reply with this header.
-std::int64_t ReplySize(const ReplyHeader& header, bool wantNeighbours)
+std::int64_t ReplySize(const ReplyHeader& header, bool wantNeighbors)
 {
   if (std::memcmp(header.Magic, tetgen::ReplyMagic, sizeof(header.Magic)) != 0)
   {
@@ -106,7 +106,7 @@ std::int64_t ReplySize(const ReplyHeader& header, bool wantNeighbours)
   }
   constexpr std::int64_t id = sizeof(std::int32_t);
   return static_cast<std::int64_t>(sizeof(header)) + 24 * header.Points +
-    (wantNeighbours ? 9 : 5) * id * header.Tetrahedra + 4 * id * header.Faces;
+    (wantNeighbors ? 9 : 5) * id * header.Tetrahedra + 4 * id * header.Faces;
 }
 
 /// @throws SolverFailure when an id or a coordinate of @p mesh is none
@@ -117,7 +117,7 @@ void CheckMesh(const TetGenMesh& mesh, const TriangleMesh& surface, std::int64_t
     return std::all_of(ids.data(), ids.data() + ids.size(), [&](Index id) { return id >= lowest && id < end; });
   };
   if (!within(mesh.Tetrahedra, 0, points) || !within(mesh.Faces, 0, points) ||
-    !within(mesh.Triangles, 0, surface.NumberOfTriangles()) || !within(mesh.Neighbours, -1, mesh.Tetrahedra.rows()) ||
+    !within(mesh.Triangles, 0, surface.NumberOfTriangles()) || !within(mesh.Neighbors, -1, mesh.Tetrahedra.rows()) ||
     !within(mesh.Regions, seeds > 0 ? std::numeric_limits<Index>::min() : -1, std::numeric_limits<Index>::max()))
   {
     FailToUnderstand("with ids of points, tetrahedra or triangles that do not exist");
@@ -136,13 +136,13 @@ TetGenMesh ReadMesh(const std::vector<char>& bytes, const TriangleMesh& surface,
   mesh.NewPoints.resize(reader.Header.Points, 3);
   mesh.Tetrahedra.resize(tetrahedra, 4);
   mesh.Regions.resize(static_cast<std::size_t>(tetrahedra));
-  mesh.Neighbours.resize(call.WantNeighbours ? tetrahedra : 0, 4);
+  mesh.Neighbors.resize(call.WantNeighbors ? tetrahedra : 0, 4);
   mesh.Faces.resize(reader.Header.Faces, 3);
   mesh.Triangles.resize(static_cast<std::size_t>(reader.Header.Faces));
   reader.Read(mesh.NewPoints.data(), mesh.NewPoints.size());
   reader.Read(mesh.Tetrahedra.data(), mesh.Tetrahedra.size());
   reader.Read(mesh.Regions.data(), tetrahedra);
-  reader.Read(mesh.Neighbours.data(), mesh.Neighbours.size());
+  reader.Read(mesh.Neighbors.data(), mesh.Neighbors.size());
   reader.Read(mesh.Faces.data(), mesh.Faces.size());
   reader.Read(mesh.Triangles.data(), reader.Header.Faces);
   if (call.Seeds.empty())
@@ -159,7 +159,7 @@ RequestHeader MakeHeader(const TriangleMesh& surface, const TetGenCall& call, te
   std::memcpy(header.Magic, tetgen::RequestMagic, sizeof(header.Magic));
   header.Task = task;
   header.PreserveSurface = call.PreserveSurface ? 1 : 0;
-  header.WantNeighbours = call.WantNeighbours ? 1 : 0;
+  header.WantNeighbors = call.WantNeighbors ? 1 : 0;
   header.Points = surface.NumberOfPoints();
   header.Triangles = surface.NumberOfTriangles();
   header.Seeds = static_cast<std::int64_t>(call.Seeds.size());
@@ -185,7 +185,7 @@ ChildResult Ask(const TriangleMesh& surface, const TetGenCall& call, tetgen::Tas
   child.OutputSize = [&](const char* bytes) {
     ReplyHeader reply;
     std::memcpy(&reply, bytes, sizeof(reply));
-    return ReplySize(reply, call.WantNeighbours);
+    return ReplySize(reply, call.WantNeighbors);
   };
   return RunChild(child, progress);
 }
@@ -195,7 +195,7 @@ ChildResult Ask(const TriangleMesh& surface, const TetGenCall& call, tetgen::Tas
 std::string DescribeIntersections(const TriangleMesh& surface, TetGenCall call, const Progress& progress)
 {
   call.Seeds.clear();
-  call.WantNeighbours = false;
+  call.WantNeighbors = false;
   call.Seconds = call.Seconds > 0.0 ? std::min(call.Seconds, 30.0) : 30.0;
   const ChildResult result = Ask(surface, call, tetgen::FindIntersections, progress);
   if (!result.Complete || ReplyReader(result.Output).Header.Status != tetgen::Done)

@@ -29,7 +29,7 @@ struct TetGenCall
   double MinimumDihedralAngle = 0.0; ///< degrees, 0 for none
   double MaximumVolume = 0.0;        ///< in the cubic units of the points; 0 for none
   std::vector<tetgen::Seed> Seeds;   ///< a place in each region; none: one region, everything enclosed
-  bool WantNeighbours = false;       ///< fill TetGenMesh::Neighbours
+  bool WantNeighbors = false;        ///< fill TetGenMesh::Neighbors
 
   double Seconds = 0.0;         ///< time limit, 0 for none
   std::int64_t MemoryLimit = 0; ///< bytes, 0 for none
@@ -43,7 +43,7 @@ struct TetGenMesh
   PointMatrix NewPoints;        ///< new points; their ids follow those of the surface's points
   TetrahedronMatrix Tetrahedra; ///< [T, 4], wound as VTK_TETRA
   std::vector<Index> Regions;   ///< [T], region of the seed; 0 without seeds
-  TetrahedronMatrix Neighbours; ///< [T, 4], across the face opposite to each corner, -1 outside; empty unless asked for
+  TetrahedronMatrix Neighbors;  ///< [T, 4], across the face opposite to each corner, -1 outside; empty unless asked for
   TriangleMatrix Faces;         ///< the surface in the mesh
   std::vector<Index> Triangles; ///< [faces], the triangle of the surface that a face is a part of
 };

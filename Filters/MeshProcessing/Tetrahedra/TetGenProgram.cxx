@@ -214,7 +214,7 @@ void SetBehavior(const RequestHeader& header, tetgenbehavior& behavior)
   std::strcat(letters, bounded && header.Task == Mesh ? "q" : "");
   std::strcat(letters, header.MaximumVolume > 0.0 && header.Task == Mesh ? "a1" : "");
   std::strcat(letters, header.Seeds > 0 ? "A" : "");
-  std::strcat(letters, header.WantNeighbours ? "n" : "");
+  std::strcat(letters, header.WantNeighbors ? "n" : "");
   if (!behavior.parse_commandline(letters))
   {
     Fail(BadRequest);
@@ -254,7 +254,7 @@ bool WriteReply(const Request& request, const tetgenio& output)
     WriteAll(output.pointlist + 3 * given, 3 * static_cast<std::size_t>(reply.Points) * sizeof(double)) &&
     WriteAll(output.tetrahedronlist, 4 * tetrahedra * sizeof(std::int32_t)) &&
     WriteAll(regions.data(), tetrahedra * sizeof(std::int32_t)) &&
-    WriteAll(output.neighborlist, request.Header.WantNeighbours ? 4 * tetrahedra * sizeof(std::int32_t) : 0) &&
+    WriteAll(output.neighborlist, request.Header.WantNeighbors ? 4 * tetrahedra * sizeof(std::int32_t) : 0) &&
     WriteAll(output.trifacelist, 3 * faces * sizeof(std::int32_t)) &&
     WriteAll(triangles.data(), faces * sizeof(std::int32_t));
 }

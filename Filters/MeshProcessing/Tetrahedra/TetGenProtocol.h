@@ -34,7 +34,7 @@ struct RequestHeader
   char Magic[8];                ///< RequestMagic
   std::int32_t Task;            ///< a Task
   std::int32_t PreserveSurface; ///< not 0: no new points on the surface
-  std::int32_t WantNeighbours;  ///< not 0: the reply has neighbours
+  std::int32_t WantNeighbors;   ///< not 0: the reply has neighbours
   std::int32_t Unused;          ///< 0
   std::int64_t Points;          ///< number of points
   std::int64_t Triangles;       ///< number of triangles

@@ -94,7 +94,7 @@ std::vector<tetgen::Seed> FindSeeds(const TriangleMesh& surface, const SurfacePa
   bool innerSurfacesAreHoles, const Progress& progress)
 {
   call.QualityRatio = call.MinimumDihedralAngle = call.MaximumVolume = 0.0;
-  call.WantNeighbours = true;
+  call.WantNeighbors = true;
   const TetGenMesh coarse = RunTetGen(surface, call, progress);
   const PointMatrix points = Joined(surface.Points, coarse.NewPoints);
   std::vector<tetgen::Seed> seeds;

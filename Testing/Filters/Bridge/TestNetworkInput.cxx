@@ -25,7 +25,7 @@
 using namespace surfsynthtest;
 using surfsynth::InvalidInput;
 using surfsynth::MakeNetworkInput;
-using surfsynth::MeshNormalisation;
+using surfsynth::MeshNormalization;
 using surfsynth::NewArray;
 using surfsynth::PoissonNetHead;
 using surfsynth::PoissonNetInput;
@@ -64,7 +64,7 @@ struct Fixture
 
   PoissonNetInput Input(const surfsynth::NetworkInputRequest& request) const
   {
-    return MakeNetworkInput(this->Model, request, this->PolyData, this->Used(), this->Normalisation);
+    return MakeNetworkInput(this->Model, request, this->PolyData, this->Used(), this->Normalization);
   }
 
   std::string Error(const surfsynth::NetworkInputRequest& request) const
@@ -74,7 +74,7 @@ struct Fixture
 
   vtkSmartPointer<vtkPolyData> PolyData;
   PoissonNetModel Model;
-  MeshNormalisation Normalisation;
+  MeshNormalization Normalization;
 };
 } // namespace
 
@@ -151,14 +151,14 @@ TEST(NetworkInput, AnArrayOfConditionsGoesBeforeTheNumbers)
   EXPECT_EQ(input.Extra(1, 1), 20.0F);
 }
 
-TEST(NetworkInput, TheSignalOfAGradientDomainHeadIsNormalised)
+TEST(NetworkInput, TheSignalOfAGradientDomainHeadIsNormalized)
 {
   Fixture fixture;
   const auto positions = NewArray<vtkDoubleArray>("Moved", 43, 3);
   positions->SetTuple3(2, 3.0, 4.0, 5.0);
   fixture.PolyData->GetPointData()->AddArray(positions);
-  fixture.Normalisation.Centre << 1.0, 2.0, 3.0;
-  fixture.Normalisation.Scale = 2.0;
+  fixture.Normalization.Center << 1.0, 2.0, 3.0;
+  fixture.Normalization.Scale = 2.0;
   EXPECT_EQ(fixture.Input({ {}, "", "Moved" }).Signal.row(1), Eigen::RowVector3f(1.0F, 1.0F, 1.0F));
   fixture.Model.Options.Head = PoissonNetHead::Linear;
   EXPECT_EQ(fixture.Input({ {}, "", "Moved" }).Signal.row(1), Eigen::RowVector3f(3.0F, 4.0F, 5.0F));

@@ -191,17 +191,17 @@ TEST(CounterNormals, TailsHaveTheExpectedWeightAndEnd)
   EXPECT_LE(largest, std::sqrt(-2.0 * std::log(0.5 / 4294967296.0)) + 1e-12); // 6.76
 }
 
-TEST(CounterNormals, AreUncorrelatedAcrossNeighboursInEveryField)
+TEST(CounterNormals, AreUncorrelatedAcrossNeighborsInEveryField)
 {
   // |r| exceeds 5 / sqrt(n) with probability 6e-7.
   const std::int64_t n = 400000;
   const NormalKey base{ 11, 5, 2, 3 };
   const std::vector<double> reference = Fill(base, 0, n);
-  std::vector<std::pair<const char*, NormalKey>> neighbours;
+  std::vector<std::pair<const char*, NormalKey>> neighbors;
   const auto with = [&](const char* field, auto change) {
     NormalKey key = base;
     change(key);
-    neighbours.emplace_back(field, key);
+    neighbors.emplace_back(field, key);
   };
   with("seed + 1", [](NormalKey& key) { ++key.Seed; });
   with("seed high word", [](NormalKey& key) { key.Seed += 1ULL << 32; });
@@ -211,7 +211,7 @@ TEST(CounterNormals, AreUncorrelatedAcrossNeighboursInEveryField)
   with("sample and component exchanged", [](NormalKey& key) { std::swap(key.Sample, key.Component); });
   with("sample and stream exchanged", [](NormalKey& key) { std::swap(key.Sample, key.Stream); });
   const double bound = 5.0 / std::sqrt(static_cast<double>(n));
-  for (const auto& [field, key] : neighbours)
+  for (const auto& [field, key] : neighbors)
   {
     EXPECT_LT(std::abs(Correlation(reference, Fill(key, 0, n))), bound) << field;
   }

@@ -30,7 +30,7 @@ TriangleMesh Pair()
 
 EdgeFeatureMatrix Features(const TriangleMesh& mesh)
 {
-  return ComputeEdgeFeatures(mesh.Points.cast<float>(), mesh.Triangles, ComputeFaceNeighbours(mesh));
+  return ComputeEdgeFeatures(mesh.Points.cast<float>(), mesh.Triangles, ComputeFaceNeighbors(mesh));
 }
 
 SinglePoints Numbers(Eigen::Index rows, std::uint64_t seed)
@@ -63,7 +63,7 @@ TEST(EdgeFeatures, OfAPairAreAsByHand)
   EXPECT_LE((features.row(0) - expected).cwiseAbs().maxCoeff(), 1e-6F) << features.row(0);
 }
 
-TEST(EdgeFeatures, OfRegularNeighboursInAPlaneAreTheHeight)
+TEST(EdgeFeatures, OfRegularNeighborsInAPlaneAreTheHeight)
 {
   // Two equilateral triangles of side 1: the corner beyond lies above the midpoint at the height.
   TriangleMesh rhombus;
@@ -83,30 +83,30 @@ TEST(EdgeFeatures, OfRegularNeighboursInAPlaneAreTheHeight)
 
 TEST(EdgeFeatures, BeyondABoundaryLiesTheTriangleItself)
 {
-  const FaceNeighbours neighbours = ComputeFaceNeighbours(Pair());
+  const FaceNeighbors neighbors = ComputeFaceNeighbors(Pair());
   TriangleMatrix faces(2, 3);
   faces << 1, 0, 0, 1, 0, 1;
   TriangleMatrix opposite(2, 3);
   opposite << 3, 0, 1, 0, 2, 1;
-  EXPECT_EQ(neighbours.Faces, faces);
-  EXPECT_EQ(neighbours.Opposite, opposite);
+  EXPECT_EQ(neighbors.Faces, faces);
+  EXPECT_EQ(neighbors.Opposite, opposite);
 }
 
-TEST(EdgeFeatures, NeighboursOfClosedMeshesAreMutual)
+TEST(EdgeFeatures, NeighborsOfClosedMeshesAreMutual)
 {
   for (const TriangleMesh& mesh : { test::Torus(12, 9), test::UvSphere(5, 30), test::Tetrahedron() })
   {
-    const FaceNeighbours neighbours = ComputeFaceNeighbours(mesh);
+    const FaceNeighbors neighbors = ComputeFaceNeighbors(mesh);
     for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
     {
       for (int edge = 0; edge < 3; ++edge)
       {
-        const Index g = neighbours.Faces(f, edge);
+        const Index g = neighbors.Faces(f, edge);
         ASSERT_NE(g, f);
-        EXPECT_TRUE((neighbours.Faces.row(g).array() == f).any());
+        EXPECT_TRUE((neighbors.Faces.row(g).array() == f).any());
         EXPECT_TRUE((mesh.Triangles.row(g).array() == mesh.Triangles(f, edge)).any());
         EXPECT_TRUE((mesh.Triangles.row(g).array() == mesh.Triangles(f, (edge + 1) % 3)).any());
-        EXPECT_FALSE((mesh.Triangles.row(f).array() == neighbours.Opposite(f, edge)).any());
+        EXPECT_FALSE((mesh.Triangles.row(f).array() == neighbors.Opposite(f, edge)).any());
       }
     }
   }
@@ -119,7 +119,7 @@ TEST(EdgeFeatures, AnEdgeOfThreeTrianglesIsRefused)
   fan.Triangles.row(2) << 0, 1, 3;
   try
   {
-    ComputeFaceNeighbours(fan);
+    ComputeFaceNeighbors(fan);
     ADD_FAILURE() << "accepted";
   }
   catch (const InvalidInput& error)

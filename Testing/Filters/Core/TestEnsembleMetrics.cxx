@@ -167,7 +167,7 @@ EnsembleMetrics PlainMetrics(const Samples& generated, const Samples& reference,
   metrics.ReferenceSpacing /= static_cast<double>(reference.size());
   metrics.COV = static_cast<double>(std::count(covered.begin(), covered.end(), true)) /
     static_cast<double>(reference.size());
-  metrics.OneNearestNeighbourAccuracy = recognized / static_cast<double>(all.size());
+  metrics.OneNearestNeighborAccuracy = recognized / static_cast<double>(all.size());
   metrics.MeanError = PlainDistance(MeanOf(generated), MeanOf(reference), components, mass, options);
   return metrics;
 }
@@ -180,7 +180,7 @@ void ExpectNear(const EnsembleMetrics& found, const EnsembleMetrics& expected, d
   EXPECT_NEAR(found.GeneratedSpacing, expected.GeneratedSpacing, tolerance);
   EXPECT_NEAR(found.ReferenceSpacing, expected.ReferenceSpacing, tolerance);
   EXPECT_DOUBLE_EQ(found.COV, expected.COV);
-  EXPECT_DOUBLE_EQ(found.OneNearestNeighbourAccuracy, expected.OneNearestNeighbourAccuracy);
+  EXPECT_DOUBLE_EQ(found.OneNearestNeighborAccuracy, expected.OneNearestNeighborAccuracy);
   EXPECT_EQ(found.NearestReference, expected.NearestReference);
   ASSERT_EQ(found.DistanceToReference.size(), expected.DistanceToReference.size());
   for (std::size_t k = 0; k < found.DistanceToReference.size(); ++k)
@@ -194,7 +194,7 @@ void ExpectSameBits(const EnsembleMetrics& a, const EnsembleMetrics& b)
   EXPECT_EQ(a.MMD, b.MMD);
   EXPECT_EQ(a.ReverseMMD, b.ReverseMMD);
   EXPECT_EQ(a.COV, b.COV);
-  EXPECT_EQ(a.OneNearestNeighbourAccuracy, b.OneNearestNeighbourAccuracy);
+  EXPECT_EQ(a.OneNearestNeighborAccuracy, b.OneNearestNeighborAccuracy);
   EXPECT_EQ(a.MeanError, b.MeanError);
   EXPECT_EQ(a.GeneratedSpacing, b.GeneratedSpacing);
   EXPECT_EQ(a.ReferenceSpacing, b.ReferenceSpacing);
@@ -225,7 +225,7 @@ TEST(EnsembleMetrics, TwoGeneratedAndThreeReferencesByHand)
   EXPECT_DOUBLE_EQ(metrics.MMD, (0.25 + 3.0) / 2.0);
   EXPECT_DOUBLE_EQ(metrics.ReverseMMD, (0.25 + 1.0 + 6.0) / 3.0);
   EXPECT_DOUBLE_EQ(metrics.COV, 2.0 / 3.0);
-  EXPECT_DOUBLE_EQ(metrics.OneNearestNeighbourAccuracy, 0.2) << "only r1 has a nearest neighbour of its own kind";
+  EXPECT_DOUBLE_EQ(metrics.OneNearestNeighborAccuracy, 0.2) << "only r1 has a nearest neighbour of its own kind";
   EXPECT_DOUBLE_EQ(metrics.MeanError, 0.25 * (4.0 - 2.0) + 0.75 * (11.0 / 3.0 - 2.0));
   EXPECT_DOUBLE_EQ(metrics.GeneratedSpacing, 4.0);
   EXPECT_DOUBLE_EQ(metrics.ReferenceSpacing, (0.75 + 0.75 + 9.0) / 3.0);
@@ -243,14 +243,14 @@ TEST(EnsembleMetrics, DistancesByHand)
   EXPECT_DOUBLE_EQ(Compare({ { 0, 0 } }, { { 3, -1 } }, 1, mass, Options(SampleDistance::RMS)).MMD, std::sqrt(3.0));
 }
 
-TEST(EnsembleMetrics, SingleSamplesHaveNoNeighbourOfTheirOwn)
+TEST(EnsembleMetrics, SingleSamplesHaveNoNeighborOfTheirOwn)
 {
   const auto metrics = Compare({ { 1 } }, { { 3 } }, 1, Masses({ 1.0 }));
   EXPECT_EQ(metrics.MMD, 2.0);
   EXPECT_EQ(metrics.COV, 1.0);
   EXPECT_EQ(metrics.GeneratedSpacing, 0.0);
   EXPECT_EQ(metrics.ReferenceSpacing, 0.0);
-  EXPECT_EQ(metrics.OneNearestNeighbourAccuracy, 0.0);
+  EXPECT_EQ(metrics.OneNearestNeighborAccuracy, 0.0);
 }
 
 TEST(EnsembleMetrics, AgreesWithTheDefinitionsForEveryNumberOfComponents)
@@ -305,7 +305,7 @@ TEST(EnsembleMetrics, IdenticalEnsembles)
     EXPECT_EQ(metrics.ReverseMMD, 0.0);
     EXPECT_EQ(metrics.COV, 1.0);
     EXPECT_EQ(metrics.MeanError, 0.0);
-    EXPECT_EQ(metrics.OneNearestNeighbourAccuracy, 0.0) << "copies are nearer than anything else";
+    EXPECT_EQ(metrics.OneNearestNeighborAccuracy, 0.0) << "copies are nearer than anything else";
     std::vector<std::int64_t> order(samples.size());
     std::iota(order.begin(), order.end(), 0);
     EXPECT_EQ(metrics.NearestReference, order);
@@ -321,7 +321,7 @@ TEST(EnsembleMetrics, SeparateClustersAreToldApart)
     std::transform(sample.begin(), sample.end(), sample.begin(), [](double value) { return value + 100.0; });
   }
   const auto metrics = Compare(near, far, 1, RandomMass(200));
-  EXPECT_EQ(metrics.OneNearestNeighbourAccuracy, 1.0);
+  EXPECT_EQ(metrics.OneNearestNeighborAccuracy, 1.0);
   EXPECT_NEAR(metrics.MMD, 100.0, 1.0);
   EXPECT_LT(metrics.GeneratedSpacing, 2.0);
 }
@@ -343,7 +343,7 @@ TEST(EnsembleMetrics, SameDistributionIsGuessedHalfOfTheTime)
     return samples;
   };
   const auto metrics = Compare(fields(8), fields(9), 1, RandomMass(50));
-  EXPECT_NEAR(metrics.OneNearestNeighbourAccuracy, 0.5, 0.06) << "three standard deviations of about 0.02";
+  EXPECT_NEAR(metrics.OneNearestNeighborAccuracy, 0.5, 0.06) << "three standard deviations of about 0.02";
   EXPECT_NEAR(metrics.COV, 0.6, 0.1);
   EXPECT_NEAR(metrics.MMD / metrics.ReferenceSpacing, 1.0, 0.1);
 }
@@ -366,9 +366,9 @@ TEST(EnsembleMetrics, TiesGoToTheLowestIndexGeneratedBeforeReference)
   EXPECT_EQ(twins.NearestReference, (std::vector<std::int64_t>{ 0 }));
   // 0 and 2 generated, 1 and 3 references: 1 and 2 have a neighbour of each kind at distance 1.
   const auto comb = Compare({ { 0 }, { 2 } }, { { 1 }, { 3 } }, 1, mass);
-  EXPECT_EQ(comb.OneNearestNeighbourAccuracy, 0.0);
+  EXPECT_EQ(comb.OneNearestNeighborAccuracy, 0.0);
   const auto pairs = Compare({ { 0 }, { 0 } }, { { 0 }, { 0 } }, 1, mass);
-  EXPECT_EQ(pairs.OneNearestNeighbourAccuracy, 0.5) << "generated ones are right, references are not";
+  EXPECT_EQ(pairs.OneNearestNeighborAccuracy, 0.5) << "generated ones are right, references are not";
 }
 
 TEST(EnsembleMetrics, TranslationCountsForNothingLessTheCentroid)
@@ -409,7 +409,7 @@ TEST(EnsembleMetrics, ScaleWithTheValuesAndNotWithTheMass)
     const auto scaled = Compare(scaledGenerated, scaledReference, 1, scale * scale * mass);
     EXPECT_NEAR(scaled.MMD / scale, metrics.MMD, 1e-13);
     EXPECT_NEAR(scaled.MeanError / scale, metrics.MeanError, 1e-13);
-    EXPECT_EQ(scaled.OneNearestNeighbourAccuracy, metrics.OneNearestNeighbourAccuracy);
+    EXPECT_EQ(scaled.OneNearestNeighborAccuracy, metrics.OneNearestNeighborAccuracy);
     EXPECT_EQ(scaled.NearestReference, metrics.NearestReference);
   }
   const auto heavy = Compare(generated, reference, 1, mass * (1e308 / mass.maxCoeff()));

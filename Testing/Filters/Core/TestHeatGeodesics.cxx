@@ -59,11 +59,11 @@ TEST(HeatGeodesics, DistancesOnASphereAreArcs)
 TEST(HeatGeodesics, DistancesInThePlaneAreEuclidean)
 {
   const TriangleMesh mesh = test::PlanePatch(60, 60, 1.0, 1.0, 0.2);
-  const Index centre = 30 * 61 + 30;
-  const Eigen::VectorXd distances = GeodesicsOf(mesh).Distances({ centre }).col(0);
+  const Index center = 30 * 61 + 30;
+  const Eigen::VectorXd distances = GeodesicsOf(mesh).Distances({ center }).col(0);
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    const double exact = (mesh.Points.row(v) - mesh.Points.row(centre)).norm();
+    const double exact = (mesh.Points.row(v) - mesh.Points.row(center)).norm();
     EXPECT_NEAR(distances[v], exact, 0.02 + 0.06 * exact) << "vertex " << v; // h = 1/60; the boundary attracts contours
   }
 }
@@ -140,12 +140,12 @@ TEST(GaussianMixtures, AMixtureOfOneIsAGaussianOfTheDistance)
 {
   const TriangleMesh mesh = test::Icosphere(4);
   GaussianMixtureOptions options;
-  options.NumberOfCentres = 1;
+  options.NumberOfCenters = 1;
   const GaussianMixtures mixtures = MixturesOf(mesh, options);
   const Eigen::VectorXd values = Samples(mixtures, {}, mesh.NumberOfPoints()).col(0);
-  Eigen::Index centre = 0;
-  EXPECT_EQ(values.maxCoeff(&centre), 1.0);
-  const Eigen::VectorXd distances = GeodesicsOf(mesh).Distances({ static_cast<Index>(centre) }).col(0);
+  Eigen::Index center = 0;
+  EXPECT_EQ(values.maxCoeff(&center), 1.0);
+  const Eigen::VectorXd distances = GeodesicsOf(mesh).Distances({ static_cast<Index>(center) }).col(0);
   const double sigma = mixtures.StandardDeviation();
   EXPECT_NEAR(sigma, 0.08 * std::sqrt(4.0 * std::acos(-1.0)), 2e-3);
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
@@ -154,7 +154,7 @@ TEST(GaussianMixtures, AMixtureOfOneIsAGaussianOfTheDistance)
   }
 }
 
-TEST(GaussianMixtures, CentresKeepTheirSeparation)
+TEST(GaussianMixtures, CentersKeepTheirSeparation)
 {
   const TriangleMesh mesh = test::BumpySurface(4);
   const GaussianMixtures mixtures = MixturesOf(mesh);
@@ -164,32 +164,32 @@ TEST(GaussianMixtures, CentresKeepTheirSeparation)
   const HeatGeodesics geodesics = GeodesicsOf(mesh);
   for (Eigen::Index k = 0; k < values.cols(); ++k)
   {
-    std::vector<Index> centres; // at least 1 there, and at four sigma the others add less than 1e-3 each
+    std::vector<Index> centers; // at least 1 there, and at four sigma the others add less than 1e-3 each
     for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
     {
       if (values(v, k) >= 1.0)
       {
-        centres.push_back(v);
+        centers.push_back(v);
       }
     }
-    ASSERT_EQ(centres.size(), 3u) << "sample " << k;
-    const RowMatrix distances = geodesics.Distances(centres);
+    ASSERT_EQ(centers.size(), 3u) << "sample " << k;
+    const RowMatrix distances = geodesics.Distances(centers);
     for (int i = 0; i < 3; ++i)
     {
       // The distance from the later centre to the earlier one may differ a little from that in the other direction.
-      const double other = distances(centres[i], (i + 1) % 3);
-      const double back = distances(centres[(i + 1) % 3], i);
+      const double other = distances(centers[i], (i + 1) % 3);
+      const double back = distances(centers[(i + 1) % 3], i);
       EXPECT_GE(std::max(other, back), 4.0 * mixtures.StandardDeviation()) << "sample " << k;
     }
   }
 }
 
-TEST(GaussianMixtures, CentresAreUniformOnTheSurfaceWhateverTheTriangulation)
+TEST(GaussianMixtures, CentersAreUniformOnTheSurfaceWhateverTheTriangulation)
 {
   // A sphere with most of its points near the north pole: the mean height of centres is still 0.
   const TriangleMesh mesh = test::LocallyRefinedSphere(3);
   GaussianMixtureOptions options;
-  options.NumberOfCentres = 1;
+  options.NumberOfCenters = 1;
   options.Width = 0.005;
   const GaussianMixtures mixtures = MixturesOf(mesh, options);
   GaussianMixtureRequest request;
@@ -199,10 +199,10 @@ TEST(GaussianMixtures, CentresAreUniformOnTheSurfaceWhateverTheTriangulation)
   double northern = 0.0;
   for (Eigen::Index k = 0; k < values.cols(); ++k)
   {
-    Eigen::Index centre = 0;
-    values.col(k).maxCoeff(&centre);
-    height += mesh.Points(centre, 2) / 2000.0;
-    northern += mesh.Points(centre, 2) > 0.8 ? 1.0 / 2000.0 : 0.0;
+    Eigen::Index center = 0;
+    values.col(k).maxCoeff(&center);
+    height += mesh.Points(center, 2) / 2000.0;
+    northern += mesh.Points(center, 2) > 0.8 ? 1.0 / 2000.0 : 0.0;
   }
   EXPECT_NEAR(height, 0.0, 0.04);   // deviation of the mean 0.577 / sqrt(2000) = 0.013, and coarse triangles
   EXPECT_NEAR(northern, 0.1, 0.02); // the cap has a tenth of the area and most of the points
@@ -237,11 +237,11 @@ TEST(GaussianMixtures, OtherComponentsAndUnusedPointsGet0)
   const TriangleMesh both = test::WithUnreferencedPoints(
     test::Join(sphere, test::Translated(sphere, Eigen::Vector3d(5.0, 0.0, 0.0))));
   GaussianMixtureOptions options;
-  options.NumberOfCentres = 1;
+  options.NumberOfCenters = 1;
   const Eigen::VectorXd values = Samples(MixturesOf(both, options), {}, both.NumberOfPoints()).col(0);
-  Eigen::Index centre = 0;
-  values.maxCoeff(&centre);
-  const bool first = both.Points(centre, 0) < 2.5;
+  Eigen::Index center = 0;
+  values.maxCoeff(&center);
+  const bool first = both.Points(center, 0) < 2.5;
   for (Index v = 0; v < both.NumberOfPoints(); ++v)
   {
     const bool same = (both.Points(v, 0) < 2.5) == first;
@@ -256,14 +256,14 @@ TEST(GaussianMixtures, ATinyWidthGivesASingleValueOfOne)
 {
   const TriangleMesh mesh = test::Icosphere(2);
   GaussianMixtureOptions options;
-  options.NumberOfCentres = 1;
+  options.NumberOfCenters = 1;
   options.Width = 1e-160; // its square is 0 in double precision
   const Eigen::VectorXd values = Samples(MixturesOf(mesh, options), {}, mesh.NumberOfPoints()).col(0);
   EXPECT_EQ(values.maxCoeff(), 1.0);
   EXPECT_EQ(values.sum(), 1.0) << "NaN, or values beside the center";
 }
 
-TEST(GaussianMixtures, SaysWhenThereIsNoRoomForTheCentres)
+TEST(GaussianMixtures, SaysWhenThereIsNoRoomForTheCenters)
 {
   const TriangleMesh mesh = test::Icosphere(2);
   GaussianMixtureOptions options;
@@ -278,7 +278,7 @@ TEST(GaussianMixtures, SaysWhenThereIsNoRoomForTheCentres)
   {
     EXPECT_NE(std::string(error.what()).find("no vertex is left"), std::string::npos) << error.what();
   }
-  options.NumberOfCentres = 0;
+  options.NumberOfCenters = 0;
   EXPECT_THROW(MixturesOf(mesh, options), InvalidInput);
   options = {};
   options.Width = std::numeric_limits<double>::infinity();

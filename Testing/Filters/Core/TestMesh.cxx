@@ -135,21 +135,21 @@ TEST_P(MeshOfSuite, TopologyAgreesWithBruteForce)
 {
   const auto points = static_cast<std::size_t>(this->Mesh.NumberOfPoints());
   std::vector<std::vector<Index>> triangles(points);
-  std::vector<std::map<Index, int>> neighbours(points);
+  std::vector<std::map<Index, int>> neighbors(points);
   for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
   {
     for (int c = 0; c < 3; ++c)
     {
       const Index v = this->Mesh.Triangles(f, c);
       triangles[static_cast<std::size_t>(v)].push_back(f);
-      ++neighbours[static_cast<std::size_t>(v)][this->Mesh.Triangles(f, (c + 1) % 3)];
-      ++neighbours[static_cast<std::size_t>(v)][this->Mesh.Triangles(f, (c + 2) % 3)];
+      ++neighbors[static_cast<std::size_t>(v)][this->Mesh.Triangles(f, (c + 1) % 3)];
+      ++neighbors[static_cast<std::size_t>(v)][this->Mesh.Triangles(f, (c + 2) % 3)];
     }
   }
   const MeshTopology topology(this->Mesh);
   ASSERT_EQ(topology.NumberOfPoints(), this->Mesh.NumberOfPoints());
   ASSERT_EQ(topology.VertexTriangleStart.front(), 0);
-  ASSERT_EQ(topology.NeighbourStart.front(), 0);
+  ASSERT_EQ(topology.NeighborStart.front(), 0);
   std::int64_t edges = 0;
   for (std::size_t v = 0; v < points; ++v)
   {
@@ -157,13 +157,13 @@ TEST_P(MeshOfSuite, TopologyAgreesWithBruteForce)
       topology.VertexTriangles.begin() + topology.VertexTriangleStart[v + 1]);
     EXPECT_EQ(around, triangles[v]) << "vertex " << v;
     std::map<Index, int> joined;
-    for (Index k = topology.NeighbourStart[v]; k < topology.NeighbourStart[v + 1]; ++k)
+    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
     {
       const auto at = static_cast<std::size_t>(k);
-      EXPECT_TRUE(k == topology.NeighbourStart[v] || topology.Neighbours[at - 1] < topology.Neighbours[at]);
-      joined[topology.Neighbours[at]] = topology.EdgeTriangles[at];
+      EXPECT_TRUE(k == topology.NeighborStart[v] || topology.Neighbors[at - 1] < topology.Neighbors[at]);
+      joined[topology.Neighbors[at]] = topology.EdgeTriangles[at];
     }
-    EXPECT_EQ(joined, neighbours[v]) << "vertex " << v;
+    EXPECT_EQ(joined, neighbors[v]) << "vertex " << v;
     edges += static_cast<std::int64_t>(joined.size());
   }
   EXPECT_EQ(topology.NumberOfEdges(), edges / 2);
@@ -180,8 +180,8 @@ TEST(MeshTopology, IsTheSameForEveryNumberOfThreads)
     const MeshTopology topology(mesh);
     EXPECT_EQ(topology.VertexTriangleStart, reference.VertexTriangleStart);
     EXPECT_EQ(topology.VertexTriangles, reference.VertexTriangles);
-    EXPECT_EQ(topology.NeighbourStart, reference.NeighbourStart);
-    EXPECT_EQ(topology.Neighbours, reference.Neighbours);
+    EXPECT_EQ(topology.NeighborStart, reference.NeighborStart);
+    EXPECT_EQ(topology.Neighbors, reference.Neighbors);
     EXPECT_EQ(topology.EdgeTriangles, reference.EdgeTriangles);
   }
 }
@@ -198,7 +198,7 @@ TEST(MeshTopology, CountsTrianglesOnNonManifoldEdges)
     mesh.Triangles.row(f) << 0, 1, f + 2;
   }
   const MeshTopology topology(mesh);
-  ASSERT_EQ(topology.Neighbours[0], 1);
+  ASSERT_EQ(topology.Neighbors[0], 1);
   EXPECT_EQ(topology.EdgeTriangles[0], 255) << "the count saturates";
   mesh.Triangles.conservativeResize(3, 3);
   EXPECT_EQ(MeshTopology(mesh).EdgeTriangles[0], 3);

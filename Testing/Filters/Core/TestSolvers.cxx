@@ -53,7 +53,7 @@ RowMatrix RandomRightHandSides(Eigen::Index rows, Eigen::Index columns, std::uin
 SparseMatrix Sparse(const Eigen::MatrixXd& dense) { return dense.sparseView(); }
 
 /// A row other than @p column with an entry in it.
-Index NeighbourOf(const SparseMatrix& matrix, Index column)
+Index NeighborOf(const SparseMatrix& matrix, Index column)
 {
   SparseMatrix::InnerIterator entry(matrix, column);
   while (entry.row() == column)
@@ -368,7 +368,7 @@ TEST(CholeskySolver, RejectsMatricesThatAreNotFinite)
     diagonal.coeffRef(7, 7) = bad;
     EXPECT_THROW(CholeskySolver{ diagonal }, InvalidInput) << bad;
     SparseMatrix pair = ScreenedLaplacian(test::Icosphere(1));
-    const Index row = NeighbourOf(pair, 7);
+    const Index row = NeighborOf(pair, 7);
     pair.coeffRef(row, 7) = bad;
     pair.coeffRef(7, row) = bad;
     EXPECT_THROW(CholeskySolver{ pair }, InvalidInput) << bad;
@@ -382,7 +382,7 @@ TEST(CholeskySolver, RejectsMatricesThatAreNotFinite)
 TEST(CholeskySolver, RejectsMatricesThatAreNotSymmetric)
 {
   const SparseMatrix sound = ScreenedLaplacian(test::Icosphere(1));
-  const Index row = NeighbourOf(sound, 7);
+  const Index row = NeighborOf(sound, 7);
   SparseMatrix value = sound;
   value.coeffRef(row, 7) *= 1.0 + 1e-8;
   EXPECT_THROW(CholeskySolver{ value }, InvalidInput);

@@ -171,12 +171,23 @@ TEST(GaussianMixture, AnAbortLeavesNothingAndTheNextUpdateIsComplete)
   EXPECT_TRUE(Array(output, "Mixture"));
 }
 
+TEST(GaussianMixture, FormerNamesOfCentersWork)
+{
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  vtkNew<Mixture> filter;
+  filter->SetNumberOfCentres(5);
+  EXPECT_EQ(filter->GetNumberOfCenters(), 5);
+  EXPECT_EQ(filter->GetNumberOfCentres(), 5);
+#pragma GCC diagnostic pop
+}
+
 TEST(GaussianMixture, PrintsItsProperties)
 {
   vtkNew<Mixture> filter;
   std::ostringstream text;
   filter->Print(text);
-  for (const char* name : { "NumberOfCentres: 3", "Width: 0.08", "Separation: 4", "Seed: 0", "NumberOfSamples: 1",
+  for (const char* name : { "NumberOfCenters: 3", "Width: 0.08", "Separation: 4", "Seed: 0", "NumberOfSamples: 1",
          "FirstSample: 0", "OutputArrayName: Mixture", "StandardDeviation: 0", "NumberOfFactorizations: 0" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;

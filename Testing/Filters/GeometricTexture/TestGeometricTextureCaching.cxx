@@ -35,13 +35,13 @@ constexpr double AbortLimit = 1.0; // seconds
 struct Cost
 {
   vtkTypeInt64 Loads;
-  vtkTypeInt64 Growths;
-  bool operator==(const Cost& other) const { return this->Loads == other.Loads && this->Growths == other.Growths; }
+  vtkTypeInt64 Syntheses;
+  bool operator==(const Cost& other) const { return this->Loads == other.Loads && this->Syntheses == other.Syntheses; }
 };
 
 std::ostream& operator<<(std::ostream& os, const Cost& cost)
 {
-  return os << cost.Loads << " loads, " << cost.Growths << " growths";
+  return os << cost.Loads << " loads, " << cost.Syntheses << " syntheses";
 }
 
 Cost CostOf(Filter* filter, const std::function<void(Filter*)>& change, double time = -1.0)
@@ -49,7 +49,7 @@ Cost CostOf(Filter* filter, const std::function<void(Filter*)>& change, double t
   change(filter);
   const Cost before{ filter->GetNumberOfModelLoads(), filter->GetNumberOfSyntheses() };
   EXPECT_TRUE(time < 0.0 ? Update(filter) : filter->UpdateTimeStep(time));
-  return { filter->GetNumberOfModelLoads() - before.Loads, filter->GetNumberOfSyntheses() - before.Growths };
+  return { filter->GetNumberOfModelLoads() - before.Loads, filter->GetNumberOfSyntheses() - before.Syntheses };
 }
 
 void Unchanged(Filter*) {}
@@ -112,7 +112,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
   }
 }
 
-TEST(GeometricTextureCaching, WhatIsTheSameDoesNotGrowAgain)
+TEST(GeometricTextureCaching, WhatIsTheSameIsNotSynthesizedAgain)
 {
   const auto target = Icosphere(2).ToPolyData();
   const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("kept.model"));
@@ -143,7 +143,7 @@ TEST(GeometricTextureCaching, TheFormerNameOfTheCountAnswers)
 #pragma GCC diagnostic pop
 }
 
-TEST(GeometricTextureCaching, GoingThroughLevelsCostsNoGrowth)
+TEST(GeometricTextureCaching, GoingThroughLevelsCostsNoSynthesis)
 {
   const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("flow.model"));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetAnimationToLevels(); }), (Cost{ 1, 1 }));

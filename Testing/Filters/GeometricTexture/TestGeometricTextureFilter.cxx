@@ -425,7 +425,7 @@ TEST(GeometricTextureFilter, LevelsOfBlocksAreTrees)
 
 // --- Time -----------------------------------------------------------------------------------------------------------
 
-TEST(GeometricTextureFilter, TimeGrowsLevelByLevel)
+TEST(GeometricTextureFilter, TimeSynthesizesLevelByLevel)
 {
   const auto target = Icosphere(1).ToPolyData();
   const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("time.model"));
@@ -507,7 +507,7 @@ TEST(GeometricTextureFilter, TheTimeOfAnAnimationIsNoTimeOfTheInput)
 
 // --- The template ---------------------------------------------------------------------------------------------------
 
-TEST(GeometricTextureFilter, WithoutInputItGrowsOnTheTemplate)
+TEST(GeometricTextureFilter, WithoutInputItSynthesizesOnTheTemplate)
 {
   const std::string model = WriteRandomGeometricTexture("template.model");
   const auto filter = SynthesizerOn(nullptr, model);

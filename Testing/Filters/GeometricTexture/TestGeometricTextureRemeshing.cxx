@@ -96,23 +96,23 @@ double Unevenness(const TriangleMesh& mesh)
 struct Cost
 {
   vtkTypeInt64 Remeshings;
-  vtkTypeInt64 Growths;
+  vtkTypeInt64 Syntheses;
   bool operator==(const Cost& other) const
   {
-    return this->Remeshings == other.Remeshings && this->Growths == other.Growths;
+    return this->Remeshings == other.Remeshings && this->Syntheses == other.Syntheses;
   }
 };
 
 std::ostream& operator<<(std::ostream& os, const Cost& cost)
 {
-  return os << cost.Remeshings << " remeshings, " << cost.Growths << " growths";
+  return os << cost.Remeshings << " remeshings, " << cost.Syntheses << " syntheses";
 }
 
 Cost CostOf(Filter* filter)
 {
   const Cost before{ filter->GetNumberOfRemeshings(), filter->GetNumberOfSyntheses() };
   EXPECT_TRUE(Update(filter));
-  return { filter->GetNumberOfRemeshings() - before.Remeshings, filter->GetNumberOfSyntheses() - before.Growths };
+  return { filter->GetNumberOfRemeshings() - before.Remeshings, filter->GetNumberOfSyntheses() - before.Syntheses };
 }
 #endif
 } // namespace
@@ -252,9 +252,9 @@ TEST(GeometricTextureRemeshing, IsDoneOnceForEachTargetAndScale)
   EXPECT_EQ(CostOf(filter), (Cost{ 1, 1 }));
   filter->SetAnimationToLevels();
   Update(filter);
-  const vtkTypeInt64 growths = filter->GetNumberOfSyntheses();
+  const vtkTypeInt64 syntheses = filter->GetNumberOfSyntheses();
   EXPECT_TRUE(filter->UpdateTimeStep(1.0));
-  EXPECT_EQ(filter->GetNumberOfSyntheses(), growths);
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), syntheses);
   EXPECT_EQ(CostOf(filter).Remeshings, 0);
   target->GetPoints()->SetPoint(0, 0.0, 0.0, 1.1);
   target->GetPoints()->Modified();

@@ -34,7 +34,7 @@ Eigen::RowVectorXd BiasOf(const std::map<std::string, ModelTensor>& tensors, con
 }
 
 /// Instance norm and leaky ReLU as their definitions say.
-void NormaliseAsDefined(Rows& values)
+void NormalizeAsDefined(Rows& values)
 {
   for (Eigen::Index c = 0; c < values.cols(); ++c)
   {
@@ -47,7 +47,7 @@ void NormaliseAsDefined(Rows& values)
 
 /// The network as the paper writes it: one affine map of [neighbour, self], the largest over the neighbours.
 Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers,
-  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbours)
+  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors)
 {
   Rows values;
   for (std::int64_t j = 0; j < layers - 1; ++j)
@@ -67,7 +67,7 @@ Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t lev
         }
         else
         {
-          in << values.row(neighbours(f, k)), values.row(f);
+          in << values.row(neighbors(f, k)), values.row(f);
         }
         out.row(f) = out.row(f).cwiseMax(in * weight.transpose() + bias);
       }
@@ -75,7 +75,7 @@ Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t lev
     values = std::move(out);
     if (j < layers - 2)
     {
-      NormaliseAsDefined(values);
+      NormalizeAsDefined(values);
     }
   }
   return values;
@@ -84,13 +84,13 @@ Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t lev
 struct Case
 {
   TriangleMesh Mesh;
-  FaceNeighbours Neighbours;
+  FaceNeighbors Neighbors;
   EdgeFeatureMatrix Features;
 
   explicit Case(const TriangleMesh& mesh)
     : Mesh(mesh)
-    , Neighbours(ComputeFaceNeighbours(mesh))
-    , Features(ComputeEdgeFeatures(mesh.Points.cast<float>(), mesh.Triangles, this->Neighbours))
+    , Neighbors(ComputeFaceNeighbors(mesh))
+    , Features(ComputeEdgeFeatures(mesh.Points.cast<float>(), mesh.Triangles, this->Neighbors))
   {}
 };
 
@@ -98,7 +98,7 @@ FaceNetwork::Output OutputOf(const GeometricTextureModel& model, std::int64_t le
 {
   const ThreadScope scope(threads);
   const SingleThreadedBlas blas;
-  return FaceNetwork(model.Generator, level, model.Options.Layers).Run(input.Features, input.Neighbours.Faces);
+  return FaceNetwork(model.Generator, level, model.Options.Layers).Run(input.Features, input.Neighbors.Faces);
 }
 } // namespace
 
@@ -113,7 +113,7 @@ TEST(FaceNetwork, IsWhatItsDefinitionSays)
     for (const std::int64_t level : { 0, 1 })
     {
       const Rows expected = Defined(
-        model.Generator, level, model.Options.Layers, input.Features, input.Neighbours.Faces);
+        model.Generator, level, model.Options.Layers, input.Features, input.Neighbors.Faces);
       const Rows found = OutputOf(model, level, input).cast<double>();
       ASSERT_EQ(found.rows(), expected.rows());
       EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm()) << mesh.NumberOfTriangles();
@@ -126,8 +126,8 @@ TEST(FaceNetwork, DiscriminatorsHaveOneOutput)
   const GeometricTextureModel model = test::RandomGeometricTexture();
   const Case input(test::BumpySurface(1));
   const FaceNetwork network(model.Discriminator, 1, model.Options.Layers);
-  const Rows found = network.Run(input.Features, input.Neighbours.Faces).cast<double>();
-  const Rows expected = Defined(model.Discriminator, 1, model.Options.Layers, input.Features, input.Neighbours.Faces);
+  const Rows found = network.Run(input.Features, input.Neighbors.Faces).cast<double>();
+  const Rows expected = Defined(model.Discriminator, 1, model.Options.Layers, input.Features, input.Neighbors.Faces);
   ASSERT_EQ(found.cols(), 1);
   EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm());
 }
@@ -138,7 +138,7 @@ TEST(FaceNetwork, TwoConvolutionsAreTheShortest)
   options.Layers = 3;
   const GeometricTextureModel model = test::RandomGeometricTexture(options);
   const Case input(test::BumpySurface(1));
-  const Rows expected = Defined(model.Generator, 0, 3, input.Features, input.Neighbours.Faces);
+  const Rows expected = Defined(model.Generator, 0, 3, input.Features, input.Neighbors.Faces);
   EXPECT_LE((OutputOf(model, 0, input).cast<double>() - expected).norm(), 1e-5 * expected.norm());
 }
 
@@ -170,18 +170,18 @@ TEST(FaceKernels, AllInstructionSetsAgree)
     }
     return values;
   };
-  std::vector<std::int32_t> neighbours;
+  std::vector<std::int32_t> neighbors;
   for (std::int32_t k = 0; k < 3 * rows; ++k)
   {
-    neighbours.push_back(static_cast<std::int32_t>(test::Mix(9, static_cast<std::uint64_t>(k)) % rows));
+    neighbors.push_back(static_cast<std::int32_t>(test::Mix(9, static_cast<std::uint64_t>(k)) % rows));
   }
   const auto results = [&](const FaceKernels& kernels) {
     FaceNetwork::Output out = FaceNetwork::Output::Zero(4, rows * 2 * width);
     const FaceNetwork::Output bias = numbers(width, 2);
     kernels.EdgeMaps(numbers(12 * rows, 1).data(), numbers(4 * width, 3).data(), bias.data(), rows, width, &out(0, 0));
     out.row(1) = numbers(2 * width * rows, 4);
-    kernels.GatherMax(neighbours.data(), bias.data(), 0, rows, width, &out(1, 0));
-    kernels.Normalise(&out(1, 0), 2 * width, bias.data(), numbers(width, 5).data(), rows, width, &out(2, 0));
+    kernels.GatherMax(neighbors.data(), bias.data(), 0, rows, width, &out(1, 0));
+    kernels.Normalize(&out(1, 0), 2 * width, bias.data(), numbers(width, 5).data(), rows, width, &out(2, 0));
     std::vector<double> moments(2 * width, 0.0);
     kernels.AddMoments(&out(1, 0), 2 * width, rows, width, moments.data(), moments.data() + width);
     out.row(3).head(2 * width) = Eigen::Map<Eigen::RowVectorXd>(moments.data(), 2 * width).cast<float>();

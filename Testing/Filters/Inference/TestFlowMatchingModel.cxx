@@ -314,7 +314,7 @@ TEST(ShapeMoments, OfASquareAreKnown)
 TEST(ShapeMoments, DoNotDependOnTheTriangulationAndNoticeATurn)
 {
   const auto moments = [](
-                         const TriangleMesh& mesh) { return SecondMoments(Normalised(mesh, FlowNormalisation(mesh))); };
+                         const TriangleMesh& mesh) { return SecondMoments(Normalized(mesh, FlowNormalization(mesh))); };
   const TriangleMesh torus = test::Torus(16, 10);
   EXPECT_LE(MomentDistance(moments(torus), moments(test::Subdivide(torus))), 1e-12);
   TriangleMesh turned = torus;

@@ -224,15 +224,15 @@ TEST(FlowMatchingSampler, AnEncoderReachesTheVelocity)
   test::AddRandomEncoder(model, 5);
   const FeatureMatrix state = FeatureMatrix::Zero(Surface().NumberOfPoints(), 2);
   const FlowMatchingSampler sampler(Shared(model), Surface());
-  const TriangleMesh normalised = Normalised(Surface(), FlowNormalisation(Surface()));
-  const PoissonNetEvaluator encoder(std::make_shared<const PoissonNetModel>(*model.Encoder), normalised);
+  const TriangleMesh normalized = Normalized(Surface(), FlowNormalization(Surface()));
+  const PoissonNetEvaluator encoder(std::make_shared<const PoissonNetModel>(*model.Encoder), normalized);
   const PoissonNetEvaluator velocity(
-    std::make_shared<const PoissonNetModel>(model.Velocity), encoder.Operators(), normalised.Points);
+    std::make_shared<const PoissonNetModel>(model.Velocity), encoder.Operators(), normalized.Points);
   PoissonNetInput input;
   input.Signal = state;
   input.Extra.resize(state.rows(), 9);
   input.Extra.col(0).setConstant(0.25F);
-  input.Extra.middleCols(1, 3) = normalised.Points.cast<float>();
+  input.Extra.middleCols(1, 3) = normalized.Points.cast<float>();
   input.Extra.rightCols(5) = encoder.Evaluate().Values;
   EXPECT_LE(Difference(sampler.Velocity(state, 0.25), velocity.Evaluate(input).Values), 1e-5);
 }
@@ -281,7 +281,7 @@ TEST(FlowMatchingSampler, InitialNoiseIsTheFieldOfTheModel)
   MaternFieldOptions options;
   options.Mode = ScaleMode::Screening;
   options.Screening = 30.0;
-  const MaternField field(Normalised(Surface(), FlowNormalisation(Surface())), options);
+  const MaternField field(Normalized(Surface(), FlowNormalization(Surface())), options);
   SampleRequest request;
   request.Seed = 9;
   request.FirstSample = 4;

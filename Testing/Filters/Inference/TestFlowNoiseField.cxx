@@ -5,7 +5,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ struct Fields
   Fields(int subdivisions, const FlowNoise& noise, std::uint32_t samples, std::uint32_t components = 1)
     : Mesh(test::Icosphere(subdivisions))
   {
-    this->Mesh = Normalised(this->Mesh, FlowNormalisation(this->Mesh));
+    this->Mesh = Normalized(this->Mesh, FlowNormalization(this->Mesh));
     const FlowNoiseField field(this->Mesh, RequireValidMesh(this->Mesh), noise);
     RowMatrix sample(this->Mesh.NumberOfPoints(), components);
     this->Values.resize(this->Mesh.NumberOfPoints(), samples * components);

@@ -326,7 +326,7 @@ TEST(GeometricTextureSampler, AModelWithoutATemplateCannotGenerate)
 
 // --- Meshes and errors ----------------------------------------------------------------------------------------------
 
-TEST(GeometricTextureSampler, GrowsOnEveryMeshOfTheSuiteThatIsWoundConsistently)
+TEST(GeometricTextureSampler, SynthesizesOnEveryMeshOfTheSuiteThatIsWoundConsistently)
 {
   GeometricTextureRequest request;
   request.EndLevel = 0;

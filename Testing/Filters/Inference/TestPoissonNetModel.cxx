@@ -74,7 +74,7 @@ TEST(PoissonNetModel, WhatIsWrittenIsRead)
     options.Modulate = (variant & 1) != 0;
     options.ModulateHead = options.Modulate && (variant & 16) != 0;
     options.InnerProducts = (variant & 2) != 0;
-    options.Normalise = options.MassWeightedNorm = (variant & 4) != 0;
+    options.Normalize = options.MassWeightedNorm = (variant & 4) != 0;
     options.ExtraFeatures = variant % 3;
     if ((variant & 8) != 0)
     {
@@ -85,7 +85,7 @@ TEST(PoissonNetModel, WhatIsWrittenIsRead)
       options.Activation = LastActivation::LogSoftmax;
     }
     PoissonNetModel model = test::RandomModel(options, static_cast<std::uint64_t>(variant) + 1);
-    model.Normalisation = variant % 2 == 0 ? InputNormalisation::SurfaceArea : InputNormalisation::UnitSphere;
+    model.Normalization = variant % 2 == 0 ? InputNormalization::SurfaceArea : InputNormalization::UnitSphere;
     model.Metadata["note"] = "kept";
     if (model.IsClassifier())
     {
@@ -97,7 +97,7 @@ TEST(PoissonNetModel, WhatIsWrittenIsRead)
     std::filesystem::remove(path);
     EXPECT_EQ(MetadataFromOptions(read.Options), MetadataFromOptions(options));
     EXPECT_EQ(read.Options.ModulateHead, options.ModulateHead);
-    EXPECT_EQ(read.Normalisation, model.Normalisation);
+    EXPECT_EQ(read.Normalization, model.Normalization);
     EXPECT_EQ(read.Classes, model.Classes);
     EXPECT_EQ(read.Metadata.at("note"), "kept");
     EXPECT_EQ(read.Metadata.at("architecture"), "poissonnet");

@@ -45,7 +45,7 @@ double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTraining
   const Eigen::MatrixXd expected =
     Eigen::Map<const SignalSamples>(source.Samples.data(), source.Mesh.NumberOfPoints(), components).cast<double>();
   const Eigen::VectorXd mass = LumpedMass(source.Mesh, MeshTopology(source.Mesh));
-  const auto centred = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd {
+  const auto centered = [&](const Eigen::MatrixXd& values) -> Eigen::MatrixXd {
     return values.rowwise() - (mass.transpose() * values / mass.sum()).eval();
   };
   const auto squares = [&](const Eigen::MatrixXd& values) -> Eigen::RowVectorXd {
@@ -59,7 +59,7 @@ double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTraining
     request.Sample = sample;
     const Eigen::MatrixXd found = sampler.ToSignal(sampler.Integrate(sampler.InitialNoise(request), request));
     const Eigen::RowVectorXd errors =
-      squares(centred(found) - centred(expected)).cwiseQuotient(squares(centred(expected))).cwiseSqrt();
+      squares(centered(found) - centered(expected)).cwiseQuotient(squares(centered(expected))).cwiseSqrt();
     worst = std::max(worst, errors.maxCoeff());
   }
   return worst;

@@ -224,8 +224,8 @@ TEST_F(FusedLayers, TheDenseInverseSolvesThePoissonEquation)
   const torch::Tensor byHand = torch::autograd::grad({ (expected * weights).sum() }, { right })[0];
   const torch::Tensor byProduct = torch::autograd::grad({ (found * weights).sum() }, { right })[0];
   // Derivatives along a constant are those by a right-hand side that is no divergence.
-  const auto centred = [](const torch::Tensor& values) { return values - values.mean(-2, true); };
-  EXPECT_LT(((centred(byProduct) - centred(byHand)).norm() / centred(byHand).norm()).item<double>(), 1e-4);
+  const auto centered = [](const torch::Tensor& values) { return values - values.mean(-2, true); };
+  EXPECT_LT(((centered(byProduct) - centered(byHand)).norm() / centered(byHand).norm()).item<double>(), 1e-4);
 }
 
 TEST_F(FusedLayers, TheFlowMatchingLossOfAConstantErrorIsItsSquare)

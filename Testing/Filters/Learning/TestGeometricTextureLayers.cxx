@@ -101,7 +101,7 @@ TEST(GeometricTextureLayers, FeaturesAndDisplacementsAreTheCores)
   const TriangleMesh mesh = TextureSurface();
   const FaceTables tables(mesh, torch::kFloat64);
   const SinglePoints points = mesh.Points.cast<float>();
-  const EdgeFeatureMatrix expected = ComputeEdgeFeatures(points, mesh.Triangles, ComputeFaceNeighbours(mesh));
+  const EdgeFeatureMatrix expected = ComputeEdgeFeatures(points, mesh.Triangles, ComputeFaceNeighbors(mesh));
   const torch::Tensor features = EdgeFeatureTensor(tables, PointsOf(mesh));
   ASSERT_EQ(features.numel(), expected.size());
   for (std::int64_t k = 0; k < features.numel(); ++k)
@@ -126,7 +126,7 @@ TEST(GeometricTextureLayers, SubdivisionDoublesTheCoresPoints)
   EXPECT_TRUE(torch::allclose(found, 2.0 * PointsOf(expected.Mesh), 1e-14, 1e-14));
 }
 
-TEST(GeometricTextureLayers, AFaceConvolutionIsTheLargestOfItsNeighbours)
+TEST(GeometricTextureLayers, AFaceConvolutionIsTheLargestOfItsNeighbors)
 {
   const TriangleMesh mesh = TextureSurface();
   const FaceTables tables(mesh, torch::kFloat64);
@@ -136,7 +136,7 @@ TEST(GeometricTextureLayers, AFaceConvolutionIsTheLargestOfItsNeighbours)
   const torch::Tensor weight = parameters["conv.weight"];
   EXPECT_EQ(weight.sizes().vec(), (std::vector<std::int64_t>{ 4, 10, 1 }));
   const torch::Tensor x = Numbers({ mesh.Triangles.rows(), 5 }, 4);
-  const torch::Tensor pairs = torch::cat({ x.index({ tables.Neighbours }), x.unsqueeze(1).expand({ -1, 3, -1 }) }, -1);
+  const torch::Tensor pairs = torch::cat({ x.index({ tables.Neighbors }), x.unsqueeze(1).expand({ -1, 3, -1 }) }, -1);
   const torch::Tensor expected = std::get<0>((pairs.matmul(weight.squeeze(-1).t()) + parameters["conv.bias"]).max(1));
   EXPECT_TRUE(torch::allclose(convolution->forward(tables, x), expected, 1e-12, 1e-12));
 }

@@ -142,8 +142,8 @@ TEST_F(OnSphere, GradientOfTheOperators)
 TEST_F(OnSphere, GradientOfThePoissonSolve)
 {
   const torch::Tensor x = Random({ 2, this->Vertices, 3 });
-  const auto centred = [&](const torch::Tensor& y) { return y - MassMean(this->Mesh, y); };
-  ExpectGradient([&] { return centred(SolvePoisson(this->Mesh, centred(x) * this->Mesh.VertexMass)); }, { x });
+  const auto centered = [&](const torch::Tensor& y) { return y - MassMean(this->Mesh, y); };
+  ExpectGradient([&] { return centered(SolvePoisson(this->Mesh, centered(x) * this->Mesh.VertexMass)); }, { x });
 }
 
 TEST_F(OnSphere, SecondGradientOfThePoissonSolve)
@@ -200,7 +200,7 @@ TEST_F(OnSphere, GradientOfTheVertexLayers)
   const torch::Tensor u = Random({ this->Vertices, 4 });
   const torch::Tensor extra = Random({ this->Vertices, 4 });
   const torch::Tensor products = Random({ this->Vertices, 4 });
-  VertexMlp mlp(VertexMlpOptions(4, 16).normalise(true).inner_products(true));
+  VertexMlp mlp(VertexMlpOptions(4, 16).normalize(true).inner_products(true));
   mlp->to(torch::kFloat64);
   ExpectGradient([&] { return mlp(this->Mesh, x, u, extra, products); }, With({ x, u, extra, products }, *mlp));
 }
@@ -297,7 +297,7 @@ TEST(PoissonNet, ParametersAreThoseThatFilesMustHold)
     options.Modulate = (variant & 1) != 0;
     options.ModulateHead = (variant & 2) != 0;
     options.InnerProducts = (variant & 4) != 0;
-    options.Normalise = (variant & 8) != 0;
+    options.Normalize = (variant & 8) != 0;
     options.ExtraFeatures = (variant & 16) != 0 ? 3 : 0;
     options.Head = (variant & 32) != 0 ? PoissonNetHead::Linear : PoissonNetHead::GradientDomain;
     std::map<std::string, std::vector<std::int64_t>> found;
@@ -315,7 +315,7 @@ TEST_F(OnSphere, ABatchIsItsSamples)
   PoissonNetOptions options;
   options.Width = 8;
   options.ExtraFeatures = 2;
-  options.Normalise = true;
+  options.Normalize = true;
   PoissonNet network(options);
   network->to(torch::kFloat64);
   const torch::NoGradGuard noGradients;

@@ -98,7 +98,7 @@ TEST(PoissonNetEvaluator, EqualsTheDifferentiableNetworkInEveryVariant)
     options.Modulate = (variant & 1) == 0;
     options.ModulateHead = (variant & 2) == 0;
     options.InnerProducts = (variant & 4) != 0;
-    options.Normalise = (variant & 8) != 0;
+    options.Normalize = (variant & 8) != 0;
     options.MassWeightedNorm = variant % 5 == 0;
     options.ExtraFeatures = variant % 4 == 3 ? 0 : 3;
     if (variant >= 24)
@@ -170,23 +170,23 @@ TEST(PoissonNetEvaluator, BitsAreTheSameForEveryNumberOfThreads)
 
 // --- Normalisation and warnings ------------------------------------------------------------------------------------
 
-TEST(PoissonNetEvaluator, NormalisedMeshesOfAnySizeAndPlaceGiveTheSame)
+TEST(PoissonNetEvaluator, NormalizedMeshesOfAnySizeAndPlaceGiveTheSame)
 {
-  for (const InputNormalisation normalisation : { InputNormalisation::SurfaceArea, InputNormalisation::UnitSphere })
+  for (const InputNormalization normalization : { InputNormalization::SurfaceArea, InputNormalization::UnitSphere })
   {
     auto model = std::make_shared<PoissonNetModel>(test::RandomModel(SmallOptions()));
-    model->Normalisation = normalisation;
+    model->Normalization = normalization;
     const PoissonNetEvaluator here(model, Surface());
     const PoissonNetEvaluator there(model, test::Translated(test::Scaled(Surface(), 1000.0), { 5e4, -2e4, 1e4 }));
     EXPECT_LE((here.Evaluate().Values - there.Evaluate().Values).norm(), 1e-3F * here.Evaluate().Values.norm());
-    EXPECT_NEAR(there.Normalisation().Scale / here.Normalisation().Scale, 1000.0, 1e-3);
+    EXPECT_NEAR(there.Normalization().Scale / here.Normalization().Scale, 1000.0, 1e-3);
     EXPECT_THAT(there.Warnings(), IsEmpty());
   }
-  const MeshNormalisation sphere = ComputeNormalisation(
-    test::Translated(test::Icosphere(4, 2.0), { 1, 2, 3 }), InputNormalisation::SurfaceArea);
+  const MeshNormalization sphere = ComputeNormalization(
+    test::Translated(test::Icosphere(4, 2.0), { 1, 2, 3 }), InputNormalization::SurfaceArea);
   EXPECT_NEAR(sphere.Scale, std::sqrt(4.0 * 3.14159265 * 4.0), 0.02);
-  EXPECT_LE((sphere.Centre - Eigen::RowVector3d(1, 2, 3)).norm(), 1e-9);
-  EXPECT_NEAR(ComputeNormalisation(test::Icosphere(2, 2.0), InputNormalisation::UnitSphere).Scale, 2.0, 1e-9);
+  EXPECT_LE((sphere.Center - Eigen::RowVector3d(1, 2, 3)).norm(), 1e-9);
+  EXPECT_NEAR(ComputeNormalization(test::Icosphere(2, 2.0), InputNormalization::UnitSphere).Scale, 2.0, 1e-9);
 }
 
 TEST(PoissonNetEvaluator, WarnsOfInwardFacesAndOfAreasFarFromOne)

@@ -55,9 +55,9 @@ VolumeSamples SamplesOf(const std::array<int, 3>& dimensions, const Eigen::Vecto
   return samples;
 }
 
-Function Ball(const Eigen::Vector3d& centre, double radius)
+Function Ball(const Eigen::Vector3d& center, double radius)
 {
-  return [=](const Eigen::Vector3d& point) { return (point - centre).norm() - radius; };
+  return [=](const Eigen::Vector3d& point) { return (point - center).norm() - radius; };
 }
 
 LevelSetOptions WithVoxels(double size)

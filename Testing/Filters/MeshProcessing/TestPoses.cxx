@@ -96,12 +96,12 @@ TEST(PoseHandles, ExtremitiesOfACrossAreTheEndsOfItsArms)
   for (const PoseHandle& handle : handles.Handles())
   {
     int axis = 0;
-    handle.Centre.cwiseAbs().maxCoeff(&axis);
-    const int arm = 2 * axis + (handle.Centre[axis] > 0.0 ? 0 : 1);
+    handle.Center.cwiseAbs().maxCoeff(&axis);
+    const int arm = 2 * axis + (handle.Center[axis] > 0.0 ? 0 : 1);
     arms.insert(arm);
-    EXPECT_EQ(std::abs(handle.Centre[axis]), Arms[arm] + 0.5); // on the face at the end
+    EXPECT_EQ(std::abs(handle.Center[axis]), Arms[arm] + 0.5); // on the face at the end
     // The joint lies on the axis of the arm, nearer to the middle than to the end.
-    EXPECT_GT(handle.Pivot[axis] * handle.Centre[axis], 0.0);
+    EXPECT_GT(handle.Pivot[axis] * handle.Center[axis], 0.0);
     EXPECT_LT(std::abs(handle.Pivot[axis]), 0.5 * Arms[arm]);
     for (int other = 0; other < 3; ++other)
     {
@@ -110,7 +110,7 @@ TEST(PoseHandles, ExtremitiesOfACrossAreTheEndsOfItsArms)
   }
   EXPECT_EQ(arms, (std::set<int>{ 0, 1, 2, 3 }));
   // The longest arm comes first.
-  EXPECT_EQ(handles.Handles()[0].Centre[0], Arms[0] + 0.5);
+  EXPECT_EQ(handles.Handles()[0].Center[0], Arms[0] + 0.5);
 }
 
 TEST(PoseHandles, SizeIsTheRootOfTheArea)
@@ -146,7 +146,7 @@ TEST(PoseHandles, RegionsAreTheEndsAndTheMiddle)
     }
     else if (regions[v] != PoseHandles::Free)
     {
-      EXPECT_LT((point - handles.Handles()[regions[v]].Centre).norm(), 1.05 * radius) << v;
+      EXPECT_LT((point - handles.Handles()[regions[v]].Center).norm(), 1.05 * radius) << v;
     }
   }
   EXPECT_EQ(counts.size(), 6U); // four ends, what stays, and what lies between

@@ -168,10 +168,10 @@ TEST(RemeshIsotropically, PlacesAndOriginsAreOnTheInput)
   for (Index f = 0; f < made.Mesh.NumberOfTriangles(); ++f)
   {
     const auto t = made.Mesh.Triangles.row(f);
-    const PointMatrix centre = (made.Mesh.Points.row(t(0)) + made.Mesh.Points.row(t(1)) + made.Mesh.Points.row(t(2))) /
+    const PointMatrix center = (made.Mesh.Points.row(t(0)) + made.Mesh.Points.row(t(1)) + made.Mesh.Points.row(t(2))) /
       3.0;
-    const SurfacePlace nearest = NearestPlaces(torus, centre)[0];
-    const SurfacePlace origin = NearestOnTriangle(torus, made.OriginOfTriangle[f], centre.row(0).transpose());
+    const SurfacePlace nearest = NearestPlaces(torus, center)[0];
+    const SurfacePlace origin = NearestOnTriangle(torus, made.OriginOfTriangle[f], center.row(0).transpose());
     EXPECT_EQ(PositionOf(torus, origin), PositionOf(torus, nearest)) << f;
   }
 }

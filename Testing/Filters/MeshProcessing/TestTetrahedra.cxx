@@ -71,7 +71,7 @@ TetGenMesh OneTetrahedron(const TriangleMesh& surface)
   mesh.Tetrahedra.resize(1, 4);
   mesh.Tetrahedra << 0, 1, 2, 3;
   mesh.Regions = { 0 };
-  mesh.Neighbours = TetrahedronMatrix::Constant(1, 4, -1);
+  mesh.Neighbors = TetrahedronMatrix::Constant(1, 4, -1);
   mesh.Faces = surface.Triangles;
   mesh.Triangles = { 0, 1, 2, 3 };
   return mesh;
@@ -182,19 +182,19 @@ TEST(TetGenClient, ProgramOfTheEnvironmentIsTaken)
   EXPECT_THAT(FindTetGenProgram(), HasSubstr("/surfacesynthesis-tetgen"));
 }
 
-TEST(TetGenClient, NeighboursShareAFace)
+TEST(TetGenClient, NeighborsShareAFace)
 {
   const TriangleMesh sphere = Icosphere(2);
   TetGenCall call;
-  call.WantNeighbours = true;
+  call.WantNeighbors = true;
   const TetGenMesh mesh = RunTetGen(sphere, call, {});
-  ASSERT_EQ(mesh.Neighbours.rows(), mesh.Tetrahedra.rows());
+  ASSERT_EQ(mesh.Neighbors.rows(), mesh.Tetrahedra.rows());
   Index outer = 0;
   for (Index t = 0; t < static_cast<Index>(mesh.Tetrahedra.rows()); ++t)
   {
     for (int k = 0; k < 4; ++k)
     {
-      const Index other = mesh.Neighbours(t, k);
+      const Index other = mesh.Neighbors(t, k);
       outer += other < 0 ? 1 : 0;
       if (other >= 0)
       {
@@ -209,8 +209,8 @@ TEST(TetGenClient, NeighboursShareAFace)
     }
   }
   EXPECT_EQ(outer, sphere.NumberOfTriangles());
-  call.WantNeighbours = false;
-  EXPECT_EQ(RunTetGen(sphere, call, {}).Neighbours.size(), 0);
+  call.WantNeighbors = false;
+  EXPECT_EQ(RunTetGen(sphere, call, {}).Neighbors.size(), 0);
 }
 
 TEST(TetGenClient, SeedsNameRegions)
@@ -242,7 +242,7 @@ TEST(EnclosedRegions, DepthCountsTheSurfacesAround)
   TriangleMesh surface = Join(Join(Cube(0.9), Cube(0.6)), Cube(0.3));
   surface = Join(surface, Translated(Cube(0.5), { 1.0, 0.0, 0.0 }));
   TetGenCall call;
-  call.WantNeighbours = true;
+  call.WantNeighbors = true;
   const TetGenMesh mesh = RunTetGen(surface, call, {});
   const PointMatrix points = AllPoints(surface, mesh);
   const std::vector<EnclosedRegion> regions = FindEnclosedRegions(PatchesOf(surface), mesh, points);

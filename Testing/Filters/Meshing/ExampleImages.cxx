@@ -40,9 +40,9 @@ vtkSmartPointer<vtkImageData> MakeImage(
   return image;
 }
 
-std::function<double(const Eigen::Vector3d&)> Ball(const Eigen::Vector3d& centre, double radius)
+std::function<double(const Eigen::Vector3d&)> Ball(const Eigen::Vector3d& center, double radius)
 {
-  return [centre, radius](const Eigen::Vector3d& x) { return radius - (x - centre).norm(); };
+  return [center, radius](const Eigen::Vector3d& x) { return radius - (x - center).norm(); };
 }
 
 vtkSmartPointer<vtkImageData> NoiseImage(const std::array<int, 3>& dimensions, std::uint32_t seed)

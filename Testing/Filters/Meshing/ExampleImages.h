@@ -30,7 +30,7 @@ struct ImageGeometry
   {
     return this->Origin + this->Direction * this->Spacing.cwiseProduct(Eigen::Vector3d(i, j, k));
   }
-  Eigen::Vector3d Centre() const
+  Eigen::Vector3d Center() const
   {
     return 0.5 * (this->World(0, 0, 0) + this->World(Dimensions[0] - 1, Dimensions[1] - 1, Dimensions[2] - 1));
   }
@@ -41,7 +41,7 @@ vtkSmartPointer<vtkImageData> MakeImage(
   const ImageGeometry& geometry, const std::function<double(const Eigen::Vector3d&)>& value, int type = VTK_FLOAT);
 
 /// radius - |x - centre|: positive inside of a sphere.
-std::function<double(const Eigen::Vector3d&)> Ball(const Eigen::Vector3d& centre, double radius);
+std::function<double(const Eigen::Vector3d&)> Ball(const Eigen::Vector3d& center, double radius);
 
 /// Independent random numbers in [0, 1).
 vtkSmartPointer<vtkImageData> NoiseImage(const std::array<int, 3>& dimensions, std::uint32_t seed);

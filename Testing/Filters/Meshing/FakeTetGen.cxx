@@ -135,7 +135,7 @@ void HangAfterReply()
   pause();
 }
 
-const std::map<std::string, std::function<void()>> Misbehaviour = {
+const std::map<std::string, std::function<void()>> Misbehavior = {
   { "crash", [] { Die(SIGSEGV); } },
   { "abort", [] { Die(SIGABRT); } },
   { "killed", [] { raise(SIGKILL); } },
@@ -159,8 +159,8 @@ const std::map<std::string, std::function<void()>> Misbehaviour = {
 /// "code3" and "garbled17" have numbers; any other name is silence.
 void Misbehave(const std::string& mode)
 {
-  const auto found = Misbehaviour.find(mode);
-  if (found != Misbehaviour.end())
+  const auto found = Misbehavior.find(mode);
+  if (found != Misbehavior.end())
   {
     found->second();
   }

@@ -99,7 +99,7 @@ std::string ErrorWith(const std::function<void(Tetrahedralize*)>& change)
 std::string ErrorOfFake(const std::string& mode, double timeLimit = 20.0)
 {
   const Variable program("SURFACE_SYNTHESIS_TETGEN", SURFSYNTH_FAKE_TETGEN);
-  const Variable misbehaviour("FAKE_TETGEN", mode);
+  const Variable misbehavior("FAKE_TETGEN", mode);
   const auto filter = FilterOn(Icosphere(2).ToPolyData());
   filter->SetTimeLimit(timeLimit);
   return ErrorOf(filter);
@@ -352,7 +352,7 @@ TEST(TetrahedralizeProcess, GarbledRepliesAreErrorsOrValidMeshes)
   int errors = 0;
   for (int seed = 0; seed < 150; ++seed)
   {
-    const Variable misbehaviour("FAKE_TETGEN", "garbled" + std::to_string(seed));
+    const Variable misbehavior("FAKE_TETGEN", "garbled" + std::to_string(seed));
     const auto filter = FilterOn(sphere);
     EventRecorder events(filter);
     const bool updated = Update(filter);
@@ -394,7 +394,7 @@ TEST(TetrahedralizeProcess, AFailureIsForgottenByTheNextUpdate)
   const auto filter = FilterOn(Icosphere(1).ToPolyData());
   {
     const Variable program("SURFACE_SYNTHESIS_TETGEN", SURFSYNTH_FAKE_TETGEN);
-    const Variable misbehaviour("FAKE_TETGEN", "crash");
+    const Variable misbehavior("FAKE_TETGEN", "crash");
     ErrorOf(filter);
   }
   filter->Modified();

@@ -51,9 +51,9 @@ Numbers ComputeNumbers()
   geometry.Dimensions = { { 40, 36, 30 } };
   geometry.Spacing = { 1.0, 1.0, 1.25 };
   geometry.Origin = { 10.0, -20.0, 5.0 };
-  const Eigen::Vector3d centre = geometry.Centre();
-  const auto image = MakeImage(geometry, [centre](const Eigen::Vector3d& x) {
-    const Eigen::Vector3d d = x - centre;
+  const Eigen::Vector3d center = geometry.Center();
+  const auto image = MakeImage(geometry, [center](const Eigen::Vector3d& x) {
+    const Eigen::Vector3d d = x - center;
     return 12.0 - d.norm() + std::sin(0.7 * d[0]) * std::cos(0.5 * d[1]) * 2.0;
   });
   vtkNew<Filter> filter;

@@ -61,7 +61,7 @@ vtkSmartPointer<vtkImageData> BallImage(int side)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { side, side, side } };
-  return MakeImage(geometry, Ball(geometry.Centre(), 0.4 * side));
+  return MakeImage(geometry, Ball(geometry.Center(), 0.4 * side));
 }
 
 /// The only error of one update, which must fail and leave the output empty.

@@ -55,11 +55,11 @@ vtkSmartPointer<vtkPolyData> SurfaceOf(Filter* filter)
   return output;
 }
 
-/// Smallest and largest distance of the points from @p centre.
-std::pair<double, double> Radii(vtkPolyData* surface, const Vector3d& centre)
+/// Smallest and largest distance of the points from @p center.
+std::pair<double, double> Radii(vtkPolyData* surface, const Vector3d& center)
 {
   const surfsynth::PointMatrix points = MeshOf(surface).Points;
-  const Eigen::VectorXd radii = (points.rowwise() - centre.transpose()).rowwise().norm();
+  const Eigen::VectorXd radii = (points.rowwise() - center.transpose()).rowwise().norm();
   return { radii.minCoeff(), radii.maxCoeff() };
 }
 
@@ -88,8 +88,8 @@ TEST(VDBSurfaceImages, ASphereIsASphereInWorldCoordinatesWhateverTheImagesGeomet
     ImageGeometry geometry = Anisotropic();
     geometry.Direction.col(2) *= mirrored == 1 ? -1.0 : 1.0;
     geometry.Spacing[0] *= mirrored == 2 ? -1.0 : 1.0;
-    const auto surface = SurfaceOf(FilterOn(MakeImage(geometry, Ball(geometry.Centre(), 11.0))));
-    const auto radii = Radii(surface, geometry.Centre());
+    const auto surface = SurfaceOf(FilterOn(MakeImage(geometry, Ball(geometry.Center(), 11.0))));
+    const auto radii = Radii(surface, geometry.Center());
     // A point is the mean of places on the surface within one voxel, of 1.6 units at most: below it by at most the
     // height of that cap.
     EXPECT_GT(radii.first, 11.0 - 0.06);
@@ -102,18 +102,18 @@ TEST(VDBSurfaceImages, ASphereIsASphereInWorldCoordinatesWhateverTheImagesGeomet
 TEST(VDBSurfaceImages, LevelSetLengthsAreWorldUnitsInAnisotropicImages)
 {
   const ImageGeometry geometry = Anisotropic();
-  const auto filter = FilterOn(MakeImage(geometry, Ball(geometry.Centre(), 9.0)));
+  const auto filter = FilterOn(MakeImage(geometry, Ball(geometry.Center(), 9.0)));
   for (const double offset : { -3.0, -0.7, 1.5 })
   {
     SCOPED_TRACE(offset);
     filter->SetOffset(offset);
-    const auto radii = Radii(SurfaceOf(filter), geometry.Centre());
+    const auto radii = Radii(SurfaceOf(filter), geometry.Center());
     EXPECT_NEAR(radii.first, 9.0 + offset, 0.15); // voxels of 0.5
     EXPECT_NEAR(radii.second, 9.0 + offset, 0.15);
   }
   filter->SetOffset(0.0);
   filter->SetVoxelSize(1.0);
-  const auto radii = Radii(SurfaceOf(filter), geometry.Centre());
+  const auto radii = Radii(SurfaceOf(filter), geometry.Center());
   EXPECT_NEAR(radii.first, 9.0, 0.15);
   EXPECT_NEAR(radii.second, 9.0, 0.15);
 }
@@ -158,7 +158,7 @@ TEST(VDBSurfaceImages, BelowIsTheComplementOfAbove)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 20, 20, 20 } };
-  const auto image = MakeImage(geometry, Ball(geometry.Centre(), 6.0));
+  const auto image = MakeImage(geometry, Ball(geometry.Center(), 6.0));
   const auto filter = FilterOn(image);
   const double above = VolumeOf(SurfaceOf(filter));
   filter->SetInsideRuleToBelow();
@@ -171,8 +171,8 @@ TEST(VDBSurfaceImages, BelowIsTheComplementOfAbove)
 TEST(VDBSurfaceImages, EveryScalarTypeGivesTheSameSurface)
 {
   const ImageGeometry geometry;
-  const Vector3d centre = geometry.Centre();
-  const auto value = [centre](const Vector3d& x) { return std::round(100.0 - 5.0 * (x - centre).norm()); };
+  const Vector3d center = geometry.Center();
+  const auto value = [center](const Vector3d& x) { return std::round(100.0 - 5.0 * (x - center).norm()); };
   const auto positive = [&](const Vector3d& x) { return std::max(value(x), 0.0); };
   vtkSmartPointer<vtkPolyData> expected;
   for (const int type : { VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, VTK_SHORT, VTK_UNSIGNED_SHORT, VTK_INT, VTK_CHAR,
@@ -188,7 +188,7 @@ TEST(VDBSurfaceImages, EveryScalarTypeGivesTheSameSurface)
 TEST(VDBSurfaceImages, LargeValuesKeepTheirDifferences)
 {
   const ImageGeometry geometry;
-  const auto ball = Ball(geometry.Centre(), 9.0);
+  const auto ball = Ball(geometry.Center(), 9.0);
   const auto plain = SurfaceOf(FilterOn(MakeImage(geometry, ball, VTK_DOUBLE)));
   const auto shifted = SurfaceOf(FilterOn(MakeImage(
                                             geometry, [&](const Vector3d& x) { return 1e9 + ball(x); }, VTK_DOUBLE),
@@ -199,7 +199,7 @@ TEST(VDBSurfaceImages, LargeValuesKeepTheirDifferences)
 TEST(VDBSurfaceImages, TheIsovalueIsFoundBetweenTwoClasses)
 {
   const ImageGeometry geometry;
-  const auto ball = Ball(geometry.Centre(), 9.0);
+  const auto ball = Ball(geometry.Center(), 9.0);
   const auto binary = MakeImage(
     geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 1.0 : 0.0; }, VTK_UNSIGNED_CHAR);
   vtkNew<Filter> filter;
@@ -217,25 +217,25 @@ TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 24, 24, 24 } };
-  const Vector3d centre = geometry.Centre();
+  const Vector3d center = geometry.Center();
   const auto strange = MakeImage(geometry, [&](const Vector3d& x) {
-    const double inside = 8.0 - (x - centre).norm();
+    const double inside = 8.0 - (x - center).norm();
     return inside > 2.0 ? std::numeric_limits<double>::infinity()
       : inside < -2.0   ? std::numeric_limits<double>::quiet_NaN()
                         : inside;
   });
   const auto filter = FilterOn(strange);
-  const auto radii = Radii(SurfaceOf(filter), centre);
+  const auto radii = Radii(SurfaceOf(filter), center);
   EXPECT_GT(radii.first, 7.9);
   EXPECT_LT(radii.second, 8.01);
   const auto extreme = MakeImage(geometry, [&](const Vector3d& x) {
-    return (x - centre).norm() < 8.0 ? std::numeric_limits<double>::infinity()
+    return (x - center).norm() < 8.0 ? std::numeric_limits<double>::infinity()
                                      : -std::numeric_limits<double>::infinity();
   });
   EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(extreme))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
   const auto wide = MakeImage(
     geometry,
-    [&](const Vector3d& x) { return ((x - centre).norm() < 8.0 ? 1.0 : -1.0) * std::numeric_limits<double>::max(); },
+    [&](const Vector3d& x) { return ((x - center).norm() < 8.0 ? 1.0 : -1.0) * std::numeric_limits<double>::max(); },
     VTK_DOUBLE);
   EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(wide))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
   const auto nothing = MakeImage(geometry, [](const Vector3d&) { return std::numeric_limits<double>::quiet_NaN(); });
@@ -323,10 +323,10 @@ TEST(VDBSurfaceImages, CavitiesStayUnlessTheyAreFilled)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 40, 40, 40 } };
-  const Vector3d centre = geometry.Centre();
+  const Vector3d center = geometry.Center();
   // A shell with an island in its cavity.
   const auto image = MakeImage(geometry, [&](const Vector3d& x) {
-    const double r = (x - centre).norm();
+    const double r = (x - center).norm();
     return std::max(std::min(16.0 - r, r - 10.0), 4.0 - r);
   });
   const double full = 4.0 / 3.0 * Pi * std::pow(16.0, 3);
@@ -372,8 +372,8 @@ TEST(VDBSurfaceImages, ThinWallsSurviveTheLevelSet)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 30, 30, 30 } };
-  const Vector3d centre = geometry.Centre();
-  const auto image = MakeImage(geometry, [&](const Vector3d& x) { return 0.6 - std::abs((x - centre).norm() - 9.0); });
+  const Vector3d center = geometry.Center();
+  const auto image = MakeImage(geometry, [&](const Vector3d& x) { return 0.6 - std::abs((x - center).norm() - 9.0); });
   const auto filter = FilterOn(image);
   filter->SetVoxelSize(1.0);
   const auto surface = SurfaceOf(filter);
@@ -407,7 +407,7 @@ TEST(VDBSurfaceImages, EverySmoothingLessensTheAreaOfANoisySphere)
   ImageGeometry geometry;
   geometry.Dimensions = { { 36, 36, 36 } };
   const auto noise = NoiseImage(geometry.Dimensions, 3);
-  const auto ball = MakeImage(geometry, Ball(geometry.Centre(), 12.0));
+  const auto ball = MakeImage(geometry, Ball(geometry.Center(), 12.0));
   vtkDataArray* values = ball->GetPointData()->GetScalars();
   for (vtkIdType k = 0; k < values->GetNumberOfTuples(); ++k)
   {
@@ -457,16 +457,16 @@ TEST(VDBSurfaceImages, ScalarsOnCellsLieInTheMiddleOfTheCells)
   const auto image = MakeImage(geometry, [](const Vector3d&) { return 0.0; });
   vtkNew<vtkDoubleArray> cells;
   cells->SetName("Cells");
-  const Vector3d centre = geometry.Centre();
+  const Vector3d center = geometry.Center();
   for (int k = 0; k < 24 * 24 * 24; ++k)
   {
     const Vector3d x = geometry.World(k % 24, k / 24 % 24, k / 576) + Vector3d::Ones();
-    cells->InsertNextValue(17.0 - (x - centre).norm());
+    cells->InsertNextValue(17.0 - (x - center).norm());
   }
   image->GetCellData()->AddArray(cells);
   const auto filter = FilterOn(image);
   filter->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_CELLS, "Cells");
-  const auto radii = Radii(SurfaceOf(filter), centre);
+  const auto radii = Radii(SurfaceOf(filter), center);
   EXPECT_NEAR(radii.first, 17.0, 0.1);
   EXPECT_NEAR(radii.second, 17.0, 0.1);
 }
@@ -474,7 +474,7 @@ TEST(VDBSurfaceImages, ScalarsOnCellsLieInTheMiddleOfTheCells)
 TEST(VDBSurfaceImages, OtherArraysAreSampledAtThePoints)
 {
   ImageGeometry geometry = Anisotropic();
-  const auto image = MakeImage(geometry, Ball(geometry.Centre(), 9.0));
+  const auto image = MakeImage(geometry, Ball(geometry.Center(), 9.0));
   vtkNew<vtkDoubleArray> linear;
   linear->SetName("Linear");
   vtkNew<vtkIntArray> labels;
@@ -515,12 +515,12 @@ TEST(VDBSurfaceImages, AnImageOfOneSliceIsAPlate)
   EXPECT_NEAR(surface->GetBounds()[5], 0.5, 1e-6);
 }
 
-TEST(VDBSurfaceImages, ExtentsThatDoNotBeginAtZeroAreHonoured)
+TEST(VDBSurfaceImages, ExtentsThatDoNotBeginAtZeroAreHonored)
 {
   ImageGeometry geometry;
-  const auto image = MakeImage(geometry, Ball(geometry.Centre(), 9.0));
+  const auto image = MakeImage(geometry, Ball(geometry.Center(), 9.0));
   image->SetExtent(10, 41, -5, 26, 100, 131);
-  const auto radii = Radii(SurfaceOf(FilterOn(image)), geometry.Centre() + Vector3d(10, -5, 100));
+  const auto radii = Radii(SurfaceOf(FilterOn(image)), geometry.Center() + Vector3d(10, -5, 100));
   EXPECT_NEAR(radii.first, 9.0, 0.1);
   EXPECT_NEAR(radii.second, 9.0, 0.1);
 }

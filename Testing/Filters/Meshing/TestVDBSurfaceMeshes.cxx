@@ -272,7 +272,7 @@ TEST(VDBSurfaceMeshes, BlocksAreProcessedByThemselves)
   vtkNew<vtkMultiBlockDataSet> blocks;
   ImageGeometry geometry;
   blocks->SetBlock(0, Icosphere(3).ToPolyData());
-  blocks->SetBlock(2, MakeImage(geometry, Ball(geometry.Centre(), 9.0)));
+  blocks->SetBlock(2, MakeImage(geometry, Ball(geometry.Center(), 9.0)));
   const auto filter = FilterOn(blocks, 0.0);
   ASSERT_TRUE(Update(filter));
   EXPECT_FALSE(filter->GetPolyDataOutput());

@@ -53,7 +53,7 @@ double RadiusEdgeRatio(const Eigen::Matrix<double, 3, 4>& corners)
 {
   // The centre is as far from the first corner as from the others: 2 e_k . x = e_k . e_k.
   const Eigen::Matrix3d edges = EdgesOf(corners);
-  const Eigen::Vector3d centre =
+  const Eigen::Vector3d center =
     (2.0 * edges.transpose()).fullPivLu().solve(Eigen::Vector3d(edges.colwise().squaredNorm().transpose()));
   double shortest = std::numeric_limits<double>::infinity();
   for (int a = 0; a < 4; ++a)
@@ -63,7 +63,7 @@ double RadiusEdgeRatio(const Eigen::Matrix<double, 3, 4>& corners)
       shortest = std::min(shortest, (corners.col(a) - corners.col(b)).norm());
     }
   }
-  return centre.norm() / shortest;
+  return center.norm() / shortest;
 }
 } // namespace
 

@@ -75,7 +75,7 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
   }
 }
 
-TEST(MaternNoiseCaching, OnlyWhatChangesTheFactorCostsAFactorisation)
+TEST(MaternNoiseCaching, OnlyWhatChangesTheFactorCostsAFactorization)
 {
   const auto filter = FilterOn(Icosphere(3).ToPolyData());
   EXPECT_EQ(filter->GetNumberOfFactorizations(), 1);
@@ -95,7 +95,7 @@ TEST(MaternNoiseCaching, OnlyWhatChangesTheFactorCostsAFactorisation)
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetNoiseModelToUnscreened(); }), 1);
 }
 
-TEST(MaternNoiseCaching, MovedPointsAndOtherCellsCostOneFactorisation)
+TEST(MaternNoiseCaching, MovedPointsAndOtherCellsCostOneFactorization)
 {
   const auto sphere = Icosphere(3).ToPolyData();
   const auto filter = FilterOn(sphere);

@@ -77,7 +77,7 @@ void CheckAbort(vtkMaternNoiseFilter* filter, double fraction)
 }
 } // namespace
 
-TEST(MaternNoiseInterruption, AbortDuringTheFactorisation)
+TEST(MaternNoiseInterruption, AbortDuringTheFactorization)
 {
   const auto filter = LargeFilter(1);
   CheckAbort(filter, 0.5);

@@ -32,10 +32,10 @@ PoissonNetOptions SmallGradientOptions(int conditions)
 }
 
 std::string WriteModel(
-  const std::string& name, const PoissonNetOptions& options, std::uint64_t seed, InputNormalisation normalisation)
+  const std::string& name, const PoissonNetOptions& options, std::uint64_t seed, InputNormalization normalization)
 {
   PoissonNetModel model = surfsynth::test::RandomModel(options, seed);
-  model.Normalisation = normalisation;
+  model.Normalization = normalization;
   WritePoissonNet(name, model);
   return name;
 }

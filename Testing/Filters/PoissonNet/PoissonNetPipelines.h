@@ -23,7 +23,7 @@ surfsynth::PoissonNetOptions SmallGradientOptions(int conditions = 0);
 
 /// Writes a model with random weights into the folder of the test and returns its path, which is @p name.
 std::string WriteModel(const std::string& name, const surfsynth::PoissonNetOptions& options, std::uint64_t seed = 1,
-  surfsynth::InputNormalisation normalisation = surfsynth::InputNormalisation::None);
+  surfsynth::InputNormalization normalization = surfsynth::InputNormalization::None);
 
 /// A filter on @p input with that model file.
 vtkSmartPointer<vtkPoissonNetFilter> PoissonNetOn(vtkDataObject* input, const std::string& model);

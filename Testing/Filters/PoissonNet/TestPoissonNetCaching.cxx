@@ -71,7 +71,7 @@ vtkSmartPointer<Filter> LargeFilter()
   options.Width = 96;
   options.Blocks = 4;
   const auto filter = PoissonNetOn(RingSphere(70, 70), WriteModel("large.model", options));
-  filter->SetInputNormalisationToSurfaceArea();
+  filter->SetInputNormalizationToSurfaceArea();
   return filter;
 }
 } // namespace
@@ -93,7 +93,7 @@ TEST(PoissonNetCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyOn
   WriteModel("two.model", SmallGradientOptions(1), 2);
   const std::vector<std::pair<const char*, std::function<void(Filter*)>>> changes = {
     { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
-    { "InputNormalisation", [](Filter* f) { f->SetInputNormalisationToUnitSphere(); } },
+    { "InputNormalization", [](Filter* f) { f->SetInputNormalizationToUnitSphere(); } },
     { "Condition", [](Filter* f) { f->SetCondition(0, 0.75); } },
     { "ConditionArrayName", [](Filter* f) { f->SetConditionArrayName("Time"); } },
     { "NumberOfConditions", [](Filter* f) { f->SetNumberOfConditions(3); } },
@@ -122,9 +122,9 @@ TEST(PoissonNetCaching, ModelAndOperatorsAreKeptWhileTheyAreTheSame)
   EXPECT_EQ(CostOf(filter, [](Filter*) {}), (Cost{ 1, 1 }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetCondition(0, 0.5); }), (Cost{ 0, 0 }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetPredictionArrayName("Shape"); }), (Cost{ 0, 0 }));
-  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetInputNormalisationToNone(); }), (Cost{ 0, 0 }))
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetInputNormalizationToNone(); }), (Cost{ 0, 0 }))
     << "what the model asks for";
-  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetInputNormalisationToSurfaceArea(); }), (Cost{ 0, 1 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetInputNormalizationToSurfaceArea(); }), (Cost{ 0, 1 }));
   sphere->Modified();
   EXPECT_EQ(CostOf(filter, [](Filter*) {}), (Cost{ 0, 0 })) << "modified, but the same";
   sphere->GetPoints()->SetPoint(0, 0.0, 0.0, 0.3);

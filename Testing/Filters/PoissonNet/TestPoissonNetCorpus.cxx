@@ -33,10 +33,10 @@ vtkSmartPointer<vtkAlgorithm> MakeFaceClassifier()
   return PoissonNetOn(nullptr, model);
 }
 
-vtkSmartPointer<vtkAlgorithm> MakeNormalisedPositions()
+vtkSmartPointer<vtkAlgorithm> MakeNormalizedPositions()
 {
   static const std::string model = WriteModel(
-    "corpus_positions.model", SmallGradientOptions(), 1, InputNormalisation::SurfaceArea);
+    "corpus_positions.model", SmallGradientOptions(), 1, InputNormalization::SurfaceArea);
   return PoissonNetOn(nullptr, model);
 }
 
@@ -52,6 +52,6 @@ TEST_P(MalformedInput, BetweenGoodBlocksToAClassifier) { CheckAsBlock(GetParam()
 
 TEST_P(MalformedInput, ToAClassifierOfFaces) { CheckAlone(GetParam(), MakeFaceClassifier, Traits()); }
 
-TEST_P(MalformedInput, ToNormalisedPositions) { CheckAlone(GetParam(), MakeNormalisedPositions, Traits()); }
+TEST_P(MalformedInput, ToNormalizedPositions) { CheckAlone(GetParam(), MakeNormalizedPositions, Traits()); }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);

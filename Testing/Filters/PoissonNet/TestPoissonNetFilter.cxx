@@ -260,12 +260,12 @@ TEST(PoissonNetFilter, StrayPointsChangeNothingAndGetNothing)
       ++id;
     }
   }
-  for (int normalisation : { vtkPoissonNetFilter::MODEL, vtkPoissonNetFilter::UNIT_SPHERE })
+  for (int normalization : { vtkPoissonNetFilter::MODEL, vtkPoissonNetFilter::UNIT_SPHERE })
   {
     const auto plain = PoissonNetOn(sphere.ToPolyData(), model);
-    plain->SetInputNormalisation(normalisation);
+    plain->SetInputNormalization(normalization);
     const auto filter = PoissonNetOn(strays.ToPolyData(), model);
-    filter->SetInputNormalisation(normalisation);
+    filter->SetInputNormalization(normalization);
     const FixtureMatrix expected = ToMatrix(OutputOf(plain)->GetPointData()->GetArray("Prediction"));
     const vtkSmartPointer<vtkPolyData> output = OutputOf(filter);
     const FixtureMatrix found = ToMatrix(output->GetPointData()->GetArray("Prediction"));
@@ -279,9 +279,9 @@ TEST(PoissonNetFilter, StrayPointsChangeNothingAndGetNothing)
 // --- Normalisation -------------------------------------------------------------------------------------------------
 
 // Prediction of a moved and scaled sphere is the prediction moved and scaled.
-TEST(PoissonNetFilter, NormalisedPositionsComeBackInTheCoordinatesOfTheInput)
+TEST(PoissonNetFilter, NormalizedPositionsComeBackInTheCoordinatesOfTheInput)
 {
-  const std::string model = WriteModel("normalised.model", SmallGradientOptions(), 1, InputNormalisation::SurfaceArea);
+  const std::string model = WriteModel("normalised.model", SmallGradientOptions(), 1, InputNormalization::SurfaceArea);
   const Soup sphere = UnitAreaSphere(3);
   Soup moved = sphere;
   for (std::size_t k = 0; k < moved.Points.size(); ++k)
@@ -293,8 +293,8 @@ TEST(PoissonNetFilter, NormalisedPositionsComeBackInTheCoordinatesOfTheInput)
   {
     const auto small = PoissonNetOn(sphere.ToPolyData(), model);
     const auto large = PoissonNetOn(moved.ToPolyData(), model);
-    small->SetInputNormalisation(mode);
-    large->SetInputNormalisation(mode);
+    small->SetInputNormalization(mode);
+    large->SetInputNormalization(mode);
     vtkPointData* a = OutputOf(small)->GetPointData();
     vtkPointData* b = OutputOf(large)->GetPointData();
     const FixtureMatrix expected = (50.0 * ToMatrix(a->GetArray("Prediction"))).array() + 7.0;
@@ -426,12 +426,30 @@ TEST(PoissonNetFilter, ConditionsAreSetOneByOneAndOutOfRangeIsIgnored)
   EXPECT_EQ(filter->GetCondition(2), 0.0);
   filter->SetNumberOfConditions(-3);
   EXPECT_EQ(filter->GetNumberOfConditions(), 0);
-  filter->SetInputNormalisation(17);
-  EXPECT_EQ(filter->GetInputNormalisation(), vtkPoissonNetFilter::UNIT_SPHERE);
-  filter->SetInputNormalisation(-1);
-  EXPECT_EQ(filter->GetInputNormalisation(), vtkPoissonNetFilter::MODEL);
+  filter->SetInputNormalization(17);
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::UNIT_SPHERE);
+  filter->SetInputNormalization(-1);
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::MODEL);
   filter->SetModelFileName(nullptr);
   EXPECT_STREQ(filter->GetModelFileName(), "");
+}
+
+TEST(PoissonNetFilter, FormerNamesOfTheNormalizationWork)
+{
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  vtkNew<vtkPoissonNetFilter> filter;
+  filter->SetInputNormalisation(vtkPoissonNetFilter::NONE);
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::NONE);
+  filter->SetInputNormalisationToUnitSphere();
+  EXPECT_EQ(filter->GetInputNormalisation(), vtkPoissonNetFilter::UNIT_SPHERE);
+  filter->SetInputNormalisationToSurfaceArea();
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::SURFACE_AREA);
+  filter->SetInputNormalisationToNone();
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::NONE);
+  filter->SetInputNormalisationToModel();
+  EXPECT_EQ(filter->GetInputNormalization(), vtkPoissonNetFilter::MODEL);
+#pragma GCC diagnostic pop
 }
 
 TEST(PoissonNetFilter, PrintsEveryProperty)
@@ -442,7 +460,7 @@ TEST(PoissonNetFilter, PrintsEveryProperty)
   OutputOf(filter);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "ModelFileName: print.model", "InputNormalisation: 0", "Conditions: 0 0.5",
+  for (const char* line : { "ModelFileName: print.model", "InputNormalization: 0", "Conditions: 0 0.5",
          "ConditionArrayName: \n", "SignalArrayName: \n", "PredictionArrayName: Prediction", "LabelArrayName: Label",
          "ClassNamesArrayName: ClassNames", "DisplacementArrayName: Displacement",
          "ModelDescription: positions at the points, 3 channels; 2 blocks, width 16, 3 input channels, 2 conditions",

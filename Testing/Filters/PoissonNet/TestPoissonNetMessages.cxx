@@ -258,13 +258,13 @@ TEST(PoissonNetMessages, FacesThatPointInwardsAreAWarning)
       HasSubstr("vtkSurfaceRepairFilter"))));
 }
 
-TEST(PoissonNetMessages, AnAreaFarFromOneIsAWarningUnlessNormalised)
+TEST(PoissonNetMessages, AnAreaFarFromOneIsAWarningUnlessNormalized)
 {
   const std::string model = WriteModel(
     "area.model", SmallOptions(PoissonNetDomain::Vertices, LastActivation::Identity));
   const auto filter = PoissonNetOn(Icosphere(2).ToPolyData(), model);
-  EXPECT_THAT(WarningsOf(filter), ElementsAre(AllOf(HasSubstr("area of 12.3"), HasSubstr("InputNormalisation"))));
-  filter->SetInputNormalisationToSurfaceArea();
+  EXPECT_THAT(WarningsOf(filter), ElementsAre(AllOf(HasSubstr("area of 12.3"), HasSubstr("InputNormalization"))));
+  filter->SetInputNormalizationToSurfaceArea();
   EXPECT_THAT(WarningsOf(filter), IsEmpty());
   EXPECT_THAT(WarningsOf(PoissonNetOn(UnitAreaSphere(2).ToPolyData(), model)), IsEmpty());
 }

@@ -167,7 +167,7 @@ TEST(GeometricTextureTrainerFilter, ModelAndTableAreThoseOfThePlainTraining)
   }
 }
 
-TEST(GeometricTextureTrainerFilter, TheModelGrowsOnOtherSurfaces)
+TEST(GeometricTextureTrainerFilter, TheModelSynthesizesOnOtherSurfaces)
 {
   ExpectQuiet(TrainerFor("grows.model"));
   const auto synthesizer = SynthesizerOn(Icosphere(2).ToPolyData(), "grows.model");

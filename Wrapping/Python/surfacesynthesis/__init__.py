@@ -15,7 +15,7 @@ Around them are functions that take and return datasets or NumPy arrays and rais
     head = surfacesynthesis.read_volume("head.nii.gz")
     skin = surfacesynthesis.vdb_surface(head, largest_component=True, fill_cavities=True)
 
-    parts = surfacesynthesis.poisson_net(mesh, "segmentation.safetensors", normalisation="surface_area")
+    parts = surfacesynthesis.poisson_net(mesh, "segmentation.safetensors", normalization="surface_area")
     poses = surfacesynthesis.deform(mesh, "poses.safetensors", samples=8)
 
 and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or later, its meshes have
@@ -38,7 +38,7 @@ from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import NOISE_MODELS, matern_noise
-from .poisson_net import NORMALISATIONS, NetworkOutput, poisson_net
+from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_report
 from .report import topology_report
@@ -60,7 +60,7 @@ __all__ = [
     "HOLES",
     "INTEGRATORS",
     "NOISE_MODELS",
-    "NORMALISATIONS",
+    "NORMALIZATIONS",
     "NetworkOutput",
     "PREPARATIONS",
     "SurfaceSynthesisError",
@@ -131,6 +131,7 @@ if importlib.util.find_spec(".vtkSurfaceSynthesisTraining", __package__):
 #: Former names, which go on working with a warning: the module and the name that they stand for.
 _FORMER = {
     "MODELS": ("noise", "NOISE_MODELS"),
+    "NORMALISATIONS": ("poisson_net", "NORMALIZATIONS"),
     "texture_distance": ("geometric_texture", "geometric_texture_distance"),
 }
 

@@ -12,7 +12,7 @@ from .safetensors import write_safetensors
 _HEADS = ("linear", "njf")
 _PLACES = ("vertices", "faces", "global_mean")
 _ACTIVATIONS = ("identity", "log_softmax")
-_NORMALISATIONS = ("none", "surface_area", "unit_sphere")
+_NORMALIZATIONS = ("none", "surface_area", "unit_sphere")
 #: Keys of the published configurations, and those of the metadata of model files.
 _ALIASES = {"nblocks": "n_blocks", "width": "C_width", "head_type": "head"}
 #: What describes a network, with the values that stand for a missing one; None: must be given. The rest of a
@@ -96,7 +96,7 @@ def describe(config):
         ("head", _HEADS),
         ("outputs_at", _PLACES),
         ("last_activation", _ACTIVATIONS),
-        ("input_normalisation", _NORMALISATIONS),
+        ("input_normalisation", _NORMALIZATIONS),
     ):
         if network[name] not in choices:
             raise ValueError(f"config: {name} must be one of {', '.join(choices)}, not {network[name]!r}")

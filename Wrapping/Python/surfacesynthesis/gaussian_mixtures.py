@@ -14,9 +14,9 @@ from .sampling import in_parts
 from .vtkSurfaceSynthesisEnsembles import vtkGaussianMixtureFilter
 
 
-@renamed_keywords(width="gaussian_width")
+@renamed_keywords(centres="centers", width="gaussian_width")
 def gaussian_mixtures(
-    mesh, samples, seed=0, first_sample=0, centres=3, gaussian_width=0.08, separation=4.0, progress=None
+    mesh, samples, seed=0, first_sample=0, centers=3, gaussian_width=0.08, separation=4.0, progress=None
 ):
     """Random mixtures of Gaussians on a surface: the signals of appendix C.3 of "Matérn Noise for Triangulation-Agnostic
     Flow Matching on Meshes".
@@ -36,7 +36,7 @@ def gaussian_mixtures(
         Any integer of 32 bits with sign; each gives other mixtures. Default 0.
     first_sample : int
         Index of the first sample, at least 0: an ensemble may be drawn in parts. Default 0.
-    centres : int
+    centers : int
         Number of Gaussians in each mixture, from 1 to 1000. Default 3.
     gaussian_width : float
         The standard deviation sigma, as a fraction of the square root of the area; larger than 0. Default 0.08.
@@ -60,17 +60,17 @@ def gaussian_mixtures(
     ValueError, TypeError
         An argument has a value out of its range, or is of a wrong type.
     """
-    algorithm = configured_mixtures(seed, centres, gaussian_width, separation)
+    algorithm = configured_mixtures(seed, centers, gaussian_width, separation)
     dataset = given_dataset(mesh, (vtkPolyData,), SURFACE_TEXT)
     parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress))
     return np.concatenate([_values(algorithm, output) for output in parts])
 
 
-def configured_mixtures(seed=0, centres=3, gaussian_width=0.08, separation=4.0):
+def configured_mixtures(seed=0, centers=3, gaussian_width=0.08, separation=4.0):
     """A vtkGaussianMixtureFilter with the parameters of gaussian_mixtures(), which raises TypeError and ValueError."""
     algorithm = vtkGaussianMixtureFilter()
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
-    algorithm.SetNumberOfCentres(at_most("centres", integer("centres", centres, 1), 1000))
+    algorithm.SetNumberOfCenters(at_most("centers", integer("centers", centers, 1), 1000))
     algorithm.SetWidth(positive("gaussian_width", gaussian_width))
     algorithm.SetSeparation(at_least_0("separation", separation))
     return algorithm

@@ -10,12 +10,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from .arguments import array_name, choice, progress_callback, real
 from .datasets import array_by_name, as_type_of, given_dataset
+from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
 
-#: Normalisations of a mesh before the network takes it, by the name that ``normalisation`` takes.
-NORMALISATIONS = {
+#: Normalisations of a mesh before the network takes it, by the name that ``normalization`` takes.
+NORMALIZATIONS = {
     "model": vtkPoissonNetFilter.MODEL,
     "none": vtkPoissonNetFilter.NONE,
     "surface_area": vtkPoissonNetFilter.SURFACE_AREA,
@@ -29,12 +30,13 @@ NetworkOutput = collections.namedtuple("NetworkOutput", "values labels class_nam
 _GIVEN_CONDITIONS, _GIVEN_SIGNAL = "_GivenConditions", "_GivenSignal"
 
 
+@renamed_keywords(normalisation="normalization")
 def poisson_net(
     mesh,
     model,
     conditions=None,
     signal=None,
-    normalisation="model",
+    normalization="model",
     name="Prediction",
     label_name="Label",
     class_names_name="ClassNames",
@@ -60,7 +62,7 @@ def poisson_net(
     signal : str or array [V, C], optional
         The input of the network at each point in place of the positions: the name of a point array or, with a pair, an
         array. Default: the positions.
-    normalisation : str
+    normalization : str
         The normalisation of the mesh before the network takes it: "model", that of the model file, which is none in
         published ones; "none"; "surface_area", moved to the area-weighted centroid and scaled to area 1;
         "unit_sphere", moved there and scaled to the largest distance 1 from it. It should be that of the
@@ -95,12 +97,12 @@ def poisson_net(
     conditions = array_by_name(dataset, "conditions", conditions, _GIVEN_CONDITIONS, is_pair, 2)
     signal = array_by_name(dataset, "signal", signal, _GIVEN_SIGNAL, is_pair, 1)
     algorithm = configured_filter(
-        model, conditions, signal, normalisation, name, label_name, class_names_name, displacement_name
+        model, conditions, signal, normalization, name, label_name, class_names_name, displacement_name
     )
     progress_callback(progress)
     output, remarks = apply_filter(algorithm, dataset, progress)
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     return _arrays(output, algorithm) if is_pair else as_type_of(mesh, output)
 
 
@@ -108,7 +110,7 @@ def configured_filter(
     model,
     conditions=None,
     signal=None,
-    normalisation="model",
+    normalization="model",
     name="Prediction",
     label_name="Label",
     class_names_name="ClassNames",
@@ -118,7 +120,7 @@ def configured_filter(
     algorithm = vtkPoissonNetFilter()
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
-    algorithm.SetInputNormalisation(choice("normalisation", normalisation, NORMALISATIONS))
+    algorithm.SetInputNormalization(choice("normalization", normalization, NORMALIZATIONS))
     if isinstance(conditions, str):
         algorithm.SetConditionArrayName(array_name("conditions", conditions))
     elif conditions is not None:

@@ -93,7 +93,9 @@ def _add_mixtures(signals):
     parser = _add_signal(signals, "mixtures", "random mixtures of Gaussians", _MIXTURES)
     parser.set_defaults(run=run_mixtures)
     mixture = parser.add_argument_group("mixtures")
-    mixture.add_argument("--centres", type=int, default=3, metavar="N", help="Gaussians in each mixture (default: 3)")
+    centers = mixture.add_argument(
+        "--centers", type=int, default=3, metavar="N", help="Gaussians in each mixture (default: 3)"
+    )
     width = mixture.add_argument(
         "--gaussian-width", type=float, default=0.08, metavar="W", help="standard deviation of each (default: 0.08)"
     )
@@ -105,6 +107,7 @@ def _add_mixtures(signals):
         help="least distance of centres, in standard deviations (default: 4)",
     )
     add_running_options(mixture)
+    add_former_option(parser, "--centres", centers)
     add_former_option(parser, "--width", width)
 
 
@@ -135,7 +138,7 @@ def run_mixtures(arguments):
     """The command ``dataset mixtures``; returns the line to print."""
     from ..gaussian_mixtures import configured_mixtures, gaussian_mixtures
 
-    options = {name: getattr(arguments, name) for name in ("centres", "gaussian_width", "separation")}
+    options = {name: getattr(arguments, name) for name in ("centers", "gaussian_width", "separation")}
     as_usage(configured_mixtures, seed=arguments.seed, **options)
     return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
 

@@ -3,6 +3,7 @@
 
 import time
 
+from ..deprecation import add_former_option
 from .common import UsageError, add_command, add_running_options, as_usage, run_filter, surface_summary
 
 _DESCRIPTION = """\
@@ -16,7 +17,7 @@ files: the format follows from the extension.
   .vtm (.vtk)             composite datasets, processed block by block
 
 examples:
-  %(prog)s body.ply parts.vtp --model segmentation.safetensors --normalisation surface_area
+  %(prog)s body.ply parts.vtp --model segmentation.safetensors --normalization surface_area
   %(prog)s flat.obj crumpled.obj --model crumpling.safetensors --conditions 0.5 --warp 1
 """
 
@@ -36,8 +37,8 @@ def add(commands):
     )
     network.add_argument("--condition-array", metavar="NAME", help="point array with the conditions of each point")
     network.add_argument("--signal", metavar="NAME", help="point array that the network takes, not the positions")
-    network.add_argument(
-        "--normalisation",
+    normalization = network.add_argument(
+        "--normalization",
         default="model",
         choices=["model", "none", "surface_area", "unit_sphere"],
         metavar="HOW",
@@ -50,6 +51,7 @@ def add(commands):
         "--warp", type=float, metavar="SCALE", help="move the points by SCALE times the way to the predicted positions"
     )
     add_running_options(output)
+    add_former_option(parser, "--normalisation", normalization)
 
 
 def run(arguments):
@@ -65,7 +67,7 @@ def run(arguments):
         arguments.model,
         conditions=arguments.condition_array or arguments.conditions,
         signal=arguments.signal,
-        normalisation=arguments.normalisation,
+        normalization=arguments.normalization,
         name=arguments.name,
         label_name=arguments.label_name,
     )

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Inference/PoissonNet/MeshNormalisation.h"
+#include "Inference/PoissonNet/MeshNormalization.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -29,10 +29,10 @@ double SignedVolume(const TriangleMesh& mesh)
 }
 } // namespace
 
-MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisation normalisation)
+MeshNormalization ComputeNormalization(const TriangleMesh& mesh, InputNormalization normalization)
 {
-  MeshNormalisation result;
-  if (normalisation == InputNormalisation::None)
+  MeshNormalization result;
+  if (normalization == InputNormalization::None)
   {
     return result;
   }
@@ -46,26 +46,26 @@ MeshNormalisation ComputeNormalisation(const TriangleMesh& mesh, InputNormalisat
       moment += areas[f] / 3.0 * mesh.Points.row(mesh.Triangles(f, k));
     }
   }
-  result.Centre = moment / area;
-  result.Scale = normalisation == InputNormalisation::SurfaceArea
+  result.Center = moment / area;
+  result.Scale = normalization == InputNormalization::SurfaceArea
     ? std::sqrt(area) + 1e-8
-    : (mesh.Points.rowwise() - result.Centre).rowwise().norm().maxCoeff();
-  if (!(result.Scale > 0.0) || !result.Centre.allFinite())
+    : (mesh.Points.rowwise() - result.Center).rowwise().norm().maxCoeff();
+  if (!(result.Scale > 0.0) || !result.Center.allFinite())
   {
     throw InvalidInput(
-      "ComputeNormalisation: the mesh has an area of " + FormatNumber(area) + "; expected a surface with an extent.");
+      "ComputeNormalization: the mesh has an area of " + FormatNumber(area) + "; expected a surface with an extent.");
   }
   return result;
 }
 
-TriangleMesh Normalised(TriangleMesh mesh, const MeshNormalisation& normalisation)
+TriangleMesh Normalized(TriangleMesh mesh, const MeshNormalization& normalization)
 {
-  mesh.Points = (mesh.Points.rowwise() - normalisation.Centre) / normalisation.Scale;
+  mesh.Points = (mesh.Points.rowwise() - normalization.Center) / normalization.Scale;
   return mesh;
 }
 
 std::vector<std::string> DescribeUnlikelyInput(
-  const TriangleMesh& mesh, const MeshTopology& topology, InputNormalisation normalisation)
+  const TriangleMesh& mesh, const MeshTopology& topology, InputNormalization normalization)
 {
   std::vector<std::string> warnings;
   const bool closed = std::all_of(topology.EdgeTriangles.begin(), topology.EdgeTriangles.end(),
@@ -78,11 +78,11 @@ std::vector<std::string> DescribeUnlikelyInput(
       "AutoOrientNormals or vtkSurfaceRepairFilter turns them.");
   }
   const double area = FaceAreas(mesh).sum();
-  if (normalisation == InputNormalisation::None && !(area >= 0.1 && area <= 10.0))
+  if (normalization == InputNormalization::None && !(area >= 0.1 && area <= 10.0))
   {
     warnings.push_back("The surface has an area of " + FormatNumber(area) +
       "; PoissonNet expects about 1 (0.1 to 10), and the model "
-      "file asks for no normalisation. Scale the mesh, or set InputNormalisation of the filter or "
+      "file asks for no normalisation. Scale the mesh, or set InputNormalization of the filter or "
       "input_normalisation in the file.");
   }
   return warnings;
