@@ -333,8 +333,8 @@ void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
   {
     if (static_cast<double>(options.NumberOfPoints) > options.MaximumNumberOfPoints)
     {
-      throw InvalidInput("Remeshing with " + std::to_string(options.NumberOfPoints) + " points was asked for; at most " +
-        limit + " are allowed.");
+      throw InvalidInput("Remeshing with " + std::to_string(options.NumberOfPoints) +
+        " points was asked for; at most " + limit + " are allowed.");
     }
     return;
   }

@@ -23,10 +23,10 @@ struct RemeshingOptions
   /// False: it is the target, and the mean is about 8 per cent below. Not used with PointEdgeLengths or NumberOfPoints.
   bool MatchMeanEdgeLength = false;
   double MaximumNumberOfPoints = 1e7; ///< limit of the points that are to be expected, checked before the work
-  double FeatureAngle = 180.0;     ///< edges whose normals differ by more degrees are kept as creases
-  bool KeepBoundaryPoints = false; ///< every point of the boundary keeps its place
-  int NumberOfIterations = 3;      ///< rounds of splits, collapses, flips and relaxation, at least 1
-  int NumberOfRelaxationSteps = 1; ///< steps of tangential relaxation in each round
+  double FeatureAngle = 180.0;        ///< edges whose normals differ by more degrees are kept as creases
+  bool KeepBoundaryPoints = false;    ///< every point of the boundary keeps its place
+  int NumberOfIterations = 3;         ///< rounds of splits, collapses, flips and relaxation, at least 1
+  int NumberOfRelaxationSteps = 1;    ///< steps of tangential relaxation in each round
   /// [V] class of each point. Points of the same coordinates become one point unless their classes differ: then the
   /// edges between them are a seam of the attributes, which is kept as a curve, with a point on either side.
   std::vector<Index> PointClasses;

@@ -127,8 +127,7 @@ TEST_F(TrainAndSaveFiles, LossesAreWrittenWithNineDigits)
   losses.Append({ 123456789.0, 1e-20 });
   losses.WriteCsv(this->File("a.csv"));
   EXPECT_EQ(BytesOf(this->File("a.csv")), "iteration,loss\n1,0.333333333\n123456789,1e-20\n");
-  EXPECT_THAT(
-    TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot write"));
+  EXPECT_THAT(TextOf<InvalidInput>([&] { losses.WriteCsv(this->File("absent/a.csv")); }), HasSubstr("cannot write"));
 }
 
 TEST_F(TrainAndSaveFiles, FilesAreWrittenAtIntervalsAfterStagesAndAtTheEnd)
@@ -176,8 +175,8 @@ TEST_F(TrainAndSaveFiles, TwoTrainingsDoNotWriteTheSameFiles)
   int refused = 0;
   const auto trainAgain = [&](const LossHistory&) {
     CountingTrainer second(3, 3);
-    EXPECT_THAT(TextOf<InvalidInput>([&] { TrainAndSave(second, files); }),
-      HasSubstr("is being written by another training"));
+    EXPECT_THAT(
+      TextOf<InvalidInput>([&] { TrainAndSave(second, files); }), HasSubstr("is being written by another training"));
     EXPECT_EQ(second.Iteration(), 0);
     ++refused;
     return true;
