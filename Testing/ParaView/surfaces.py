@@ -77,6 +77,7 @@ def write(mesh, path):
     writer = vtkXMLPolyDataWriter()
     writer.SetInputDataObject(mesh)
     writer.SetFileName(path)
+    writer.SetDataModeToBinary()  # appended data cannot be read with all versions of expat
     assert writer.Write() == 1, path
     return path
 

@@ -50,6 +50,25 @@ def fails(arguments, status, words, folder):
     return done
 
 
+# -- messages ----------------------------------------------------------------------------------------------------------
+
+
+def test_messages_speak_of_options_and_commands(surface, tmp_path):
+    """What the library says of properties and classes, in the words of the place where it is read."""
+    opened = tmp_path / "open.off"
+    points, triangles = icosphere(2)
+    write_mesh(polydata_of(points, triangles[1:]), opened)
+    for arguments, words, not_words in (
+        (["remesh", opened, "x.vtp", "--edge-length", "1e-7"], "--maximum-points", "MaximumNumberOfPoints"),
+        (["remesh", opened, "x.vtp", "--edge-length", "50"], "longer than the surface", "TargetEdgeLength"),
+        (["surface", opened, "x.vtp", "--voxel-size", "1e-7"], "--maximum-voxels raises", "MaximumNumberOfVoxels"),
+        (["tetrahedralize", opened, "x.vtu"], "the command repair with --holes all", "vtkSurfaceRepairFilter"),
+    ):
+        if arguments[0] in build_parser()._subparsers._group_actions[0].choices:
+            done = fails([str(argument) for argument in arguments], 1, words, tmp_path)
+            assert not_words not in done.stderr, done.stderr
+
+
 # -- from file to file -------------------------------------------------------------------------------------------------
 
 

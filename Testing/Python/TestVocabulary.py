@@ -18,6 +18,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import surfacesynthesis
 from surfacesynthesis.command_line import build_parser
+from surfacesynthesis.commands.wording import COMMANDS_OF_CLASSES, PHRASES, in_words_of_commands
 from surfacesynthesis.flow_matching import INTEGRATORS
 from surfacesynthesis.geometric_texture import PREPARATIONS
 from surfacesynthesis.metrics import DISTANCES
@@ -77,6 +78,7 @@ COMMON = {
     "reference": "what is compared with",
     "set": "entry of a configuration",
     "source": "the surface that samples are on",
+    "space": "directions of the coordinates of a volume",
     "threads": "number of threads",
     "warp": "points moved by the result",
 }
@@ -387,7 +389,7 @@ def choices_in_use():
     for command, parser in parsers():
         names = [FUNCTIONS[function][0] for function in COMMANDS[command] if function in FUNCTIONS]
         for option in options_of(parser):
-            if option.choices is not None:
+            if option.choices is not None and word_of(option) not in COMMON:
                 meaning = SYNONYMS.get(word_of(option), ({meaning_of(word_of(option), map(class_of, names))[10:]},))[0]
                 (values,) = (in_python[name, value] for name in names for value in meaning if (name, value) in in_python)
                 yield f"{command} {option.option_strings[0]}", list(option.choices), values
@@ -412,6 +414,22 @@ if TRAIN_PROGRAM:
 @pytest.mark.parametrize("file, proxy, cls", proxies(), ids=lambda value: value if isinstance(value, str) else "")
 def test_properties_in_paraview_are_those_of_the_class(file, proxy, cls):
     assert faults_of_proxy(proxy, cls) == []
+
+
+def test_messages_name_commands_that_there_are():
+    commands = {command for command, _ in parsers()}
+    for name, command in COMMANDS_OF_CLASSES.items():
+        assert hasattr(surfacesynthesis, name) == (command in commands), name
+
+
+def test_messages_name_options_that_there_are():
+    offered = {text for _, parser in parsers() for option in options_of(parser) for text in option.option_strings}
+    if "repair" in dict(parsers()):
+        assert set(re.findall(r"--[\w-]+", " ".join(PHRASES.values()))) <= offered
+        text = "vtkSurfaceRepairFilter with HoleFilling ALL_HOLES, or vtkFillHolesFilter, closes them; MaximumHoleSize"
+        expected = "the command repair with --holes all, or vtkFillHolesFilter, closes them; --hole-size"
+        assert in_words_of_commands(text, dict(parsers())["repair"]) == expected
+        assert in_words_of_commands(text, dict(parsers())["noise"]).endswith("closes them; MaximumHoleSize")
 
 
 def test_former_words_are_hidden_and_end_nowhere():

@@ -9,6 +9,7 @@ import warnings
 
 from .commands import COMMANDS, FORMER_COMMANDS
 from .commands.common import PROGRAM, Outcome, UsageError
+from .commands.wording import in_words_of_commands, remember_parser
 from .deprecation import note_renamed
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
@@ -29,7 +30,16 @@ def build_parser():
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in COMMANDS:
         command.add(commands)
+    _remember_parsers(parser)
     return parser
+
+
+def _remember_parsers(parser):
+    nested = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    for child in {id(child): child for action in nested for child in action.choices.values()}.values():
+        _remember_parsers(child)
+    if not nested:
+        remember_parser(parser)
 
 
 def _parse(arguments):
@@ -52,10 +62,6 @@ def _report(text):
     print(f"{PROGRAM}: {_one_line(text)}", file=sys.stderr)
 
 
-def _show_warning(message, category, *_ignored, **_also_ignored):
-    _report(f"warning: {message}")
-
-
 def _terminate(number, _frame):
     raise SystemExit(128 + number)  # unwinds, so that temporary files go
 
@@ -65,10 +71,15 @@ def main(arguments=None):
     error, 2 for wrong usage, 130 after Ctrl-C."""
     if arguments is None:
         signal.signal(signal.SIGTERM, _terminate)
+    parsed = None
+
+    def worded(message):
+        return str(message) if parsed is None else in_words_of_commands(str(message), parsed.parser)
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always")
-            warnings.showwarning = _show_warning
+            warnings.showwarning = lambda message, *_ignored, **_also_ignored: _report(f"warning: {worded(message)}")
             parsed = _parse(arguments)
             if parsed.quiet:
                 warnings.simplefilter("ignore")
@@ -95,5 +106,5 @@ def main(arguments=None):
         _report(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
         return 1
     except (RuntimeError, ValueError) as error:  # SurfaceSynthesisError and its kin; VTK's own
-        _report(str(error))
+        _report(worded(error))
         return 1
