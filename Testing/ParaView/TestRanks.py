@@ -158,6 +158,7 @@ def write_blocks(writer_class, blocks, path):
     writer = writer_class()
     writer.SetInputDataObject(blocks)
     writer.SetFileName(path)
+    writer.SetDataModeToBinary()  # as in surfaces.write()
     assert writer.Write() == 1
 
 
