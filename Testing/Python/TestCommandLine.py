@@ -54,7 +54,7 @@ def fails(arguments, status, words, folder):
 
 
 def test_messages_speak_of_options_and_commands(surface, tmp_path):
-    """What the library says of properties and classes, in the words of the place where it is read."""
+    """Names of options and commands take the place of properties and classes."""
     opened = tmp_path / "open.off"
     points, triangles = icosphere(2)
     write_mesh(polydata_of(points, triangles[1:]), opened)

@@ -107,7 +107,7 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
   check.Count("DiscriminatorSteps", options.DiscriminatorSteps, 1, 1000);
   check.Count("GeneratorSteps", options.GeneratorSteps, 1, 1000);
-  check.Positive("LearningRate", options.LearningRate);
+  check.LearningRate("LearningRate", options.LearningRate);
   check.Iterations("LearningRateInterval", options.LearningRateInterval);
   check.Factor("LearningRateFactor", options.LearningRateFactor);
   check.Weight("PenaltyWeight", options.PenaltyWeight);

@@ -215,7 +215,7 @@ void CheckOptions(const MultiscaleFitOptions& options)
   check.Count("TriangulationSteps", options.TriangulationSteps, 0, 1000);
   check.Count("ChamferSteps", options.ChamferSteps, 0, 1000);
   check.Count("Samples", options.Samples, 1, 1000000);
-  check.Positive("LearningRate", options.LearningRate);
+  check.LearningRate("LearningRate", options.LearningRate);
   check.Require(options.LearningRateDecay > 0.0 && options.LearningRateDecay <= 1.0, "LearningRateDecay",
     options.LearningRateDecay, "a number above 0, at most 1");
 }

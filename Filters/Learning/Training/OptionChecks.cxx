@@ -50,6 +50,11 @@ void OptionChecks::Positive(const std::string& option, double found) const
   this->Require(std::isfinite(found) && found > 0.0, option, found, "a finite number above 0");
 }
 
+void OptionChecks::LearningRate(const std::string& option, double found) const
+{
+  this->Require(found > 0.0 && found <= 1e30, option, found, "a number above 0 and at most 1e30");
+}
+
 void OptionChecks::Factor(const std::string& option, double found) const
 {
   this->Require(found > 0.0 && found <= 1.0, option, found, "a number in (0, 1]");

@@ -26,6 +26,8 @@ public:
   void Weight(const std::string& option, double found) const;
   /// A finite number above 0.
   void Positive(const std::string& option, double found) const;
+  /// A number above 0 whose multiples are finite in single precision: at most 1e30.
+  void LearningRate(const std::string& option, double found) const;
   /// A number in (0, 1].
   void Factor(const std::string& option, double found) const;
 

@@ -10,7 +10,7 @@ void CheckOptions(const TrainingOptions& options)
 {
   const OptionChecks check("TrainingOptions");
   check.Iterations("Iterations", options.Iterations);
-  check.Positive("LearningRate", options.LearningRate);
+  check.LearningRate("LearningRate", options.LearningRate);
   check.Factor("LearningRateFactor", options.LearningRateFactor);
   check.Weight("GradientClip", options.GradientClip);
   check.Require(options.WeightAveraging >= 0.0 && options.WeightAveraging < 1.0, "WeightAveraging",

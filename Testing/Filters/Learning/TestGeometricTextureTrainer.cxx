@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -224,34 +225,34 @@ TEST_F(GeometricTextureTraining, RefusesCheckpointsOfAnotherRecipeOrDataset)
     TextOf<ModelMismatch>([&] { moved.LoadCheckpoint(this->File("checkpoint")); }), HasSubstr("with dataset ="));
 }
 
-TEST_F(GeometricTextureTraining, RefusesACheckpointWithNegativeMeansOfSquares)
+TEST_F(GeometricTextureTraining, RefusesMomentsThatNoTrainingHasAndWeightsThatAreNotFinite)
 {
-  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  const GeometricTextureTrainingOptions options = TinyGeometricTexture();
   Trained(options, 2, 1).SaveCheckpoint(this->File("checkpoint")); // within a level, so that there are moments
-  TrainingCheckpoint checkpoint = ReadCheckpoint(this->File("checkpoint"));
-  int changed = 0;
-  for (auto& [name, tensor] : checkpoint.Tensors)
-  {
-    if (name.compare(0, 22, "adam_square.generator.") == 0)
+  const TrainingCheckpoint original = ReadCheckpoint(this->File("checkpoint"));
+  const auto write = [&](float mean, float square) {
+    TrainingCheckpoint checkpoint = original;
+    int changed = 0;
+    for (auto& [name, tensor] : checkpoint.Tensors)
     {
-      tensor.Values.back() = -1e-3F;
-      ++changed;
+      const bool isMean = name.compare(0, 10, "adam_mean.") == 0;
+      if (isMean || name.compare(0, 12, "adam_square.") == 0)
+      {
+        std::fill(tensor.Values.begin(), tensor.Values.end(), isMean ? mean : square);
+        ++changed;
+      }
     }
-  }
-  ASSERT_GT(changed, 0);
-  WriteCheckpoint(this->File("checkpoint"), checkpoint);
+    EXPECT_GT(changed, 1);
+    WriteCheckpoint(this->File("checkpoint"), checkpoint);
+  };
+  write(0.0F, -1e-3F);
   GeometricTextureTrainer trainer(Bumps(2), options);
   EXPECT_THAT(TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("checkpoint")); }),
     HasSubstr("has negative numbers"));
   EXPECT_EQ(trainer.Iteration(), 0);
-}
-
-TEST_F(GeometricTextureTraining, WeightsThatAreNotFiniteEndTheTraining)
-{
-  GeometricTextureTrainingOptions options = TinyGeometricTexture();
-  options.LearningRate = 1e300;
-  GeometricTextureTrainer trainer(Bumps(1), options);
-  EXPECT_THAT(TextOf<SolverFailure>([&] { trainer.Step(); }), HasSubstr("A weight is not finite after iteration 1"));
+  write(3e38F, 0.0F);
+  trainer.LoadCheckpoint(this->File("checkpoint"));
+  EXPECT_THAT(TextOf<SolverFailure>([&] { trainer.Step(); }), HasSubstr("A weight is not finite after iteration 2"));
 }
 
 TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)

@@ -240,6 +240,9 @@ TEST(OptionChecks, EachCheckNamesOptionsOptionFoundAndExpected)
     { "SomeOptions: C is nan; expected a finite number of at least 0.", [&] { check.Weight("C", nan); } },
     { "SomeOptions: D is 0; expected a finite number above 0.", [&] { check.Positive("D", 0.0); } },
     { "SomeOptions: D is nan; expected a finite number above 0.", [&] { check.Positive("D", nan); } },
+    { "SomeOptions: L is 1e+300; expected a number above 0 and at most 1e30.",
+      [&] { check.LearningRate("L", 1e300); } },
+    { "SomeOptions: L is nan; expected a number above 0 and at most 1e30.", [&] { check.LearningRate("L", nan); } },
     { "SomeOptions: E is 0; expected a number in (0, 1].", [&] { check.Factor("E", 0.0); } },
     { "SomeOptions: E is nan; expected a number in (0, 1].", [&] { check.Factor("E", nan); } },
     { "SomeOptions: F is 3; expected none.", [&] { check.Require(false, "F", 3.0, "none"); } },
@@ -264,7 +267,7 @@ TEST(OptionChecks, TheOptionsOfEachTrainingAreNamed)
   GeometricTextureTrainingOptions texture;
   texture.LearningRate = -1.0;
   EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(texture); }),
-    HasSubstr("GeometricTextureTrainingOptions: LearningRate is -1; expected a finite number above 0"));
+    HasSubstr("GeometricTextureTrainingOptions: LearningRate is -1; expected a number above 0 and at most 1e30"));
   MultiscaleFitOptions fit;
   fit.Levels = 11;
   EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(fit); }),

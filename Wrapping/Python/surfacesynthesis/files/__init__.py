@@ -299,7 +299,7 @@ def _write_with_vtk(writer, mesh, path):
         writer.SetFileTypeToBinary()
     if hasattr(writer, "SetCompressorTypeToLZ4"):  # ten times as fast as ZLib, and noise hardly shrinks with either
         writer.SetCompressorTypeToLZ4()
-        writer.SetDataModeToBinary()  # ParaView 5.11 with Debian's expat 2.5.0-1+deb12u2 cannot read appended data
+        writer.EncodeAppendedDataOff()  # and not inline: VTK's writer of such data crashes when the disk is full
     with HeldSignals() as signals, silent_console() as collected:
         writer.AddObserver(
             "ProgressEvent", lambda sender, _: sender.SetAbortExecute(0 if signals.pending is None else 1)
