@@ -51,9 +51,16 @@ double AreaOf(const TriangleMesh& mesh)
   return area;
 }
 
-/// Throws, before any work, when the levels would have too many triangles.
-void RequireCountableTriangles(const TriangleMesh& mesh, double edgeLength, int levels)
+/// Throws, before any work, when the levels would have too many triangles, or the surface is shorter than an edge.
+void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels)
 {
+  const BoundingBox box = ComputeBoundingBox(mesh);
+  if (edgeLength > (box.Upper - box.Lower).norm())
+  {
+    throw InvalidInput("Edges of length " + FormatNumber(edgeLength) +
+      " are longer than the surface, whose longest side is " + FormatNumber(box.LongestSide()) +
+      "; a smaller TextureScale is needed.");
+  }
   const double triangles = AreaOf(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
   const double finest = triangles * std::pow(4.0, levels - 1);
   if (finest > std::numeric_limits<Index>::max())
@@ -77,7 +84,7 @@ RemeshedTarget::RemeshedTarget(
   options->MatchMeanEdgeLength = true;
   options->FeatureAngle = CreaseAngle;
   options->PointClasses = this->Seams;
-  RequireCountableTriangles(surface.Mesh, options->EdgeLength, levels);
+  RequireFittingEdges(surface.Mesh, options->EdgeLength, levels);
   this->Remeshed = RemeshSurface(target, options, progress);
 }
 

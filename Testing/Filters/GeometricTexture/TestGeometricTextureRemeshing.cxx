@@ -334,9 +334,15 @@ TEST(GeometricTextureRemeshing, TooManyTriangles)
   EXPECT_LT(Now() - begin, 5.0) << "before any work";
 }
 
-TEST(GeometricTextureRemeshing, MoreThanTheShapeAllowsIsStillASurface)
+TEST(GeometricTextureRemeshing, EdgesLongerThanTheSurface)
 {
   const auto filter = Remeshing(Icosphere(2).ToPolyData(), 1000.0);
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("longer than the surface"), HasSubstr("smaller TextureScale")));
+}
+
+TEST(GeometricTextureRemeshing, MoreThanTheShapeAllowsIsStillASurface)
+{
+  const auto filter = Remeshing(Icosphere(2).ToPolyData(), 8.0);
   EventRecorder events(filter);
   if (Update(filter))
   {
