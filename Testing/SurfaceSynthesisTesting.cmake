@@ -6,7 +6,8 @@
 #   LABELS <label>...
 #   [ENVIRONMENT <VAR=value>...]
 #   [TIMEOUT <seconds>]
-#   [AS_ONE])
+#   [AS_ONE]
+#   [OPTIMIZED])
 #
 # Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
 # registers each of its tests with CTest as <target>.<suite>.<test>.
@@ -18,6 +19,7 @@
 #   TIMEOUT      of each test, default 120; sanitizers multiply it by four
 #   AS_ONE       registers all as one test named <target>: for many quick tests, which take less time than a process for
 #                each. Not for tests that may skip: CTest would not say so.
+#   OPTIMIZED    compiles the tests with -O1 under sanitizers too: for tests that compute for long themselves
 #
 # Tests run in the folder of the calling CMakeLists.txt in the build tree, where they may write files.
 include_guard(GLOBAL)
@@ -61,7 +63,7 @@ function (surfsynth_set_test_options target)
   target_link_libraries(${target} PRIVATE GTest::gmock GTest::gtest GTest::gtest_main)
 endfunction ()
 function (surfsynth_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE;OPTIMIZED" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   if (arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "surfsynth_add_gtest(${target}): unexpected arguments ${arg_UNPARSED_ARGUMENTS}")
   endif ()
@@ -81,8 +83,11 @@ function (surfsynth_add_gtest target)
   surfsynth_set_warnings(${target})
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES})
   surfsynth_set_test_options(${target})
-  if (arg_LIBRARIES MATCHES "Learning|TrainingData")
-    # LibTorch brings definitions of its own.
+  if (arg_OPTIMIZED)
+    target_compile_options(${target} PRIVATE -O1)
+  endif ()
+  if (arg_LIBRARIES MATCHES "Learning|TrainingData" OR (arg_OPTIMIZED AND surfsynth_sanitized))
+    # LibTorch brings definitions of its own; precompiled headers are those of one level of optimisation.
   elseif (arg_LABELS MATCHES "filters")
     target_precompile_headers(${target} REUSE_FROM surfsynthVtkTestHeaders)
   else ()
