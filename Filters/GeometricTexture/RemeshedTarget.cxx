@@ -39,6 +39,8 @@ namespace
 {
 /// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
 constexpr double CreaseAngle = 60.0;
+/// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
+constexpr double MaximumNumberOfTriangles = 1.5e7;
 
 double AreaOf(const TriangleMesh& mesh)
 {
@@ -63,10 +65,16 @@ void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels
   }
   const double triangles = AreaOf(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
   const double finest = triangles * std::pow(4.0, levels - 1);
+  const std::string found = "Remeshed with edges of length " + FormatNumber(edgeLength) +
+    " the surface would have about " + FormatNumber(triangles) + " triangles";
+  if (triangles > MaximumNumberOfTriangles)
+  {
+    throw InvalidInput(
+      found + "; at most " + FormatNumber(MaximumNumberOfTriangles) + " are allowed. A larger TextureScale is needed.");
+  }
   if (finest > std::numeric_limits<Index>::max())
   {
-    throw InvalidInput("Remeshed with edges of length " + FormatNumber(edgeLength) + " the surface would have about " +
-      FormatNumber(triangles) + " triangles, which " + std::to_string(levels) + " levels make " + FormatNumber(finest) +
+    throw InvalidInput(found + ", which " + std::to_string(levels) + " levels make " + FormatNumber(finest) +
       "; at most 2147483647 are possible. Fewer levels or a larger TextureScale are needed.");
   }
 }

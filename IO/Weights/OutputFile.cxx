@@ -144,13 +144,15 @@ void WriteOutputFile(const std::string& path, std::string_view bytes, const std:
 void RemoveUnfinishedOutput(const std::string& path)
 {
   const fs::path target = fs::absolute(path);
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored))
+  std::error_code failed;
+  for (fs::directory_iterator entry(target.parent_path(), failed), end; !failed && entry != end;
+       entry.increment(failed))
   {
-    const pid_t writer = WriterOf(entry.path().filename().string(), target.filename().string());
+    const pid_t writer = WriterOf(entry->path().filename().string(), target.filename().string());
     if (writer > 0 && kill(writer, 0) != 0 && errno == ESRCH)
     {
-      fs::remove(entry.path(), ignored);
+      std::error_code ignored;
+      fs::remove(entry->path(), ignored);
     }
   }
 }
@@ -189,7 +191,11 @@ OutputLock::~OutputLock()
 {
   if (this->Descriptor >= 0)
   {
-    std::remove(this->Path.c_str());
+    struct stat opened;
+    if (fstat(this->Descriptor, &opened) == 0 && opened.st_size == 0) // and not a file of the user with that name
+    {
+      std::remove(this->Path.c_str());
+    }
     close(this->Descriptor);
   }
 }

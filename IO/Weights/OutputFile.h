@@ -20,7 +20,7 @@ void WriteOutputFile(const std::string& path, std::string_view bytes, const std:
 void RemoveUnfinishedOutput(const std::string& path);
 
 /// Lock on the name of an output file: while it lives, another one of the same name, in this process or another one, is
-/// refused. Makes the file PATH.lock, and removes it at the end. A folder that cannot be written to, or a file system
+/// refused. Makes the file PATH.lock, and removes it at the end if it is empty. A folder that cannot be written to, or a file system
 /// without locks, is not locked: what is written there fails or follows the order of the writers.
 class OutputLock
 {

@@ -26,6 +26,7 @@ from surfacesynthesis.noise import NOISE_MODELS
 from surfacesynthesis.poisson_net import NORMALIZATIONS
 from surfacesynthesis.remeshing import HOLES
 from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
+from surfacesynthesis.vocabulary import SYNONYMS, snake, words_of
 
 XML_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir, "Wrapping", "ParaView")
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "ParaView"))
@@ -34,35 +35,6 @@ from server_manager_xml import is_base, is_former, proxy_of  # noqa: E402
 #: surfacesynthesis-train, where the build has it.
 TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
 
-#: Short words for long properties, and for properties of one meaning that VTK names in several ways. With the reason.
-SYNONYMS = {
-    "array": ({"ArrayName", "InputArrayToProcess"}, "the array that the filter reads"),
-    "averaging": ({"WeightAveraging"}, "only weights are averaged"),
-    "batch": ({"BatchSize"}, "the usual word of trainings"),
-    "clip": ({"GradientClip"}, "only gradients are clipped"),
-    "edge_length": ({"TargetEdgeLength"}, "what a function is given is wanted"),
-    "features": ({"KeepFeatureEdges"}, "--no-features; in Python feature_angle=None"),
-    "gaussian_width": ({"Width"}, "width is that of a network"),
-    "hole_size": ({"MaximumHoleSize"}, "goes with holes"),
-    "holes": ({"HoleFilling"}, "the holes that are filled"),
-    "inside": ({"InsideRule"}, "inside='below' reads as it is meant"),
-    "iterations": ({"NumberOfIterations", "Iterations", "IterationsPerLevel"}, "those of the method, of each level if any"),
-    "largest_component": ({"LargestComponent", "KeepLargestComponent"}, "the only component that stays"),
-    "layers": ({"Layers", "ComplexLayers"}, "those of the network that is trained"),
-    "losses": ({"LossTableFileName"}, "the file of a table of losses"),
-    "minimum_component": ({"MinimumComponentFraction"}, "smaller ones go"),
-    "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName"}, "the array of the result"),
-    "normalization": ({"InputNormalization"}, "only the input is normalised"),
-    "points": ({"TargetNumberOfPoints"}, "what a function is given is wanted"),
-    "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),
-    "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),
-    "range": ({"CorrelationRange"}, "the only range of noise"),
-    "scale": ({"TextureScale"}, "the only scale of a texture"),
-    "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),
-    "surface_samples": ({"Samples"}, "samples are those of an ensemble"),
-    "template": ({"Template", "TemplateData"}, "the mesh that stands for a shape"),
-    "trajectory": ({"OutputTrajectory"}, "the states in place of the last one"),
-}
 #: Properties that share their name with another one of another meaning: no word follows from them.
 HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "Samples")}
 #: Words about what comes in, goes out and is shown: the same everywhere, and no property.
@@ -193,11 +165,6 @@ def values_of(cls, name):
     return values
 
 
-def snake(name):
-    name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
-    return name.lower()
-
-
 def spaced(name):
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
 
@@ -205,17 +172,6 @@ def spaced(name):
 def plain(name):
     """A value without case and separators."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
-
-
-def words_of(name):
-    """The words that follow from a property: NumberOfSamples gives samples, ModelFileName model, LabelArrayName label_name
-    (an output) or label (an input)."""
-    words = {snake(name), snake(name.replace("NumberOf", ""))}
-    if name.endswith("ArrayName"):
-        words |= {snake(name[:-9]), snake(name[:-9] + "Name"), snake(name[:-4])}
-    if name.endswith("FileName"):
-        words.add(snake(name[:-8]))
-    return words
 
 
 def meaning_of(word, classes):
@@ -430,6 +386,9 @@ def test_messages_name_options_that_there_are():
         expected = "the command repair with --holes all, or vtkFillHolesFilter, closes them; --hole-size"
         assert in_words_of_commands(text, dict(parsers())["repair"]) == expected
         assert in_words_of_commands(text, dict(parsers())["noise"]).endswith("closes them; MaximumHoleSize")
+        quoted = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; EdgeLength.'
+        expected = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; --edge-length.'
+        assert in_words_of_commands(quoted, dict(parsers())["remesh"]) == expected
 
 
 def test_former_words_are_hidden_and_end_nowhere():

@@ -359,6 +359,8 @@ def test_nrrd_files_lie_where_their_header_says(tmp_path, encoding):
         ({"spacings": "1 2 3", "axis_mins": "5 6 7", "centers": "cell node cell"}, (5.5, 6, 8.5), (1, 2, 3)),
         ({"axis_mins": "0 0 0", "axis_maxs": "6 4 5", "centers": "node node node"}, (0, 0, 0), (2, 2, 5)),
         ({"axis_mins": "0 0 0", "axis_maxs": "4 6 8"}, (0.5, 1, 2), (1, 2, 4)),
+        ({"axis_mins": "4 6 8", "axis_maxs": "0 0 0"}, (3.5, 5, 6), (-1, -2, -4)),
+        ({"spacings": "-1 2 3"}, (0, 0, 0), (1, 2, 3)),
         ({"spacings": "1 nan 3"}, (0, 0, 0), (1, 1, 3)),
     ],
 )

@@ -134,6 +134,13 @@ TEST_F(OutputFile, TheLockOfAKilledProcessDoesNotHold)
   EXPECT_EQ(this->CountFiles(), 0);
 }
 
+TEST_F(OutputFile, AFileThatHasTheNameOfTheLockIsKept)
+{
+  std::ofstream(this->File("model.lock")) << "kept";
+  EXPECT_EQ(Refusal([&] { OutputLock(this->File("model"), "Test"); }), "");
+  EXPECT_EQ(this->Content(this->File("model.lock")), "kept");
+}
+
 TEST_F(OutputFile, FoldersThatCannotBeWrittenToAreNotLocked)
 {
   EXPECT_EQ(Refusal([&] { OutputLock(this->File("absent/model"), "Test"); }), "");

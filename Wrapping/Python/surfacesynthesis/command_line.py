@@ -9,7 +9,7 @@ import warnings
 
 from .commands import COMMANDS, FORMER_COMMANDS
 from .commands.common import PROGRAM, Outcome, UsageError
-from .commands.wording import in_words_of_commands, remember_parser
+from .commands.wording import in_words_of_commands
 from .deprecation import note_renamed
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
@@ -35,11 +35,12 @@ def build_parser():
 
 
 def _remember_parsers(parser):
+    """Lets the parsed arguments know the parser of their command."""
     nested = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     for child in {id(child): child for action in nested for child in action.choices.values()}.values():
         _remember_parsers(child)
     if not nested:
-        remember_parser(parser)
+        parser.set_defaults(parser=parser)
 
 
 def _parse(arguments):

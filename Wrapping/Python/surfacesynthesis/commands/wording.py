@@ -3,6 +3,8 @@
 
 import re
 
+from ..vocabulary import SYNONYMS, words_of
+
 #: The command that runs a class.
 COMMANDS_OF_CLASSES = {
     "vtkEnsembleMetrics": "metrics",
@@ -29,25 +31,16 @@ PHRASES = {
     "a MinimumComponentFraction": "--minimum-component",
     "EncoderIterations": "--encoder-iterations",
 }
-#: Properties whose option has another word than the property.
-_OPTIONS = {
-    "TargetEdgeLength": "edge-length",
-    "TargetNumberOfPoints": "points",
-    "HoleFilling": "holes",
-    "MaximumHoleSize": "hole-size",
-    "InputNormalization": "normalization",
-    "TargetPreparation": "prepare",
-    "TextureScale": "scale",
-    "CorrelationRange": "range",
-    "OutputTrajectory": "trajectory",
-}
-_PROPERTY = re.compile(r"\b(?:[A-Z][a-z]+){2,}\b")
-_CLASS = re.compile(r"\b(vtk[A-Z]\w+)(?: with ([A-Z]\w+(?: [A-Z_]{2,}|\(\))?|a [A-Z]\w+))?")
+# Names in quotes and in paths are the user's own.
+_BEFORE, _AFTER = r"(?<![\w/\"'.-])", r"(?![\w/\"']|\.\w)"
+_PROPERTY = re.compile(_BEFORE + r"(?:[A-Z][a-z]+){2,}" + _AFTER)
+_CLASS = re.compile(_BEFORE + r"(vtk[A-Z]\w+)" + _AFTER + r"(?: with ([A-Z]\w+(?: [A-Z_]{2,}|\(\))?|a [A-Z]\w+))?")
 
 
 def in_words_of_commands(text, parser):
     """``text`` with the options of the command that ``parser`` reads, and the commands for other classes."""
-    offered = {option for action in parser._actions for option in action.option_strings}
+    texts = [text for action in parser._actions for text in action.option_strings]
+    offered = {text.lstrip("-").replace("-", "_"): text for text in texts}
     text = _CLASS.sub(_command, text)
     return _PROPERTY.sub(lambda match: _option(match[0], offered), text)
 
@@ -62,17 +55,5 @@ def _command(match):
 
 def _option(name, offered):
     """The option for a property; the name itself when the command has none."""
-    words = [_OPTIONS.get(name, _dashed(name)), _dashed(name.replace("NumberOf", ""))]
-    for ending in ("ArrayName", "FileName", "Name"):
-        words.append(_dashed(name.removesuffix(ending)))
-    return next((f"--{word}" for word in words if f"--{word}" in offered), name)
-
-
-def _dashed(name):
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", name).lower()
-
-
-def remember_parser(parser):
-    """Lets the parsed arguments know the parser of their command."""
-    parser.set_defaults(parser=parser)
-
+    words = words_of(name) | {word for word, (properties, _) in SYNONYMS.items() if name in properties}
+    return next((offered[word] for word in sorted(words) if word in offered), name)

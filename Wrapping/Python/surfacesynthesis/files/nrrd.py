@@ -108,15 +108,15 @@ def _axes(path, fields, dimensions):
     """Spacings and the place of the first sample, from the fields of each axis: spacings, or the ends of the axis, where
     samples are nodes or the centers of cells (as which samples of unknown centering count)."""
     number = len(dimensions)
-    spacings = _numbers(path, fields, "spacings", number)
+    spacings = np.abs(_numbers(path, fields, "spacings", number))
     lower = _numbers(path, fields, "axis mins", number, "axismins")
     upper = _numbers(path, fields, "axis maxs", number, "axismaxs")
     words = fields.get("centers", fields.get("centerings", "")).split()
     nodes = np.array([word == "node" for word in words] if len(words) == number else [False] * number)
     if np.isnan(spacings).any():
         parts = np.maximum(np.array(dimensions) - nodes, 1)
-        spacings = np.where(np.isnan(spacings), (upper - lower) / parts, spacings)
-    spacings = np.where(np.isnan(spacings), 1.0, np.abs(spacings))
+        spacings = np.where(np.isnan(spacings), (upper - lower) / parts, spacings)  # an axis may fall
+    spacings = np.where(np.isnan(spacings), 1.0, spacings)
     origin = lower + np.where(nodes, 0.0, 0.5 * spacings)
     return spacings, np.where(np.isnan(origin), 0.0, origin)
 

@@ -23,10 +23,12 @@ def check_vtk_xml(path):
     """Raises FormatError when a file, or one that it names in the same folder tree, announces more points, cells or values
     than its bytes can hold, has an index of a block below 0 or above 1,000,000, or more than 100 blocks within each
     other. Whatever else is wrong is left to VTK's reader. Appended data are not read."""
-    for piece in _Check(path).run():
+    for piece in dict.fromkeys(_Check(path).run()):  # each once
         source = os.path.join(os.path.dirname(path), piece)
         if os.path.isfile(source):
             _Check(source).run()
+        elif os.path.exists(source) and not os.path.isdir(source):
+            raise FormatError(f"{path}: the piece {piece} is no regular file, but a pipe, socket or device")
 
 
 class _Check:
