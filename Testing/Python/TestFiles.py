@@ -396,6 +396,7 @@ def blocks_of(inner):
         ("t.vtm", blocks_of('<DataSet index="2000000000" file="a.vtp"/>'), "index of a block is 2000000000"),
         ("t.vtm", blocks_of(20000 * '<Block index="0">' + 20000 * "</Block>"), "more than 100 blocks"),
     ],
+    ids=lambda value: value if len(value) < 60 else "file",
 )
 def test_vtk_files_that_announce_what_they_cannot_hold_are_an_error(name, text, words, tmp_path):
     """VTK's own readers end the process, or take minutes."""
