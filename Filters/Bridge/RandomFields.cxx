@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "NoiseArrays.h"
+#include "RandomFields.h"
 
+#include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
+#include <vtkInformationVector.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-
-#include <memory>
 
 namespace surfsynth
 {
@@ -36,6 +36,29 @@ void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, 
   {
     pointData->SetActiveScalars(arrays.front()->GetName());
   }
+}
+
+void AddSamples(
+  const SampleSeries& series, const std::function<void(const SampleDestination&)>& draw, vtkPolyData* output)
+{
+  std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
+  draw([&](std::uint32_t sample) {
+    arrays.push_back(NewNoiseArray(SampleName(series.OutputArrayName, series.NumberOfSamples, sample),
+      output->GetNumberOfPoints(), series.NumberOfComponents));
+    return arrays.back()->GetPointer(0);
+  });
+  AddNoiseArrays(arrays, output);
+}
+
+bool RequireOutputArrayName(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector* outputVector)
+{
+  if (!series.OutputArrayName.empty())
+  {
+    return true;
+  }
+  vtkErrorWithObjectMacro(self, "OutputArrayName is empty; a name for the point array is needed.");
+  vtkDataObject::GetData(outputVector)->Initialize();
+  return false;
 }
 
 } // namespace surfsynth
