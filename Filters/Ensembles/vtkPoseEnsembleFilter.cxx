@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -244,22 +245,15 @@ void vtkPoseEnsembleFilter::SetTemplateConnection(vtkAlgorithmOutput* port) { th
 
 void vtkPoseEnsembleFilter::SetTemplateData(vtkDataObject* shape) { this->SetInputDataObject(1, shape); }
 
-void vtkPoseEnsembleFilter::SetName(std::string& name, const char* value)
-{
-  const std::string wanted = value ? value : "";
-  if (name != wanted)
-  {
-    name = wanted;
-    this->Modified();
-  }
-}
-
 void vtkPoseEnsembleFilter::SetDisplacementArrayName(const char* name)
 {
-  this->SetName(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name) { this->SetName(this->RegionArrayName, name); }
+void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->RegionArrayName, name);
+}
 
 int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* info)
 {

@@ -203,8 +203,6 @@ private:
   vtkPoseEnsembleFilter(const vtkPoseEnsembleFilter&) = delete;
   void operator=(const vtkPoseEnsembleFilter&) = delete;
 
-  void SetName(std::string& name, const char* value);
-
   int Seed = 0;
   int NumberOfSamples = 12;
   int FirstSample = 0;

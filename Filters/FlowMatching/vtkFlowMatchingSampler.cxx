@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "FlowSamples.h"
 #include "PointRows.h"
 #include "SurfaceBridge.h"
@@ -229,28 +230,24 @@ vtkFlowMatchingSampler::vtkFlowMatchingSampler()
 
 vtkFlowMatchingSampler::~vtkFlowMatchingSampler() = default;
 
-void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
+void vtkFlowMatchingSampler::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkFlowMatchingSampler::SetInputNoiseArrayName(const char* name)
 {
-  this->SetText(this->InputNoiseArrayName, name);
+  surfsynth::SetString(this, this->InputNoiseArrayName, name);
 }
 
-void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkFlowMatchingSampler::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
 void vtkFlowMatchingSampler::SetInitialNoiseArrayName(const char* name)
 {
-  this->SetText(this->InitialNoiseArrayName, name);
+  surfsynth::SetString(this, this->InitialNoiseArrayName, name);
 }
 
 std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputArrayNames()
@@ -281,9 +278,8 @@ int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
 int vtkFlowMatchingSampler::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   if (this->NumberOfSamples == 1)

@@ -2,6 +2,7 @@
 #include "vtkTetrahedralizeFilter.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -91,22 +92,12 @@ vtkTetrahedralizeFilter::~vtkTetrahedralizeFilter() = default;
 
 void vtkTetrahedralizeFilter::SetRegionArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->RegionArrayName != wanted)
-  {
-    this->RegionArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->RegionArrayName, name);
 }
 
 void vtkTetrahedralizeFilter::SetSurfaceArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->SurfaceArrayName != wanted)
-  {
-    this->SurfaceArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->SurfaceArrayName, name);
 }
 
 int vtkTetrahedralizeFilter::FillInputPortInformation(int, vtkInformation* info)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkModelTrainer.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
 
@@ -97,15 +98,7 @@ vtkModelTrainer::vtkModelTrainer() = default;
 
 vtkModelTrainer::~vtkModelTrainer() = default;
 
-void vtkModelTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
+void vtkModelTrainer::SetText(std::string& property, const char* text) { surfsynth::SetString(this, property, text); }
 
 void vtkModelTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 

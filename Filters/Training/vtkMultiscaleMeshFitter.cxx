@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMultiscaleMeshFitter.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "SurfaceArrays.h"
@@ -152,12 +153,7 @@ vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
 
 void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->DatasetFileName != wanted)
-  {
-    this->DatasetFileName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->DatasetFileName, name);
 }
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
