@@ -158,7 +158,7 @@ def fitted_levels(algorithm):
 
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
-@training.documented
+@training.documented(COLUMNS)
 def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
     """Learns a geometric texture from one surface at several scales.
 
@@ -190,12 +190,6 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     noise_amplitude : float
         Standard deviation of the noise on each coordinate, in mean edge lengths of a level. Default 0.1.
     (shared parameters)
-
-    Returns
-    -------
-    dict of arrays
-        "iteration", "level", "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss" and
-        "learning_rate", with a number for each iteration of all levels.
     """
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)

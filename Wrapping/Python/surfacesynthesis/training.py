@@ -2,6 +2,7 @@
 """The parameters, the run and the losses that all trainings share: functions around vtkModelTrainer."""
 
 import inspect
+import textwrap
 import warnings
 
 import numpy as np
@@ -40,6 +41,12 @@ _PARAMETERS = """\
     device : str
         "auto", "cpu" or "cuda". Default "auto".
 """
+_RETURNS = """\
+
+    Returns
+    -------
+    dict of arrays
+"""
 _RAISES = """\
 
     Raises
@@ -53,12 +60,19 @@ _RAISES = """\
     """
 
 
-def documented(function):
-    """A decorator that adds the shared parameters and errors to the docstring of a training."""
-    if function.__doc__:  # absent with python -OO
-        before, after = function.__doc__.split(_PLACE)
-        function.__doc__ = before + _PARAMETERS + after.rstrip() + "\n" + _RAISES
-    return function
+def documented(columns):
+    """A decorator that ends the docstring of a training: shared parameters, losses in ``columns``, errors."""
+    names = ", ".join(f'"{name}"' for name in columns[:-1]) + f' and "{columns[-1]}"'
+    text = f"{names}, with a number for each iteration. Empty arrays for empty inputs, of which no model is written."
+    lines = textwrap.fill(text, 119, initial_indent=8 * " ", subsequent_indent=8 * " ")
+
+    def decorate(function):
+        if function.__doc__:  # absent with python -OO
+            before, _ = function.__doc__.split(_PLACE)
+            function.__doc__ = f"{before}{_PARAMETERS}{_RETURNS}{lines}\n{_RAISES}"
+        return function
+
+    return decorate
 
 
 def with_shared_parameters(function):
