@@ -14,7 +14,7 @@ import time
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import files_in, icosphere, polydata_of, run_command
+from conftest import files_in, icosphere, polydata_of, read_terminal, run_command
 from surfacesynthesis import matern_noise, read_mesh, write_mesh
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.commands import FORMER_COMMANDS
@@ -315,17 +315,8 @@ def on_terminal(command, folder):
     ours, theirs = pty.openpty()
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=theirs) as process:
         os.close(theirs)
-        text = b""
-        while True:
-            try:
-                data = os.read(ours, 4096)
-            except OSError:  # the other side was closed
-                break
-            if not data:
-                break
-            text += data
+        text = read_terminal(ours)
         process.communicate(timeout=60)
-    os.close(ours)
     assert process.returncode == 0
     return text.decode()
 
