@@ -35,16 +35,6 @@ std::string_view WithoutPadding(const std::string& file, std::string_view text)
   return text.substr(0, last + 1);
 }
 
-std::string FormatShape(const std::vector<std::int64_t>& shape)
-{
-  std::string text = "[";
-  for (const std::int64_t extent : shape)
-  {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
-  }
-  return text + "]";
-}
-
 /// Rule 7. The offsets are those of the data; messages give the end of the header as the place.
 void CheckLayout(
   const std::string& file, const SafetensorsHeader& header, std::uint64_t dataStart, std::uint64_t dataSize)
@@ -93,6 +83,16 @@ void CheckLayout(
   }
 }
 } // namespace
+
+std::string FormatShape(const std::vector<std::int64_t>& shape)
+{
+  std::string text = "[";
+  for (const std::int64_t extent : shape)
+  {
+    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
+  }
+  return text + "]";
+}
 
 void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule, const std::string& found,
   const std::string& expected)

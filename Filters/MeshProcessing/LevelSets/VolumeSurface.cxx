@@ -7,6 +7,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -47,19 +48,6 @@ TriangleMesh WithThreads(const Work& work)
   return result;
 }
 
-double AreaOf(const TriangleMesh& mesh)
-{
-  double doubleArea = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    doubleArea += a.cross(b).norm();
-  }
-  return 0.5 * doubleArea;
-}
-
 double SignedVolume(const TriangleMesh& mesh)
 {
   double sum = 0.0;
@@ -79,7 +67,7 @@ double SignedVolume(const TriangleMesh& mesh)
 void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWidth, const LevelSetOptions& options)
 {
   const double side = ComputeBoundingBox(mesh).LongestSide();
-  const double voxels = 2.0 * (halfWidth + 1.0) * AreaOf(mesh) / (voxelSize * voxelSize) + side / voxelSize;
+  const double voxels = 2.0 * (halfWidth + 1.0) * SurfaceArea(mesh) / (voxelSize * voxelSize) + side / voxelSize;
   if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide)
   {
     return;
