@@ -2,6 +2,7 @@
 // Geometric textures synthesized on meshes: invariances, levels, noise, masks, errors.
 #include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -16,6 +17,7 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::HasSubstr;
 
 namespace
@@ -76,20 +78,6 @@ double MeanEdge(const TriangleMesh& mesh)
     }
   }
   return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 } // namespace
 
