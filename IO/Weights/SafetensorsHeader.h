@@ -22,7 +22,7 @@ struct TensorEntry
   std::int64_t Begin = 0;                ///< first byte, counted from the end of the header
   std::int64_t End = 0;                  ///< end of the bytes, counted likewise
 
-  /// Product of the dimensions.
+  /// Product of the dimensions: 0 when one of them is.
   std::int64_t NumberOfElements() const;
 };
 
