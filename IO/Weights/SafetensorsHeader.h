@@ -54,7 +54,8 @@ struct SafetensorsHeader
 /// Number of bytes before the header's text: they hold its length.
 constexpr std::uint64_t HeaderStart = 8;
 
-/// Decodes the length in the first 8 bytes and checks it against rule 1; allocates nothing.
+/// Decodes the length in the first 8 bytes and checks it against rule 1; allocates nothing. The message says so when they
+/// begin a pickle or a ZIP archive, as checkpoints of PyTorch do.
 /// @param file for messages.
 /// @param fileSize bytes of the whole file.
 /// @param largest limit of the length, see SafetensorsLimits::HeaderBytes.

@@ -187,6 +187,8 @@ TEST(SafetensorsReader, Rule1HeaderLength)
   ExpectRefused("1234567", 1, "the file has 7 bytes", 0);
   ExpectRefused(FileWithLength(0, "{}"), 1, "the length of the header is 0; expected at least 2", 0);
   ExpectRefused(FileWithLength(1, "{}"), 1, "the length of the header is 1", 0);
+  ExpectRefused(std::string("PK\x03\x04") + std::string(60, 'x'), 1, "the file is a ZIP archive, as PyTorch", 0);
+  ExpectRefused("\x80\x02}q" + std::string(60, 'x'), 1, "the file is a pickle, as PyTorch", 0);
   ExpectRefused(FileWithLength(3, "{}"), 1, "expected at most the 2 bytes that follow", 0);
   ExpectRefused(FileWithLength(~std::uint64_t(0), "{}"), 1, "expected at most 16777216 bytes", 0);
   ExpectRefused(FileWithLength(~std::uint64_t(0) - 7, "{}"), 1, "expected at most 16777216 bytes", 0);
