@@ -32,7 +32,9 @@ def add(commands):
     parser = add_command(
         commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for flow matching", _DESCRIPTION, _EXAMPLES
     )
-    signals = parser.add_subparsers(title="signals", metavar="SIGNAL", required=True)
+    signals = parser.add_subparsers(
+        title="signals", metavar="SIGNAL", required=True, prog=f"python3 -m {PROGRAM} dataset"
+    )
     if hasattr(_ensembles, "vtkPoseEnsembleFilter"):
         _add_poses(signals)
     _add_mixtures(signals)

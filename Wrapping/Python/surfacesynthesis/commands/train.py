@@ -65,7 +65,7 @@ def add(commands):
         usage=f"python3 -m {PROGRAM} train WHAT ...",
         description="Trains a generative model on examples.",
     )
-    kinds = parser.add_subparsers(title="models", metavar="WHAT", required=True)
+    kinds = parser.add_subparsers(title="models", metavar="WHAT", required=True, prog=f"python3 -m {PROGRAM} train")
     training = kinds.add_parser(
         "flow-matching",
         help="deformations of a surface, or other signals on it, from noise",

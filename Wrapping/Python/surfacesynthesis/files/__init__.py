@@ -335,7 +335,10 @@ def write_meshes(meshes):
     try:
         for mesh, path in meshes:
             folders.append(_temporary_folder(os.path.dirname(path)))
-            moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
+            try:
+                moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
+            except OSError as error:  # which knows no file, or the temporary one
+                raise OSError(error.errno, error.strerror, path) from None
         for source, target in moves:
             os.makedirs(os.path.dirname(target), exist_ok=True)
             os.replace(source, target)
@@ -377,6 +380,12 @@ def _write(mesh, path, folder):
     return [(name, os.path.join(folder, os.path.relpath(name, os.path.dirname(path)))) for name in written]
 
 
+def _require_space(folder, size):
+    """Raises the OSError of a full disk, or of a limit of file sizes, when a file of this size cannot be written."""
+    with tempfile.TemporaryFile(dir=folder) as file:
+        os.posix_fallocate(file.fileno(), 0, max(size, 1))
+
+
 def _triangles(mesh):
     triangulate = vtkTriangleFilter()
     triangulate.SetInputData(mesh)
@@ -402,4 +411,5 @@ def _write_with_vtk(writer, mesh, path):
         errors, _ = collected()
     signals.deliver()
     if errors or not written or writer.GetErrorCode() or not os.path.isfile(path):
+        _require_space(os.path.dirname(path), mesh.GetActualMemorySize() * 1024)
         raise SurfaceSynthesisError(*errors or [f"{path} could not be written; is the disk full?"])
