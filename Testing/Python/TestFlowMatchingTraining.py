@@ -142,6 +142,7 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
         ({"noise_model": "pink"}, ValueError, "unknown noise_model 'pink'"),
         ({"device": "tpu"}, ValueError, "unknown device 'tpu'"),
         ({"learning_rate": 0.0}, ValueError, "learning_rate must be"),
+        ({"learning_rate": 1e300}, ValueError, "learning_rate must be at most 1e\\+30, not 1e\\+300"),
         ({"learning_rate_factor": 1.5}, ValueError, "learning_rate_factor must be at most 1"),
         ({"averaging": 1.0}, ValueError, "averaging must be from 0"),
         ({"clip": float("nan")}, ValueError, "clip must be a finite number"),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometric textures synthesized on meshes: invariances, levels, noise, masks, errors.
 #include "ExampleMeshes.h"
+#include "InstructionSets.h"
 #include "RandomGeometricTexture.h"
 #include "ThrownText.h"
 
@@ -80,6 +81,18 @@ double MeanEdge(const TriangleMesh& mesh)
   return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
 }
 } // namespace
+
+TEST(GeometricTextureSampler, InstructionSetsAgree)
+{
+  PointMatrix points;
+  test::ForEachInstructionSet([&](InstructionSet set) {
+    const GeometricTextureLevel found = GeometricTextureSampler(Model()).Synthesize(Surface(), Seeded(3));
+    points = set == InstructionSet::Generic ? found.Mesh.Points : points;
+    const double moved = (points - found.Base).norm();
+    EXPECT_GT(moved, 0.0);
+    EXPECT_LE((found.Mesh.Points - points).norm(), 1e-4 * moved) << static_cast<int>(set);
+  });
+}
 
 // --- Levels ---------------------------------------------------------------------------------------------------------
 

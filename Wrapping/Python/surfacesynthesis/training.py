@@ -13,6 +13,8 @@ from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkModelTrainer
 
+#: Above it single precision has no room for a step.
+LARGEST_LEARNING_RATE = 1e30
 #: The devices of a training, by the name that ``device`` takes.
 DEVICES = {
     "auto": vtkModelTrainer.AUTO,
@@ -103,7 +105,7 @@ def configure(
     algorithm.SetLossTableFileName(optional_path("losses", losses))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
-    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRate(at_most("learning_rate", positive("learning_rate", learning_rate), LARGEST_LEARNING_RATE))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDevice(choice("device", device, DEVICES))
     return algorithm
