@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "NoiseArrays.h"
 
+#include "SurfaceArrays.h"
+
 #include <vtkDoubleArray.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -32,9 +34,9 @@ void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, 
   {
     pointData->AddArray(array);
   }
-  if (!pointData->GetScalars() && !arrays.empty())
+  if (!arrays.empty())
   {
-    pointData->SetActiveScalars(arrays.front()->GetName());
+    SetActiveWhereNone(pointData, arrays.front()->GetName());
   }
 }
 

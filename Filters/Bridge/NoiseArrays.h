@@ -26,7 +26,7 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDoubleArray> NewNoiseArray(
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
   const std::string& name, int numberOfSamples, std::uint32_t sample);
 
-/// Adds the arrays to the points of @p output; the first becomes the active scalars where there are none.
+/// Adds the arrays to the points of @p output; the first becomes active where SetActiveWhereNone() says so.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
   const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
 

@@ -219,6 +219,10 @@ private:
       displacement->SetName(this->Self->DisplacementArrayName.c_str());
       pose->GetPointData()->AddArray(displacement);
       pose->GetPointData()->AddArray(regions);
+      if (!pose->GetPointData()->GetVectors())
+      {
+        pose->GetPointData()->SetActiveVectors(this->Self->DisplacementArrayName.c_str());
+      }
       points[k].resize(0, 3);
       const auto block = static_cast<unsigned int>(k);
       output->SetBlock(block, pose);

@@ -5,6 +5,7 @@
 #include "FileCache.h"
 #include "FlowSamples.h"
 #include "PointRows.h"
+#include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -267,10 +268,7 @@ void vtkFlowMatchingSampler::AddSample(vtkPolyData* output, vtkDoubleArray* sign
   noise->SetName(this->InitialNoiseArrayName.c_str());
   output->GetPointData()->AddArray(noise);
   output->GetPointData()->AddArray(signal);
-  if (!output->GetPointData()->GetScalars())
-  {
-    output->GetPointData()->SetActiveScalars(signal->GetName());
-  }
+  surfsynth::SetActiveWhereNone(output->GetPointData(), signal->GetName());
 }
 
 int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
