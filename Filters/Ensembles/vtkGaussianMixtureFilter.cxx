@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "NoiseArrays.h"
+#include "SampleMemory.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Noise/GaussianMixtures.h"
@@ -155,9 +156,13 @@ int vtkGaussianMixtureFilter::RequestDataObject(
 int vtkGaussianMixtureFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->OutputArrayName.empty())
+  const std::string problem = this->OutputArrayName.empty()
+    ? "OutputArrayName is empty; a name for the point array is needed."
+    : surfsynth::ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 8.0, 0.0, 1024.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -188,6 +193,7 @@ void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";

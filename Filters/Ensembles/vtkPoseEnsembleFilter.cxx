@@ -4,6 +4,7 @@
 #include "BlockBridge.h"
 #include "BlockCache.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
+#include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
@@ -285,9 +286,14 @@ int vtkPoseEnsembleFilter::RequestDataObject(
 int vtkPoseEnsembleFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
+  // Points and displacements, in double precision while they are made and afterwards in that of the input.
+  const std::string problem = this->DisplacementArrayName.empty() || this->RegionArrayName.empty()
+    ? "DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed."
+    : surfsynth::ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -308,6 +314,7 @@ void vtkPoseEnsembleFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfHandles: " << this->NumberOfHandles << "\n";
   os << indent << "MaximumAngle: " << this->MaximumAngle << "\n";
   os << indent << "MaximumTwist: " << this->MaximumTwist << "\n";

@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "NoiseArrays.h"
+#include "SampleMemory.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -234,9 +235,13 @@ int vtkMaternNoiseFilter::RequestDataObject(
 int vtkMaternNoiseFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->OutputArrayName.empty())
+  const std::string problem = this->OutputArrayName.empty()
+    ? "OutputArrayName is empty; a name for the point array is needed."
+    : surfsynth::ProblemOfMemory(vtkDataObject::GetData(inputVector[0]),
+        { this->NumberOfSamples, 8.0 * this->NumberOfComponents, 0.0, 1024.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -278,6 +283,7 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";
