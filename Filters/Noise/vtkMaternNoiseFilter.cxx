@@ -58,6 +58,9 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   return options;
 }
 
+/// Ratio of the correlation range to the longest side of the surface above which a warning is given.
+constexpr double LongestRange = 5.0;
+
 /// Field on one mesh.
 struct PreparedBlock
 {
@@ -165,6 +168,7 @@ private:
     prepared.Field = std::make_unique<MaternField>(surface.Mesh, *surface.Topology, prepared.Options, progress);
     ++this->NumberOfFactorizations;
     this->WarnOfLongEdges(*prepared.Field, surface);
+    this->WarnOfLongRange(*prepared.Field, surface);
     return *this->Blocks.Insert(surface, std::move(prepared)).Field;
   }
 
@@ -179,6 +183,21 @@ private:
         << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
            "of at least "
         << 3.0 * field.LongestEdge() << ".");
+    }
+  }
+
+  /// A range of several times the surface is mostly one in other units: the field is then nearly constant.
+  void WarnOfLongRange(const MaternField& field, const Surface& surface) const
+  {
+    const double range = field.EffectiveCorrelationRange();
+    const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
+    if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
+    {
+      vtkWarningWithObjectMacro(this->Self,
+        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The correlation range " << range << " is "
+        << range / side << " times the longest side of the surface, " << side
+        << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
+        << side << ".");
     }
   }
 

@@ -123,7 +123,10 @@ def vdb_surface(
         array=array,
     )
     progress_callback(progress)
-    output, remarks = apply_filter(surface, given_dataset(volume, _INPUTS, _INPUTS_TEXT), progress)
+    given = given_dataset(volume, _INPUTS, _INPUTS_TEXT)
+    if iso_value is not None and given.IsA("vtkPolyData"):
+        raise ValueError("iso_value is a value of a volume, and the input is a surface")
+    output, remarks = apply_filter(surface, given, progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
     if isinstance(volume, (tuple, list)):

@@ -5,7 +5,6 @@ NIfTI, MetaImage, NRRD and VTK's XML images."""
 import os
 import shutil
 import stat
-import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
@@ -30,6 +29,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from ..pipeline import HeldSignals, silent_console
+from ..supervision import unfinished_name
 from .metaimage import read_metaimage
 from .nifti import read_nifti
 from .nrrd import read_nrrd
@@ -253,7 +253,9 @@ def write_meshes(meshes):
 
 def _temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
-    return tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=folder)
+    path = unfinished_name(folder)
+    os.mkdir(path, 0o700)
+    return path
 
 
 def _write(mesh, path, folder):
