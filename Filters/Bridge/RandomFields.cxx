@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RandomFields.h"
 
+#include "SampleMemory.h"
+#include "SurfaceArrays.h"
+
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
 #include <vtkInformationVector.h>
@@ -32,9 +35,9 @@ void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, 
   {
     pointData->AddArray(array);
   }
-  if (!pointData->GetScalars() && !arrays.empty())
+  if (!arrays.empty())
   {
-    pointData->SetActiveScalars(arrays.front()->GetName());
+    SetActiveWhereNone(pointData, arrays.front()->GetName());
   }
 }
 
@@ -50,13 +53,19 @@ void AddSamples(
   AddNoiseArrays(arrays, output);
 }
 
-bool RequireOutputArrayName(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector* outputVector)
+bool RequireSeries(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector** inputVector,
+  vtkInformationVector* outputVector)
 {
-  if (!series.OutputArrayName.empty())
+  const double bytes = 8.0 * series.NumberOfComponents;
+  const std::string problem = series.OutputArrayName.empty()
+    ? "OutputArrayName is empty; a name for the point array is needed."
+    : ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { series.NumberOfSamples, bytes, 0.0, 1024.0, series.MemoryLimit });
+  if (problem.empty())
   {
     return true;
   }
-  vtkErrorWithObjectMacro(self, "OutputArrayName is empty; a name for the point array is needed.");
+  vtkErrorWithObjectMacro(self, << problem);
   vtkDataObject::GetData(outputVector)->Initialize();
   return false;
 }

@@ -112,6 +112,15 @@ public:
 
   ///@{
   /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "Mixture".
    */
   void SetOutputArrayName(const char* name);
@@ -149,6 +158,7 @@ private:
   int Seed = 0;
   int NumberOfSamples = 1;
   int FirstSample = 0;
+  int MemoryLimit = 0;
   std::string OutputArrayName = "Mixture";
 
   class Internals;

@@ -5,6 +5,7 @@
 #include "BlockCache.h"
 #include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
+#include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
@@ -220,6 +221,10 @@ private:
       displacement->SetName(this->Self->DisplacementArrayName.c_str());
       pose->GetPointData()->AddArray(displacement);
       pose->GetPointData()->AddArray(regions);
+      if (!pose->GetPointData()->GetVectors())
+      {
+        pose->GetPointData()->SetActiveVectors(this->Self->DisplacementArrayName.c_str());
+      }
       points[k].resize(0, 3);
       const auto block = static_cast<unsigned int>(k);
       output->SetBlock(block, pose);
@@ -275,9 +280,14 @@ int vtkPoseEnsembleFilter::RequestDataObject(
 int vtkPoseEnsembleFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
+  // Points and displacements, in double precision while they are made and afterwards in that of the input.
+  const std::string problem = this->DisplacementArrayName.empty() || this->RegionArrayName.empty()
+    ? "DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed."
+    : surfsynth::ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -298,6 +308,7 @@ void vtkPoseEnsembleFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfHandles: " << this->NumberOfHandles << "\n";
   os << indent << "MaximumAngle: " << this->MaximumAngle << "\n";
   os << indent << "MaximumTwist: " << this->MaximumTwist << "\n";

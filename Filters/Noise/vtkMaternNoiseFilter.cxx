@@ -51,6 +51,9 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   return options;
 }
+
+/// Ratio of the correlation range to the longest side of the surface above which a warning is given.
+constexpr double LongestRange = 5.0;
 } // namespace
 
 /// Random fields of the last update, and their results.
@@ -90,7 +93,7 @@ public:
   surfsynth::SampleSeries Series() const
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
-      this->Self->NumberOfComponents };
+      this->Self->NumberOfComponents, this->Self->MemoryLimit };
   }
 
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
@@ -142,6 +145,7 @@ private:
   {
     const MaternField& field = this->Fields.Build(surface, this->Options(), progress);
     this->WarnOfLongEdges(field, surface);
+    this->WarnOfLongRange(field, surface);
     return field;
   }
 
@@ -156,6 +160,21 @@ private:
         << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
            "of at least "
         << 3.0 * field.LongestEdge() << ".");
+    }
+  }
+
+  /// A range of several times the surface is mostly one in other units: the field is then nearly constant.
+  void WarnOfLongRange(const MaternField& field, const Surface& surface) const
+  {
+    const double range = field.EffectiveCorrelationRange();
+    const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
+    if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
+    {
+      vtkWarningWithObjectMacro(this->Self,
+        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The correlation range " << range << " is "
+        << range / side << " times the longest side of the surface, " << side
+        << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
+        << side << ".");
     }
   }
 
@@ -219,6 +238,7 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";

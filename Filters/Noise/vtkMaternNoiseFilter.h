@@ -20,7 +20,8 @@
  * @par Output
  * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
  * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
- * than 1. Points that no polygon or strip uses get 0.
+ * than 1. Points that no polygon or strip uses get 0. The first of them becomes the active scalars and, with three
+ * components, the active vectors, which vtkWarpVector takes, where the input has none.
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
@@ -180,6 +181,15 @@ public:
 
   ///@{
   /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "MaternNoise".
    */
   void SetOutputArrayName(const char* name);
@@ -234,6 +244,7 @@ private:
   int NumberOfComponents = 1;
   int NumberOfSamples = 1;
   int FirstSample = 0;
+  int MemoryLimit = 0;
   std::string OutputArrayName = "MaternNoise";
 
   class Internals;
