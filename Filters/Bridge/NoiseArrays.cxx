@@ -25,14 +25,14 @@ std::string SampleName(const std::string& name, int numberOfSamples, std::uint32
   return numberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
 }
 
-void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output)
+void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active)
 {
   vtkPointData* pointData = output->GetPointData();
   for (const auto& array : arrays)
   {
     pointData->AddArray(array);
   }
-  if (!pointData->GetScalars() && !arrays.empty())
+  if ((active || !pointData->GetScalars()) && !arrays.empty())
   {
     pointData->SetActiveScalars(arrays.front()->GetName());
   }

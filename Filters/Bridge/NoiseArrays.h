@@ -27,7 +27,8 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
   const std::string& name, int numberOfSamples, std::uint32_t sample);
 
 /// Adds the arrays to the points of @p output; the first becomes the active scalars where there are none.
+/// @param active the first becomes the active scalars where there are others, too
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
-  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
+  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active = false);
 
 } // namespace surfsynth

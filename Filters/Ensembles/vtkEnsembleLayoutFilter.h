@@ -72,7 +72,8 @@ public:
 
   ///@{
   /**
-   * Number of blocks in a row of a GRID, at least 0; 0 chooses it so that the whole is nearest to 16 : 10. Default 0.
+   * Number of blocks in a row of a GRID, at least 0; 0 chooses it so that the whole is near 16 : 10, with few
+   * empty places. Default 0.
    */
   vtkSetClampMacro(NumberOfColumns, int, 0, VTK_INT_MAX);
   vtkGetMacro(NumberOfColumns, int);

@@ -76,7 +76,7 @@ public:
       return arrays.back()->GetPointer(0);
     };
     mixtures.SampleInto(this->Request(surface), newArray, surfsynth::SubProgress(progress, held ? 0.0 : factored, 1.0));
-    surfsynth::AddNoiseArrays(arrays, output);
+    surfsynth::AddNoiseArrays(arrays, output, this->Self->ActiveResult);
     this->StandardDeviation = mixtures.StandardDeviation();
   }
 
@@ -188,6 +188,7 @@ void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";

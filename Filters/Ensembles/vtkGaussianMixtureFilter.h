@@ -112,6 +112,16 @@ public:
 
   ///@{
   /**
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
+   * scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "Mixture".
    */
   void SetOutputArrayName(const char* name);
@@ -149,6 +159,7 @@ private:
   int Seed = 0;
   int NumberOfSamples = 1;
   int FirstSample = 0;
+  bool ActiveResult = false;
   std::string OutputArrayName = "Mixture";
 
   class Internals;

@@ -2,6 +2,7 @@
 #include "vtkMaternNoiseFilter.h"
 
 #include "BlockCache.h"
+#include "CoarseSurfaces.h"
 #include "NoiseArrays.h"
 #include "SurfaceBridge.h"
 
@@ -14,6 +15,7 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -103,6 +105,22 @@ public:
     return found ? found->Field.get() : nullptr;
   }
 
+  /// Puts the refined input into @p refined; false when the input is to be taken as it is.
+  bool Refine(vtkInformationVector* input, vtkInformationVector* refined) const
+  {
+    const bool hasScale = this->Self->NoiseModel == MATERN || this->Self->NoiseModel == SPECTRAL;
+    if (!this->Self->Refinement || !hasScale || this->Self->ScaleMode != CORRELATION_RANGE)
+    {
+      return false;
+    }
+    vtkNew<vtkInformation> information;
+    information->Copy(input->GetInformationObject(0));
+    information->Set(vtkDataObject::DATA_OBJECT(),
+      surfsynth::RefineCoarseSurfaces(vtkDataObject::GetData(input), this->Self->CorrelationRange));
+    refined->Append(information);
+    return true;
+  }
+
   surfsynth::BlockCache<PreparedBlock> Blocks;
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
@@ -172,12 +190,13 @@ private:
     const double range = field.EffectiveCorrelationRange();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
-      vtkWarningWithObjectMacro(this->Self,
-        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The longest edge is " << field.LongestEdge()
-        << ", more than a third of the correlation range " << range
-        << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
-           "of at least "
-        << 3.0 * field.LongestEdge() << ".");
+      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ")
+                                            << "The longest edge is " << field.LongestEdge()
+                                            << ", more than a third of the correlation range " << range
+                                            << ": the mesh is too coarse to carry the field. Switch Refinement on, "
+                                               "refine it with vtkAdaptiveSubdivisionFilter, or choose a range "
+                                               "of at least "
+                                            << 3.0 * field.LongestEdge() << ".");
     }
   }
 
@@ -193,7 +212,7 @@ private:
       return arrays.back()->GetPointer(0);
     };
     field.SampleInto(request, newArray, progress);
-    surfsynth::AddNoiseArrays(arrays, output);
+    surfsynth::AddNoiseArrays(arrays, output, this->Self->ActiveResult);
   }
 
   vtkMaternNoiseFilter* Self;
@@ -245,8 +264,10 @@ int vtkMaternNoiseFilter::RequestData(
     this->Impl->AddNoise(surface, output, progress);
   };
   const auto isCached = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
+  vtkNew<vtkInformationVector> refined;
+  vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
   const int success = surfsynth::ProcessSurfaces(
-    this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
+    this, &inputs, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Blocks.DropUnused();
@@ -278,6 +299,8 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "Refinement: " << this->Refinement << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";

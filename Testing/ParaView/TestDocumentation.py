@@ -43,6 +43,14 @@ FILTERS = (
 )
 #: Defaults of ParaView that are not those of the classes, by class and property.
 DEFAULTS_OF_PARAVIEW = {
+    # first results that show something on coarse sources, on data with scalars and on scans
+    ("vtkMaternNoiseFilter", "Refinement"): "1",
+    ("vtkMaternNoiseFilter", "ActiveResult"): "1",
+    ("vtkGaussianMixtureFilter", "ActiveResult"): "1",
+    ("vtkPoseEnsembleFilter", "Spread"): "1.25",
+    ("vtkGeometricTextureSynthesizer", "StartLevel"): "1",
+    ("vtkGeometricTextureSynthesizer", "TargetPreparation"): "2",
+    ("vtkGeometricTextureSynthesizer", "TextureScale"): "0",
     # the window is frozen during an update
     ("vtkModelTrainer", "TimeBudget"): "2",
     ("vtkFlowMatchingTrainer", "TimeBudget"): "2",

@@ -74,7 +74,7 @@ std::vector<double> CellSizes(
   return sizes;
 }
 
-/// The number of columns whose grid of cells of one size is nearest to the wanted aspect.
+/// The number of columns whose grid of cells of one size is nearest to the wanted aspect, with few empty cells.
 std::size_t AutomaticColumns(std::size_t count, double width, double height)
 {
   if (!(width > 0.0) || !(height > 0.0))
@@ -87,10 +87,11 @@ std::size_t AutomaticColumns(std::size_t count, double width, double height)
   {
     const std::size_t rows = (count + columns - 1) / columns;
     const double aspect = static_cast<double>(columns) * width / (static_cast<double>(rows) * height);
-    const double difference = std::abs(std::log(aspect / WantedAspect));
-    if (difference < least)
+    const double empty = 1.0 - static_cast<double>(count) / static_cast<double>(rows * columns);
+    const double cost = std::abs(std::log(aspect / WantedAspect)) + empty;
+    if (cost < least)
     {
-      least = difference;
+      least = cost;
       best = columns;
     }
   }

@@ -14,7 +14,7 @@ namespace surfsynth
 /// The arrangement of boxes.
 struct GridLayoutOptions
 {
-  std::int64_t Columns = 0; ///< 0: as many as make the grid nearest to 16 : 10
+  std::int64_t Columns = 0; ///< 0: such that the grid is near 16 : 10 and has few empty cells
   double Spacing = 0.1;     ///< gap between two boxes, as a fraction of the largest box; >= 0
   int Across = 0;           ///< axis along which columns follow each other: 0, 1, 2
   int Down = 1;             ///< axis against which rows follow each other, another one

@@ -10,6 +10,7 @@
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
 #include <vtkImageData.h>
+#include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -84,7 +85,8 @@ void ExpectRefusal(Layout* filter, vtkDataObject* input, const std::string& part
   EXPECT_FALSE(Update(filter));
   ASSERT_EQ(events.Errors.size(), 1u) << events.AllErrors();
   EXPECT_THAT(events.Errors[0], HasSubstr(part));
-  EXPECT_EQ(vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0))->GetNumberOfBlocks(), 0u);
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0)); // null without input
+  EXPECT_EQ(output ? output->GetNumberOfBlocks() : 0u, 0u);
 }
 } // namespace
 

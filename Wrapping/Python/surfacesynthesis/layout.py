@@ -33,7 +33,8 @@ def ensemble_layout(
     arrangement : str
         Shape of the layout: "grid" (default), "row" or "column".
     columns : int
-        Number of blocks in a row of a grid; 0 chooses it so that the whole is nearest to 16 : 10. Default 0.
+        Number of blocks in a row of a grid; 0 chooses it so that the whole is near 16 : 10, with few empty
+        places. Default 0.
     spacing : float
         Gap between two blocks, as a fraction of the largest block's size along the axis; at least 0. Default 0.1.
     plane : str
