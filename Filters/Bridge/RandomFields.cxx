@@ -28,7 +28,7 @@ std::string SampleName(const std::string& name, int numberOfSamples, std::uint32
   return numberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
 }
 
-void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output)
+void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active)
 {
   vtkPointData* pointData = output->GetPointData();
   for (const auto& array : arrays)
@@ -38,6 +38,10 @@ void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, 
   if (!arrays.empty())
   {
     SetActiveWhereNone(pointData, arrays.front()->GetName());
+  }
+  if (active && !arrays.empty())
+  {
+    pointData->SetActiveScalars(arrays.front()->GetName());
   }
 }
 
@@ -50,7 +54,7 @@ void AddSamples(
       output->GetNumberOfPoints(), series.NumberOfComponents));
     return arrays.back()->GetPointer(0);
   });
-  AddNoiseArrays(arrays, output);
+  AddNoiseArrays(arrays, output, series.ActiveResult);
 }
 
 bool RequireSeries(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector** inputVector,

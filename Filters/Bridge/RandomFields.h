@@ -35,8 +35,9 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
   const std::string& name, int numberOfSamples, std::uint32_t sample);
 
 /// Adds the arrays to the points of @p output; the first becomes active where SetActiveWhereNone() says so.
+/// @param active the first becomes the active scalars where there are others, too
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
-  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
+  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active = false);
 
 /// Samples that a filter adds to each surface, from its properties.
 struct SampleSeries
@@ -47,6 +48,7 @@ struct SampleSeries
   int NumberOfSamples = 1;      ///< at least 1
   int NumberOfComponents = 1;   ///< of each array, at least 1
   std::int64_t MemoryLimit = 0; ///< MiB, see SampleMemory
+  bool ActiveResult = false;    ///< see AddNoiseArrays()
 };
 
 /// Returns the samples of @p series that this rank draws on @p surface, as a request of the core: SampleRequest or

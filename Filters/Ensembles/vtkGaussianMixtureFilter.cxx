@@ -62,7 +62,7 @@ public:
   surfsynth::SampleSeries Series() const
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples, 1,
-      this->Self->MemoryLimit };
+      this->Self->MemoryLimit, this->Self->ActiveResult };
   }
 
   surfsynth::RandomFieldCache<GaussianMixtures, GaussianMixtureOptions, HaveSameMixtures> Fields;
@@ -128,6 +128,7 @@ void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
