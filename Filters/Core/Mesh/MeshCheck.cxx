@@ -95,7 +95,7 @@ int RunsFromTo(const TriangleMesh& mesh, const MeshTopology& topology, Index v, 
   return runs;
 }
 
-MeshFinding FindComponents(const MeshTopology& topology)
+MeshFinding CountComponents(const MeshTopology& topology)
 {
   const MeshComponents components = ComputeComponents(topology, Eigen::VectorXd::Zero(topology.NumberOfPoints()));
   MeshFinding finding{ MeshDefect::SeveralComponents };
@@ -172,12 +172,12 @@ std::vector<MeshFinding> CheckTopology(
   }
   if (requirements.SingleComponent)
   {
-    keep(FindComponents(topology));
+    keep(CountComponents(topology));
   }
   return findings;
 }
 
-std::string Describe(const MeshFinding& finding, std::int64_t first)
+std::string DescribeFinding(const MeshFinding& finding, std::int64_t first)
 {
   const std::string count = std::to_string(finding.Count);
   const std::string id = std::to_string(first);
@@ -340,7 +340,7 @@ std::vector<MeshFinding> InspectMesh(
 
 std::string RepairOf(MeshDefect defect)
 {
-  const std::string text = Describe({ defect, 1, 0 }, 0);
+  const std::string text = DescribeFinding({ defect, 1, 0 }, 0);
   return text.substr(text.find("; ") + 2);
 }
 
@@ -357,7 +357,8 @@ std::string DescribeFindings(
   for (const MeshFinding& finding : findings)
   {
     const bool isCell = HasTriangleIds(finding.Defect) && cellOfTriangle;
-    text += (text.empty() ? "" : " Also ") + Describe(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
+    text += (text.empty() ? "" : " Also ") +
+      DescribeFinding(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
   }
   return text;
 }

@@ -20,7 +20,6 @@ namespace surfsynth
 namespace
 {
 constexpr const char* Architecture = "flow_matching";
-constexpr const char* FormatVersion = "1";
 constexpr const char* Key = "flow_matching";
 
 const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel::Matern },
@@ -261,7 +260,7 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
   }
   const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
   metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  metadata["format_version"] = ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
   metadata[Key] = nlohmann::json(
     { { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },

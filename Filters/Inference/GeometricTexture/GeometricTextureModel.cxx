@@ -22,7 +22,6 @@ namespace surfsynth
 namespace
 {
 constexpr const char* Architecture = "geometric_texture";
-constexpr const char* FormatVersion = "1";
 constexpr const char* Key = "geometric_texture";
 constexpr const char* Kind = "a geometric texture, as vtkGeometricTextureTrainer writes it";
 constexpr const char* DiscriminatorPrefix = "discriminator.";
@@ -353,7 +352,7 @@ void WriteGeometricTexture(const std::string& path, const GeometricTextureModel&
   const GeometricTextureOptions& options = model.Options;
   std::map<std::string, std::string> metadata = model.Metadata;
   metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  metadata["format_version"] = ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
   metadata[Key] = nlohmann::json(
     { { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
