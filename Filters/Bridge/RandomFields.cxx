@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RandomFields.h"
 
+#include "SampleMemory.h"
+#include "SurfaceArrays.h"
+
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
 #include <vtkInformationVector.h>
@@ -25,14 +28,18 @@ std::string SampleName(const std::string& name, int numberOfSamples, std::uint32
   return numberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
 }
 
-void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output)
+void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active)
 {
   vtkPointData* pointData = output->GetPointData();
   for (const auto& array : arrays)
   {
     pointData->AddArray(array);
   }
-  if (!pointData->GetScalars() && !arrays.empty())
+  if (!arrays.empty())
+  {
+    SetActiveWhereNone(pointData, arrays.front()->GetName());
+  }
+  if (active && !arrays.empty())
   {
     pointData->SetActiveScalars(arrays.front()->GetName());
   }
@@ -47,16 +54,22 @@ void AddSamples(
       output->GetNumberOfPoints(), series.NumberOfComponents));
     return arrays.back()->GetPointer(0);
   });
-  AddNoiseArrays(arrays, output);
+  AddNoiseArrays(arrays, output, series.ActiveResult);
 }
 
-bool RequireOutputArrayName(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector* outputVector)
+bool RequireSeries(vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector** inputVector,
+  vtkInformationVector* outputVector)
 {
-  if (!series.OutputArrayName.empty())
+  const double bytes = 8.0 * series.NumberOfComponents;
+  const std::string problem = series.OutputArrayName.empty()
+    ? "OutputArrayName is empty; a name for the point array is needed."
+    : ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { series.NumberOfSamples, bytes, 0.0, 1024.0, series.MemoryLimit });
+  if (problem.empty())
   {
     return true;
   }
-  vtkErrorWithObjectMacro(self, "OutputArrayName is empty; a name for the point array is needed.");
+  vtkErrorWithObjectMacro(self, << problem);
   vtkDataObject::GetData(outputVector)->Initialize();
   return false;
 }

@@ -34,18 +34,21 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDoubleArray> NewNoiseArray(
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
   const std::string& name, int numberOfSamples, std::uint32_t sample);
 
-/// Adds the arrays to the points of @p output; the first becomes the active scalars where there are none.
+/// Adds the arrays to the points of @p output; the first becomes active where SetActiveWhereNone() says so.
+/// @param active the first becomes the active scalars where there are others, too
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
-  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output);
+  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active = false);
 
 /// Samples that a filter adds to each surface, from its properties.
 struct SampleSeries
 {
-  std::string OutputArrayName; ///< see SampleName()
-  int Seed = 0;                ///< any integer
-  int FirstSample = 0;         ///< number of the first sample, at least 0
-  int NumberOfSamples = 1;     ///< at least 1
-  int NumberOfComponents = 1;  ///< of each array, at least 1
+  std::string OutputArrayName;  ///< see SampleName()
+  int Seed = 0;                 ///< any integer
+  int FirstSample = 0;          ///< number of the first sample, at least 0
+  int NumberOfSamples = 1;      ///< at least 1
+  int NumberOfComponents = 1;   ///< of each array, at least 1
+  std::int64_t MemoryLimit = 0; ///< MiB, see SampleMemory
+  bool ActiveResult = false;    ///< see AddNoiseArrays()
 };
 
 /// Returns the samples of @p series that this rank draws on @p surface, as a request of the core: SampleRequest or
@@ -114,9 +117,9 @@ private:
   vtkTypeInt64 Factorizations = 0;
 };
 
-/// Returns true when @p series has a name, else reports the error and empties the output.
-VTKSURFACESYNTHESISBRIDGE_EXPORT bool RequireOutputArrayName(
-  vtkAlgorithm* self, const SampleSeries& series, vtkInformationVector* outputVector);
+/// Returns true when @p series has a name and fits into its memory, else reports the error and empties the output.
+VTKSURFACESYNTHESISBRIDGE_EXPORT bool RequireSeries(vtkAlgorithm* self, const SampleSeries& series,
+  vtkInformationVector** inputVector, vtkInformationVector* outputVector);
 
 /// RequestData of a filter that adds @p series to surfaces: see ProcessSurfaces().
 /// @param internals has Begin(), AddField(surface, output, progress), Find(surface) for the field held, and Fields, a
@@ -125,7 +128,7 @@ template <typename Internals>
 int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
   const SampleSeries& series, Internals& internals)
 {
-  if (!RequireOutputArrayName(self, series, outputVector))
+  if (!RequireSeries(self, series, inputVector, outputVector))
   {
     return 0;
   }

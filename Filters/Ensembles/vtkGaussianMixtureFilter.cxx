@@ -61,7 +61,8 @@ public:
 
   surfsynth::SampleSeries Series() const
   {
-    return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples, 1 };
+    return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples, 1,
+      this->Self->MemoryLimit, this->Self->ActiveResult };
   }
 
   surfsynth::RandomFieldCache<GaussianMixtures, GaussianMixtureOptions, HaveSameMixtures> Fields;
@@ -126,6 +127,8 @@ void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";

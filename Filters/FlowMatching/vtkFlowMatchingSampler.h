@@ -32,7 +32,8 @@
  * The input, untouched, plus two float64 point arrays with the components of the signal: SignalArrayName, the generated
  * signal, and InitialNoiseArrayName, the noise that it starts from, in the units of the signal and about 0: at flow
  * time 0 the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
- * noise. Points that no polygon or strip uses get 0 in both. For several samples the output is a vtkMultiBlockDataSet
+ * noise. Points that no polygon or strip uses get 0 in both. The signal becomes the active scalars and, with three
+ * components, the active vectors, which vtkWarpVector takes, where the input has none. For several samples the output is a vtkMultiBlockDataSet
  * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample 0",
  * "Sample 1", ...
  *
@@ -128,6 +129,15 @@ public:
    */
   vtkSetClampMacro(NumberOfSamples, int, 1, VTK_INT_MAX);
   vtkGetMacro(NumberOfSamples, int);
+  ///@}
+
+  ///@{
+  /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
   ///@}
 
   ///@{
@@ -238,6 +248,7 @@ private:
   std::string InputNoiseArrayName;
   int FirstSample = 0;
   int NumberOfSamples = 1;
+  int MemoryLimit = 0;
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
   bool OutputTrajectory = false;

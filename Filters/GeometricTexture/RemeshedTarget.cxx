@@ -16,6 +16,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -33,7 +34,17 @@ std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
   DropNormals(withoutNormals);
   return AttributeClasses(withoutNormals, surface.Mesh.Points);
 }
+
+/// Number of even triangles on which a texture begins by itself.
+constexpr double AutomaticTriangles = 7000.0;
 } // namespace
+
+double AutomaticTextureScale(const TriangleMesh& target)
+{
+  const double edge = std::sqrt(4.0 / std::sqrt(3.0) * SurfaceArea(target) / AutomaticTriangles);
+  const double mean = MeanEdgeLength(target);
+  return edge > 0.0 && mean > 0.0 ? std::clamp(edge / mean, 0.001, 1000.0) : 1.0;
+}
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMaternNoiseFilter.h"
 
+#include "CoarseSurfaces.h"
 #include "FilterSupport.h"
 #include "RandomFields.h"
 #include "SurfaceBridge.h"
@@ -12,6 +13,7 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 
@@ -51,6 +53,9 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   return options;
 }
+
+/// Ratio of the correlation range to the longest side of the surface above which a warning is given.
+constexpr double LongestRange = 5.0;
 } // namespace
 
 /// Random fields of the last update, and their results.
@@ -90,7 +95,23 @@ public:
   surfsynth::SampleSeries Series() const
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
-      this->Self->NumberOfComponents };
+      this->Self->NumberOfComponents, this->Self->MemoryLimit, this->Self->ActiveResult };
+  }
+
+  /// Puts the refined input into @p refined; false when the input is to be taken as it is.
+  bool Refine(vtkInformationVector* input, vtkInformationVector* refined) const
+  {
+    const bool hasScale = this->Self->NoiseModel == MATERN || this->Self->NoiseModel == SPECTRAL;
+    if (!this->Self->Refinement || !hasScale || this->Self->ScaleMode != CORRELATION_RANGE)
+    {
+      return false;
+    }
+    vtkNew<vtkInformation> information;
+    information->Copy(input->GetInformationObject(0));
+    information->Set(vtkDataObject::DATA_OBJECT(),
+      surfsynth::RefineCoarseSurfaces(vtkDataObject::GetData(input), this->Self->CorrelationRange));
+    refined->Append(information);
+    return true;
   }
 
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
@@ -142,6 +163,7 @@ private:
   {
     const MaternField& field = this->Fields.Build(surface, this->Options(), progress);
     this->WarnOfLongEdges(field, surface);
+    this->WarnOfLongRange(field, surface);
     return field;
   }
 
@@ -150,12 +172,28 @@ private:
     const double range = field.EffectiveCorrelationRange();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
+      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ")
+                                            << "The longest edge is " << field.LongestEdge()
+                                            << ", more than a third of the correlation range " << range
+                                            << ": the mesh is too coarse to carry the field. Switch Refinement on, "
+                                               "refine it with vtkAdaptiveSubdivisionFilter, or choose a range "
+                                               "of at least "
+                                            << 3.0 * field.LongestEdge() << ".");
+    }
+  }
+
+  /// A range of several times the surface is mostly one in other units: the field is then nearly constant.
+  void WarnOfLongRange(const MaternField& field, const Surface& surface) const
+  {
+    const double range = field.EffectiveCorrelationRange();
+    const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
+    if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
+    {
       vtkWarningWithObjectMacro(this->Self,
-        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The longest edge is " << field.LongestEdge()
-        << ", more than a third of the correlation range " << range
-        << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
-           "of at least "
-        << 3.0 * field.LongestEdge() << ".");
+        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The correlation range " << range << " is "
+        << range / side << " times the longest side of the surface, " << side
+        << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
+        << side << ".");
     }
   }
 
@@ -189,7 +227,9 @@ int vtkMaternNoiseFilter::RequestDataObject(
 int vtkMaternNoiseFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::ProcessRandomFields(this, inputVector, outputVector, this->Impl->Series(), *this->Impl);
+  vtkNew<vtkInformationVector> refined;
+  vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
+  return surfsynth::ProcessRandomFields(this, &inputs, outputVector, this->Impl->Series(), *this->Impl);
 }
 
 double vtkMaternNoiseFilter::GetEffectiveScreening() const { return this->Impl->EffectiveScreening; }
@@ -219,6 +259,9 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "Refinement: " << this->Refinement << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";

@@ -25,6 +25,7 @@ PROPERTIES = {
     "Seed": (0, -7, -7),
     "NumberOfSamples": (1, 3, 3),
     "FirstSample": (0, 5, 5),
+    "MemoryLimit": (0, 500, 500),
     "NumberOfComponents": (1, 3, 3),
     "OutputArrayName": ("MaternNoise", "Bumps", "Bumps"),
 }

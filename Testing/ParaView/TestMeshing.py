@@ -17,6 +17,7 @@ TETRAHEDRALIZE = {
     "MinimumDihedralAngle": (0.0, 5.0, 5.0),
     "MaximumVolume": (0.0, 0.5, 0.5),
     "TargetEdgeLength": (0.0, 0.25, 0.25),
+    "MaximumNumberOfTetrahedra": (10000000, 1000, 1000),
     "PreserveSurface": (1, 0, False),
     "InnerSurfaces": ("Regions", "Holes", 1),
     "SurfaceTriangles": (0, 1, True),

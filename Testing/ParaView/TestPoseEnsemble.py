@@ -13,6 +13,7 @@ PROPERTIES = {
     "Seed": (0, 7, 7),
     "NumberOfSamples": (12, 3, 3),
     "FirstSample": (0, 2, 2),
+    "MemoryLimit": (0, 500, 500),
     "NumberOfHandles": (6, 4, 4),
     "MaximumAngle": (60.0, 30.0, 30.0),
     "MaximumTwist": (20.0, 5.0, 5.0),

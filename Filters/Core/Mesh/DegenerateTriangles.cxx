@@ -2,6 +2,7 @@
 #include "Core/Mesh/HalfEdges.h"
 #include "Core/Mesh/SeparateSheets.h"
 
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -16,7 +17,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
 /// Limit of the double area over the square of the longest edge: triangles below it are removed. Ten times that of the
 /// mesh check, so that rounding on the way to it does not matter.
 constexpr double FlatRatio = 2e-11;
@@ -61,7 +61,7 @@ std::vector<Index> FindFlat(const TriangleMesh& mesh)
 {
   std::vector<Index> flat;
   std::mutex mutex;
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     std::vector<Index> part;
     for (std::int64_t f = begin; f < end; ++f)
     {

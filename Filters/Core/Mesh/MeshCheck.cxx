@@ -2,6 +2,7 @@
 #include "Core/Mesh/MeshCheck.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -18,8 +19,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 /// Counts the ids in [0, count) for which @p isDefect(id) holds, in parallel.
 template <typename Predicate>
 MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefect)
@@ -27,7 +26,7 @@ MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefe
   MeshFinding total{ defect };
   total.First = count;
   std::mutex mutex;
-  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(count, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     std::int64_t found = 0;
     std::int64_t first = count;
     for (std::int64_t id = begin; id < end; ++id)

@@ -18,7 +18,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "poissonnet";
+constexpr const char* PoissonNetArchitecture = "poissonnet";
 
 const std::pair<const char*, InputNormalization> NormalizationNames[] = { { "none", InputNormalization::None },
   { "surface_area", InputNormalization::SurfaceArea }, { "unit_sphere", InputNormalization::UnitSphere } };
@@ -77,7 +77,7 @@ InputNormalization ParseNormalization(const std::string& file, const std::string
 
 void ReadDescription(const std::string& file, PoissonNetModel& model)
 {
-  RequireValue(file, model.Metadata, "architecture", Architecture);
+  RequireValue(file, model.Metadata, "architecture", PoissonNetArchitecture);
   RequireValue(file, model.Metadata, "format_version", ModelFormatVersion);
   model.Options = OptionsFromMetadata(file, model.Metadata);
   if (const auto found = model.Metadata.find("input_normalisation"); found != model.Metadata.end())
@@ -133,7 +133,7 @@ Metadata Describe(const PoissonNetModel& model)
   {
     metadata[key] = value;
   }
-  metadata["architecture"] = Architecture;
+  metadata["architecture"] = PoissonNetArchitecture;
   metadata["format_version"] = ModelFormatVersion;
   for (const auto& [name, value] : NormalizationNames)
   {

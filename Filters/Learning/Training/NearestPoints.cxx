@@ -16,7 +16,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 256;
+constexpr std::int64_t QueryGrain = 256;
 using Point = Eigen::RowVector3d;
 
 using Tree =
@@ -119,7 +119,7 @@ PointTree::~PointTree() = default;
 std::vector<std::int64_t> PointTree::Nearest(const PointMatrix& queries) const
 {
   std::vector<std::int64_t> nearest(static_cast<std::size_t>(queries.rows()));
-  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(queries.rows(), QueryGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)
     {
       std::uint32_t id = 0;
@@ -143,7 +143,7 @@ SurfaceDistance DistanceToSurface(const PointMatrix& queries, const TriangleMesh
 {
   const CentroidTree tree(surface);
   Eigen::VectorXd distances(queries.rows());
-  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(queries.rows(), QueryGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)
     {
       distances[k] = tree.Distance(queries.row(k));

@@ -87,6 +87,7 @@ def deform(
     initial_noise_name="InitialNoise",
     area_ratio_name="AreaRatio",
     progress=None,
+    memory_limit=None,
 ):
     return _generated(configured_deformer, _positions, **locals())
 
@@ -102,6 +103,9 @@ deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has l
         over that of the input. Default "Displacement" and "AreaRatio".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -129,6 +133,7 @@ def sample_signal(
     name=None,
     initial_noise_name="InitialNoise",
     progress=None,
+    memory_limit=None,
 ):
     return _generated(configured_sampler, _signal, **locals())
 
@@ -141,6 +146,9 @@ sample_signal.__doc__ = f"""Generates a signal on a surface, as a flow matching 
         Name of the point array with the signal. Default: that in the model file, "Position" for positions.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -184,6 +192,7 @@ def _configured(
     integrator="midpoint",
     trajectory=False,
     initial_noise_name="InitialNoise",
+    memory_limit=None,
 ):
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
@@ -192,6 +201,7 @@ def _configured(
         algorithm.SetInputNoiseArrayName(array_name("input_noise", input_noise))
     algorithm.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     algorithm.SetFirstSample(integer("first_sample", first_sample, 0))
+    algorithm.SetMemoryLimit(0 if memory_limit is None else integer("memory_limit", memory_limit, 1))
     algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))

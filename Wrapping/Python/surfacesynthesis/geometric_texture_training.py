@@ -82,6 +82,9 @@ def fit_levels(reference, progress=None, **options):
         Default 3000.
     published_normals : bool
         Comparison of normals as in the published code. Default False.
+    time_budget : float
+        Time budget in minutes, each level with its share; 0 for no limit. A level that it ends before its last iteration is
+        coarser; a warning says the time that all iterations take. Default 0.
     seed : int
         Any integer of 32 bits with sign. Default 0.
     dataset : path, optional
@@ -123,6 +126,7 @@ def configured_fitter(
     published_normals=False,
     seed=0,
     dataset=None,
+    time_budget=0.0,
 ):
     """A vtkMultiscaleMeshFitter with the parameters of fit_levels(), which raises TypeError and ValueError."""
     algorithm = vtkMultiscaleMeshFitter()
@@ -144,6 +148,7 @@ def configured_fitter(
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
     return algorithm
 
 

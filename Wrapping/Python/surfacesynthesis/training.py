@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, at_most, choice, flag, integer, optional_path, positive
+from .arguments import INT_MIN, at_least_0, at_most, choice, flag, integer, optional_path, positive
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkModelTrainer
@@ -36,6 +36,9 @@ _PARAMETERS = """\
         Number of iterations from one checkpoint to the next. Default 500.
     resume : bool
         Continuation of the training from the checkpoint where there is one. Default True.
+    time_budget : float
+        Time budget of the call in minutes; 0 for no limit. When it is used up, the files are written as at the end, and a
+        warning says the time that the other iterations take; the next call goes on from there. Default 0.
     learning_rate : float
         Learning rate of Adam. Default 5e-4.
     seed : int
@@ -94,6 +97,7 @@ def configure(
     losses=None,
     checkpoint_interval=500,
     resume=True,
+    time_budget=0.0,
     learning_rate=5e-4,
     seed=0,
     device="auto",
@@ -105,6 +109,7 @@ def configure(
     algorithm.SetLossTableFileName(optional_path("losses", losses))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
+    algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
     algorithm.SetLearningRate(at_most("learning_rate", positive("learning_rate", learning_rate), LARGEST_LEARNING_RATE))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDevice(choice("device", device, DEVICES))

@@ -5,7 +5,6 @@ reads FreeSurfer's surfaces. Reads volumes: NIfTI, DICOM, MGH, MetaImage, NRRD a
 import os
 import shutil
 import stat
-import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
@@ -31,6 +30,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from ..pipeline import HeldSignals, silent_console
+from ..supervision import unfinished_name
 from .corners import SEAMS
 from .dicom import read_dicom
 from .freesurfer import SURFACES, VALUES, read_mgh, read_surface, read_values
@@ -349,7 +349,9 @@ def write_meshes(meshes):
 
 def _temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
-    return tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=folder)
+    path = unfinished_name(folder)
+    os.mkdir(path, 0o700)
+    return path
 
 
 def _write(mesh, path, folder):
