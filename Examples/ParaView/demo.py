@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the demo states share: surfaces that need no file, the shipped models, and the look of the pictures."""
+"""Common parts of the demo states: surfaces that need no file, the shipped models, and the look of the pictures."""
 
 import os
 

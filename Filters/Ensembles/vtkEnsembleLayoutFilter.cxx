@@ -37,7 +37,7 @@ void RequireMovable(vtkDataSet* leaf, vtkDataObject* found, unsigned int flatInd
 {
   if (!leaf || !(leaf->IsA("vtkPointSet") || leaf->IsA("vtkImageData")))
   {
-    throw surfsynth::InvalidInput(surfsynth::BlockName(flatIndex) + " is a " + found->GetClassName() +
+    throw surfsynth::InvalidInput("Block " + std::to_string(flatIndex) + " is a " + found->GetClassName() +
       ", which cannot be moved; blocks with points (vtkPointSet) or images (vtkImageData) are needed.");
   }
 }
