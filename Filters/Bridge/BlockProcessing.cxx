@@ -66,7 +66,7 @@ public:
   {
     if (!this->Accepts(input))
     {
-      this->RejectType(input, 0);
+      this->RejectType(input, {});
       return false;
     }
     const Ranks ranks(this->Controller);
@@ -74,21 +74,21 @@ public:
     const auto owners = std::count_if(sizes.begin(), sizes.end(), [](const auto& size) { return size[0] > 0; });
     if (owners > 1)
     {
-      this->RejectPieces(owners, 0);
+      this->RejectPieces(owners, {});
       return false;
     }
     std::string error;
     bool cancelled = false;
     try
     {
-      error = this->Attempted(input, outputs, 0, this->Steps.Within(0.0, 1.0));
+      error = this->Attempted(input, outputs, {}, this->Steps.Within(0.0, 1.0));
     }
     catch (const Cancelled&)
     {
       cancelled = true;
     }
     CancelTogether(ranks, cancelled);
-    return this->Conclude(ranks.FirstText(error), 0, outputs);
+    return this->Conclude(ranks.FirstText(error), {}, outputs);
   }
 
   /// Fills @p outputs, trees with the structure of @p input, block by block. Collective on several ranks.
@@ -121,10 +121,10 @@ private:
   void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const OutputList& outputs, const Progress& progress)
   {
     vtkDataObject* input = place->GetCurrentDataObject();
-    const unsigned int flatIndex = place->GetCurrentFlatIndex();
+    const BlockPlace at = PlaceOf(place);
     if (isShared)
     {
-      this->RejectPieces(2, flatIndex);
+      this->RejectPieces(2, at);
       return;
     }
     if (!input)
@@ -133,7 +133,7 @@ private:
     }
     if (!this->Accepts(input))
     {
-      this->RejectType(input, flatIndex);
+      this->RejectType(input, at);
       return;
     }
     OutputList results;
@@ -141,7 +141,7 @@ private:
     {
       results.push_back(NewDataObject(this->Types.Output));
     }
-    this->Conclude(this->Attempted(input, results, flatIndex, progress), flatIndex, results);
+    this->Conclude(this->Attempted(input, results, at, progress), at, results);
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
       vtkDataObjectTree::SafeDownCast(outputs[k])->SetDataSet(place, results[k]);
@@ -157,26 +157,25 @@ private:
   /// Works on @p input; the text of what went wrong.
   /// @throws Cancelled
   std::string Attempted(
-    vtkDataObject* input, const OutputList& outputs, unsigned int flatIndex, const Progress& progress) const
+    vtkDataObject* input, const OutputList& outputs, const BlockPlace& at, const Progress& progress) const
   {
     return Attempt(input, [&] {
       Report(progress, 0.0);
       if (SizeOf(input) > 0)
       {
-        this->Worker(
-          { input, outputs.front(), flatIndex, BlockName(flatIndex), { outputs.begin(), outputs.end() } }, progress);
+        this->Worker({ input, outputs.front(), at.FlatIndex, at.Name, { outputs.begin(), outputs.end() } }, progress);
       }
     });
   }
 
   /// Reports @p error, if there is one, and then empties @p outputs.
-  bool Conclude(const std::string& error, unsigned int flatIndex, const OutputList& outputs) const
+  bool Conclude(const std::string& error, const BlockPlace& at, const OutputList& outputs) const
   {
     if (error.empty())
     {
       return true;
     }
-    ReportError(this->Self, BlockName(flatIndex), error);
+    ReportError(this->Self, at.Name, error);
     for (const auto& output : outputs)
     {
       output->Initialize();
@@ -184,17 +183,17 @@ private:
     return false;
   }
 
-  void RejectType(vtkDataObject* input, unsigned int flatIndex) const
+  void RejectType(vtkDataObject* input, const BlockPlace& at) const
   {
-    ReportError(this->Self, BlockName(flatIndex),
+    ReportError(this->Self, at.Name,
       std::string("A ") + input->GetClassName() + " was found where " + Alternatives(this->Types.Input) +
         " is needed; " + this->Types.Advice + ".");
   }
 
-  void RejectPieces(std::int64_t owners, unsigned int flatIndex) const
+  void RejectPieces(std::int64_t owners, const BlockPlace& at) const
   {
-    ReportError(this->Self, BlockName(flatIndex),
-      "The dataset lies in pieces on " + std::to_string(owners) + (flatIndex > 0 ? " or more" : "") +
+    ReportError(this->Self, at.Name,
+      "The dataset lies in pieces on " + std::to_string(owners) + (at.FlatIndex > 0 ? " or more" : "") +
         " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
         "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
   }

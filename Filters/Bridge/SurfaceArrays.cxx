@@ -201,6 +201,19 @@ void DropNormals(vtkPolyData* surface)
   }
 }
 
+void SetActiveWhereNone(vtkDataSetAttributes* data, const char* name)
+{
+  if (!data->GetScalars())
+  {
+    data->SetActiveScalars(name);
+  }
+  vtkDataArray* array = data->GetArray(name);
+  if (array && array->GetNumberOfComponents() == 3 && !data->GetVectors())
+  {
+    data->SetActiveVectors(name);
+  }
+}
+
 class NearestPlaces::Internals
 {
 public:

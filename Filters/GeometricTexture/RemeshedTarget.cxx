@@ -15,6 +15,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -32,15 +33,9 @@ std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
   DropNormals(withoutNormals);
   return AttributeClasses(withoutNormals, surface.Mesh.Points);
 }
-} // namespace
 
-#ifdef SURFACE_SYNTHESIS_CGAL
-namespace
-{
-/// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
-constexpr double CreaseAngle = 60.0;
-/// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
-constexpr double MaximumNumberOfTriangles = 1.5e7;
+/// Number of even triangles on which a texture begins by itself.
+constexpr double AutomaticTriangles = 7000.0;
 
 double AreaOf(const TriangleMesh& mesh)
 {
@@ -52,6 +47,22 @@ double AreaOf(const TriangleMesh& mesh)
   }
   return area;
 }
+} // namespace
+
+double AutomaticTextureScale(const TriangleMesh& target)
+{
+  const double edge = std::sqrt(4.0 / std::sqrt(3.0) * AreaOf(target) / AutomaticTriangles);
+  const double mean = MeanEdgeLength(target);
+  return edge > 0.0 && mean > 0.0 ? std::clamp(edge / mean, 0.001, 1000.0) : 1.0;
+}
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+namespace
+{
+/// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
+constexpr double CreaseAngle = 60.0;
+/// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
+constexpr double MaximumNumberOfTriangles = 1.5e7;
 
 /// Throws, before any work, when the levels would have too many triangles, or the surface is shorter than an edge.
 void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels)

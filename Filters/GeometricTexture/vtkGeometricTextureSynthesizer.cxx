@@ -2,6 +2,7 @@
 #include "vtkGeometricTextureSynthesizer.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "GeometricTextureSynthesizerInternals.h"
 
 #include <vtkDataObject.h>
@@ -35,31 +36,30 @@ vtkGeometricTextureSynthesizer::vtkGeometricTextureSynthesizer()
 
 vtkGeometricTextureSynthesizer::~vtkGeometricTextureSynthesizer() = default;
 
-void vtkGeometricTextureSynthesizer::SetText(std::string& property, const char* text)
+void vtkGeometricTextureSynthesizer::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkGeometricTextureSynthesizer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkGeometricTextureSynthesizer::SetLevelsWithoutNoise(const char* name)
 {
-  this->SetText(this->LevelsWithoutNoise, name);
+  surfsynth::SetString(this, this->LevelsWithoutNoise, name);
 }
 
-void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name) { this->SetText(this->MaskArrayName, name); }
+void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->MaskArrayName, name);
+}
 
 void vtkGeometricTextureSynthesizer::SetDisplacementArrayName(const char* name)
 {
-  this->SetText(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name) { this->SetText(this->LevelArrayName, name); }
+void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->LevelArrayName, name);
+}
 
 int vtkGeometricTextureSynthesizer::FillInputPortInformation(int, vtkInformation* info)
 {

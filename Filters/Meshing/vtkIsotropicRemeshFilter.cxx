@@ -2,6 +2,7 @@
 #include "vtkIsotropicRemeshFilter.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "RemeshedDataset.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -109,12 +110,7 @@ vtkIsotropicRemeshFilter::~vtkIsotropicRemeshFilter() = default;
 
 void vtkIsotropicRemeshFilter::SetSizingArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->SizingArrayName != wanted)
-  {
-    this->SizingArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->SizingArrayName, name);
 }
 
 int vtkIsotropicRemeshFilter::FillInputPortInformation(int, vtkInformation* info)

@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "NetworkInput.h"
 #include "PredictionArrays.h"
 #include "SurfaceBridge.h"
@@ -190,31 +191,36 @@ vtkPoissonNetFilter::vtkPoissonNetFilter()
 
 vtkPoissonNetFilter::~vtkPoissonNetFilter() = default;
 
-void vtkPoissonNetFilter::SetText(std::string& property, const char* text)
+void vtkPoissonNetFilter::SetModelFileName(const char* name) { surfsynth::SetString(this, this->ModelFileName, name); }
+
+void vtkPoissonNetFilter::SetConditionArrayName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ConditionArrayName, name);
 }
 
-void vtkPoissonNetFilter::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+void vtkPoissonNetFilter::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetConditionArrayName(const char* name) { this->SetText(this->ConditionArrayName, name); }
+void vtkPoissonNetFilter::SetPredictionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->PredictionArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkPoissonNetFilter::SetLabelArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->LabelArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetPredictionArrayName(const char* name) { this->SetText(this->PredictionArrayName, name); }
-
-void vtkPoissonNetFilter::SetLabelArrayName(const char* name) { this->SetText(this->LabelArrayName, name); }
-
-void vtkPoissonNetFilter::SetClassNamesArrayName(const char* name) { this->SetText(this->ClassNamesArrayName, name); }
+void vtkPoissonNetFilter::SetClassNamesArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->ClassNamesArrayName, name);
+}
 
 void vtkPoissonNetFilter::SetDisplacementArrayName(const char* name)
 {
-  this->SetText(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
 void vtkPoissonNetFilter::SetNumberOfConditions(int number)
@@ -251,9 +257,8 @@ int vtkPoissonNetFilter::FillInputPortInformation(int, vtkInformation* info) { r
 int vtkPoissonNetFilter::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   return this->Superclass::RequestDataObject(request, inputVector, outputVector);

@@ -2,6 +2,7 @@
 #include "vtkEnsembleMetrics.h"
 
 #include "EnsembleReading.h"
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
 
@@ -152,15 +153,7 @@ vtkEnsembleMetrics::vtkEnsembleMetrics()
 
 vtkEnsembleMetrics::~vtkEnsembleMetrics() = default;
 
-void vtkEnsembleMetrics::SetArrayName(const char* name)
-{
-  const std::string wanted = name ? name : "";
-  if (this->ArrayName != wanted)
-  {
-    this->ArrayName = wanted;
-    this->Modified();
-  }
-}
+void vtkEnsembleMetrics::SetArrayName(const char* name) { surfsynth::SetString(this, this->ArrayName, name); }
 
 int vtkEnsembleMetrics::FillInputPortInformation(int port, vtkInformation* info)
 {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkModelTrainer.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Learning/Training/TrainingClock.h"
 
 #include <vtkDoubleArray.h>
@@ -65,6 +67,7 @@ surfsynth::TrainingFiles vtkModelTrainer::Run::Files() const
   files.LossTable = self.LossTableFileName;
   files.CheckpointInterval = self.CheckpointInterval;
   files.Resume = self.Resume;
+  files.TimeBudget = self.TimeBudget;
   files.Inputs = { self.DatasetFileName };
   return files;
 }
@@ -76,14 +79,34 @@ void vtkModelTrainer::Run::SetSharedOptions(surfsynth::ModelTrainingOptions& opt
   options.Device = static_cast<surfsynth::TrainingDevice>(this->Self->Device);
 }
 
-surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(std::int64_t iterations, const std::string& stage) const
+surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(std::int64_t iterations, const std::string& stage)
 {
-  return [self = this->Self, clock = surfsynth::TrainingClock(iterations), stage](
-           const surfsynth::LossHistory& history) mutable {
-    clock.Add(history);
-    self->SetProgressText((stage + clock.Describe()).c_str());
+  this->Clock = surfsynth::TrainingClock(iterations);
+  return [this, stage](const surfsynth::LossHistory& history) {
+    this->Clock.Add(history);
+    this->Self->SetProgressText((stage + this->Clock.Describe()).c_str());
     return true;
   };
+}
+
+bool vtkModelTrainer::Run::EndsEarly(const surfsynth::ModelTrainer& trainer, const std::string& what)
+{
+  if (trainer.Iteration() >= trainer.Iterations())
+  {
+    return false;
+  }
+  const double seconds = this->Clock.SecondsLeft();
+  this->Self->RemainingTime = seconds / 60.0;
+  const std::string expected = seconds > 0.0
+    ? " The other iterations take about " + surfsynth::FormatDuration(seconds) + "."
+    : "";
+  vtkWarningWithObjectMacro(this->Self,
+    "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended the training of the "
+                         << what << " after iteration " << trainer.Iteration() << " of " << trainer.Iterations() << "."
+                         << expected << " The file of the " << what
+                         << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
+                            "0 for no limit, trains longer.");
+  return true;
 }
 
 void vtkModelTrainer::Run::Finish(const surfsynth::ModelTrainer& trainer)
@@ -91,21 +114,14 @@ void vtkModelTrainer::Run::Finish(const surfsynth::ModelTrainer& trainer)
   this->Self->NumberOfIterationsDone = trainer.Iteration();
   this->Self->DeviceInUse = trainer.DeviceName();
   FillTable(this->Table, trainer.History());
+  this->EndsEarly(trainer, "model");
 }
 
 vtkModelTrainer::vtkModelTrainer() = default;
 
 vtkModelTrainer::~vtkModelTrainer() = default;
 
-void vtkModelTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
+void vtkModelTrainer::SetText(std::string& property, const char* text) { surfsynth::SetString(this, property, text); }
 
 void vtkModelTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
@@ -117,6 +133,8 @@ void vtkModelTrainer::SetDatasetFileName(const char* name) { this->SetText(this-
 
 vtkTypeInt64 vtkModelTrainer::GetNumberOfIterationsDone() const { return this->NumberOfIterationsDone; }
 
+double vtkModelTrainer::GetRemainingTime() const { return this->RemainingTime; }
+
 const char* vtkModelTrainer::GetDeviceInUse() const { return this->DeviceInUse.c_str(); }
 
 void vtkModelTrainer::ReadInputs(vtkInformationVector**) {}
@@ -125,6 +143,7 @@ int vtkModelTrainer::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   this->NumberOfIterationsDone = 0;
+  this->RemainingTime = 0.0;
   this->DeviceInUse.clear();
   this->ReadInputs(inputVector);
   const auto train = [&](const surfsynth::Progress& progress) {
@@ -144,10 +163,12 @@ void vtkModelTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LossTableFileName: " << this->LossTableFileName << "\n";
   os << indent << "CheckpointInterval: " << this->CheckpointInterval << "\n";
   os << indent << "Resume: " << this->Resume << "\n";
+  os << indent << "TimeBudget: " << this->TimeBudget << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "LearningRate: " << this->LearningRate << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "Device: " << this->Device << "\n";
   os << indent << "NumberOfIterationsDone: " << this->NumberOfIterationsDone << "\n";
+  os << indent << "RemainingTime: " << this->RemainingTime << "\n";
   os << indent << "DeviceInUse: " << this->DeviceInUse << "\n";
 }

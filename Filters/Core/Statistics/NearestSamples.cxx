@@ -2,6 +2,7 @@
 #include "Core/Statistics/NearestSamples.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/InstructionSet.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Statistics/PairKernels.h"
 
@@ -137,14 +138,14 @@ void CopyPlane(const Value* values, Eigen::Index components, const double* weigh
 
 using AddFunction = double (*)(const PairOfPlanes&);
 
-/// The variant for the widest vectors that this processor has.
+/// The variant for CurrentInstructionSet().
 AddFunction BestAdd()
 {
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-    ? AddUpPairAvx512
-    : __builtin_cpu_supports("avx2") ? AddUpPairAvx2
-                                     : AddUpPairGeneric;
+  const InstructionSet set = CurrentInstructionSet();
+  return set == InstructionSet::Avx512 ? AddUpPairAvx512
+    : set == InstructionSet::Avx2      ? AddUpPairAvx2
+                                       : AddUpPairGeneric;
 #else
   return AddUpPairGeneric;
 #endif
@@ -175,7 +176,7 @@ void CopyPlanes(const SampleUnion& samples, std::int64_t sample, Eigen::Index be
 double PartialDistance(
   const SampleUnion& samples, const double* a, const double* b, Eigen::Index begin, Eigen::Index count)
 {
-  static const AddFunction add = BestAdd();
+  const AddFunction add = BestAdd();
   PairOfPlanes pair;
   pair.A = a;
   pair.B = b;

@@ -74,6 +74,20 @@ void RequireArchitecture(const SafetensorsFile& file, const std::string& archite
   }
 }
 
+void RequireModelSize(const SafetensorsFile& file)
+{
+  std::int64_t count = 0;
+  for (const auto& entry : file.Tensors())
+  {
+    count += entry.second.NumberOfElements();
+  }
+  if (count > MaximumModelSize)
+  {
+    throw ModelMismatch(file.Name() + ": the model has " + std::to_string(count) + " numbers; expected at most " +
+      std::to_string(MaximumModelSize) + ".");
+  }
+}
+
 DescriptionReader::DescriptionReader(const SafetensorsFile& file, std::string key)
   : File(file.Name())
   , Key(std::move(key))

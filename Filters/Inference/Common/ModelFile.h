@@ -30,6 +30,13 @@ std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& foun
 /// @throws ModelMismatch
 void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind);
 
+/// Maximum number of weights and other numbers of a model, 2^28: 1 GiB in float32.
+constexpr std::int64_t MaximumModelSize = std::int64_t(1) << 28;
+
+/// Checks the number of all elements of a file against MaximumModelSize.
+/// @throws ModelMismatch
+void RequireModelSize(const SafetensorsFile& file);
+
 /// Reader of typed values from a JSON object in the metadata. All functions throw ModelMismatch naming the key, its
 /// value and the expected one.
 class DescriptionReader

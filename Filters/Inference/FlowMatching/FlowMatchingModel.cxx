@@ -197,9 +197,9 @@ FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
     throw ModelMismatch(path + ": \"shape_moments\" has " + std::to_string(moments.size()) + " numbers; expected 6.");
   }
   model.Shape.Mean = moments;
-  model.Velocity = ReadPartNetwork(file, "velocity");
   const bool encoder = file.Metadata().count("encoder") != 0;
   RequireKnownTensors(file, encoder);
+  model.Velocity = ReadPartNetwork(file, "velocity");
   if (encoder)
   {
     model.Encoder = ReadPartNetwork(file, "encoder");

@@ -112,6 +112,7 @@ void RequireTensors(const SafetensorsFile& file, const GeometricTextureOptions& 
     throw ModelMismatch(file.Name() +
       ": the tensors are not those of the geometric texture that the metadata describe: " + differences + ".");
   }
+  RequireModelSize(file);
   for (const auto& entry : found)
   {
     if (entry.first != TrianglesName)

@@ -117,6 +117,7 @@ PoissonNetModel ReadNetwork(
     throw ModelMismatch(
       name + ": the tensors are not those of the network that the metadata describe: " + differences + ".");
   }
+  RequireModelSize(file);
   for (auto& [tensor, shape] : found)
   {
     file.RequireFinite(prefix + tensor);

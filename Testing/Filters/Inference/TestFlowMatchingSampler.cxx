@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plain sampler of flow matching models: integrators, units, invariances, errors.
 #include "ExampleMeshes.h"
+#include "InstructionSets.h"
 #include "RandomFlowMatching.h"
 
 #include "Core/Common/Errors.h"
@@ -184,6 +185,25 @@ TEST(FlowMatchingSampler, BitsAreTheSameForEveryNumberOfThreads)
     first = first ? std::move(first) : std::make_unique<FeatureMatrix>(sample);
     EXPECT_TRUE(SameBits(sample, *first)) << threads;
   }
+}
+
+// Noise, solves and a network of random weights, from the noise to the sample.
+TEST(FlowMatchingSampler, InstructionSetsAgree)
+{
+  FeatureMatrix noise;
+  FeatureMatrix sample;
+  test::ForEachInstructionSet([&](InstructionSet set) {
+    const FlowMatchingSampler sampler = Deformer();
+    const FeatureMatrix initial = sampler.InitialNoise({});
+    const FeatureMatrix found = sampler.Integrate(initial, Request(3));
+    if (set == InstructionSet::Generic)
+    {
+      noise = initial;
+      sample = found;
+    }
+    EXPECT_LE(Difference(initial, noise), 1e-6) << static_cast<int>(set);
+    EXPECT_LE(Difference(found, sample), 1e-4) << static_cast<int>(set);
+  });
 }
 
 TEST(FlowMatchingSampler, SeedSampleAndStreamGiveOtherNoise)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometric textures synthesized on meshes: invariances, levels, noise, masks, errors.
 #include "ExampleMeshes.h"
+#include "InstructionSets.h"
 #include "RandomGeometricTexture.h"
 
 #include "Core/Common/Errors.h"
@@ -92,6 +93,18 @@ std::string MessageOf(const Call& call)
   return "accepted";
 }
 } // namespace
+
+TEST(GeometricTextureSampler, InstructionSetsAgree)
+{
+  PointMatrix points;
+  test::ForEachInstructionSet([&](InstructionSet set) {
+    const GeometricTextureLevel found = GeometricTextureSampler(Model()).Synthesize(Surface(), Seeded(3));
+    points = set == InstructionSet::Generic ? found.Mesh.Points : points;
+    const double moved = (points - found.Base).norm();
+    EXPECT_GT(moved, 0.0);
+    EXPECT_LE((found.Mesh.Points - points).norm(), 1e-4 * moved) << static_cast<int>(set);
+  });
+}
 
 // --- Levels ---------------------------------------------------------------------------------------------------------
 

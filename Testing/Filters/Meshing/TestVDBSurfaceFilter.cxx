@@ -144,6 +144,35 @@ TEST(VDBSurfaceMessages, TooManyVoxelsAreRefusedAndTheSizeThatIsNamedFits)
   EXPECT_THAT(ErrorFor(BallImage(20), [](Filter* f) { f->SetVoxelSize(1e-4); }), HasSubstr("A VoxelSize of "));
 }
 
+TEST(VDBSurfaceMessages, AnOffsetThatCostsTooMuchIsRefusedAndTheSizeThatIsNamedFits)
+{
+  const auto sphere = Icosphere(3).ToPolyData();
+  const auto offset = [](double length, double voxelSize) {
+    return [=](Filter* f) {
+      f->SetOffset(length);
+      f->SetVoxelSize(voxelSize);
+      f->SetMaximumNumberOfVoxels(1000000);
+    };
+  };
+  for (const double length : { 5.0, 1e6 })
+  {
+    const std::string error = ErrorFor(sphere, offset(length, 0.02));
+    EXPECT_THAT(error, HasSubstr("to move the surface by"));
+    const std::string mark = "A VoxelSize of ";
+    const double fitting = std::strtod(error.c_str() + error.find(mark) + mark.size(), nullptr);
+    vtkNew<Filter> filter;
+    filter->SetInputDataObject(sphere);
+    offset(length, fitting)(filter);
+    EXPECT_TRUE(Update(filter)) << length;
+  }
+  EXPECT_THAT(ErrorFor(BallImage(20), offset(1e6, 0.5)), HasSubstr("to move the surface by"));
+  vtkNew<Filter> inwards; // nothing is left, and soon
+  inwards->SetInputDataObject(sphere);
+  offset(-1e9, 0.1)(inwards);
+  EXPECT_TRUE(Update(inwards));
+  EXPECT_EQ(inwards->GetPolyDataOutput()->GetNumberOfPolys(), 0);
+}
+
 TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;

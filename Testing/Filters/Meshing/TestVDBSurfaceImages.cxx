@@ -147,10 +147,10 @@ TEST(VDBSurfaceImages, TheWholeImageIsABoxAndItsBelowIsNothing)
   const auto below = FilterOn(image, 2.0);
   below->SetInsideRuleToBelow();
   EventRecorder events(below);
-  EXPECT_TRUE(Update(below));
-  EXPECT_TRUE(events.Errors.empty());
-  ASSERT_EQ(events.Warnings.size(), 1u);
-  EXPECT_THAT(events.Warnings[0], HasSubstr("its values go from 3 to 3, the isovalue is 2. The output is empty."));
+  EXPECT_FALSE(Update(below));
+  ASSERT_EQ(events.Errors.size(), 1u);
+  EXPECT_THAT(events.Errors[0],
+    HasSubstr("The isovalue 2 lies outside the values of the image, which go from 3 to 3; no part of it lies inside."));
   EXPECT_EQ(below->GetPolyDataOutput()->GetNumberOfPoints(), 0);
 }
 
@@ -211,6 +211,27 @@ TEST(VDBSurfaceImages, TheIsovalueIsFoundBetweenTwoClasses)
   filter->SetInputDataObject(bright);
   SurfaceOf(filter);
   EXPECT_NEAR(filter->GetEffectiveIsoValue(), 515.0, 20.0);
+}
+
+TEST(VDBSurfaceImages, AThresholdOfLabelsIsWarnedOf)
+{
+  const ImageGeometry geometry;
+  const auto ball = Ball(geometry.Center(), 9.0);
+  const auto labels = [&](const Vector3d& x) { return ball(x) > 4.0 ? 7.0 : ball(x) > 0.0 ? 2.0 : 0.0; };
+  const auto warnings = [&](int type, bool computes) {
+    vtkNew<Filter> filter;
+    filter->SetInputDataObject(MakeImage(geometry, labels, type));
+    filter->SetComputeIsoValue(computes);
+    filter->SetIsoValue(1.0);
+    EventRecorder events(filter);
+    EXPECT_TRUE(Update(filter));
+    return events.Warnings;
+  };
+  EXPECT_THAT(warnings(VTK_UNSIGNED_CHAR, true),
+    ::testing::ElementsAre(::testing::AllOf(
+      HasSubstr("The image holds 3 distinct integers from 0 to 7, as label images do"), HasSubstr("IsoValue (1 for"))));
+  EXPECT_TRUE(warnings(VTK_UNSIGNED_CHAR, false).empty()) << "the isovalue was chosen";
+  EXPECT_TRUE(warnings(VTK_FLOAT, true).empty()) << "real numbers are no labels";
 }
 
 TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)

@@ -133,7 +133,9 @@ TEST(PoissonNetMessages, TruncatedInTheHeader)
 TEST(PoissonNetMessages, APickledCheckpoint)
 {
   WriteBytes("checkpoint.pt", std::string("PK\x03\x04\x00\x00\x00\x00", 8) + std::string(200, 'x'));
-  EXPECT_THAT(ErrorOfModel("checkpoint.pt"), AllOf(HasSubstr("checkpoint.pt"), HasSubstr("safetensors rule 1")));
+  EXPECT_THAT(ErrorOfModel("checkpoint.pt"),
+    AllOf(HasSubstr("checkpoint.pt"), HasSubstr("a ZIP archive, as PyTorch writes them"),
+      HasSubstr("\"python3 -m surfacesynthesis convert\""), HasSubstr("safetensors rule 1")));
 }
 
 TEST(PoissonNetMessages, AWeightThatIsNaN)

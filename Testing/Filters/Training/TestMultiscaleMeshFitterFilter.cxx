@@ -150,6 +150,37 @@ TEST(MultiscaleMeshFitterFilter, WritesADatasetForTraining)
   EXPECT_THAT(ErrorOf(filter), HasSubstr("nowhere/egg.dataset"));
 }
 
+TEST(MultiscaleMeshFitterFilter, ATimeBudgetEndsEachLevelAndSaysTheTimeToExpect)
+{
+  const auto filter = FitterOn(Egg().ToPolyData());
+  filter->SetIterations(100000);
+  filter->SetTimeBudget(0.5 / 60.0);
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  ASSERT_EQ(events.Warnings.size(), 1u);
+  EXPECT_THAT(
+    events.Warnings[0], AllOf(HasSubstr("before their 100000 iterations"), HasSubstr("All of them take about ")));
+  // Better than the template: both levels are fitted.
+  const vtkSmartPointer<vtkPolyData> fitted = LevelOf(filter, 1);
+  filter->SetIterations(0);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Warnings.size(), 1u);
+  const auto distance = [](
+                          vtkPolyData* level) { return level->GetFieldData()->GetArray("MeanDistance")->GetTuple1(0); };
+  EXPECT_LT(distance(fitted), distance(LevelOf(filter, 1)));
+}
+
+TEST(MultiscaleMeshFitterFilter, ABudgetThatIsNotUsedUpLeavesTheBits)
+{
+  const auto filter = FitterOn(Egg().ToPolyData());
+  filter->SetIterations(3);
+  OutputOf(filter);
+  const vtkSmartPointer<vtkPolyData> first = LevelOf(filter, 1);
+  filter->SetTimeBudget(600.0);
+  OutputOf(filter);
+  EXPECT_TRUE(SameBits(first->GetPoints()->GetData(), LevelOf(filter, 1)->GetPoints()->GetData()));
+}
+
 TEST(MultiscaleMeshFitterFilter, TheSeedAndTheNormalsMatter)
 {
   const auto filter = FitterOn(Egg().ToPolyData());

@@ -128,6 +128,8 @@ def vdb_surface(
     given = given_dataset(volume, _INPUTS, _INPUTS_TEXT)
     if isinstance(given, vtkImageData):
         given = _with_values_at_points(given, array)
+    elif iso_value is not None and given.IsA("vtkPolyData"):
+        raise ValueError("iso_value is a value of a volume, and the input is a surface")
     output, remarks = apply_filter(surface, given, progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)

@@ -27,6 +27,7 @@ _NUMBERS = (
     ("learning-rate", float, 1e-2, "R", "of Adam, in mean edge lengths of the template, halved with each level"),
     ("learning-rate-decay", float, 0.1, "R", "that of a level's last iteration over that of its first, 1e-6 to 1"),
     ("surface-samples", int, 3000, "N", "samples on each surface at level 0"),
+    ("time-budget", float, 0.0, "M", "minutes of the whole fit, 0: no limit"),
     ("seed", int, 0, "N", "any integer of 32 bits"),
 )
 

@@ -69,6 +69,9 @@ def add(commands):
     noise.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
     noise.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     noise.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    noise.add_argument(
+        "--memory-limit", type=int, metavar="MIB", help="memory of the output, MiB (default: 3/4 of the machine's)"
+    )
     noise.add_argument("--components", type=int, default=1, metavar="C", help="components per sample (default: 1)")
     noise.add_argument(
         "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
@@ -120,6 +123,7 @@ def _filter_of(arguments):
         noise_model=arguments.noise_model,
         eigenpairs=arguments.eigenpairs,
         name=arguments.name,
+        memory_limit=arguments.memory_limit,
     )
 
 

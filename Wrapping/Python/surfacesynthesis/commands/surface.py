@@ -4,7 +4,7 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import add_command, add_running_options, as_usage, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
 Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
@@ -101,6 +101,8 @@ def run(arguments):
     is_volume = files.volume_extension(arguments.input) is not None
     if not is_volume:
         as_usage(_surface_extension, files, arguments.input)
+        if arguments.iso_value is not None:
+            raise UsageError(f"--iso-value is a value of a volume, and {arguments.input} is read as a surface")
     given = as_usage(_read_volume, files, arguments) if is_volume else files.read_mesh(arguments.input)
     if given.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{arguments.input}: the file holds no points")

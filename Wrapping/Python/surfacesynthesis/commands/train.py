@@ -65,7 +65,7 @@ def add(commands):
         usage=f"python3 -m {PROGRAM} train WHAT ...",
         description="Trains a generative model on examples.",
     )
-    kinds = parser.add_subparsers(title="models", metavar="WHAT", required=True)
+    kinds = parser.add_subparsers(title="models", metavar="WHAT", required=True, prog=f"python3 -m {PROGRAM} train")
     training = kinds.add_parser(
         "flow-matching",
         help="deformations of a surface, or other signals on it, from noise",
@@ -121,8 +121,10 @@ def run(arguments):
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments, _checkpoints(algorithm))
     losses = losses_of(algorithm, COLUMNS)["loss"]
-    if len(losses) == 0:
+    if len(losses) == 0 and algorithm.GetEncoderLoss() < 0:
         return "nothing to train on"
+    if len(losses) == 0:
+        return f"encoder loss {algorithm.GetEncoderLoss():.4g}, no model yet"
     encoder = f"encoder loss {algorithm.GetEncoderLoss():.4g}, " if algorithm.GetEncoderIterations() > 0 else ""
     return summary(algorithm, losses, "loss", time.monotonic() - started, encoder)
 

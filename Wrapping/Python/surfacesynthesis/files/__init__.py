@@ -5,7 +5,6 @@ reads FreeSurfer's surfaces. Reads volumes: NIfTI, DICOM, MGH, MetaImage, NRRD a
 import os
 import shutil
 import stat
-import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
@@ -31,6 +30,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from ..pipeline import HeldSignals, silent_console
+from ..supervision import unfinished_name
 from .corners import SEAMS
 from .dicom import read_dicom
 from .freesurfer import SURFACES, VALUES, read_mgh, read_surface, read_values
@@ -337,7 +337,10 @@ def write_meshes(meshes):
     try:
         for mesh, path in meshes:
             folders.append(_temporary_folder(os.path.dirname(path)))
-            moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
+            try:
+                moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
+            except OSError as error:  # which knows no file, or the temporary one
+                raise OSError(error.errno, error.strerror, path) from None
         for source, target in moves:
             os.makedirs(os.path.dirname(target), exist_ok=True)
             os.replace(source, target)
@@ -348,7 +351,9 @@ def write_meshes(meshes):
 
 def _temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
-    return tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=folder)
+    path = unfinished_name(folder)
+    os.mkdir(path, 0o700)
+    return path
 
 
 def _write(mesh, path, folder):
@@ -395,6 +400,12 @@ def _leaves(mesh):
     return found
 
 
+def _require_space(folder, size):
+    """Raises the OSError of a full disk, or of a limit of file sizes, when a file of this size cannot be written."""
+    with tempfile.TemporaryFile(dir=folder) as file:
+        os.posix_fallocate(file.fileno(), 0, max(size, 1))
+
+
 def _triangles(mesh):
     triangulate = vtkTriangleFilter()
     triangulate.SetInputData(mesh)
@@ -420,4 +431,5 @@ def _write_with_vtk(writer, mesh, path):
         errors, _ = collected()
     signals.deliver()
     if errors or not written or writer.GetErrorCode() or not os.path.isfile(path):
+        _require_space(os.path.dirname(path), mesh.GetActualMemorySize() * 1024)
         raise SurfaceSynthesisError(*errors or [f"{path} could not be written; is the disk full?"])
