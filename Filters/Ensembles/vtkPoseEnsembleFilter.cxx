@@ -44,7 +44,7 @@ vtkStandardNewMacro(vtkPoseEnsembleFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
+const surfsynth::BlockTypes SurfaceToPoses{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
 
 surfsynth::MeshRequirements Requirements()
 {
@@ -73,7 +73,7 @@ bool Same(const PoseKey& a, const PoseKey& b)
 }
 
 /// Equations on one mesh.
-struct PreparedBlock
+struct PreparedPoses
 {
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
@@ -162,7 +162,7 @@ public:
     this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
   }
 
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedPoses> Blocks;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -185,7 +185,7 @@ private:
   {
     const std::shared_ptr<const Surface> pattern = this->TemplateSurface();
     const PoseKey key = this->KeyOf(pattern ? *pattern : surface);
-    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedBlock& found) { return Same(found.Key, key); }))
+    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedPoses& found) { return Same(found.Key, key); }))
     {
       return *held->Poses;
     }
@@ -305,7 +305,7 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
 {
   if (port == 0)
   {
-    return surfsynth::AcceptBlocks(info, Types);
+    return surfsynth::AcceptBlocks(info, SurfaceToPoses);
   }
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
@@ -315,7 +315,7 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
 int vtkPoseEnsembleFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToPoses);
 }
 
 int vtkPoseEnsembleFilter::RequestData(
@@ -336,7 +336,7 @@ int vtkPoseEnsembleFilter::RequestData(
   const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakePoses(block, progress);
   };
-  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, makePoses);
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToPoses, makePoses);
   this->Impl->End();
   return success;
 }

@@ -40,7 +40,7 @@ namespace
 constexpr double EvaluationsOfPreparation = 3.0;
 
 /// Samples of one model on one mesh.
-struct PreparedBlock
+struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
   std::unique_ptr<FlowSamples> Samples;
@@ -137,7 +137,7 @@ public:
   /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedSamples* found = this->Blocks.Find(surface);
     return found && found->Model == this->Model ? found->Samples.get() : nullptr;
   }
 
@@ -147,7 +147,7 @@ public:
   }
 
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedSamples> Blocks;
   surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
     "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
   vtkTypeInt64 NumberOfFactorizations = 0;
@@ -215,7 +215,7 @@ private:
   FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
-    PreparedBlock prepared;
+    PreparedSamples prepared;
     prepared.Model = this->Model;
     prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
     ++this->NumberOfFactorizations;

@@ -25,11 +25,6 @@ using Pipeline = vtkStreamingDemandDrivenPipeline;
 
 vtkStandardNewMacro(vtkGeometricTextureSynthesizer);
 
-namespace
-{
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-} // namespace
-
 vtkGeometricTextureSynthesizer::vtkGeometricTextureSynthesizer()
   : Impl(std::make_unique<Internals>(this))
 {}
@@ -64,7 +59,7 @@ void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name)
 int vtkGeometricTextureSynthesizer::FillInputPortInformation(int, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkGeometricTextureSynthesizer::RequestDataObject(
@@ -72,7 +67,7 @@ int vtkGeometricTextureSynthesizer::RequestDataObject(
 {
   if (this->GetNumberOfInputConnections(0) > 0)
   {
-    return surfsynth::RequestBlocks(this, inputVector, outputVector, Types, this->OutputLevels);
+    return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface, this->OutputLevels);
   }
   surfsynth::SetOutputClass(outputVector, this->OutputLevels ? "vtkMultiBlockDataSet" : "vtkPolyData");
   return 1;
@@ -161,7 +156,8 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
     this->Impl->Synthesize(block, progress);
   };
   vtkInformationVector* given[] = { targets };
-  const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize, this->Impl->Series());
+  const int done = surfsynth::ProcessBlocks(
+    this, given, outputVector, surfsynth::SurfaceToSurface, synthesize, this->Impl->Series());
   this->Impl->End();
   return done != 0;
 }

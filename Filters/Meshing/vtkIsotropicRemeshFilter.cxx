@@ -25,11 +25,6 @@ using surfsynth::Surface;
 
 vtkStandardNewMacro(vtkIsotropicRemeshFilter);
 
-namespace
-{
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-} // namespace
-
 /// Work of one update with the parameters of the filter.
 class vtkIsotropicRemeshFilter::Internals
 {
@@ -115,13 +110,13 @@ void vtkIsotropicRemeshFilter::SetSizingArrayName(const char* name)
 
 int vtkIsotropicRemeshFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkIsotropicRemeshFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
 }
 
 int vtkIsotropicRemeshFilter::RequestData(
@@ -129,7 +124,7 @@ int vtkIsotropicRemeshFilter::RequestData(
 {
   this->MeanEdgeLength = 0.0;
   const Internals remeshing(this);
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
     [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { remeshing.Remesh(block, progress); });
 }
 

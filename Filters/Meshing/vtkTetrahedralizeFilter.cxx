@@ -23,7 +23,7 @@ vtkStandardNewMacro(vtkTetrahedralizeFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
+const surfsynth::BlockTypes SurfaceToGrid{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
 } // namespace
 
 class vtkTetrahedralizeFilter::Internals
@@ -87,13 +87,13 @@ void vtkTetrahedralizeFilter::SetSurfaceArrayName(const char* name)
 
 int vtkTetrahedralizeFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestData(
@@ -108,7 +108,7 @@ int vtkTetrahedralizeFilter::RequestData(
   const auto tetrahedralize = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->Tetrahedralize(block, progress);
   };
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, tetrahedralize);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToGrid, tetrahedralize);
 }
 
 void vtkTetrahedralizeFilter::PrintSelf(ostream& os, vtkIndent indent)

@@ -48,7 +48,7 @@ std::string Described(const surfsynth::PoissonNetModel& model)
 }
 
 /// Network on one mesh. The operators outlive a change of the model.
-struct PreparedBlock
+struct PreparedNetwork
 {
   surfsynth::InputNormalization Normalization = surfsynth::InputNormalization::None;
   surfsynth::MeshNormalization Coordinates;
@@ -88,7 +88,7 @@ public:
     // Errors of the input are reported before the operators, which take long, are assembled.
     const surfsynth::PoissonNetInput input = surfsynth::MakeNetworkInput(
       *this->Model, this->Request(), output, used, coordinates);
-    PreparedBlock* prepared = this->Find(surface);
+    PreparedNetwork* prepared = this->Find(surface);
     const double begin = prepared ? 0.0 : 0.3;
     if (!prepared)
     {
@@ -102,14 +102,14 @@ public:
   }
 
   /// Finds the data of this block from an earlier update with the same mesh and normalisation; null otherwise.
-  PreparedBlock* Find(const Surface& surface)
+  PreparedNetwork* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedNetwork* found = this->Blocks.Find(surface);
     return found && found->Normalization == this->Normalization() ? found : nullptr;
   }
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedNetwork> Blocks;
   surfsynth::FileCache<surfsynth::PoissonNetModel> File{ [](const std::string& path) {
                                                           return surfsynth::ReadPoissonNet(path);
                                                         },
@@ -145,7 +145,7 @@ private:
   }
 
   /// @param mesh the points of @p surface that triangles use.
-  PreparedBlock& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
+  PreparedNetwork& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
     const surfsynth::MeshNormalization& coordinates, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
@@ -157,7 +157,7 @@ private:
       own = surfsynth::RequireValidMesh(mesh, surfsynth::PoissonNetEvaluator::Requirements());
     }
     const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
-    PreparedBlock prepared;
+    PreparedNetwork prepared;
     prepared.Normalization = this->Normalization();
     prepared.Coordinates = coordinates;
     const surfsynth::TriangleMesh normalized = surfsynth::Normalized(mesh, coordinates);
@@ -171,7 +171,7 @@ private:
     return this->Blocks.Insert(surface, std::move(prepared));
   }
 
-  const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedBlock& prepared) const
+  const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedNetwork& prepared) const
   {
     if (prepared.Model != this->Model)
     {

@@ -5,6 +5,7 @@
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 
@@ -14,7 +15,6 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
@@ -22,6 +22,7 @@
 
 #include <vector>
 
+using surfsynth::AddColumn;
 using surfsynth::Ensemble;
 using surfsynth::EnsembleMetrics;
 
@@ -29,18 +30,6 @@ vtkStandardNewMacro(vtkEnsembleMetrics);
 
 namespace
 {
-template <typename Array, typename Values>
-void AddColumn(vtkTable* table, const char* name, const Values& values)
-{
-  vtkNew<Array> column;
-  column->SetName(name);
-  for (const auto& value : values)
-  {
-    column->InsertNextValue(value);
-  }
-  table->AddColumn(column);
-}
-
 void FillMetrics(vtkTable* table, const EnsembleMetrics& metrics)
 {
   const auto add = [table](const char* name, double value) {

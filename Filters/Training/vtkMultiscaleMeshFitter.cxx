@@ -43,7 +43,7 @@ surfsynth::MeshRequirements RequirementsOfReference()
 }
 
 /// The triangles of @p surface and the points that they use.
-TriangleMesh MeshOf(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
+TriangleMesh MeshOfUsedPoints(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
 {
   const TriangleMesh mesh = surfsynth::ToSurface(surface, requirements).Mesh;
   return surfsynth::UsedPoints(mesh).Compact(mesh);
@@ -90,8 +90,8 @@ public:
     {
       return;
     }
-    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(
-      MeshOf(reference, RequirementsOfReference()), this->Options(vtkPolyData::GetData(inputVector[1])), progress);
+    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
+      this->Options(vtkPolyData::GetData(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
@@ -155,7 +155,7 @@ private:
   {
     try
     {
-      return MeshOf(given, surfsynth::GeometricTextureSampler::Requirements());
+      return MeshOfUsedPoints(given, surfsynth::GeometricTextureSampler::Requirements());
     }
     catch (const surfsynth::InvalidInput& error)
     {

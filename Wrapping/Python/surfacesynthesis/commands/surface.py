@@ -36,7 +36,11 @@ def add(commands):
     parser.add_argument("input", metavar="INPUT", help="volume or surface to read; a folder is a DICOM series")
     formats = ".vtp .vtk .vtm .stl .ply .obj .off .gii .glb .gltf"
     parser.add_argument("output", metavar="OUTPUT", help=f"surface to write: {formats}")
+    _add_volume_options(parser)
+    _add_solid_options(parser)
 
+
+def _add_volume_options(parser):
     image = parser.add_argument_group("volumes")
     iso_value = image.add_argument(
         "--iso-value", type=float, metavar="V", help="value on the surface (default: from the histogram)"
@@ -60,7 +64,11 @@ def add(commands):
         "--array", metavar="NAME", help="array of points or cells to use, of .vti files (default: the active scalars)"
     )
     image.add_argument("--series", metavar="N", help="number or UID of the DICOM series, in folders with several")
+    add_former_option(parser, "--iso", iso_value)
+    add_former_option(parser, "--below", inside, "below")
 
+
+def _add_solid_options(parser):
     solid = parser.add_argument_group("solid; lengths in units of the file, mm as a rule")
     solid.add_argument(
         "--voxel-size",
@@ -85,8 +93,6 @@ def add(commands):
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
     add_running_options(solid)
-    add_former_option(parser, "--iso", iso_value)
-    add_former_option(parser, "--below", inside, "below")
     add_former_option(parser, "--iterations", iterations)
     add_former_option(parser, "--largest", largest)
 
