@@ -5,6 +5,7 @@ reads FreeSurfer's surfaces. Reads volumes: NIfTI, DICOM, MGH, MetaImage, NRRD a
 import os
 import shutil
 import stat
+import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
