@@ -30,6 +30,9 @@ struct BlockTypes
   std::string Advice = "vtkDataSetSurfaceFilter extracts a surface"; ///< ends the error of a dataset of another class
 };
 
+/// Classes of filters that make another surface of each surface.
+inline const BlockTypes SurfaceToSurface{ { "vtkPolyData" }, "vtkPolyData" };
+
 /// One dataset of the input, and what is made of it.
 struct Block
 {

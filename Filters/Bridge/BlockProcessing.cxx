@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BlockBridge.h"
 
+#include "DataObjects.h"
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
 
@@ -10,7 +11,6 @@
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
-#include <vtkDataObjectTypes.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkSmartPointer.h>
@@ -23,18 +23,6 @@ namespace surfsynth
 
 namespace
 {
-std::int64_t SizeOf(vtkDataObject* data)
-{
-  return data ? std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::POINT), 0) +
-      std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::CELL), 0)
-              : 0;
-}
-
-vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
-{
-  return vtkSmartPointer<vtkDataObject>::Take(vtkDataObjectTypes::NewDataObject(className.c_str()));
-}
-
 /// "a vtkImageData or a vtkPolyData"
 std::string Alternatives(const std::vector<std::string>& classes)
 {
@@ -45,8 +33,6 @@ std::string Alternatives(const std::vector<std::string>& classes)
   }
   return text;
 }
-
-using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
 
 /// One call of a filter's RequestData.
 class BlockProcessing
@@ -62,7 +48,7 @@ public:
 
   /// Fills @p outputs from @p input, which is no composite dataset.
   /// @return false after an error, which is reported here. Collective on several ranks.
-  bool Dataset(vtkDataObject* input, const OutputList& outputs)
+  bool Dataset(vtkDataObject* input, const DataObjectList& outputs)
   {
     if (!this->Accepts(input))
     {
@@ -93,7 +79,7 @@ public:
 
   /// Fills @p outputs, trees with the structure of @p input, block by block. Collective on several ranks.
   /// @throws Cancelled
-  void Tree(vtkDataObjectTree* input, const OutputList& outputs)
+  void Tree(vtkDataObjectTree* input, const DataObjectList& outputs)
   {
     std::vector<std::int64_t> sizes;
     EachLeaf(input, [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
@@ -118,7 +104,7 @@ public:
   }
 
 private:
-  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const OutputList& outputs, const Progress& progress)
+  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const DataObjectList& outputs, const Progress& progress)
   {
     vtkDataObject* input = place->GetCurrentDataObject();
     const BlockPlace at = PlaceOf(place);
@@ -136,7 +122,7 @@ private:
       this->RejectType(input, at);
       return;
     }
-    OutputList results;
+    DataObjectList results;
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
       results.push_back(NewDataObject(this->Types.Output));
@@ -157,7 +143,7 @@ private:
   /// Works on @p input; the text of what went wrong.
   /// @throws Cancelled
   std::string Attempted(
-    vtkDataObject* input, const OutputList& outputs, const BlockPlace& at, const Progress& progress) const
+    vtkDataObject* input, const DataObjectList& outputs, const BlockPlace& at, const Progress& progress) const
   {
     return Attempt(input, [&] {
       Report(progress, 0.0);
@@ -169,7 +155,7 @@ private:
   }
 
   /// Reports @p error, if there is one, and then empties @p outputs.
-  bool Conclude(const std::string& error, const BlockPlace& at, const OutputList& outputs) const
+  bool Conclude(const std::string& error, const BlockPlace& at, const DataObjectList& outputs) const
   {
     if (error.empty())
     {
@@ -236,7 +222,7 @@ int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInf
 {
   return RunGuarded(self, outputVector, [&] {
     vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-    const OutputList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
+    const DataObjectList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
     BlockProcessing processing(self, types, worker);
     auto* tree = vtkDataObjectTree::SafeDownCast(input);
     if (!tree)

@@ -36,7 +36,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 1024;
+constexpr std::int64_t PlaceGrain = 1024;
 
 bool KeepsItsMeaning(vtkDataSetAttributes* source, int k)
 {
@@ -239,7 +239,7 @@ NearestPlaces::~NearestPlaces() = default;
 std::vector<SurfacePlace> NearestPlaces::Find(const PointMatrix& points) const
 {
   std::vector<SurfacePlace> places(static_cast<std::size_t>(points.rows()));
-  ParallelFor(points.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points.rows(), PlaceGrain, [&](std::int64_t begin, std::int64_t end) {
     vtkNew<vtkGenericCell> cell;
     for (std::int64_t p = begin; p < end; ++p)
     {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfaceBridge.h"
 
+#include "DataObjects.h"
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
 #include "SurfaceArrays.h"
@@ -26,12 +27,10 @@ namespace surfsynth
 
 namespace
 {
-vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
+vtkIdType NumberOfCells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
 
 /// Results of one surface, one for each output of the series.
 using PolyDataList = std::vector<vtkSmartPointer<vtkPolyData>>;
-/// The output of each series as a whole: a surface, or a tree of surfaces.
-using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
 
 PolyDataList NewSurfaces(std::size_t count)
 {
@@ -98,7 +97,7 @@ public:
   /// Fills @p outputs, trees with the structure of @p input, block by block.
   /// @throws Cancelled
   void Blocks(
-    vtkDataObjectTree* input, const OutputList& outputs, const std::function<bool(std::size_t leaf)>& isWanted = {})
+    vtkDataObjectTree* input, const DataObjectList& outputs, const std::function<bool(std::size_t leaf)>& isWanted = {})
   {
     double cells = 0.0;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
@@ -128,7 +127,7 @@ public:
 
   /// The same when each rank holds some of the blocks, or pieces of blocks. Blocks that lie on one rank are worked on
   /// there; the others are gathered one after the other. Collective.
-  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, const OutputList& outputs)
+  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, const DataObjectList& outputs)
   {
     std::vector<std::int64_t> cells;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) {
@@ -166,7 +165,7 @@ public:
   }
 
 private:
-  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(Cells(block)) : 0.0; }
+  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(NumberOfCells(block)) : 0.0; }
 
   /// Calls visit(place, polydata) for every leaf; the polydata is null when the leaf is, or is something else.
   template <typename Visit>
@@ -178,7 +177,7 @@ private:
   }
 
   /// Puts the results of one surface into the trees of the outputs.
-  static void SetLeaves(vtkDataObjectTreeIterator* place, const PolyDataList& results, const OutputList& outputs)
+  static void SetLeaves(vtkDataObjectTreeIterator* place, const PolyDataList& results, const DataObjectList& outputs)
   {
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
@@ -196,7 +195,7 @@ private:
     {
       output->ShallowCopy(input);
     }
-    if (input->GetNumberOfPoints() == 0 && Cells(input) == 0)
+    if (IsEmpty(input))
     {
       return false;
     }
@@ -386,7 +385,7 @@ bool Process(
   vtkMultiProcessController* several = Ranks::Several();
   if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
   {
-    const OutputList outputs = MakeOutputs(tree, series, "vtkPolyData", output);
+    const DataObjectList outputs = MakeOutputs(tree, series, "vtkPolyData", output);
     several ? processing.DistributedBlocks(Ranks(several), tree, outputs) : processing.Blocks(tree, outputs);
     return true;
   }

@@ -121,6 +121,16 @@ public:
 
   ///@{
   /**
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
+   * scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "Mixture".
    */
   void SetOutputArrayName(const char* name);
@@ -159,6 +169,7 @@ private:
   int NumberOfSamples = 1;
   int FirstSample = 0;
   int MemoryLimit = 0;
+  bool ActiveResult = false;
   std::string OutputArrayName = "Mixture";
 
   class Internals;

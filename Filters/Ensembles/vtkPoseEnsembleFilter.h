@@ -106,6 +106,16 @@ public:
 
   ///@{
   /**
+   * Distance of neighboring samples in a grid in the xy plane, as a fraction of the box of the input along each axis; at least
+   * 0. 0 leaves all samples in the place of the input. The array of displacements is without it, and each sample gets the
+   * field array "Translation", three components, world units. Default 0.
+   */
+  vtkSetClampMacro(Spread, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Spread, double);
+  ///@}
+
+  ///@{
+  /**
    * Number of rotated extremities, from 1 to 100. The extremities are the points farthest, along the surface, from the
    * centre and from each other. Default 6.
    */
@@ -213,12 +223,11 @@ private:
   vtkPoseEnsembleFilter(const vtkPoseEnsembleFilter&) = delete;
   void operator=(const vtkPoseEnsembleFilter&) = delete;
 
-  void SetName(std::string& name, const char* value);
-
   int Seed = 0;
   int NumberOfSamples = 12;
   int FirstSample = 0;
   int MemoryLimit = 0;
+  double Spread = 0.0;
   int NumberOfHandles = 6;
   double MaximumAngle = 60.0;
   double MaximumTwist = 20.0;

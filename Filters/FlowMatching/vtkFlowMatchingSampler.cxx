@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "FlowSamples.h"
 #include "PointRows.h"
 #include "SampleMemory.h"
@@ -39,7 +40,7 @@ namespace
 constexpr double EvaluationsOfPreparation = 3.0;
 
 /// Samples of one model on one mesh.
-struct PreparedBlock
+struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
   std::unique_ptr<FlowSamples> Samples;
@@ -136,7 +137,7 @@ public:
   /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedSamples* found = this->Blocks.Find(surface);
     return found && found->Model == this->Model ? found->Samples.get() : nullptr;
   }
 
@@ -146,7 +147,7 @@ public:
   }
 
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedSamples> Blocks;
   surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
     "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
   vtkTypeInt64 NumberOfFactorizations = 0;
@@ -214,7 +215,7 @@ private:
   FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
-    PreparedBlock prepared;
+    PreparedSamples prepared;
     prepared.Model = this->Model;
     prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
     ++this->NumberOfFactorizations;
@@ -245,28 +246,24 @@ vtkFlowMatchingSampler::vtkFlowMatchingSampler()
 
 vtkFlowMatchingSampler::~vtkFlowMatchingSampler() = default;
 
-void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
+void vtkFlowMatchingSampler::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkFlowMatchingSampler::SetInputNoiseArrayName(const char* name)
 {
-  this->SetText(this->InputNoiseArrayName, name);
+  surfsynth::SetString(this, this->InputNoiseArrayName, name);
 }
 
-void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkFlowMatchingSampler::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
 void vtkFlowMatchingSampler::SetInitialNoiseArrayName(const char* name)
 {
-  this->SetText(this->InitialNoiseArrayName, name);
+  surfsynth::SetString(this, this->InitialNoiseArrayName, name);
 }
 
 std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputArrayNames()
@@ -294,9 +291,8 @@ int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
 int vtkFlowMatchingSampler::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   if (this->NumberOfSamples == 1)

@@ -213,9 +213,6 @@ protected:
   vtkFlowMatchingSampler();
   ~vtkFlowMatchingSampler() override;
 
-  /// Sets a text property; Modified() on change.
-  void SetText(std::string& property, const char* text);
-
   /// Returns true in a filter whose signal are positions: the model must then generate positions, and AddSample() gets
   /// their displacement from the points of the input. Default false.
   virtual bool GeneratesDisplacements() const { return false; }

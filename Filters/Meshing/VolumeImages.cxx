@@ -30,7 +30,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 1 << 16;
+constexpr std::int64_t SampleGrain = 1 << 16;
 /// Values between two reports of progress.
 constexpr std::int64_t Slab = 1 << 24;
 constexpr int Bins = 1024;
@@ -48,7 +48,7 @@ struct ForParts
     for (std::int64_t first = 0; first < count; first += Slab)
     {
       Report(progress, static_cast<double>(first) / static_cast<double>(count));
-      ParallelFor(std::min(Slab, count - first), Grain,
+      ParallelFor(std::min(Slab, count - first), SampleGrain,
         [&](std::int64_t begin, std::int64_t end) { task(first + begin, first + end, value); });
     }
   }

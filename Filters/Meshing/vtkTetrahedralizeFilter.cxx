@@ -2,6 +2,7 @@
 #include "vtkTetrahedralizeFilter.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
@@ -22,7 +23,7 @@ vtkStandardNewMacro(vtkTetrahedralizeFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
+const surfsynth::BlockTypes SurfaceToGrid{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
 } // namespace
 
 class vtkTetrahedralizeFilter::Internals
@@ -76,33 +77,23 @@ vtkTetrahedralizeFilter::~vtkTetrahedralizeFilter() = default;
 
 void vtkTetrahedralizeFilter::SetRegionArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->RegionArrayName != wanted)
-  {
-    this->RegionArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->RegionArrayName, name);
 }
 
 void vtkTetrahedralizeFilter::SetSurfaceArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->SurfaceArrayName != wanted)
-  {
-    this->SurfaceArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->SurfaceArrayName, name);
 }
 
 int vtkTetrahedralizeFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestData(
@@ -117,7 +108,7 @@ int vtkTetrahedralizeFilter::RequestData(
   const auto tetrahedralize = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->Tetrahedralize(block, progress);
   };
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, tetrahedralize);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToGrid, tetrahedralize);
 }
 
 void vtkTetrahedralizeFilter::PrintSelf(ostream& os, vtkIndent indent)

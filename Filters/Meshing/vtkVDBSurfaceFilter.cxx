@@ -38,7 +38,7 @@ vtkStandardNewMacro(vtkVDBSurfaceFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkImageData", "vtkPolyData" }, "vtkPolyData",
+const surfsynth::BlockTypes ImageOrSurfaceToSurface{ { "vtkImageData", "vtkPolyData" }, "vtkPolyData",
   "vtkDataSetSurfaceFilter extracts a surface, vtkResampleToImage an image" };
 
 /// Samples and triangles converted to a surface in a second, for the estimate of progress.
@@ -263,13 +263,13 @@ vtkPolyData* vtkVDBSurfaceFilter::GetPolyDataOutput()
 
 int vtkVDBSurfaceFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, ImageOrSurfaceToSurface);
 }
 
 int vtkVDBSurfaceFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, ImageOrSurfaceToSurface);
 }
 
 int vtkVDBSurfaceFilter::RequestUpdateExtent(vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
@@ -289,7 +289,7 @@ int vtkVDBSurfaceFilter::RequestData(
   const auto work = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->Process(block, progress);
   };
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, work);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, ImageOrSurfaceToSurface, work);
 }
 
 double vtkVDBSurfaceFilter::GetEffectiveIsoValue() const { return this->Impl->EffectiveIsoValue; }

@@ -190,6 +190,28 @@ public:
 
   ///@{
   /**
+   * Refinement of surfaces that are too coarse for the correlation range: where an edge is longer than a third of it, triangles
+   * are divided at midpoints of edges (vtkAdaptiveSubdivisionFilter) until no edge is longer than a quarter. The output is
+   * then the refined surface, of triangles, with the arrays of the input interpolated. Used in CORRELATION_RANGE mode by
+   * MATERN and SPECTRAL noise. Default off.
+   */
+  vtkSetMacro(Refinement, bool);
+  vtkGetMacro(Refinement, bool);
+  vtkBooleanMacro(Refinement, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
+   * scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "MaternNoise".
    */
   void SetOutputArrayName(const char* name);
@@ -245,6 +267,8 @@ private:
   int NumberOfSamples = 1;
   int FirstSample = 0;
   int MemoryLimit = 0;
+  bool Refinement = false;
+  bool ActiveResult = false;
   std::string OutputArrayName = "MaternNoise";
 
   class Internals;

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """``python3 -m surfacesynthesis``"""
 
+import errno
 import io
 import os
 import pty
@@ -14,7 +15,7 @@ import time
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import files_in, icosphere, polydata_of, run_command
+from conftest import files_in, icosphere, polydata_of, read_terminal, run_command
 from surfacesynthesis import matern_noise, read_mesh, write_mesh
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.commands import FORMER_COMMANDS
@@ -316,7 +317,7 @@ def test_full_disk_leaves_the_old_file(kind, surface, tmp_path):
     extra = ["--warp", "0.1"] if kind == ".off" else []
     done = run_command("noise", surface, tmp_path / f"out{kind}", "--range", "1", *extra, preexec_fn=limit)
     assert done.returncode == 1 and done.stdout == ""
-    assert re.fullmatch(r"surfacesynthesis: [^\n]+\n", done.stderr)
+    assert done.stderr == f"surfacesynthesis: {tmp_path / f'out{kind}'}: {os.strerror(errno.EFBIG)}\n"
     assert files_in(tmp_path) == ["in.off", f"out{kind}"]
     assert (tmp_path / f"out{kind}").read_text() == "old"
 
@@ -399,17 +400,8 @@ def on_terminal(command, folder):
     ours, theirs = pty.openpty()
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=theirs) as process:
         os.close(theirs)
-        text = b""
-        while True:
-            try:
-                data = os.read(ours, 4096)
-            except OSError:  # the other side was closed
-                break
-            if not data:
-                break
-            text += data
+        text = read_terminal(ours)
         process.communicate(timeout=60)
-    os.close(ours)
     assert process.returncode == 0
     return text.decode()
 

@@ -7,6 +7,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -45,19 +46,6 @@ TriangleMesh WithThreads(const Work& work)
   tbb::task_arena arena(static_cast<int>(std::min<std::size_t>(MaximumThreads(), available)));
   arena.execute([&] { result = work(); });
   return result;
-}
-
-double AreaOf(const TriangleMesh& mesh)
-{
-  double doubleArea = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    doubleArea += a.cross(b).norm();
-  }
-  return 0.5 * doubleArea;
 }
 
 double SignedVolume(const TriangleMesh& mesh)
@@ -107,7 +95,7 @@ void RequireFewVoxels(
   const double side = ComputeBoundingBox(mesh).LongestSide() + 2.0 * motion.Outwards;
   // The area of a sphere of radius r grows by 8 pi r d + 4 pi d^2 over a distance d.
   const double grown = 4.0 * 3.14159265358979 * motion.Outwards * (side - motion.Outwards);
-  const double voxels = 2.0 * (halfWidth + 1.0) * (AreaOf(mesh) + grown) / (voxelSize * voxelSize) + side / voxelSize;
+  const double voxels = 2.0 * (halfWidth + 1.0) * (SurfaceArea(mesh) + grown) / (voxelSize * voxelSize) + side / voxelSize;
   const double visits = StepsOfVoxel * motion.Way / voxelSize * voxels;
   const double mostVisits = VisitsOfVoxel * options.MaximumNumberOfVoxels;
   if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide && visits <= mostVisits)

@@ -89,28 +89,7 @@ def deform(
     progress=None,
     memory_limit=None,
 ):
-    is_pair = isinstance(mesh, (tuple, list))
-    dataset = given_dataset(mesh)
-    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
-    algorithm = configured_deformer(
-        model,
-        seed=seed,
-        input_noise=input_noise,
-        samples=samples,
-        first_sample=first_sample,
-        steps=steps,
-        integrator=integrator,
-        trajectory=trajectory,
-        move_points=move_points,
-        displacement_name=displacement_name,
-        initial_noise_name=initial_noise_name,
-        area_ratio_name=area_ratio_name,
-        memory_limit=memory_limit,
-    )
-    if not is_pair:
-        return _outputs(algorithm, mesh, progress)
-    algorithm.MovePointsOn()
-    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPoints().GetData(), 3)
+    return _generated(configured_deformer, _positions, **locals())
 
 
 deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations.
@@ -156,27 +135,7 @@ def sample_signal(
     progress=None,
     memory_limit=None,
 ):
-    is_pair = isinstance(mesh, (tuple, list))
-    dataset = given_dataset(mesh)
-    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
-    algorithm = configured_sampler(
-        model,
-        seed=seed,
-        input_noise=input_noise,
-        samples=samples,
-        first_sample=first_sample,
-        steps=steps,
-        integrator=integrator,
-        trajectory=trajectory,
-        name=name,
-        initial_noise_name=initial_noise_name,
-        memory_limit=memory_limit,
-    )
-    if not is_pair:
-        return _outputs(algorithm, mesh, progress)
-    algorithm.SetSignalArrayName("Signal" if initial_noise_name != "Signal" else "_Signal")
-    wanted = algorithm.GetSignalArrayName()
-    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPointData().GetArray(wanted), None)
+    return _generated(configured_sampler, _signal, **locals())
 
 
 sample_signal.__doc__ = f"""Generates a signal on a surface, as a flow matching model has learned it.
@@ -256,6 +215,34 @@ def flow_times(algorithm):
     return [k / steps for k in range(steps + 1)] if algorithm.GetOutputTrajectory() else [1.0]
 
 
+def _generated(configure, result, mesh, input_noise, samples, progress, **parameters):
+    """The result of deform() and of sample_signal(), whose arguments these are.
+
+    ``configure`` makes the filter of ``parameters``; ``result`` prepares it for a pair, and returns a function that finds
+    the array of an output, and the number of components of that of an empty one.
+    """
+    is_pair = isinstance(mesh, (tuple, list))
+    dataset = given_dataset(mesh)
+    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
+    algorithm = configure(input_noise=input_noise, samples=samples, **parameters)
+    if not is_pair:
+        return _outputs(algorithm, mesh, progress)
+    return _stacked(algorithm, dataset, samples, progress, *result(algorithm))
+
+
+def _positions(algorithm):
+    """The moved points as the result of a vtkFlowMatchingDeformer."""
+    algorithm.MovePointsOn()
+    return lambda block: block.GetPoints().GetData(), 3
+
+
+def _signal(algorithm):
+    """The signal as the result of a vtkFlowMatchingSampler."""
+    name = "Signal" if algorithm.GetInitialNoiseArrayName() != "Signal" else "_Signal"
+    algorithm.SetSignalArrayName(name)
+    return lambda block: block.GetPointData().GetArray(name), None
+
+
 def _run(algorithm, dataset, progress):
     """The output at each flow time."""
     progress_callback(progress)
@@ -265,7 +252,7 @@ def _run(algorithm, dataset, progress):
         output, remarks = apply_filter(algorithm, dataset, progress)
         outputs = [output]
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=5)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=6)
     return outputs
 
 

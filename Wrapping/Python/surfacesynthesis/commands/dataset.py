@@ -32,7 +32,9 @@ def add(commands):
     parser = add_command(
         commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for flow matching", _DESCRIPTION, _EXAMPLES
     )
-    signals = parser.add_subparsers(title="signals", metavar="SIGNAL", required=True)
+    signals = parser.add_subparsers(
+        title="signals", metavar="SIGNAL", required=True, prog=f"python3 -m {PROGRAM} dataset"
+    )
     if hasattr(_ensembles, "vtkPoseEnsembleFilter"):
         _add_poses(signals)
     _add_mixtures(signals)
@@ -46,7 +48,7 @@ def _add_signal(signals, name, help, description):
         description=description,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
     samples = parser.add_argument_group("samples")
     samples.add_argument("--samples", type=int, default=1000, metavar="N", help="number of samples (default: 1000)")

@@ -49,7 +49,7 @@ def add(commands):
 
 def _add(commands, name, text, description, epilog):
     parser = add_command(commands, name, "INPUT OUTPUT --model FILE", text, description, epilog)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     flow = parser.add_argument_group("flow")
     flow.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")

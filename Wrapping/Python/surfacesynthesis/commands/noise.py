@@ -13,6 +13,7 @@ triangulation. The output is the input with one array for each sample."""
 _FORMATS = """\
 files: the format follows from the extension.
   .vtp .vtk .ply          keep the noise as point arrays
+  .gii .glb .gltf         the same, in single precision, as triangles
   .stl .obj .off          keep the shape only: use --warp
   .vtm (.vtk)             composite datasets, processed block by block
 """
@@ -33,7 +34,7 @@ def add(commands):
         commands, "noise", "INPUT OUTPUT", "add Matérn noise to a surface", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
 
     scale = parser.add_argument_group("scale").add_mutually_exclusive_group()

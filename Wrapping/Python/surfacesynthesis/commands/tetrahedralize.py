@@ -26,7 +26,7 @@ def add(commands):
         commands, "tetrahedralize", "INPUT OUTPUT", "fill a closed surface with tetrahedra", _DESCRIPTION, _EPILOG
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .vtu .vtk .vtm")
 
     bounds = parser.add_argument_group("bounds")
