@@ -164,6 +164,17 @@ TEST(GeometricTextureRemeshing, EdgesAreAsLongAsTheScaleSays)
   EXPECT_EQ(HashOf(target), before);
 }
 
+TEST(GeometricTextureRemeshing, TheAutomaticScaleBeginsWithTheSameTrianglesOnEveryTarget)
+{
+  for (const int levels : { 2, 5 })
+  {
+    const auto filter = Remeshing(Icosphere(levels).ToPolyData(), 0.0);
+    filter->SetEndLevel(0);
+    const auto output = SurfaceOf(filter);
+    EXPECT_NEAR(static_cast<double>(output->GetNumberOfPolys()), 7000.0, 700.0) << levels;
+  }
+}
+
 TEST(GeometricTextureRemeshing, ArraysAreCarriedOver)
 {
   const auto target = Grid(9, 4).ToPolyData(VTK_FLOAT);
