@@ -21,6 +21,7 @@ PROPERTIES = {
     "LossTableFileName": ("", "a.csv", "a.csv"),
     "CheckpointInterval": (500, 20, 20),
     "Resume": (1, 0, False),
+    "TimeBudget": (2.0, 0.0, 0.0),
     "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
     "SignalArrayName": ("", "Heat", "Heat"),
     "EncoderFileName": ("", "encoder.safetensors", "encoder.safetensors"),

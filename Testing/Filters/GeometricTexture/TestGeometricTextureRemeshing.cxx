@@ -117,6 +117,20 @@ Cost CostOf(Filter* filter)
 #endif
 } // namespace
 
+TEST(GeometricTextureRemeshing, TheAutomaticStartIsLevelOneOnATargetAndLevelZeroWithoutInput)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  for (const bool hasTarget : { true, false })
+  {
+    const auto filter = Remeshing(hasTarget ? target.Get() : nullptr);
+    filter->SetTargetPreparationToAsIs();
+    filter->SetStartLevel(-1);
+    const vtkSmartPointer<vtkPolyData> automatic = SurfaceOf(filter);
+    filter->SetStartLevel(hasTarget ? 1 : 0);
+    EXPECT_TRUE(SameBits(automatic->GetPoints()->GetData(), SurfaceOf(filter)->GetPoints()->GetData()));
+  }
+}
+
 TEST(GeometricTextureRemeshing, LeavesTheTemplateAsItIs)
 {
   const auto filter = Remeshing(nullptr, 0.3);
