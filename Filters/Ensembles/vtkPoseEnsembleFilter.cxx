@@ -3,8 +3,10 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
 #include "NewArray.h"
+#include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
@@ -42,7 +44,7 @@ vtkStandardNewMacro(vtkPoseEnsembleFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
+const surfsynth::BlockTypes SurfaceToPoses{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
 
 surfsynth::MeshRequirements Requirements()
 {
@@ -71,7 +73,7 @@ bool Same(const PoseKey& a, const PoseKey& b)
 }
 
 /// Equations on one mesh.
-struct PreparedBlock
+struct PreparedPoses
 {
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
@@ -160,7 +162,7 @@ public:
     this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
   }
 
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedPoses> Blocks;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -183,7 +185,7 @@ private:
   {
     const std::shared_ptr<const Surface> pattern = this->TemplateSurface();
     const PoseKey key = this->KeyOf(pattern ? *pattern : surface);
-    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedBlock& found) { return Same(found.Key, key); }))
+    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedPoses& found) { return Same(found.Key, key); }))
     {
       return *held->Poses;
     }
@@ -242,6 +244,10 @@ private:
       displacement->SetName(this->Self->DisplacementArrayName.c_str());
       pose->GetPointData()->AddArray(displacement);
       pose->GetPointData()->AddArray(regions);
+      if (!pose->GetPointData()->GetVectors())
+      {
+        pose->GetPointData()->SetActiveVectors(this->Self->DisplacementArrayName.c_str());
+      }
       points[k].resize(0, 3);
       if (!places.empty())
       {
@@ -285,28 +291,21 @@ void vtkPoseEnsembleFilter::SetTemplateConnection(vtkAlgorithmOutput* port) { th
 
 void vtkPoseEnsembleFilter::SetTemplateData(vtkDataObject* shape) { this->SetInputDataObject(1, shape); }
 
-void vtkPoseEnsembleFilter::SetName(std::string& name, const char* value)
-{
-  const std::string wanted = value ? value : "";
-  if (name != wanted)
-  {
-    name = wanted;
-    this->Modified();
-  }
-}
-
 void vtkPoseEnsembleFilter::SetDisplacementArrayName(const char* name)
 {
-  this->SetName(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name) { this->SetName(this->RegionArrayName, name); }
+void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->RegionArrayName, name);
+}
 
 int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* info)
 {
   if (port == 0)
   {
-    return surfsynth::AcceptBlocks(info, Types);
+    return surfsynth::AcceptBlocks(info, SurfaceToPoses);
   }
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
@@ -316,15 +315,20 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
 int vtkPoseEnsembleFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToPoses);
 }
 
 int vtkPoseEnsembleFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
+  // Points and displacements, in double precision while they are made and afterwards in that of the input.
+  const std::string problem = this->DisplacementArrayName.empty() || this->RegionArrayName.empty()
+    ? "DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed."
+    : surfsynth::ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -332,7 +336,7 @@ int vtkPoseEnsembleFilter::RequestData(
   const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakePoses(block, progress);
   };
-  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, makePoses);
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToPoses, makePoses);
   this->Impl->End();
   return success;
 }
@@ -345,6 +349,7 @@ void vtkPoseEnsembleFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "Spread: " << this->Spread << "\n";
   os << indent << "NumberOfHandles: " << this->NumberOfHandles << "\n";
   os << indent << "MaximumAngle: " << this->MaximumAngle << "\n";

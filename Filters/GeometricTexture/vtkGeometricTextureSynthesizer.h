@@ -296,8 +296,6 @@ private:
   vtkGeometricTextureSynthesizer(const vtkGeometricTextureSynthesizer&) = delete;
   void operator=(const vtkGeometricTextureSynthesizer&) = delete;
 
-  void SetText(std::string& property, const char* text);
-
   /// Fills the output from the dataset of @p targets; false after an error.
   bool Synthesize(vtkInformationVector* targets, vtkInformationVector* outputVector);
 

@@ -132,10 +132,6 @@ private:
     options.Iterations = this->Self->EncoderIterations;
     options.Milestones.clear(); // they count the iterations of the other training
     options.Eigenfunctions = this->Self->NumberOfEigenfunctions;
-    options.Width = recipe.Width;
-    options.Blocks = recipe.Blocks;
-    options.ComplexLayers = recipe.ComplexLayers;
-    options.InnerProducts = recipe.InnerProducts;
     options.BatchSize = recipe.BatchSize;
     const surfsynth::EncodingTrainer trainer = TrainEncoding(
       *this->Data, options, this->EncoderFiles(run), run.ShowProgress(options.Iterations, "encoder: "), progress);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkModelTrainer.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -12,36 +14,27 @@
 #include <vtkIdTypeArray.h>
 #include <vtkIndent.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkTable.h>
+
+#include <string>
+#include <vector>
 
 namespace
 {
-template <typename Array>
-void AddColumn(vtkTable* table, const surfsynth::LossHistory& history, std::size_t column)
-{
-  vtkNew<Array> array;
-  array->SetName(history.Columns()[column].c_str());
-  array->SetNumberOfTuples(static_cast<vtkIdType>(history.Size()));
-  for (std::size_t k = 0; k < history.Size(); ++k)
-  {
-    array->SetValue(static_cast<vtkIdType>(k), static_cast<typename Array::ValueType>(history.Row(k)[column]));
-  }
-  table->AddColumn(array);
-}
-
 /// Whole numbers as vtkIdType, all others as float64.
-void FillTable(vtkTable* table, const surfsynth::LossHistory& history)
+void AddLosses(vtkTable* table, const surfsynth::LossHistory& history)
 {
   for (std::size_t column = 0; column < history.Columns().size(); ++column)
   {
+    const std::string& name = history.Columns()[column];
+    const std::vector<double> values = history.Column(name);
     if (column < history.NumberOfCounts())
     {
-      AddColumn<vtkIdTypeArray>(table, history, column);
+      surfsynth::AddColumn<vtkIdTypeArray>(table, name.c_str(), std::vector<vtkIdType>(values.begin(), values.end()));
     }
     else
     {
-      AddColumn<vtkDoubleArray>(table, history, column);
+      surfsynth::AddColumn<vtkDoubleArray>(table, name.c_str(), values);
     }
   }
 }
@@ -112,7 +105,7 @@ void vtkModelTrainer::Run::Finish(const surfsynth::ModelTrainer& trainer)
 {
   this->Self->NumberOfIterationsDone = trainer.Iteration();
   this->Self->DeviceInUse = trainer.DeviceName();
-  FillTable(this->Table, trainer.History());
+  AddLosses(this->Table, trainer.History());
   this->EndsEarly(trainer, "model");
 }
 
@@ -120,15 +113,7 @@ vtkModelTrainer::vtkModelTrainer() = default;
 
 vtkModelTrainer::~vtkModelTrainer() = default;
 
-void vtkModelTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
+void vtkModelTrainer::SetText(std::string& property, const char* text) { surfsynth::SetString(this, property, text); }
 
 void vtkModelTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 

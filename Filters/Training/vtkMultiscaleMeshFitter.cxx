@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMultiscaleMeshFitter.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "SurfaceArrays.h"
@@ -42,7 +43,7 @@ surfsynth::MeshRequirements RequirementsOfReference()
 }
 
 /// The triangles of @p surface and the points that they use.
-TriangleMesh MeshOf(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
+TriangleMesh MeshOfUsedPoints(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
 {
   const TriangleMesh mesh = surfsynth::ToSurface(surface, requirements).Mesh;
   return surfsynth::UsedPoints(mesh).Compact(mesh);
@@ -89,8 +90,8 @@ public:
     {
       return;
     }
-    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(
-      MeshOf(reference, RequirementsOfReference()), this->Options(vtkPolyData::GetData(inputVector[1])), progress);
+    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
+      this->Options(vtkPolyData::GetData(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
@@ -154,7 +155,7 @@ private:
   {
     try
     {
-      return MeshOf(given, surfsynth::GeometricTextureSampler::Requirements());
+      return MeshOfUsedPoints(given, surfsynth::GeometricTextureSampler::Requirements());
     }
     catch (const surfsynth::InvalidInput& error)
     {
@@ -175,12 +176,7 @@ vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
 
 void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->DatasetFileName != wanted)
-  {
-    this->DatasetFileName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->DatasetFileName, name);
 }
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)

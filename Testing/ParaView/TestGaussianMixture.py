@@ -18,6 +18,7 @@ PROPERTIES = {
     "NumberOfSamples": (1, 3, 3),
     "FirstSample": (0, 2, 2),
     "ActiveResult": (1, 0, False),
+    "MemoryLimit": (0, 500, 500),
     "OutputArrayName": ("Mixture", "Bumps", "Bumps"),
 }
 

@@ -49,6 +49,7 @@ COMMON = {
     "progress": "progress callable, or bar",
     "quiet": "errors only",
     "reference": "what is compared with",
+    "series": "series of a DICOM folder",
     "set": "entry of a configuration",
     "source": "the surface that samples are on",
     "space": "directions of the coordinates of a volume",

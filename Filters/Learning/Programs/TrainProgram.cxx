@@ -168,6 +168,11 @@ protected:
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
+    AddNumber(known, "--width", o.Width, "hidden channels");
+    AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
+    AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
+    known["--inner-products"] = { "yes or no: features of dot products (no)",
+      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
     known["--milestone"] = {
       "iteration after which the learning rate falls; may be given several times (a quarter of all)",
       [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); }
@@ -194,17 +199,6 @@ protected:
     return known;
   }
 
-  /// The options of a network that is made.
-  template <typename Options>
-  static void AddNetwork(CommandOptions& known, Options& o)
-  {
-    AddNumber(known, "--width", o.Width, "hidden channels");
-    AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
-    AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
-    known["--inner-products"] = { "yes or no: features of dot products (no)",
-      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
-  }
-
   TrainingFiles Files;
   std::string Dataset;
 };
@@ -216,7 +210,6 @@ public:
   {
     FlowMatchingTrainingOptions& o = this->Options;
     CommandOptions known = this->PoissonNetOptions(o);
-    AddNetwork(known, o);
     AddNumber(known, "--batch", o.BatchSize, "samples in an iteration");
     AddNumber(known, "--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
     AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
@@ -252,7 +245,6 @@ public:
   CommandOptions KnownOptions() override
   {
     CommandOptions known = this->PoissonNetOptions(this->Options);
-    AddNetwork(known, this->Options);
     AddNumber(known, "--batch", this->Options.BatchSize, "surfaces in an iteration");
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
     return known;

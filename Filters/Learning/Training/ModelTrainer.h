@@ -43,8 +43,8 @@ public:
   /// @throws InvalidInput when the file cannot be written; the earlier file is then still there.
   void SaveCheckpoint(const std::string& path) const;
   /// Goes on from a checkpoint of the same dataset and recipe.
-  /// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch naming what differs. The trainer has
-  /// not changed then.
+  /// @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch naming what differs, also when the
+  /// checkpoint has more iterations than Iterations(). The trainer has not changed then.
   void LoadCheckpoint(const std::string& path);
   /// Writes the model file of the weights after the last iteration. @throws InvalidInput when it cannot be written.
   virtual void SaveModel(const std::string& path) const = 0;

@@ -87,7 +87,7 @@ bool HasCheckpoint(const TrainingFiles& files)
 
 std::int64_t CheckpointIterations(const TrainingFiles& files)
 {
-  return HasCheckpoint(files) ? static_cast<std::int64_t>(ReadCheckpoint(files.Checkpoint).History.Size()) : 0;
+  return HasCheckpoint(files) ? ReadCheckpointHeader(files.Checkpoint).Iterations : 0;
 }
 
 } // namespace surfsynth

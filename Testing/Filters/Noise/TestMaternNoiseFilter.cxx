@@ -344,6 +344,19 @@ TEST(MaternNoiseFilter, RefinementLeavesFineMeshesAndOtherScalesAsTheyAre)
   EXPECT_EQ(coarse->GetPolyDataOutput()->GetNumberOfPoints(), 12);
 }
 
+TEST(MaternNoiseFilter, DefectsAreThoseOfTheMeshBeforeTheRefinement)
+{
+  Soup soup = Icosphere(0);
+  const vtkIdType tip = soup.AddPoint(3.0, 0.0, 0.0);
+  soup.Polys.push_back({ soup.Polys[0][0], soup.Polys[0][1], tip }); // a third triangle on an edge
+  const auto filter = Filter(soup.ToPolyData(), 0.5);
+  filter->RefinementOn();
+  EventRecorder events(filter);
+  EXPECT_FALSE(Update(filter));
+  ASSERT_EQ(events.Errors.size(), 1u);
+  EXPECT_THAT(events.Errors[0], ::testing::HasSubstr("1 non-manifold edge"));
+}
+
 TEST(MaternNoiseFilter, RefinementWorksBlockByBlock)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;

@@ -33,6 +33,7 @@ from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
+from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
@@ -86,6 +87,7 @@ __all__ = [
     "sample_signal",
     "topology_report",
     "vdb_surface",
+    "volume_from_numpy",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
     "vtkFlowMatchingDeformer",

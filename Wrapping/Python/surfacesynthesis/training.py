@@ -2,6 +2,7 @@
 """The parameters, the run and the losses that all trainings share: functions around vtkModelTrainer."""
 
 import inspect
+import textwrap
 import warnings
 
 import numpy as np
@@ -12,6 +13,8 @@ from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkModelTrainer
 
+#: Above it single precision has no room for a step.
+LARGEST_LEARNING_RATE = 1e30
 #: The devices of a training, by the name that ``device`` takes.
 DEVICES = {
     "auto": vtkModelTrainer.AUTO,
@@ -43,6 +46,12 @@ _PARAMETERS = """\
     device : str
         "auto", "cpu" or "cuda". Default "auto".
 """
+_RETURNS = """\
+
+    Returns
+    -------
+    dict of arrays
+"""
 _RAISES = """\
 
     Raises
@@ -56,12 +65,19 @@ _RAISES = """\
     """
 
 
-def documented(function):
-    """A decorator that adds the shared parameters and errors to the docstring of a training."""
-    if function.__doc__:  # absent with python -OO
-        before, after = function.__doc__.split(_PLACE)
-        function.__doc__ = before + _PARAMETERS + after.rstrip() + "\n" + _RAISES
-    return function
+def documented(columns):
+    """A decorator that ends the docstring of a training: shared parameters, losses in ``columns``, errors."""
+    names = ", ".join(f'"{name}"' for name in columns[:-1]) + f' and "{columns[-1]}"'
+    text = f"{names}, with a number for each iteration. Empty arrays for empty inputs, of which no model is written."
+    lines = textwrap.fill(text, 119, initial_indent=8 * " ", subsequent_indent=8 * " ")
+
+    def decorate(function):
+        if function.__doc__:  # absent with python -OO
+            before, _ = function.__doc__.split(_PLACE)
+            function.__doc__ = f"{before}{_PARAMETERS}{_RETURNS}{lines}\n{_RAISES}"
+        return function
+
+    return decorate
 
 
 def with_shared_parameters(function):
@@ -94,7 +110,7 @@ def configure(
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
     algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
-    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRate(at_most("learning_rate", positive("learning_rate", learning_rate), LARGEST_LEARNING_RATE))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDevice(choice("device", device, DEVICES))
     return algorithm

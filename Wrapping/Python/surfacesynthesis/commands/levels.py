@@ -38,7 +38,7 @@ def add(commands):
         commands, "levels", "REFERENCE OUTPUT", "fit meshes at several scales to a surface", _DESCRIPTION, _EPILOG
     )
     parser.set_defaults(run=run)
-    parser.add_argument("reference", metavar="REFERENCE", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("reference", metavar="REFERENCE", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="dataset file to write (safetensors)")
     parser.add_argument(
         "--template",
