@@ -33,8 +33,6 @@ vtkStandardNewMacro(vtkSurfaceRepairFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-
 void AddFillingArray(const std::vector<bool>& isFilling, vtkPolyData* output)
 {
   vtkNew<vtkUnsignedCharArray> filled;
@@ -181,13 +179,13 @@ vtkSurfaceRepairFilter::~vtkSurfaceRepairFilter() = default;
 
 int vtkSurfaceRepairFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkSurfaceRepairFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
 }
 
 int vtkSurfaceRepairFilter::RequestData(
@@ -201,7 +199,7 @@ int vtkSurfaceRepairFilter::RequestData(
   this->VolumeLoss = 0.0;
   this->ComponentChange = 0.0;
   const Internals repair(this);
-  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
     [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { repair.Repair(block, progress); });
   this->Complete = this->Complete && success != 0;
   return success;

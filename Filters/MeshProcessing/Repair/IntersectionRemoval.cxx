@@ -4,6 +4,8 @@
 #include "MeshProcessing/Repair/SelfIntersections.h"
 #include "MeshProcessing/Repair/SurfaceExtent.h"
 
+#include "Core/Mesh/MeshStatistics.h"
+
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
@@ -127,7 +129,7 @@ IntersectionRemoval RemoveIntersections(CgalMesh& mesh, double maximumLoss, cons
   }
   const TriangleMesh whole = FromCgalMesh(mesh);
   SurfaceExtent extent = MeasureExtent(whole, CGAL::is_closed(mesh));
-  extent.Area -= AreaOf({ whole.Points, whole.Triangles(intersecting, Eigen::all) });
+  extent.Area -= SurfaceArea({ whole.Points, whole.Triangles(intersecting, Eigen::all) });
   CgalMesh best;
   for (const bool preserveGenus : { false, true })
   {

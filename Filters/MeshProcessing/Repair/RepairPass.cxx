@@ -7,6 +7,7 @@
 #include "MeshProcessing/Repair/SoupRepair.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/manifoldness.h>
@@ -93,15 +94,15 @@ private:
     soup.OriginOfTriangle.resize(static_cast<std::size_t>(soup.Mesh.Triangles.rows()));
     std::iota(soup.OriginOfTriangle.begin(), soup.OriginOfTriangle.end(), 0);
     this->RequireTriangles(soup.Mesh.NumberOfTriangles());
-    const double inputArea = AreaOf(soup.Mesh);
+    const double inputArea = SurfaceArea(soup.Mesh);
     if (this->Options.MergePoints)
     {
       this->Change("points merged", MergePoints(soup, this->MergeTolerance));
     }
-    const double mergedArea = AreaOf(soup.Mesh);
+    const double mergedArea = SurfaceArea(soup.Mesh);
     this->Change("duplicate triangles removed", RemoveDuplicateTriangles(soup));
     this->RequireTriangles(soup.Mesh.NumberOfTriangles());
-    const double duplicateArea = mergedArea - AreaOf(soup.Mesh);
+    const double duplicateArea = mergedArea - SurfaceArea(soup.Mesh);
     const ManifoldChanges changes = MakeManifold(soup);
     this->Change("triangles turned around", changes.FlippedTriangles);
     this->Change("points copied because sheets met there", changes.AddedPoints);

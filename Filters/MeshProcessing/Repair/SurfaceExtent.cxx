@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "MeshProcessing/Repair/SurfaceExtent.h"
 
+#include "Core/Mesh/MeshStatistics.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -12,23 +14,10 @@
 namespace surfsynth
 {
 
-double AreaOf(const TriangleMesh& mesh)
-{
-  double area = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    area += 0.5 * a.cross(b).norm();
-  }
-  return area;
-}
-
 SurfaceExtent MeasureExtent(const TriangleMesh& mesh, bool isClosed)
 {
   SurfaceExtent extent;
-  extent.Area = AreaOf(mesh);
+  extent.Area = SurfaceArea(mesh);
   extent.IsClosed = isClosed && mesh.NumberOfTriangles() > 0;
   std::vector<Index> root(static_cast<std::size_t>(mesh.NumberOfPoints()));
   std::iota(root.begin(), root.end(), 0);

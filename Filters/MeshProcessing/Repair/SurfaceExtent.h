@@ -19,9 +19,6 @@ struct SurfaceExtent
   bool IsClosed = false;       ///< no boundary; only then Volume is defined
 };
 
-/// Area of the triangles of @p mesh, square world units.
-double AreaOf(const TriangleMesh& mesh);
-
 /// Measures a consistently wound mesh. O(V + F).
 /// @param isClosed the mesh has no boundary
 SurfaceExtent MeasureExtent(const TriangleMesh& mesh, bool isClosed);

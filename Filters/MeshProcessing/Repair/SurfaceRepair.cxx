@@ -6,6 +6,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -157,7 +158,7 @@ private:
         filling.Triangles.row(k++) = this->State.Mesh.Triangles.row(f);
       }
     }
-    return AreaOf(filling);
+    return SurfaceArea(filling);
   }
 
   void Warn()
