@@ -7,8 +7,9 @@ from .common import Outcome, add_command, add_running_options, as_usage, require
 _DESCRIPTION = """\
 Describes a surface and every defect of it, with the first cell or point of each kind of defect and what repairs it."""
 _EPILOG = """\
-exit status: 0 when the surface is valid (finite points, triangles with an area, at most two triangles at an edge), 3
-when it is not, 1 when the file cannot be read, 2 for wrong usage.
+exit status: 0 when the surface is valid (finite points, triangles with an area and without duplicates, manifold edges and
+points, consistent winding, no intersecting triangles), 3 when it is not, 1 when the file cannot be read, 2 for wrong
+usage. An open surface can be valid; tetrahedralize needs a closed one.
 
 examples:
   %(prog)s in.stl
