@@ -3,6 +3,7 @@
 
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 
@@ -64,12 +65,13 @@ public:
   /// @return false after an error, which is reported here. Collective on several ranks.
   bool Dataset(vtkDataObject* input, const OutputList& outputs)
   {
-    if (!this->Accepts(input))
+    const Ranks ranks(this->Controller);
+    const std::string rejection = ranks.FirstText(this->Accepts(input) ? "" : this->OtherType(input));
+    if (!rejection.empty())
     {
-      this->RejectType(input, 0);
+      ReportError(this->Self, "", rejection);
       return false;
     }
-    const Ranks ranks(this->Controller);
     const auto sizes = ranks.Gather({ SizeOf(input) });
     const auto owners = std::count_if(sizes.begin(), sizes.end(), [](const auto& size) { return size[0] > 0; });
     if (owners > 1)
@@ -133,7 +135,7 @@ private:
     }
     if (!this->Accepts(input))
     {
-      this->RejectType(input, flatIndex);
+      ReportError(this->Self, BlockName(flatIndex), this->OtherType(input));
       return;
     }
     OutputList results;
@@ -184,11 +186,10 @@ private:
     return false;
   }
 
-  void RejectType(vtkDataObject* input, unsigned int flatIndex) const
+  std::string OtherType(vtkDataObject* input) const
   {
-    ReportError(this->Self, BlockName(flatIndex),
-      std::string("A ") + input->GetClassName() + " was found where " + Alternatives(this->Types.Input) +
-        " is needed; " + this->Types.Advice + ".");
+    return "A" + DescribeInput(input).substr(1) + " was found where " + Alternatives(this->Types.Input) +
+      " is needed; " + this->Types.Advice + ".";
   }
 
   void RejectPieces(std::int64_t owners, unsigned int flatIndex) const
@@ -196,7 +197,7 @@ private:
     ReportError(this->Self, BlockName(flatIndex),
       "The dataset lies in pieces on " + std::to_string(owners) + (flatIndex > 0 ? " or more" : "") +
         " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
-        "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
+        "together on one rank first (vtkAggregateDataSetFilter).");
   }
 
   vtkAlgorithm* Self;
@@ -213,6 +214,10 @@ int AcceptBlocks(vtkInformation* info, const BlockTypes& types)
   for (const std::string& type : types.Input)
   {
     info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), type.c_str());
+    if (type == "vtkPolyData")
+    {
+      info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+    }
   }
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
   return 1;
@@ -236,7 +241,7 @@ int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInf
   const BlockTypes& types, const BlockWorker& worker, const OutputSeries& series)
 {
   return RunGuarded(self, outputVector, [&] {
-    vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+    const auto input = AsSurfaces(vtkDataObject::GetData(inputVector[0]));
     const OutputList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
     BlockProcessing processing(self, types, worker);
     auto* tree = vtkDataObjectTree::SafeDownCast(input);

@@ -47,11 +47,6 @@ Progress PipelineProgress::Within(double begin, double end)
 
 std::string BlockName(unsigned int flatIndex) { return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex); }
 
-void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text)
-{
-  vtkErrorWithObjectMacro(self, << (where.empty() ? text : where + ": " + text));
-}
-
 std::string Attempt(vtkDataObject* input, const std::function<void()>& work)
 {
   try

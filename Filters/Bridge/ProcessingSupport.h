@@ -3,6 +3,8 @@
 /// Parts that the frames around RequestData share. Private to the bridge.
 #pragma once
 
+#include "Reporting.h"
+
 #include "Core/Common/Progress.h"
 
 #include <vtkDataObject.h>
@@ -40,9 +42,6 @@ private:
 
 /// Name of a dataset in messages: "" for one by itself, whose @p flatIndex is 0, "Block 3" in a composite dataset.
 std::string BlockName(unsigned int flatIndex);
-
-/// Reports one error of @p self: @p text, after @p where when that is not empty.
-void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
 
 /// Calls @p work on @p input, which may be null, and returns the text of what went wrong; empty when nothing did.
 /// @throws Cancelled

@@ -3,7 +3,9 @@
 
 #include "BlockCache.h"
 #include "NoiseArrays.h"
+#include "Reporting.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Noise/GaussianMixtures.h"
 
@@ -142,14 +144,14 @@ int vtkGaussianMixtureFilter::FillInputPortInformation(int, vtkInformation* info
 }
 
 int vtkGaussianMixtureFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   if (!vtkDataObject::GetData(inputVector[0]))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    surfsynth::ReportError(this, "", "There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector);
 }
 
 int vtkGaussianMixtureFilter::RequestData(
@@ -157,7 +159,7 @@ int vtkGaussianMixtureFilter::RequestData(
 {
   if (this->OutputArrayName.empty())
   {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    surfsynth::ReportError(this, "", "OutputArrayName is empty; a name for the point array is needed.");
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }

@@ -4,8 +4,10 @@
 #include "BlockBridge.h"
 #include "BlockCache.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 
@@ -105,9 +107,9 @@ public:
   {}
 
   /// Starts an update with a template, or null.
-  void Begin(vtkPolyData* shape)
+  void Begin(vtkSmartPointer<vtkPolyData> shape)
   {
-    this->Template = shape;
+    this->Template = std::move(shape);
     this->ConvertedTemplate.reset();
     this->Blocks.Begin();
   }
@@ -228,7 +230,7 @@ private:
   }
 
   vtkPoseEnsembleFilter* Self;
-  vtkPolyData* Template = nullptr;
+  vtkSmartPointer<vtkPolyData> Template;
   std::shared_ptr<const Surface> ConvertedTemplate; ///< of this update
 };
 
@@ -267,9 +269,8 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
   {
     return surfsynth::AcceptBlocks(info, Types);
   }
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkPoseEnsembleFilter::RequestDataObject(
@@ -283,11 +284,12 @@ int vtkPoseEnsembleFilter::RequestData(
 {
   if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
   {
-    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    surfsynth::ReportError(
+      this, "", "DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  this->Impl->Begin(vtkPolyData::GetData(inputVector[1]));
+  this->Impl->Begin(surfsynth::SurfaceOn(inputVector[1]));
   const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakePoses(block, progress);
   };

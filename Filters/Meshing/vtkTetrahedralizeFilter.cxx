@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "TetrahedralGrid.h"
@@ -125,7 +126,7 @@ int vtkTetrahedralizeFilter::RequestData(
 {
   if (this->RegionArrayName.empty() || this->SurfaceArrayName.empty())
   {
-    vtkErrorMacro("RegionArrayName or SurfaceArrayName is empty; names for the arrays are needed.");
+    surfsynth::ReportError(this, "", "RegionArrayName or SurfaceArrayName is empty; names for the arrays are needed.");
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }

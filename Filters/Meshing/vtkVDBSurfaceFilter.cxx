@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "MeshProcessing/LevelSets/VolumeSurface.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "VolumeImages.h"
@@ -218,8 +219,7 @@ private:
 
   void WarnOfNothing(const Block& block, const std::string& what) const
   {
-    vtkWarningWithObjectMacro(
-      this->Self, << (block.Where.empty() ? "" : block.Where + ": ") << what << ". The output is empty.");
+    surfsynth::ReportWarning(this->Self, block.Where, what + ". The output is empty.");
   }
 
   vtkVDBSurfaceFilter* Self;

@@ -3,7 +3,9 @@
 
 #include "BlockCache.h"
 #include "NoiseArrays.h"
+#include "Reporting.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -20,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -172,12 +175,12 @@ private:
     const double range = field.EffectiveCorrelationRange();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
-      vtkWarningWithObjectMacro(this->Self,
-        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The longest edge is " << field.LongestEdge()
-        << ", more than a third of the correlation range " << range
-        << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
-           "of at least "
-        << 3.0 * field.LongestEdge() << ".");
+      std::ostringstream text;
+      text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range " << range
+           << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a "
+              "range of at least "
+           << 3.0 * field.LongestEdge() << ".";
+      surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
 
@@ -221,14 +224,14 @@ int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
 }
 
 int vtkMaternNoiseFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   if (!vtkDataObject::GetData(inputVector[0]))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    surfsynth::ReportError(this, "", "There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector);
 }
 
 int vtkMaternNoiseFilter::RequestData(
@@ -236,7 +239,7 @@ int vtkMaternNoiseFilter::RequestData(
 {
   if (this->OutputArrayName.empty())
   {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
+    surfsynth::ReportError(this, "", "OutputArrayName is empty; a name for the point array is needed.");
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }

@@ -3,12 +3,16 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "InstalledModelList.h"
 #include "NetworkInput.h"
 #include "PredictionArrays.h"
+#include "Reporting.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "IO/Weights/InstalledModels.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -75,7 +79,7 @@ public:
         "ModelFileName is empty; the path of a PoissonNet in safetensors format is needed.");
     }
     this->Model.reset();
-    this->Model = this->File.Get(this->Self->ModelFileName);
+    this->Model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
     this->Blocks.Begin();
   }
 
@@ -114,6 +118,7 @@ public:
                                                         },
     "A PoissonNet in safetensors format is needed; \"python3 -m surfacesynthesis convert\" makes one of a PyTorch "
     "checkpoint." };
+  surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -165,7 +170,7 @@ private:
     ++this->NumberOfFactorizations;
     for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalization()))
     {
-      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
+      surfsynth::ReportWarning(this->Self, surface.Where, text);
     }
     return this->Blocks.Insert(surface, std::move(prepared));
   }
@@ -249,14 +254,14 @@ double vtkPoissonNetFilter::GetCondition(int index) const
 int vtkPoissonNetFilter::FillInputPortInformation(int, vtkInformation* info) { return surfsynth::AcceptSurfaces(info); }
 
 int vtkPoissonNetFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   if (!vtkDataObject::GetData(inputVector[0]))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    surfsynth::ReportError(this, "", "There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector);
 }
 
 int vtkPoissonNetFilter::RequestData(
@@ -277,7 +282,7 @@ int vtkPoissonNetFilter::RequestData(
   }
   catch (const std::exception& error)
   {
-    vtkErrorMacro(<< error.what());
+    surfsynth::ReportError(this, "", error.what());
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -298,6 +303,10 @@ std::string vtkPoissonNetFilter::GetModelDescription() const
 {
   return this->Impl->Model ? Described(*this->Impl->Model) : "";
 }
+
+vtkStringArray* vtkPoissonNetFilter::GetInstalledModels() { return this->Impl->Installed.Names("poissonnet"); }
+
+const char* vtkPoissonNetFilter::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
 
 vtkTypeInt64 vtkPoissonNetFilter::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 

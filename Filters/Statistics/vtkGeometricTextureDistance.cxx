@@ -4,6 +4,7 @@
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Statistics/GeometricTextureDistance.h"
@@ -31,15 +32,15 @@ namespace
 struct Pair
 {
   explicit Pair(vtkInformationVector** inputVector)
-    : Surface(NotEmpty(vtkPolyData::GetData(inputVector[0])))
-    , Reference(NotEmpty(vtkPolyData::GetData(inputVector[1])))
+    : Surface(NotEmpty(surfsynth::SurfaceOn(inputVector[0])))
+    , Reference(NotEmpty(surfsynth::SurfaceOn(inputVector[1])))
   {}
 
-  vtkPolyData* Surface;
-  vtkPolyData* Reference;
+  vtkSmartPointer<vtkPolyData> Surface;
+  vtkSmartPointer<vtkPolyData> Reference;
 
 private:
-  static vtkPolyData* NotEmpty(vtkPolyData* given)
+  static vtkSmartPointer<vtkPolyData> NotEmpty(const vtkSmartPointer<vtkPolyData>& given)
   {
     return given && (given->GetNumberOfPoints() > 0 || given->GetNumberOfCells() > 0) ? given : nullptr;
   }
@@ -88,8 +89,7 @@ vtkGeometricTextureDistance::~vtkGeometricTextureDistance() = default;
 
 int vtkGeometricTextureDistance::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkGeometricTextureDistance::RequestData(

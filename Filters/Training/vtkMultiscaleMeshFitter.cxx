@@ -5,6 +5,7 @@
 #include "NewArray.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
@@ -78,7 +79,7 @@ public:
 
   void Fit(vtkInformationVector** inputVector, vtkInformationVector* outputVector, const surfsynth::Progress& progress)
   {
-    auto* reference = vtkPolyData::GetData(inputVector[0]);
+    const auto reference = surfsynth::SurfaceOn(inputVector[0]);
     if (!reference)
     {
       throw surfsynth::InvalidInput("There is no reference on port 0; a vtkPolyData is needed.");
@@ -88,13 +89,15 @@ public:
       return;
     }
     const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(
-      MeshOf(reference, RequirementsOfReference()), this->Options(vtkPolyData::GetData(inputVector[1])), progress);
+      MeshOf(reference, RequirementsOfReference()), this->Options(surfsynth::SurfaceOn(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
     }
     FillLevels(fit, vtkMultiBlockDataSet::GetData(outputVector, 0));
     surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
+    auto* levels = vtkMultiBlockDataSet::GetData(outputVector, 0);
+    vtkPolyData::GetData(outputVector, 2)->ShallowCopy(levels->GetBlock(levels->GetNumberOfBlocks() - 1));
   }
 
 private:
@@ -145,7 +148,7 @@ private:
 vtkMultiscaleMeshFitter::vtkMultiscaleMeshFitter()
 {
   this->SetNumberOfInputPorts(2);
-  this->SetNumberOfOutputPorts(2);
+  this->SetNumberOfOutputPorts(3);
 }
 
 vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
@@ -162,12 +165,11 @@ void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   if (port == 1)
   {
     info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
   }
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkMultiscaleMeshFitter::FillOutputPortInformation(int port, vtkInformation* info)
