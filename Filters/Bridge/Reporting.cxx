@@ -18,6 +18,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
 {
   static const std::map<std::string, std::string> labels = {
     // filters of the plugin
+    { "vtkEnsembleLayoutFilter", "Ensemble Layout" },
     { "vtkEnsembleMetrics", "Ensemble Metrics" },
     { "vtkFlowMatchingDeformer", "Flow Matching Deformer" },
     { "vtkFlowMatchingSampler", "Flow Matching Sampler" },
@@ -45,6 +46,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkFeatureEdges", "Feature Edges" },
     { "vtkFillHolesFilter", "VDB Surface" },
     { "vtkImageReslice", "Resample To Image" },
+    { "vtkImageThreshold", "Threshold" },
     { "vtkPolyDataConnectivityFilter", "Connectivity" },
     { "vtkPolyDataNormals", "Generate Surface Normals" },
     { "vtkResampleToImage", "Resample To Image" },

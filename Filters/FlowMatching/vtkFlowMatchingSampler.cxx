@@ -3,10 +3,13 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "FlowSamples.h"
 #include "InstalledModelList.h"
 #include "PointRows.h"
 #include "Reporting.h"
+#include "SampleMemory.h"
+#include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
 
@@ -41,7 +44,7 @@ namespace
 constexpr double EvaluationsOfPreparation = 3.0;
 
 /// Samples of one model on one mesh.
-struct PreparedBlock
+struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
   std::unique_ptr<FlowSamples> Samples;
@@ -115,6 +118,20 @@ public:
     this->Self->AddSample(output, signal, noise);
   }
 
+  /// Returns the memory of kept states (float), and of signals, noise and moved points of the outputs (double).
+  surfsynth::SampleMemory Memory() const
+  {
+    const double states = this->Self->OutputTrajectory ? this->Self->NumberOfSteps + 1.0 : 2.0;
+    const bool moves = this->Self->GeneratesDisplacements();
+    surfsynth::SampleMemory memory;
+    memory.NumberOfSamples = this->Self->NumberOfSamples;
+    memory.BytesOfPoint = this->Model->Components() * (4.0 * states + 16.0) + (moves ? 24.0 : 0.0);
+    memory.BytesOfCell = moves ? 8.0 : 0.0;
+    memory.BytesOfSample = 8192.0;
+    memory.MemoryLimit = this->Self->MemoryLimit;
+    return memory;
+  }
+
   /// Returns the outputs of one surface, one for each sample.
   surfsynth::OutputSeries Series() const
   {
@@ -124,7 +141,7 @@ public:
   /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedSamples* found = this->Blocks.Find(surface);
     return found && found->Model == this->Model ? found->Samples.get() : nullptr;
   }
 
@@ -134,7 +151,7 @@ public:
   }
 
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedSamples> Blocks;
   surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
     "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
   surfsynth::InstalledModelList Installed;
@@ -203,7 +220,7 @@ private:
   FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
-    PreparedBlock prepared;
+    PreparedSamples prepared;
     prepared.Model = this->Model;
     prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
     ++this->NumberOfFactorizations;
@@ -234,28 +251,24 @@ vtkFlowMatchingSampler::vtkFlowMatchingSampler()
 
 vtkFlowMatchingSampler::~vtkFlowMatchingSampler() = default;
 
-void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
+void vtkFlowMatchingSampler::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkFlowMatchingSampler::SetInputNoiseArrayName(const char* name)
 {
-  this->SetText(this->InputNoiseArrayName, name);
+  surfsynth::SetString(this, this->InputNoiseArrayName, name);
 }
 
-void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkFlowMatchingSampler::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
 void vtkFlowMatchingSampler::SetInitialNoiseArrayName(const char* name)
 {
-  this->SetText(this->InitialNoiseArrayName, name);
+  surfsynth::SetString(this, this->InitialNoiseArrayName, name);
 }
 
 std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputArrayNames()
@@ -272,10 +285,7 @@ void vtkFlowMatchingSampler::AddSample(vtkPolyData* output, vtkDoubleArray* sign
   noise->SetName(this->InitialNoiseArrayName.c_str());
   output->GetPointData()->AddArray(noise);
   output->GetPointData()->AddArray(signal);
-  if (!output->GetPointData()->GetScalars())
-  {
-    output->GetPointData()->SetActiveScalars(signal->GetName());
-  }
+  surfsynth::SetActiveWhereNone(output->GetPointData(), signal->GetName());
 }
 
 int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
@@ -286,9 +296,8 @@ int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
 int vtkFlowMatchingSampler::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    surfsynth::ReportError(this, "", "There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   if (this->NumberOfSamples == 1)
@@ -344,7 +353,8 @@ int vtkFlowMatchingSampler::RequestData(
   try
   {
     this->Impl->Begin(time);
-    if (this->Generate(inputVector, outputVector, time))
+    problem = surfsynth::ProblemOfMemory(vtkDataObject::GetData(inputVector[0]), this->Impl->Memory());
+    if (problem.empty() && this->Generate(inputVector, outputVector, time))
     {
       return 1;
     }
@@ -419,6 +429,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "InputNoiseArrayName: " << this->InputNoiseArrayName << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
   os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";

@@ -2,9 +2,11 @@
 #include "vtkEnsembleMetrics.h"
 
 #include "EnsembleReading.h"
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 
@@ -14,7 +16,6 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
@@ -22,6 +23,7 @@
 
 #include <vector>
 
+using surfsynth::AddColumn;
 using surfsynth::Ensemble;
 using surfsynth::EnsembleMetrics;
 
@@ -29,18 +31,6 @@ vtkStandardNewMacro(vtkEnsembleMetrics);
 
 namespace
 {
-template <typename Array, typename Values>
-void AddColumn(vtkTable* table, const char* name, const Values& values)
-{
-  vtkNew<Array> column;
-  column->SetName(name);
-  for (const auto& value : values)
-  {
-    column->InsertNextValue(value);
-  }
-  table->AddColumn(column);
-}
-
 void FillMetrics(vtkTable* table, const EnsembleMetrics& metrics)
 {
   const auto add = [table](const char* name, double value) {
@@ -153,15 +143,7 @@ vtkEnsembleMetrics::vtkEnsembleMetrics()
 
 vtkEnsembleMetrics::~vtkEnsembleMetrics() = default;
 
-void vtkEnsembleMetrics::SetArrayName(const char* name)
-{
-  const std::string wanted = name ? name : "";
-  if (this->ArrayName != wanted)
-  {
-    this->ArrayName = wanted;
-    this->Modified();
-  }
-}
+void vtkEnsembleMetrics::SetArrayName(const char* name) { surfsynth::SetString(this, this->ArrayName, name); }
 
 int vtkEnsembleMetrics::FillInputPortInformation(int port, vtkInformation* info)
 {

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMultiscaleMeshFitter.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/MultiscaleMeshFitter.h"
+#include "Learning/Training/TrainingClock.h"
 
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
@@ -22,6 +26,8 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
+
+#include <sstream>
 
 using surfsynth::FitDistance;
 using surfsynth::MultiscaleFit;
@@ -41,7 +47,7 @@ surfsynth::MeshRequirements RequirementsOfReference()
 }
 
 /// The triangles of @p surface and the points that they use.
-TriangleMesh MeshOf(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
+TriangleMesh MeshOfUsedPoints(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
 {
   const TriangleMesh mesh = surfsynth::ToSurface(surface, requirements).Mesh;
   return surfsynth::UsedPoints(mesh).Compact(mesh);
@@ -88,12 +94,13 @@ public:
     {
       return;
     }
-    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(
-      MeshOf(reference, RequirementsOfReference()), this->Options(surfsynth::SurfaceOn(inputVector[1])), progress);
+    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
+      this->Options(surfsynth::SurfaceOn(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
     }
+    this->WarnOfTime(fit);
     FillLevels(fit, vtkMultiBlockDataSet::GetData(outputVector, 0));
     surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
     auto* levels = vtkMultiBlockDataSet::GetData(outputVector, 0);
@@ -101,6 +108,26 @@ public:
   }
 
 private:
+  void WarnOfTime(const MultiscaleFit& fit) const
+  {
+    std::string done;
+    bool early = false;
+    for (const std::int64_t iterations : fit.Iterations)
+    {
+      done += (done.empty() ? "" : ", ") + std::to_string(iterations);
+      early = early || iterations < this->Self->Iterations;
+    }
+    if (early)
+    {
+      std::ostringstream text;
+      text << "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget)
+           << " minutes ended levels before their " << this->Self->Iterations
+           << " iterations; done at each level: " << done << ". All of them take about "
+           << surfsynth::FormatDuration(fit.SecondsForAll) << ". A larger TimeBudget, or 0 for no limit, fits closer.";
+      surfsynth::ReportWarning(this->Self, "", text.str());
+    }
+  }
+
   MultiscaleFitOptions Options(vtkPolyData* given) const
   {
     const vtkMultiscaleMeshFitter& self = *this->Self;
@@ -116,6 +143,7 @@ private:
     options.LearningRateDecay = self.LearningRateDecay;
     options.Samples = self.Samples;
     options.PublishedNormals = self.PublishedNormals;
+    options.TimeBudget = self.TimeBudget;
     options.Seed = static_cast<std::uint64_t>(self.Seed);
     if (self.Template == GIVEN)
     {
@@ -134,7 +162,7 @@ private:
   {
     try
     {
-      return MeshOf(given, surfsynth::GeometricTextureSampler::Requirements());
+      return MeshOfUsedPoints(given, surfsynth::GeometricTextureSampler::Requirements());
     }
     catch (const surfsynth::InvalidInput& error)
     {
@@ -155,12 +183,7 @@ vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
 
 void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->DatasetFileName != wanted)
-  {
-    this->DatasetFileName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->DatasetFileName, name);
 }
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
@@ -201,5 +224,6 @@ void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Samples: " << this->Samples << "\n";
   os << indent << "PublishedNormals: " << this->PublishedNormals << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "TimeBudget: " << this->TimeBudget << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
 }

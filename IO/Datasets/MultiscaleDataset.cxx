@@ -15,6 +15,7 @@ namespace
 {
 constexpr const char* Content = "multiscale_surface";
 constexpr const char* FormatVersion = "1";
+constexpr double CopiesInMemory = 2.0; ///< numbers of the file, and the meshes made of them
 constexpr const char* TemplatePoints = "template.points";
 
 std::string TensorName(std::size_t level, const char* part) { return "levels." + std::to_string(level) + "." + part; }
@@ -40,6 +41,34 @@ std::int64_t RequireRows(const SafetensorsFile& file, const std::string& name)
       file.Name() + ": \"" + name + "\" is no table of three columns and fewer than 2^31 rows; expected one.");
   }
   return shape[0];
+}
+
+/// Checks shapes and types of the tensors of the levels and of the template, before they are read. Returns the number
+/// of levels.
+std::size_t RequireLevels(const SafetensorsFile& file)
+{
+  std::size_t level = 0;
+  for (std::int64_t before = 0; level == 0 || file.Contains(TensorName(level, "points")); ++level)
+  {
+    const std::string triangles = TensorName(level, "triangles");
+    RequireRows(file, TensorName(level, "points"));
+    const std::int64_t rows = RequireRows(file, triangles);
+    file.RequireFloatingPoint(TensorName(level, "points"));
+    file.RequireIntegers(triangles);
+    if (level > 0 && rows != 4 * before)
+    {
+      throw ModelMismatch(file.Name() + ": level " + std::to_string(level) + " has other triangles than level " +
+        std::to_string(level - 1) + " subdivided at midpoints: " + std::to_string(rows) + "; expected " +
+        std::to_string(4 * before) + ".");
+    }
+    before = rows;
+  }
+  if (file.Contains(TemplatePoints))
+  {
+    RequireRows(file, TemplatePoints);
+    file.RequireFloatingPoint(TemplatePoints);
+  }
+  return level;
 }
 
 PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& name)
@@ -150,7 +179,9 @@ MultiscaleDataset ReadMultiscaleDataset(const std::string& path)
   RequireMetadata(file, "content", Content);
   RequireMetadata(file, "format_version", FormatVersion);
   MultiscaleDataset dataset;
-  for (std::size_t k = 0; k == 0 || file.Contains(TensorName(k, "points")); ++k)
+  const std::size_t levels = RequireLevels(file);
+  file.RequireMemory(CopiesInMemory);
+  for (std::size_t k = 0; k < levels; ++k)
   {
     dataset.Levels.push_back(ReadLevel(file, k));
   }

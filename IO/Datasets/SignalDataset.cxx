@@ -17,6 +17,7 @@ using Shape = std::vector<std::int64_t>;
 
 constexpr const char* Content = "surface_signals";
 constexpr const char* FormatVersion = "1";
+constexpr double CopiesInMemory = 2.0; ///< numbers of the file, and the samples made of them
 
 std::string TensorName(std::size_t source, const char* part)
 {
@@ -58,21 +59,34 @@ std::int64_t RequireVertices(const SafetensorsFile& file, const std::string& nam
   return rows;
 }
 
-SignalSource ReadSource(const SafetensorsFile& file, std::size_t number)
+/// Checks shapes and types of the tensors of a source, before they are read.
+void RequireSource(const SafetensorsFile& file, std::size_t number)
 {
   const std::string pointsName = TensorName(number, "points");
   const std::string trianglesName = TensorName(number, "triangles");
   const std::string signalsName = TensorName(number, "signals");
   const std::int64_t vertices = RequireVertices(file, pointsName, RequireShape(file, pointsName, 2, 3)[0]);
-  const std::int64_t faces = RequireVertices(file, trianglesName, RequireShape(file, trianglesName, 2, 3)[0]);
+  RequireVertices(file, trianglesName, RequireShape(file, trianglesName, 2, 3)[0]);
   const Shape& shape = RequireShape(file, signalsName, 3, 0);
+  file.RequireFloatingPoint(pointsName);
+  file.RequireIntegers(trianglesName);
+  file.RequireFloatingPoint(signalsName);
   if (shape[1] != vertices)
   {
     throw ModelMismatch(file.Name() + ": \"" + signalsName + "\" has signals at " + std::to_string(shape[1]) +
       " vertices; expected " + std::to_string(vertices) + ", one for each point.");
   }
+}
+
+SignalSource ReadSource(const SafetensorsFile& file, std::size_t number)
+{
+  const std::string trianglesName = TensorName(number, "triangles");
+  const std::string signalsName = TensorName(number, "signals");
+  const Shape& shape = file.Entry(signalsName).Shape;
+  const std::int64_t vertices = shape[1];
+  const std::int64_t faces = file.Entry(trianglesName).Shape[0];
   SignalSource source;
-  const std::vector<double> points = file.Float64(pointsName);
+  const std::vector<double> points = file.Float64(TensorName(number, "points"));
   source.Mesh.Points = Eigen::Map<const PointMatrix>(points.data(), vertices, 3);
   source.Mesh.Triangles.resize(faces, 3);
   const std::vector<std::int64_t> ids = file.Integers(trianglesName);
@@ -142,7 +156,13 @@ SignalDataset ReadSignalDataset(const std::string& path)
   RequireMetadata(file, "format_version", FormatVersion);
   SignalDataset dataset;
   dataset.SignalName = RequireMetadata(file, "signal_name", "");
-  for (std::size_t k = 0; k == 0 || file.Contains(TensorName(k, "points")); ++k)
+  std::size_t sources = 0;
+  for (; sources == 0 || file.Contains(TensorName(sources, "points")); ++sources)
+  {
+    RequireSource(file, sources);
+  }
+  file.RequireMemory(CopiesInMemory);
+  for (std::size_t k = 0; k < sources; ++k)
   {
     dataset.Sources.push_back(ReadSource(file, k));
   }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "IO/Weights/SafetensorsFile.h"
 
+#include "Core/Common/AvailableMemory.h"
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -10,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <memory>
 
 namespace surfsynth
 {
@@ -17,6 +20,8 @@ namespace surfsynth
 namespace
 {
 constexpr std::uint64_t LongestHeader = 100000000;
+/// Bytes of a tensor that are read at once, a multiple of the size of every type.
+constexpr std::uint64_t PieceBytes = std::uint64_t(1) << 20;
 
 /// Size of a regular file; opening anything else might wait or never end.
 std::uint64_t RegularFileSize(const std::string& path)
@@ -41,21 +46,23 @@ SafetensorsFile::SafetensorsFile(const std::string& path, const SafetensorsLimit
   : File(path)
 {
   const std::uint64_t size = RegularFileSize(path);
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
+  const auto stream = std::make_shared<std::ifstream>(path, std::ios::binary);
+  if (!*stream)
   {
     throw InvalidInput(
       "SafetensorsFile: cannot open " + path + ": " + std::strerror(errno) + "; expected a readable file.");
   }
-  const auto read = [&](std::uint64_t offset, std::uint64_t count, void* to) {
-    stream.read(static_cast<char*>(to), static_cast<std::streamsize>(count));
-    if (static_cast<std::uint64_t>(stream.gcount()) != count)
+  this->ReadRange = [path, size, stream](std::uint64_t offset, std::uint64_t count, void* to) {
+    stream->clear();
+    stream->seekg(static_cast<std::streamoff>(offset));
+    stream->read(static_cast<char*>(to), static_cast<std::streamsize>(count));
+    if (static_cast<std::uint64_t>(stream->gcount()) != count)
     {
-      ThrowFormatError(path, offset + static_cast<std::uint64_t>(stream.gcount()), SafetensorsRule::Layout,
+      ThrowFormatError(path, offset + static_cast<std::uint64_t>(stream->gcount()), SafetensorsRule::Layout,
         "the file ended while it was read", std::to_string(size) + " bytes");
     }
   };
-  this->Load(read, size, limits);
+  this->ReadHeader(size, limits);
 }
 
 SafetensorsFile::SafetensorsFile(
@@ -63,51 +70,64 @@ SafetensorsFile::SafetensorsFile(
   : File(name)
 {
   const auto* from = static_cast<const unsigned char*>(bytes);
-  const auto read = [from](std::uint64_t offset, std::uint64_t count, void* to) {
-    if (count > 0)
-    {
-      std::memcpy(to, from + offset, static_cast<std::size_t>(count));
-    }
+  this->ReadRange = [from](std::uint64_t offset, std::uint64_t count, void* to) {
+    std::copy_n(from + offset, count, static_cast<unsigned char*>(to));
   };
-  this->Load(read, size, limits);
+  this->ReadHeader(size, limits);
+  // The caller's bytes may be gone when the tensors are read.
+  const auto copy = std::make_shared<const std::vector<unsigned char>>(from, from + size);
+  this->ReadRange = [copy](std::uint64_t offset, std::uint64_t count, void* to) {
+    std::copy_n(copy->data() + offset, count, static_cast<unsigned char*>(to));
+  };
 }
 
-/// Loads the file through @p read, which copies a range of it; the ranges follow each other.
-template <typename ReadBytes>
-void SafetensorsFile::Load(const ReadBytes& read, std::uint64_t size, const SafetensorsLimits& limits)
+void SafetensorsFile::ReadHeader(std::uint64_t size, const SafetensorsLimits& limits)
 {
   unsigned char length[HeaderStart] = {};
-  read(0, std::min(size, HeaderStart), length);
+  this->ReadRange(0, std::min(size, HeaderStart), length);
   const std::uint64_t headerLength = DecodeHeaderLength(
     this->File, length, size, std::min(limits.HeaderBytes, LongestHeader));
   std::string text(static_cast<std::size_t>(headerLength), '\0');
-  read(HeaderStart, headerLength, text.data());
-
+  this->ReadRange(HeaderStart, headerLength, text.data());
   this->DataStart = HeaderStart + headerLength;
-  const std::uint64_t dataSize = size - this->DataStart;
-  this->Header = ParseHeader(this->File, text, dataSize);
-  // Not filled with zeros first: models are large.
-  this->Data.reset(new unsigned char[static_cast<std::size_t>(dataSize)]);
-  read(this->DataStart, dataSize, this->Data.get());
-  this->CheckBooleans();
+  this->Header = ParseHeader(this->File, text, size - this->DataStart);
 }
 
-void SafetensorsFile::CheckBooleans() const
+/// Reads the bytes of a tensor in pieces, and calls visit(element, bytes) for each of its elements in turn.
+template <typename Visit>
+void SafetensorsFile::ForEachElement(const TensorEntry& entry, const Visit& visit) const
 {
-  for (const auto& [name, entry] : this->Header.Tensors)
+  const auto size = static_cast<std::uint64_t>(ElementSize(entry.Type));
+  const auto count = static_cast<std::uint64_t>(entry.NumberOfElements());
+  std::vector<unsigned char> piece(static_cast<std::size_t>(std::min(count * size, PieceBytes)));
+  for (std::uint64_t first = 0; first < count; first += PieceBytes / size)
   {
-    if (entry.Type != TensorType::Bool)
+    const std::uint64_t elements = std::min(PieceBytes / size, count - first);
+    this->ReadRange(this->FileOffset(entry, static_cast<std::int64_t>(first)), elements * size, piece.data());
+    for (std::uint64_t k = 0; k < elements; ++k)
     {
-      continue;
+      visit(static_cast<std::int64_t>(first + k), piece.data() + k * size);
     }
-    const unsigned char* begin = this->Data.get() + entry.Begin;
-    const unsigned char* end = this->Data.get() + entry.End;
-    const unsigned char* bad = std::find_if(begin, end, [](unsigned char byte) { return byte > 1; });
-    if (bad != end)
-    {
-      ThrowFormatError(this->File, this->DataStart + static_cast<std::uint64_t>(bad - this->Data.get()),
-        SafetensorsRule::Types, "the BOOL tensor \"" + name + "\" holds the byte " + std::to_string(*bad), "0 or 1");
-    }
+  }
+}
+
+std::uint64_t SafetensorsFile::DataBytes() const
+{
+  std::int64_t end = 0;
+  for (const auto& entry : this->Header.Tensors)
+  {
+    end = std::max(end, entry.second.End);
+  }
+  return static_cast<std::uint64_t>(end);
+}
+
+void SafetensorsFile::RequireBoolean(
+  const std::string& tensor, const TensorEntry& entry, std::int64_t element, unsigned char byte) const
+{
+  if (entry.Type == TensorType::Bool && byte > 1)
+  {
+    ThrowFormatError(this->File, this->FileOffset(entry, element), SafetensorsRule::Types,
+      "the BOOL tensor \"" + tensor + "\" holds the byte " + std::to_string(byte), "0 or 1");
   }
 }
 
@@ -121,9 +141,16 @@ const TensorEntry& SafetensorsFile::Entry(const std::string& tensor) const
   return found->second;
 }
 
-const unsigned char* SafetensorsFile::Bytes(const std::string& tensor) const
+std::vector<unsigned char> SafetensorsFile::Bytes(const std::string& tensor) const
 {
-  return this->Data.get() + this->Entry(tensor).Begin;
+  const TensorEntry& entry = this->Entry(tensor);
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(entry.End - entry.Begin));
+  this->ReadRange(this->FileOffset(entry, 0), bytes.size(), bytes.data());
+  for (std::size_t k = 0; entry.Type == TensorType::Bool && k < bytes.size(); ++k)
+  {
+    this->RequireBoolean(tensor, entry, static_cast<std::int64_t>(k), bytes[k]);
+  }
+  return bytes;
 }
 
 const TensorEntry& SafetensorsFile::FloatingPointEntry(const std::string& tensor) const
@@ -137,6 +164,30 @@ const TensorEntry& SafetensorsFile::FloatingPointEntry(const std::string& tensor
   return entry;
 }
 
+void SafetensorsFile::RequireFloatingPoint(const std::string& tensor) const { this->FloatingPointEntry(tensor); }
+
+void SafetensorsFile::RequireIntegers(const std::string& tensor) const
+{
+  const TensorEntry& entry = this->Entry(tensor);
+  if (IsFloatingPoint(entry.Type))
+  {
+    throw ModelMismatch(this->File + ": tensor \"" + tensor + "\" is of type " + std::string(TypeName(entry.Type)) +
+      "; expected I64, I32, I16, I8, U8 or BOOL.");
+  }
+}
+
+void SafetensorsFile::RequireMemory(double copies) const
+{
+  const double needed = copies * static_cast<double>(this->DataBytes());
+  const auto available = static_cast<double>(AvailableMemory());
+  if (needed > available)
+  {
+    const auto gigabytes = [](double bytes) { return FormatNumber(std::ceil(bytes / 1e8) / 10.0) + " GB"; };
+    throw InvalidInput("SafetensorsFile: reading " + this->File + " takes about " + gigabytes(needed) +
+      " of memory; expected at most the " + gigabytes(available) + " that are available.");
+  }
+}
+
 std::uint64_t SafetensorsFile::FileOffset(const TensorEntry& entry, std::int64_t element) const
 {
   return this->DataStart + static_cast<std::uint64_t>(entry.Begin) +
@@ -146,65 +197,52 @@ std::uint64_t SafetensorsFile::FileOffset(const TensorEntry& entry, std::int64_t
 std::vector<double> SafetensorsFile::Float64(const std::string& tensor) const
 {
   const TensorEntry& entry = this->FloatingPointEntry(tensor);
-  const unsigned char* bytes = this->Bytes(tensor);
   std::vector<double> values(static_cast<std::size_t>(entry.NumberOfElements()));
-  for (double& value : values)
-  {
-    value = DecodeFloat(entry.Type, bytes);
-    bytes += ElementSize(entry.Type);
-  }
+  this->ForEachElement(entry, [&](std::int64_t k, const unsigned char* bytes) {
+    values[static_cast<std::size_t>(k)] = DecodeFloat(entry.Type, bytes);
+  });
   return values;
 }
 
 std::vector<float> SafetensorsFile::Float32(const std::string& tensor) const
 {
   const TensorEntry& entry = this->FloatingPointEntry(tensor);
-  const unsigned char* bytes = this->Bytes(tensor);
   std::vector<float> values(static_cast<std::size_t>(entry.NumberOfElements()));
-  for (std::size_t k = 0; k < values.size(); ++k, bytes += ElementSize(entry.Type))
-  {
+  this->ForEachElement(entry, [&](std::int64_t k, const unsigned char* bytes) {
     const double value = DecodeFloat(entry.Type, bytes);
     // Conversions that overflow are undefined: compare first.
     if (std::isfinite(value) && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max()))
     {
-      ThrowFormatError(this->File, this->FileOffset(entry, static_cast<std::int64_t>(k)), SafetensorsRule::Meaning,
+      ThrowFormatError(this->File, this->FileOffset(entry, k), SafetensorsRule::Meaning,
         "tensor \"" + tensor + "\" holds a number that is too large for float32", "numbers below 3.4e38");
     }
-    values[k] = static_cast<float>(value);
-  }
+    values[static_cast<std::size_t>(k)] = static_cast<float>(value);
+  });
   return values;
 }
 
 std::vector<std::int64_t> SafetensorsFile::Integers(const std::string& tensor) const
 {
+  this->RequireIntegers(tensor);
   const TensorEntry& entry = this->Entry(tensor);
-  if (IsFloatingPoint(entry.Type))
-  {
-    throw ModelMismatch(this->File + ": tensor \"" + tensor + "\" is of type " + std::string(TypeName(entry.Type)) +
-      "; expected I64, I32, I16, I8, U8 or BOOL.");
-  }
-  const unsigned char* bytes = this->Bytes(tensor);
   std::vector<std::int64_t> values(static_cast<std::size_t>(entry.NumberOfElements()));
-  for (std::int64_t& value : values)
-  {
-    value = DecodeInteger(entry.Type, bytes);
-    bytes += ElementSize(entry.Type);
-  }
+  this->ForEachElement(entry, [&](std::int64_t k, const unsigned char* bytes) {
+    this->RequireBoolean(tensor, entry, k, *bytes);
+    values[static_cast<std::size_t>(k)] = DecodeInteger(entry.Type, bytes);
+  });
   return values;
 }
 
 void SafetensorsFile::RequireFinite(const std::string& tensor) const
 {
   const TensorEntry& entry = this->FloatingPointEntry(tensor);
-  const unsigned char* bytes = this->Bytes(tensor);
-  for (std::int64_t k = 0; k < entry.NumberOfElements(); ++k, bytes += ElementSize(entry.Type))
-  {
+  this->ForEachElement(entry, [&](std::int64_t k, const unsigned char* bytes) {
     if (!std::isfinite(DecodeFloat(entry.Type, bytes)))
     {
       ThrowFormatError(this->File, this->FileOffset(entry, k), SafetensorsRule::Meaning,
         "element " + std::to_string(k) + " of tensor \"" + tensor + "\" is not finite", "finite weights");
     }
-  }
+  });
 }
 
 } // namespace surfsynth

@@ -7,8 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,17 +22,19 @@ struct SafetensorsLimits
   std::uint64_t HeaderBytes = std::uint64_t(16) << 20;
 };
 
-/// A safetensors file in memory. The file may be malformed or hostile: memory is only allocated for content that lies
-/// within the file, and every rule of SafetensorsRule is checked before an object exists.
+/// A safetensors file, of which only the header is in memory: tensors are read from the file when they are asked for,
+/// after the caller has judged their names, types and shapes. The file may be malformed or hostile: all rules of
+/// SafetensorsRule about the header are checked before an object exists, those about the numbers of a tensor when it is
+/// read. Not for several threads at the same time.
 class SafetensorsFile
 {
 public:
-  /// Reads a file.
+  /// Reads the header of a file, which stays open while this object lives.
   /// @throws InvalidInput when the file cannot be opened or is no regular file.
   /// @throws FormatError, naming the file, the byte and the rule, when its content breaks a rule.
   explicit SafetensorsFile(const std::string& path, const SafetensorsLimits& limits = {});
 
-  /// Reads a file from memory. @p name stands for the path in messages.
+  /// Reads the header of a file in memory, and copies the rest. @p name stands for the path in messages.
   /// @throws FormatError
   SafetensorsFile(const void* bytes, std::size_t size, const std::string& name, const SafetensorsLimits& limits = {});
 
@@ -48,9 +50,21 @@ public:
   /// Type and shape of a tensor.
   /// @throws ModelMismatch when there is no tensor of that name.
   const TensorEntry& Entry(const std::string& tensor) const;
-  /// First byte of a tensor, of any alignment; valid while this object lives.
-  /// @throws ModelMismatch when there is no tensor of that name.
-  const unsigned char* Bytes(const std::string& tensor) const;
+  /// Bytes of all tensors.
+  std::uint64_t DataBytes() const;
+  /// Bytes of a tensor, as they are in the file: little-endian.
+  /// @throws ModelMismatch when there is no tensor of that name; FormatError when a byte of a BOOL is neither 0 nor 1.
+  std::vector<unsigned char> Bytes(const std::string& tensor) const;
+
+  /// Checks that a tensor holds floating-point numbers, without reading it.
+  /// @throws ModelMismatch when there is no such tensor or it holds integers.
+  void RequireFloatingPoint(const std::string& tensor) const;
+  /// Checks that a tensor holds integers or booleans, without reading it.
+  /// @throws ModelMismatch when there is no such tensor or it holds floating-point numbers.
+  void RequireIntegers(const std::string& tensor) const;
+  /// Checks that @p copies of all tensors fit into the memory that is available.
+  /// @throws InvalidInput with both sizes.
+  void RequireMemory(double copies) const;
 
   /// Numbers of a floating-point tensor, row-major, rounded to float32.
   /// @throws ModelMismatch when there is no such tensor or it holds integers; FormatError when a finite number is too
@@ -60,7 +74,8 @@ public:
   /// @throws ModelMismatch when there is no such tensor or it holds integers.
   std::vector<double> Float64(const std::string& tensor) const;
   /// Numbers of an integer or boolean tensor, row-major.
-  /// @throws ModelMismatch when there is no such tensor or it holds floating-point numbers.
+  /// @throws ModelMismatch when there is no such tensor or it holds floating-point numbers; FormatError when a byte of a
+  /// BOOL is neither 0 nor 1.
   std::vector<std::int64_t> Integers(const std::string& tensor) const;
 
   /// Checks that all numbers of a floating-point tensor are finite.
@@ -68,16 +83,19 @@ public:
   void RequireFinite(const std::string& tensor) const;
 
 private:
-  template <typename ReadBytes>
-  void Load(const ReadBytes& read, std::uint64_t size, const SafetensorsLimits& limits);
-  void CheckBooleans() const;
+  void ReadHeader(std::uint64_t size, const SafetensorsLimits& limits);
+  template <typename Visit>
+  void ForEachElement(const TensorEntry& entry, const Visit& visit) const;
+  void RequireBoolean(
+    const std::string& tensor, const TensorEntry& entry, std::int64_t element, unsigned char byte) const;
   const TensorEntry& FloatingPointEntry(const std::string& tensor) const;
   std::uint64_t FileOffset(const TensorEntry& entry, std::int64_t element) const;
 
   std::string File;
   SafetensorsHeader Header;
   std::uint64_t DataStart = 0;
-  std::unique_ptr<unsigned char[]> Data;
+  /// Copies a range of the file: first byte, number of bytes, where to.
+  std::function<void(std::uint64_t, std::uint64_t, void*)> ReadRange;
 };
 
 } // namespace surfsynth

@@ -35,14 +35,14 @@ std::string_view WithoutPadding(const std::string& file, std::string_view text)
   return text.substr(0, last + 1);
 }
 
-std::string FormatShape(const std::vector<std::int64_t>& shape)
+/// Name of the kind of file that PyTorch writes and begins with these 8 bytes; null for others.
+const char* PickleKind(const unsigned char* bytes)
 {
-  std::string text = "[";
-  for (const std::int64_t extent : shape)
+  if (bytes[0] == 'P' && bytes[1] == 'K' && bytes[2] == 3 && bytes[3] == 4)
   {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
+    return "a ZIP archive";
   }
-  return text + "]";
+  return bytes[0] == 0x80 && bytes[1] >= 2 && bytes[1] <= 5 ? "a pickle" : nullptr;
 }
 
 /// Rule 7. The offsets are those of the data; messages give the end of the header as the place.
@@ -94,6 +94,16 @@ void CheckLayout(
 }
 } // namespace
 
+std::string FormatShape(const std::vector<std::int64_t>& shape)
+{
+  std::string text = "[";
+  for (const std::int64_t extent : shape)
+  {
+    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
+  }
+  return text + "]";
+}
+
 void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule, const std::string& found,
   const std::string& expected)
 {
@@ -103,12 +113,8 @@ void ThrowFormatError(const std::string& file, std::uint64_t offset, Safetensors
 
 std::int64_t TensorEntry::NumberOfElements() const
 {
-  std::int64_t count = 1;
-  for (const std::int64_t extent : this->Shape)
-  {
-    count *= extent;
-  }
-  return count;
+  // As many as the bytes say (rule 7): the product of dimensions may overflow before one of them is 0.
+  return (this->End - this->Begin) / static_cast<std::int64_t>(ElementSize(this->Type));
 }
 
 std::uint64_t DecodeHeaderLength(
@@ -125,6 +131,11 @@ std::uint64_t DecodeHeaderLength(
   for (int k = 7; k >= 0; --k)
   {
     length = length << 8 | bytes[k];
+  }
+  if (const char* kind = PickleKind(bytes); kind && (length > largest || length > fileSize - HeaderStart))
+  {
+    fail(std::string("the file is ") + kind + ", as PyTorch writes them; such files can run code and are never read",
+      "a safetensors file, which \"python3 -m surfacesynthesis convert\" makes of the checkpoint of a PoissonNet");
   }
   const std::string found = "the length of the header is " + std::to_string(length);
   if (length < 2)

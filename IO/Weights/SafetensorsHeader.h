@@ -22,9 +22,12 @@ struct TensorEntry
   std::int64_t Begin = 0;                ///< first byte, counted from the end of the header
   std::int64_t End = 0;                  ///< end of the bytes, counted likewise
 
-  /// Product of the dimensions.
+  /// Product of the dimensions: 0 when one of them is.
   std::int64_t NumberOfElements() const;
 };
+
+/// Formats the shape of a tensor for messages: "[2, 3]".
+std::string FormatShape(const std::vector<std::int64_t>& shape);
 
 /// Rules of the format, numbered as in messages.
 enum class SafetensorsRule
@@ -54,7 +57,8 @@ struct SafetensorsHeader
 /// Number of bytes before the header's text: they hold its length.
 constexpr std::uint64_t HeaderStart = 8;
 
-/// Decodes the length in the first 8 bytes and checks it against rule 1; allocates nothing.
+/// Decodes the length in the first 8 bytes and checks it against rule 1; allocates nothing. The message says so when they
+/// begin a pickle or a ZIP archive, as checkpoints of PyTorch do.
 /// @param file for messages.
 /// @param fileSize bytes of the whole file.
 /// @param largest limit of the length, see SafetensorsLimits::HeaderBytes.

@@ -250,11 +250,49 @@ def textures_are_fitted_learned_and_synthesized_from_the_panel():
     assert f"{name}(" in recorded["trace"] and "TextureScale = 0.5" in recorded["trace"], recorded["trace"]
 
 
+def automatic_values_are_boxes_and_rows_of_images_are_hidden():
+    """VDB Surface has no isovalue for a surface; its voxel size is automatic until the box is cleared."""
+    size = PROPERTIES + "VoxelSize/"
+    events = [
+        *add_filter("VDBSurface"),
+        *(check(PROPERTIES + name, "visible", "false")
+          for name in ("SelectInputScalars", "ComputeIsoValue", "IsoValue", "InsideRule")),
+        check(PROPERTIES + "Closing", "visible", "true"),
+        check(size + "Automatic", "checked", "true"), check(size + "Automatic", "text", "automatic"),
+        check(size + "Field", "enabled", "false"),
+        event(size + "Automatic", "set_boolean", "false"),
+        event(size + "Field", "set_string", "0.125"),
+        apply(),
+    ]
+    result, recorded = play("sized", events, "ball", "VDBSurface", ("VoxelSize",))
+    succeed(result)
+    assert recorded["properties"] == {"VoxelSize": 0.125} and recorded["points"] > 500, recorded
+    events = [*events, event(size + "Automatic", "set_boolean", "true"), check(size + "Field", "text", ""), apply()]
+    result, recorded = play("unsized", events, "ball", "VDBSurface", ("VoxelSize",))
+    succeed(result)
+    assert recorded["properties"] == {"VoxelSize": 0.0} and recorded["points"] > 5000, recorded
+
+
+def a_late_result_is_colored():
+    """After a first update that failed, as soon as there is an array."""
+    events = [
+        *add_filter("PoissonNet"), *own_model(""), apply(),
+        event(PROPERTIES + "ModelFileName/Models", "set_string", "smoothed_curvature"), apply(),
+        check("pqClientMainWindow/variableToolbar/displayColor/Variables", "currentText", "Prediction"),
+    ]
+    result, recorded = play("late", events, "ball", "PoissonNet", ("ModelFileName",))
+    assert recorded["points"] == 3458 and recorded["properties"] == {"ModelFileName": "smoothed_curvature"}, recorded
+    # The first update is an error, which the test machinery takes for a failure; a failed check would say so.
+    assert "ERROR" not in "".join(line for line in result.stdout.splitlines() if "Variables" in line), result.stdout
+
+
 TESTS = {
     "Rows": panel_shows_what_the_mode_uses,
     "Trace": panel_applies_and_trace_replays,
     "Errors": error_reaches_the_message_window,
     "Ensembles": ensembles_are_made_from_the_panel,
+    "Automatic": automatic_values_are_boxes_and_rows_of_images_are_hidden,
+    "Late": a_late_result_is_colored,
     "Models": a_model_is_chosen_in_the_panel,
     "Textures": textures_are_fitted_learned_and_synthesized_from_the_panel,
 }

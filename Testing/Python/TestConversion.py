@@ -4,6 +4,7 @@
 import builtins
 import json
 import os
+import pickle
 import struct
 import sys
 import types
@@ -217,13 +218,17 @@ def test_checkpoints_without_a_state_dictionary(content, key, words, checkpoint,
 
 def test_a_checkpoint_that_cannot_be_loaded(tmp_path, monkeypatch):
     def load(*_, **__):
-        raise RuntimeError("Weights only load failed: evil.function\nmore lines")
+        raise pickle.UnpicklingError(
+            "Weights only load failed. (1) Re-running `torch.load` with `weights_only` set to `False` will likely succeed.\n"
+            "(2) WeightsUnpickler error: Unsupported global: GLOBAL evil.function was not an allowed global by default."
+        )
 
     monkeypatch.setitem(sys.modules, "torch", types.SimpleNamespace(load=load, __version__="0"))
     path = tmp_path / "evil.pt"
     path.write_bytes(b"x")
-    with pytest.raises(FormatError, match="no checkpoint of tensors alone: Weights only load failed"):
+    with pytest.raises(FormatError, match="no checkpoint of tensors alone: evil.function in it would run code") as error:
         convert_checkpoint(path, tmp_path / "net.safetensors", CONFIG)
+    assert "state_dict()" in str(error.value) and "weights_only" not in str(error.value)
     with pytest.raises(FileNotFoundError):
         convert_checkpoint(tmp_path / "none.pt", tmp_path / "net.safetensors", CONFIG)
 

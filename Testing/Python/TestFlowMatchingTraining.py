@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import add_array, icosphere, polydata_of
+from conftest import add_array, icosphere, polydata_of, read_terminal
 from surfacesynthesis import (
     Cancelled,
     SurfaceSynthesisError,
@@ -142,6 +142,7 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
         ({"noise_model": "pink"}, ValueError, "unknown noise_model 'pink'"),
         ({"device": "tpu"}, ValueError, "unknown device 'tpu'"),
         ({"learning_rate": 0.0}, ValueError, "learning_rate must be"),
+        ({"learning_rate": 1e300}, ValueError, "learning_rate must be at most 1e\\+30, not 1e\\+300"),
         ({"learning_rate_factor": 1.5}, ValueError, "learning_rate_factor must be at most 1"),
         ({"averaging": 1.0}, ValueError, "averaging must be from 0"),
         ({"clip": float("nan")}, ValueError, "clip must be a finite number"),
@@ -299,15 +300,6 @@ def test_a_terminal_sees_the_time_left(tmp_path, files):
     leader, follower = pty.openpty()
     process = start([*files[0], str(tmp_path / "m.safetensors"), "--iterations", "200"], follower)
     os.close(follower)
-    shown = b""
-    while True:
-        try:
-            piece = os.read(leader, 4096)
-        except OSError:  # the other end is closed
-            break
-        if not piece:
-            break
-        shown += piece
+    shown = read_terminal(leader)
     assert process.wait(timeout=60) == 0
-    os.close(leader)
     assert b" of 200, loss " in shown and b" left" in shown and b"[###" in shown

@@ -62,6 +62,7 @@ def test_a_template_may_be_given_to_the_fit(ball):
         ({"template": 3}, TypeError),
         ({"iterations": -1}, ValueError),
         ({"learning_rate": 0}, ValueError),
+        ({"learning_rate": 1e300}, ValueError),
         ({"learning_rate_decay": 1.5}, ValueError),
         ({"surface_samples": 1.5}, TypeError),
         ({"dataset": ""}, ValueError),

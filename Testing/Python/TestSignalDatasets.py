@@ -4,6 +4,7 @@
 import importlib.util
 import json
 import pathlib
+import resource
 
 import numpy as np
 import pytest
@@ -222,6 +223,35 @@ def test_broken_files_are_refused(tmp_path, change, text):
     path.write_bytes(change(path.read_bytes()))
     with pytest.raises(FormatError, match=text):
         read_signal_dataset(path)
+
+
+def test_files_are_judged_by_their_headers(tmp_path):
+    path = tmp_path / "signals.safetensors"
+    write_signal_dataset(path, [((np.eye(3), np.array([[0, 1, 2]])), np.zeros((2, 3)))], "x")
+    content = path.read_bytes()
+    samples = 2**32  # 48 GiB of zeros, which take no space on the disk
+
+    def sparse(change):
+        def longer(header):
+            entry = header["sources.0.signals"]
+            entry["shape"] = [samples, 3, 1]
+            entry["data_offsets"][1] = entry["data_offsets"][0] + 12 * samples
+            change(header)
+
+        changed = _with_header(longer)(content)
+        path.write_bytes(changed)
+        with open(path, "r+b") as file:
+            file.truncate(len(changed) - 24 + 12 * samples)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        with pytest.raises(FormatError) as error:
+            read_signal_dataset(path)
+        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 64 * 1024  # KiB
+        return str(error.value)
+
+    assert "the content is 'other'" in sparse(lambda header: header["__metadata__"].update(content="other"))
+    assert "signals [4294967296, 3, 1]" in sparse(lambda header: header["sources.0.points"].update(shape=[1, 9]))
+    samples = 2**40  # 12 TiB, more than any memory
+    assert "GB of memory" in sparse(lambda header: None)
 
 
 def test_triangles_of_points_that_do_not_exist_are_refused(tmp_path):

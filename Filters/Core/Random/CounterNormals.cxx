@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Random/CounterNormals.h"
 
+#include "Core/Common/InstructionSet.h"
 #include "Core/Random/NormalBlocks.h"
 
 #include <algorithm>
@@ -14,16 +15,14 @@ constexpr std::int64_t PointsAtOnce = 4 * NormalBlocksAtOnce;
 
 using FillFunction = void (*)(const NormalKey&, std::uint32_t, double*);
 
-/// The variant for the widest vectors that this processor has.
+/// The variant for CurrentInstructionSet().
 FillFunction BestFill()
 {
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-  static const FillFunction best = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl")
-    ? FillNormalBlocksAvx512
-    : __builtin_cpu_supports("avx2") ? FillNormalBlocksAvx2
-                                     : FillNormalBlocksGeneric;
-  return best;
+  const InstructionSet set = CurrentInstructionSet();
+  return set == InstructionSet::Avx512 ? FillNormalBlocksAvx512
+    : set == InstructionSet::Avx2      ? FillNormalBlocksAvx2
+                                       : FillNormalBlocksGeneric;
 #else
   return FillNormalBlocksGeneric;
 #endif

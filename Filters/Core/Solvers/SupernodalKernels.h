@@ -28,7 +28,7 @@ struct SupernodalKernels
   void (*Backward)(const SupernodalPanel& panel, double* rightHandSides, std::int64_t count);
 };
 
-/// Returns the kernels for the widest vectors of this processor.
+/// Returns the kernels for CurrentInstructionSet().
 const SupernodalKernels& BestSupernodalKernels();
 
 // The variants: the same source compiled for different instruction sets.

@@ -2,6 +2,7 @@
 #include "Core/Statistics/NearestSamples.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/InstructionSet.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Statistics/PairKernels.h"
 
@@ -94,7 +95,7 @@ RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, SharedProgress& 
   return sums;
 }
 
-std::string NameOf(const SampleUnion& samples, std::int64_t sample)
+std::string DescribeSample(const SampleUnion& samples, std::int64_t sample)
 {
   return samples.IsGenerated(sample) ? "generated sample " + std::to_string(sample)
                                      : "reference sample " + std::to_string(sample - samples.NumberOfGenerated);
@@ -111,8 +112,8 @@ std::vector<Neighbors> NeighborsInTile(const SampleUnion& samples, const Tile& t
       const double distance = FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
       if (!std::isfinite(distance))
       {
-        throw InvalidInput("ComputeEnsembleMetrics: the distance of " + NameOf(samples, a) + " and " +
-          NameOf(samples, b) + " is not finite; expected values below about 1e150.");
+        throw InvalidInput("ComputeEnsembleMetrics: the distance of " + DescribeSample(samples, a) + " and " +
+          DescribeSample(samples, b) + " is not finite; expected values below about 1e150.");
       }
       Neighbors& ofRow = found[static_cast<std::size_t>(a - tile.Rows.Begin)];
       Neighbors& ofColumn = found[static_cast<std::size_t>(tile.Rows.Size() + b - tile.Columns.Begin)];
@@ -137,14 +138,14 @@ void CopyPlane(const Value* values, Eigen::Index components, const double* weigh
 
 using AddFunction = double (*)(const PairOfPlanes&);
 
-/// The variant for the widest vectors that this processor has.
+/// The variant for CurrentInstructionSet().
 AddFunction BestAdd()
 {
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-    ? AddUpPairAvx512
-    : __builtin_cpu_supports("avx2") ? AddUpPairAvx2
-                                     : AddUpPairGeneric;
+  const InstructionSet set = CurrentInstructionSet();
+  return set == InstructionSet::Avx512 ? AddUpPairAvx512
+    : set == InstructionSet::Avx2      ? AddUpPairAvx2
+                                       : AddUpPairGeneric;
 #else
   return AddUpPairGeneric;
 #endif
@@ -175,7 +176,7 @@ void CopyPlanes(const SampleUnion& samples, std::int64_t sample, Eigen::Index be
 double PartialDistance(
   const SampleUnion& samples, const double* a, const double* b, Eigen::Index begin, Eigen::Index count)
 {
-  static const AddFunction add = BestAdd();
+  const AddFunction add = BestAdd();
   PairOfPlanes pair;
   pair.A = a;
   pair.B = b;

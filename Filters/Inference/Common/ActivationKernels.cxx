@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inference/Common/ActivationKernels.h"
 
+#include "Core/Common/InstructionSet.h"
+
 namespace surfsynth
 {
 
 const ActivationKernels& BestActivationKernels()
 {
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-  static const ActivationKernels& best = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl")
-    ? Avx512ActivationKernels
-    : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? Avx2ActivationKernels
-                                                                      : GenericActivationKernels;
-  return best;
+  const InstructionSet set = CurrentInstructionSet();
+  return set == InstructionSet::Avx512 ? Avx512ActivationKernels
+    : set == InstructionSet::Avx2      ? Avx2ActivationKernels
+                                       : GenericActivationKernels;
 #else
   return GenericActivationKernels;
 #endif

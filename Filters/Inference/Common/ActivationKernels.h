@@ -78,7 +78,7 @@ struct ActivationKernels
     std::int64_t width, float* out);
 };
 
-/// Returns the kernels for the widest vectors of this processor.
+/// Returns the kernels for CurrentInstructionSet().
 const ActivationKernels& BestActivationKernels();
 
 // The variants: the same source compiled for different instruction sets.

@@ -15,11 +15,11 @@
 namespace surfsynth
 {
 
+/// Version of the format of model files, in their metadata.
+constexpr const char* ModelFormatVersion = "1";
+
 /// Shapes of tensors by name.
 using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
-
-/// Formats a shape for messages: "[2, 3]".
-std::string FormatShape(const std::vector<std::int64_t>& shape);
 
 /// Describes the first three differences between the tensors that a network needs and those of a file, and the number
 /// of the others; "" when there is none.
@@ -29,6 +29,13 @@ std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& foun
 /// @param kind end of the message: "a flow matching model, as vtkFlowMatchingTrainer writes it"
 /// @throws ModelMismatch
 void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind);
+
+/// Maximum number of weights and other numbers of a model, 2^28: 1 GiB in float32.
+constexpr std::int64_t MaximumModelSize = std::int64_t(1) << 28;
+
+/// Checks the number of all elements of a file against MaximumModelSize.
+/// @throws ModelMismatch
+void RequireModelSize(const SafetensorsFile& file);
 
 /// Reader of typed values from a JSON object in the metadata. All functions throw ModelMismatch naming the key, its
 /// value and the expected one.

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inference/GeometricTexture/FaceKernels.h"
 
+#include "Core/Common/InstructionSet.h"
+
 namespace surfsynth
 {
 
 const FaceKernels& BestFaceKernels()
 {
 #ifdef SURFACE_SYNTHESIS_X86_KERNELS
-  static const FaceKernels& best = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl")
-    ? Avx512FaceKernels
-    : __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? Avx2FaceKernels
-                                                                      : GenericFaceKernels;
-  return best;
+  const InstructionSet set = CurrentInstructionSet();
+  return set == InstructionSet::Avx512 ? Avx512FaceKernels
+    : set == InstructionSet::Avx2      ? Avx2FaceKernels
+                                       : GenericFaceKernels;
 #else
   return GenericFaceKernels;
 #endif

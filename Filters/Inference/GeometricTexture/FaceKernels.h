@@ -35,7 +35,7 @@ struct FaceKernels
     std::int64_t width, float* out);
 };
 
-/// Returns the kernels for the widest vectors of this processor.
+/// Returns the kernels for CurrentInstructionSet().
 const FaceKernels& BestFaceKernels();
 
 // The variants: the same source compiled for different instruction sets.

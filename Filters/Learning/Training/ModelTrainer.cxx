@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/OutputFile.h"
+#include "Learning/Training/TimeLimit.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 
 #include <vector>
@@ -44,15 +45,34 @@ std::vector<OutputLock> LockFiles(const TrainingFiles& files)
   return locks;
 }
 
-/// @throws ModelMismatch when the checkpoint has more iterations than the training.
-void Resume(ModelTrainer& trainer, const std::string& checkpoint)
+/// Bound of the numbers that a checkpoint holds for each iteration.
+constexpr std::int64_t LossesOfIteration = 8;
+
+/// Compares the header of a checkpoint with the training that is to go on from it: a wrong or damaged one is refused
+/// before its numbers are read.
+/// @param state of the training now.
+void RequireFits(
+  const std::string& path, const CheckpointHeader& header, const TrainingCheckpoint& state, std::int64_t iterations)
 {
-  trainer.LoadCheckpoint(checkpoint);
-  if (trainer.Iteration() > trainer.Iterations())
+  RequireSameRecipe(path, state.Recipe, header.Recipe);
+  if (header.Iterations > iterations)
   {
-    throw ModelMismatch(checkpoint + ": the checkpoint is of iteration " + std::to_string(trainer.Iteration()) +
-      "; expected at most the " + std::to_string(trainer.Iterations()) +
+    throw ModelMismatch(path + ": the checkpoint is of iteration " + std::to_string(header.Iterations) +
+      "; expected at most the " + std::to_string(iterations) +
       " iterations of this training. Ask for more, or begin anew with another checkpoint file.");
+  }
+  std::size_t numbers = 0;
+  for (const auto& entry : state.Tensors)
+  {
+    numbers += entry.second.Values.size();
+  }
+  // Beside each weight there are two moments of Adam, which a training has after its first iteration.
+  const std::int64_t most = 3 * static_cast<std::int64_t>(numbers) + LossesOfIteration * iterations;
+  if (header.Numbers > most)
+  {
+    throw ModelMismatch(path + ": the checkpoint has " + std::to_string(header.Numbers) +
+      " numbers; expected at most " + std::to_string(most) +
+      " for this network: it is the checkpoint of another one, or damaged.");
   }
 }
 } // namespace
@@ -66,9 +86,10 @@ void ModelTrainer::SaveCheckpoint(const std::string& path) const
 
 void ModelTrainer::LoadCheckpoint(const std::string& path)
 {
-  const TrainingCheckpoint checkpoint = ReadCheckpoint(path);
-  RequireSameRecipe(path, this->Recipe(), checkpoint.Recipe);
-  this->Restore(path, checkpoint);
+  TrainingCheckpoint state = this->Checkpoint();
+  state.Recipe = this->Recipe();
+  RequireFits(path, ReadCheckpointHeader(path), state, this->Iterations());
+  this->Restore(path, ReadCheckpoint(path));
 }
 
 void TrainAndSave(
@@ -78,17 +99,20 @@ void TrainAndSave(
   const std::vector<OutputLock> locks = LockFiles(files);
   if (HasCheckpoint(files))
   {
-    Resume(trainer, files.Checkpoint);
+    trainer.LoadCheckpoint(files.Checkpoint);
   }
   const std::int64_t iterations = trainer.Iterations();
+  const TimeLimit limit(files.TimeBudget);
   bool saved = false;
-  while (trainer.Iteration() < iterations)
+  bool inTime = true;
+  while (inTime && trainer.Iteration() < iterations)
   {
     trainer.Step();
     const std::int64_t done = trainer.Iteration();
     const bool goOn = (!observe || observe(trainer.History())) &&
       (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
-    saved = !goOn || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
+    inTime = !limit.IsReached();
+    saved = !goOn || !inTime || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
     if (saved)
     {
       SaveFiles(trainer, files);

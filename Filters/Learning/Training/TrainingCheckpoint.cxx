@@ -39,17 +39,42 @@ std::map<std::string, std::string> ParseRecipe(const SafetensorsFile& file)
   return recipe;
 }
 
+/// Number of rows of the history.
+std::int64_t RequireHistory(const SafetensorsFile& file)
+{
+  const std::vector<std::int64_t>& shape = file.Entry(HistoryName).Shape;
+  if (shape.size() != 2 || shape[1] != static_cast<std::int64_t>(NetworkLossHistory().Columns().size()))
+  {
+    throw ModelMismatch(file.Name() + ": \"history\" is no table of six columns; expected a checkpoint.");
+  }
+  return shape[0];
+}
+
+CheckpointHeader HeaderOf(const SafetensorsFile& file)
+{
+  const auto architecture = file.Metadata().find("architecture");
+  if (architecture == file.Metadata().end() || architecture->second != Architecture)
+  {
+    throw ModelMismatch(file.Name() + ": the metadata \"architecture\" is " +
+      (architecture == file.Metadata().end() ? "missing" : "\"" + architecture->second + "\"") + "; expected \"" +
+      Architecture + "\".");
+  }
+  CheckpointHeader header;
+  header.Recipe = ParseRecipe(file);
+  header.Iterations = RequireHistory(file);
+  for (const auto& [name, entry] : file.Tensors())
+  {
+    header.Numbers += name == HistoryName ? 0 : entry.NumberOfElements();
+  }
+  return header;
+}
+
 LossHistory ReadHistory(const SafetensorsFile& file)
 {
   LossHistory history = NetworkLossHistory();
   const std::size_t columns = history.Columns().size();
-  const std::vector<std::int64_t>& shape = file.Entry(HistoryName).Shape;
-  if (shape.size() != 2 || shape[1] != static_cast<std::int64_t>(columns))
-  {
-    throw ModelMismatch(file.Name() + ": \"history\" is no table of six columns; expected a checkpoint.");
-  }
+  const auto rows = static_cast<std::size_t>(RequireHistory(file));
   const std::vector<double> numbers = file.Float64(HistoryName);
-  const auto rows = static_cast<std::size_t>(shape[0]);
   for (std::size_t k = 0; k < rows; ++k)
   {
     const double* row = numbers.data() + k * columns;
@@ -74,7 +99,10 @@ std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, cons
   return { { "training", training }, { "learning_rate", FormatExact(options.LearningRate) },
     { "learning_rate_factor", FormatExact(options.LearningRateFactor) },
     { "gradient_clip", FormatExact(options.GradientClip) },
-    { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) } };
+    { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
+    { "width", std::to_string(options.Width) }, { "blocks", std::to_string(options.Blocks) },
+    { "complex_layers", std::to_string(options.ComplexLayers) },
+    { "inner_products", options.InnerProducts ? "yes" : "no" } };
 }
 
 std::string FormatExact(double number)
@@ -124,18 +152,13 @@ void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoi
       { RecipeKey, nlohmann::json(checkpoint.Recipe).dump() } });
 }
 
+CheckpointHeader ReadCheckpointHeader(const std::string& path) { return HeaderOf(SafetensorsFile(path)); }
+
 TrainingCheckpoint ReadCheckpoint(const std::string& path)
 {
   const SafetensorsFile file(path);
-  const auto architecture = file.Metadata().find("architecture");
-  if (architecture == file.Metadata().end() || architecture->second != Architecture)
-  {
-    throw ModelMismatch(path + ": the metadata \"architecture\" is " +
-      (architecture == file.Metadata().end() ? "missing" : "\"" + architecture->second + "\"") + "; expected \"" +
-      Architecture + "\".");
-  }
   TrainingCheckpoint checkpoint;
-  checkpoint.Recipe = ParseRecipe(file);
+  checkpoint.Recipe = HeaderOf(file).Recipe;
   checkpoint.History = ReadHistory(file);
   for (const auto& [name, entry] : file.Tensors())
   {

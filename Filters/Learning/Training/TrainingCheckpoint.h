@@ -7,6 +7,7 @@
 #include "Learning/Training/LossHistory.h"
 #include "Learning/Training/TrainingOptions.h"
 
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -38,6 +39,17 @@ void RequireSameRecipe(const std::string& file, const std::map<std::string, std:
 
 /// Writes a checkpoint. @throws InvalidInput when the file cannot be written; it is replaced only when all is written.
 void WriteCheckpoint(const std::string& path, const TrainingCheckpoint& checkpoint);
+
+/// Shape of a checkpoint: read without its numbers.
+struct CheckpointHeader
+{
+  std::map<std::string, std::string> Recipe; ///< as TrainingCheckpoint::Recipe
+  std::int64_t Iterations = 0;               ///< number of iterations done
+  std::int64_t Numbers = 0;                  ///< elements of all tensors beside the history
+};
+
+/// Reads the header of a checkpoint. @throws as ReadCheckpoint().
+CheckpointHeader ReadCheckpointHeader(const std::string& path);
 
 /// Reads a checkpoint. @throws InvalidInput when the file cannot be opened; FormatError; ModelMismatch when it is no checkpoint.
 TrainingCheckpoint ReadCheckpoint(const std::string& path);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plain sampler of flow matching models: integrators, units, invariances, errors.
 #include "ExampleMeshes.h"
+#include "InstructionSets.h"
 #include "RandomFlowMatching.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -17,6 +19,7 @@
 #include <functional>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -68,20 +71,6 @@ bool SameBits(const FeatureMatrix& a, const FeatureMatrix& b)
 double Difference(const FeatureMatrix& a, const FeatureMatrix& b)
 {
   return (a - b).cast<double>().norm() / b.cast<double>().norm();
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 
 /// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.
@@ -184,6 +173,25 @@ TEST(FlowMatchingSampler, BitsAreTheSameForEveryNumberOfThreads)
     first = first ? std::move(first) : std::make_unique<FeatureMatrix>(sample);
     EXPECT_TRUE(SameBits(sample, *first)) << threads;
   }
+}
+
+// Noise, solves and a network of random weights, from the noise to the sample.
+TEST(FlowMatchingSampler, InstructionSetsAgree)
+{
+  FeatureMatrix noise;
+  FeatureMatrix sample;
+  test::ForEachInstructionSet([&](InstructionSet set) {
+    const FlowMatchingSampler sampler = Deformer();
+    const FeatureMatrix initial = sampler.InitialNoise({});
+    const FeatureMatrix found = sampler.Integrate(initial, Request(3));
+    if (set == InstructionSet::Generic)
+    {
+      noise = initial;
+      sample = found;
+    }
+    EXPECT_LE(Difference(initial, noise), 1e-6) << static_cast<int>(set);
+    EXPECT_LE(Difference(found, sample), 1e-4) << static_cast<int>(set);
+  });
 }
 
 TEST(FlowMatchingSampler, SeedSampleAndStreamGiveOtherNoise)

@@ -2,6 +2,7 @@
 // Model files of geometric textures: what is written is read, and what does not fit is named.
 #include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
+#include "SparseModels.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"
@@ -27,8 +28,7 @@ constexpr const char* Path = "GeometricTextureModel.safetensors";
 
 TensorData Copy(const SafetensorsFile& file, const std::string& name, const TensorEntry& entry)
 {
-  const unsigned char* bytes = file.Bytes(name);
-  return { entry.Type, entry.Shape, std::vector<unsigned char>(bytes, bytes + (entry.End - entry.Begin)) };
+  return { entry.Type, entry.Shape, file.Bytes(name) };
 }
 
 /// The file of a small model after @p change; what reading it says.
@@ -293,4 +293,37 @@ TEST(GeometricTextureModel, ModelsMadeByHandAreChecked)
 TEST(GeometricTextureModel, AFileThatIsNotThere)
 {
   EXPECT_THROW(ReadGeometricTexture("nowhere.safetensors"), InvalidInput);
+}
+
+TEST(GeometricTextureModel, FilesAreJudgedByTheirHeaders)
+{
+  WriteGeometricTexture(Path, test::RandomGeometricTexture());
+  const SafetensorsFile small(Path);
+  const std::map<std::string, std::string> metadata = small.Metadata();
+  test::SparseTensors tensors;
+  for (const auto& [name, entry] : small.Tensors())
+  {
+    tensors[name] = { std::string(TypeName(entry.Type)), entry.Shape };
+  }
+  const char* path = "sparse.safetensors";
+  const auto refusal = [&](const test::SparseTensors& content) {
+    test::WriteSparseModel(path, content, metadata);
+    try
+    {
+      ReadGeometricTexture(path);
+    }
+    catch (const ModelMismatch& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::uint64_t before = test::PeakMemory();
+  tensors["template.points"] = { "F64", { test::SparseBytes / 24, 3 } };
+  tensors["reconstruction_noise"] = { "F32", { 1, 3 } };
+  EXPECT_THAT(refusal(tensors), HasSubstr("\"reconstruction_noise\" is [1, 3] instead of [715827882, 3]"));
+  tensors["reconstruction_noise"] = { "F32", { test::SparseBytes / 24, 3 } };
+  EXPECT_THAT(refusal(tensors), HasSubstr("numbers; expected at most 268435456"));
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  std::remove(path);
 }

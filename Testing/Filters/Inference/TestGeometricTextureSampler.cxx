@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometric textures synthesized on meshes: invariances, levels, noise, masks, errors.
 #include "ExampleMeshes.h"
+#include "InstructionSets.h"
 #include "RandomGeometricTexture.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -16,6 +18,7 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::HasSubstr;
 
 namespace
@@ -77,21 +80,19 @@ double MeanEdge(const TriangleMesh& mesh)
   }
   return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
 }
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
-}
 } // namespace
+
+TEST(GeometricTextureSampler, InstructionSetsAgree)
+{
+  PointMatrix points;
+  test::ForEachInstructionSet([&](InstructionSet set) {
+    const GeometricTextureLevel found = GeometricTextureSampler(Model()).Synthesize(Surface(), Seeded(3));
+    points = set == InstructionSet::Generic ? found.Mesh.Points : points;
+    const double moved = (points - found.Base).norm();
+    EXPECT_GT(moved, 0.0);
+    EXPECT_LE((found.Mesh.Points - points).norm(), 1e-4 * moved) << static_cast<int>(set);
+  });
+}
 
 // --- Levels ---------------------------------------------------------------------------------------------------------
 

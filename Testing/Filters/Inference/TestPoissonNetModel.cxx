@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Model files of PoissonNet: what is written is read, and what does not fit is named.
 #include "RandomPoissonNet.h"
+#include "SparseModels.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"
@@ -195,4 +196,35 @@ TEST(PoissonNetModel, IncompleteModelsAreNotWritten)
   EXPECT_THROW(CheckModel(model), InvalidInput);
   EXPECT_NO_THROW(CheckModel(test::RandomModel(SmallOptions())));
   EXPECT_FALSE(std::filesystem::exists("Never.safetensors"));
+}
+
+TEST(PoissonNetModel, FilesAreJudgedByTheirHeaders)
+{
+  const char* path = "sparse.safetensors";
+  const auto refusal = [&](const PoissonNetOptions& options, const test::SparseTensors& more) {
+    test::SparseTensors tensors = more;
+    for (const auto& [name, shape] : ExpectedTensors(options))
+    {
+      tensors[name] = { "F32", shape };
+    }
+    test::WriteSparseModel(path, tensors, MetadataFromOptions(options));
+    try
+    {
+      ReadPoissonNet(path);
+    }
+    catch (const ModelMismatch& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::uint64_t before = test::PeakMemory();
+  PoissonNetOptions options = SmallOptions();
+  EXPECT_EQ(refusal(options, {}), "accepted");
+  EXPECT_THAT(refusal(options, { { "stranger", { "F32", { test::SparseBytes / 4 } } } }),
+    HasSubstr("\"stranger\" does not belong to it"));
+  options.Width = 20000; // all of it is as the metadata say
+  EXPECT_THAT(refusal(options, {}), HasSubstr("numbers; expected at most 268435456"));
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  std::remove(path);
 }

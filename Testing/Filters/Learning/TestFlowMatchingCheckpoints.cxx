@@ -5,8 +5,10 @@
 #include "TrainingData.h"
 
 #include "RandomPoissonNet.h"
+#include "SparseModels.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/SafetensorsFile.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/TrainingCheckpoint.h"
@@ -311,4 +313,35 @@ TEST_F(FlowMatchingTraining, FilesThatCannotBeWrittenAreRefusedBeforeTheTraining
   files.CheckpointInterval = 0;
   EXPECT_THAT(refusal(files), HasSubstr("the checkpoint interval is 0; expected at least 1"));
   EXPECT_EQ(steps, 0);
+}
+
+TEST_F(FlowMatchingTraining, CheckpointsAreJudgedByTheirHeaders)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  const std::string path = this->File("checkpoint");
+  Trained(dataset, TinyRecipe(3), 2).SaveCheckpoint(path);
+  std::map<std::string, std::string> metadata;
+  test::SparseTensors tensors;
+  {
+    const SafetensorsFile file(path);
+    metadata = file.Metadata();
+    for (const auto& [name, entry] : file.Tensors())
+    {
+      tensors[name] = { std::string(TypeName(entry.Type)), entry.Shape };
+    }
+  }
+  FlowMatchingTrainer trainer(dataset, TinyRecipe(3));
+  const auto refusal = [&](const std::string& name, std::int64_t rows, std::int64_t columns) {
+    test::SparseTensors content = tensors;
+    content[name] = { "F64", { rows, columns } };
+    test::WriteSparseModel(path, content, metadata);
+    return TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(path); });
+  };
+  const std::uint64_t before = test::PeakMemory();
+  EXPECT_THAT(refusal("stranger", test::SparseBytes / 8, 1), HasSubstr("it is the checkpoint of another one"));
+  EXPECT_THAT(refusal("history", test::SparseBytes / 48, 6),
+    HasSubstr("the checkpoint is of iteration 357913941; expected at most the 3"));
+  EXPECT_THAT(refusal("history", test::SparseBytes / 64, 8), HasSubstr("\"history\" is no table of six columns"));
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  EXPECT_EQ(trainer.Iteration(), 0);
 }

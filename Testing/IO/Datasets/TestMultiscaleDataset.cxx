@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Datasets of one surface at several scales: files, and what is refused.
+#include "SparseModels.h"
+
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "IO/Datasets/MultiscaleDataset.h"
@@ -107,4 +109,42 @@ TEST(MultiscaleDataset, WhatIsNotFiniteIsNotWritten)
   dataset.Template.Points(0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(WriteMultiscaleDataset("levels.safetensors", dataset), InvalidInput);
   EXPECT_THROW(WriteMultiscaleDataset("levels.safetensors", MultiscaleDataset()), InvalidInput);
+}
+
+TEST(MultiscaleDataset, FilesAreJudgedByTheirHeaders)
+{
+  const char* path = "sparse.multiscale";
+  const std::int64_t rows = test::SparseBytes / 24;
+  const auto refusal = [&](const test::SparseTensors& tensors) {
+    test::WriteSparseModel(path, tensors, Metadata);
+    try
+    {
+      ReadMultiscaleDataset(path);
+    }
+    catch (const std::exception& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  test::SparseTensors tensors = { { "levels.0.points", { "F64", { rows, 3 } } },
+    { "levels.0.triangles", { "I64", { 1, 3 } } } };
+  const std::uint64_t before = test::PeakMemory();
+  test::SparseTensors other = tensors;
+  other["levels.0.triangles"] = { "F64", { 1, 3 } };
+  EXPECT_THAT(refusal(other), HasSubstr("is of type F64; expected I64"));
+  other = tensors;
+  other["levels.1.points"] = { "F64", { 9, 3 } };
+  other["levels.1.triangles"] = { "I64", { 5, 3 } };
+  EXPECT_THAT(refusal(other), HasSubstr("level 1 has other triangles than level 0 subdivided at midpoints: 5"));
+  other = tensors;
+  other["template.points"] = { "F64", { 9 } };
+  EXPECT_THAT(refusal(other), HasSubstr("\"template.points\" is no table of three columns"));
+  tensors["levels.0.points"] = { "F64", { 2000000000, 3 } };
+  tensors["levels.0.triangles"] = { "I64", { 2000000000, 3 } };
+  tensors["template.points"] = { "F64", { 2000000000, 3 } };
+  tensors["unknown"] = { "F64", { 2000000000, 100 } };
+  EXPECT_THAT(refusal(tensors), HasSubstr("GB of memory; expected at most the"));
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  std::remove(path);
 }

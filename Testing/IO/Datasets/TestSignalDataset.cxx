@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Dataset files: what is written is read, and each way to be wrong is refused in words.
+#include "SparseModels.h"
+
 #include "Core/Common/Errors.h"
 #include "IO/Datasets/SignalDataset.h"
 #include "IO/Weights/SafetensorsWriter.h"
@@ -186,3 +188,38 @@ TEST(SignalDataset, SourcesOfDifferentComponentsAreNotWritten)
 }
 
 } // namespace
+
+TEST(SignalDataset, FilesAreJudgedByTheirHeaders)
+{
+  const char* path = "sparse.dataset";
+  const std::map<std::string, std::string> metadata = FileContent().Metadata;
+  const std::int64_t samples = test::SparseBytes / 12;
+  const auto refusal = [&](const test::SparseTensors& tensors) {
+    test::WriteSparseModel(path, tensors, metadata);
+    try
+    {
+      ReadSignalDataset(path);
+    }
+    catch (const std::exception& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  test::SparseTensors tensors = { { "sources.0.points", { "F64", { 3, 3 } } },
+    { "sources.0.triangles", { "I64", { 1, 3 } } }, { "sources.0.signals", { "F32", { samples, 3, 1 } } } };
+  const std::uint64_t before = test::PeakMemory();
+  test::SparseTensors other = tensors;
+  other["sources.0.points"] = { "F64", { 4, 3 } };
+  EXPECT_THAT(refusal(other), HasSubstr("has signals at 3 vertices; expected 4"));
+  other = tensors;
+  other["sources.1.points"] = { "F64", { 3, 2 } };
+  EXPECT_THAT(refusal(other), HasSubstr("\"sources.1.points\" has 2 dimensions, the last of 2"));
+  other = tensors;
+  other["sources.0.triangles"] = { "F32", { 1, 3 } };
+  EXPECT_THAT(refusal(other), HasSubstr("is of type F32; expected I64"));
+  tensors["sources.0.signals"] = { "F32", { 256 * samples, 3, 1 } };
+  EXPECT_THAT(refusal(tensors), HasSubstr("takes about 8796.1 GB of memory; expected at most the"));
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  std::remove(path);
+}

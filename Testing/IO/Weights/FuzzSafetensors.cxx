@@ -40,8 +40,7 @@ std::vector<unsigned char> Rewritten(const SafetensorsFile& file)
   for (const auto& [name, entry] : file.Tensors())
   {
     ReadAll(file, name);
-    const unsigned char* bytes = file.Bytes(name);
-    tensors[name] = { entry.Type, entry.Shape, std::vector<unsigned char>(bytes, bytes + (entry.End - entry.Begin)) };
+    tensors[name] = { entry.Type, entry.Shape, file.Bytes(name) };
   }
   return SerializeSafetensors(tensors, file.Metadata());
 }

@@ -2,9 +2,11 @@
 // One test for each rule of the reader, named for the rule, which asserts that the message names the file, the byte and
 // that rule.
 #include "SafetensorsBytes.h"
+#include "SparseModels.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"
+#include "IO/Weights/SafetensorsWriter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +15,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 
 using namespace surfsynth;
 using surfsynth::test::FileOf;
@@ -36,7 +39,11 @@ void ExpectRefused(
 {
   try
   {
-    Read(bytes, limits);
+    const SafetensorsFile file = Read(bytes, limits);
+    for (const auto& entry : file.Tensors())
+    {
+      file.Bytes(entry.first);
+    }
     ADD_FAILURE() << "accepted: " << testing::PrintToString(bytes);
   }
   catch (const FormatError& error)
@@ -124,6 +131,54 @@ TEST(SafetensorsReader, IntegersOfEveryTypeAreExact)
     (std::vector<std::int64_t>{ 0, 1 }));
 }
 
+TEST(SafetensorsReader, TensorsOfAFileAreReadOnlyWhenTheyAreAskedFor)
+{
+  const char* path = "sparse.safetensors";
+  test::WriteSparseModel(path, { { "large", { "F32", { test::SparseBytes / 4 } } }, { "small", { "I64", { 2 } } } });
+  const std::uint64_t before = test::PeakMemory();
+  {
+    const SafetensorsFile file(path);
+    EXPECT_EQ(file.DataBytes(), static_cast<std::uint64_t>(test::SparseBytes) + 16);
+    EXPECT_EQ(file.Integers("small"), (std::vector<std::int64_t>{ 0, 0 }));
+    file.RequireFloatingPoint("large");
+    EXPECT_THROW(file.RequireIntegers("large"), ModelMismatch);
+    EXPECT_THROW(file.Integers("large"), ModelMismatch);
+    file.RequireMemory(1e-9);
+    try
+    {
+      file.RequireMemory(1e9);
+      ADD_FAILURE() << "1.7e19 bytes fit into the memory";
+    }
+    catch (const InvalidInput& error)
+    {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("reading sparse.safetensors takes about"), HasSubstr("GB of memory")));
+    }
+    std::filesystem::resize_file(path, 1000);
+    try
+    {
+      file.Integers("small");
+      ADD_FAILURE() << "read from a file that had been truncated";
+    }
+    catch (const FormatError& error)
+    {
+      EXPECT_THAT(error.what(), HasSubstr("the file ended while it was read"));
+    }
+  }
+  EXPECT_LT(test::PeakMemory() - before, test::HeaderMemory);
+  std::remove(path);
+}
+
+TEST(SafetensorsReader, LargeTensorsAreReadInPieces)
+{
+  const char* path = "pieces.safetensors";
+  const std::int64_t count = (std::int64_t(1) << 19) + 3;
+  std::vector<std::int64_t> numbers(static_cast<std::size_t>(count));
+  std::iota(numbers.begin(), numbers.end(), -7);
+  WriteSafetensors(path, { { "w", TensorData::FromInt64({ count }, numbers) } }, {});
+  EXPECT_EQ(SafetensorsFile(path).Integers("w"), numbers);
+  std::remove(path);
+}
+
 // --- Rule 1 --------------------------------------------------------------------------------------------------------
 
 TEST(SafetensorsReader, Rule1HeaderLength)
@@ -132,6 +187,8 @@ TEST(SafetensorsReader, Rule1HeaderLength)
   ExpectRefused("1234567", 1, "the file has 7 bytes", 0);
   ExpectRefused(FileWithLength(0, "{}"), 1, "the length of the header is 0; expected at least 2", 0);
   ExpectRefused(FileWithLength(1, "{}"), 1, "the length of the header is 1", 0);
+  ExpectRefused(std::string("PK\x03\x04") + std::string(60, 'x'), 1, "the file is a ZIP archive, as PyTorch", 0);
+  ExpectRefused("\x80\x02}q" + std::string(60, 'x'), 1, "the file is a pickle, as PyTorch", 0);
   ExpectRefused(FileWithLength(3, "{}"), 1, "expected at most the 2 bytes that follow", 0);
   ExpectRefused(FileWithLength(~std::uint64_t(0), "{}"), 1, "expected at most 16777216 bytes", 0);
   ExpectRefused(FileWithLength(~std::uint64_t(0) - 7, "{}"), 1, "expected at most 16777216 bytes", 0);

@@ -3,6 +3,8 @@
 
 import json
 import os
+import pickle
+import re
 
 import numpy as np
 
@@ -199,7 +201,15 @@ def _load(path):
         raise SurfaceSynthesisError(
             f"PyTorch {torch.__version__} cannot load tensors without running code ({error}); 1.13 or later is needed"
         ) from None
-    except Exception as error:  # pickle, zipfile, torch: whatever a broken file provokes
+    except pickle.UnpicklingError as error:
+        # PyTorch's advice is to load the file without weights_only, which runs the code in it.
+        found = re.search(r"(?:GLOBAL|class|global:?) (\w+\.[\w.]*\w)", str(error))
+        reason = f"{found[1]} in it would run code when it is loaded" if found else "it holds other objects, or is damaged"
+        raise FormatError(
+            f"{os.fspath(path)}: no checkpoint of tensors alone: {reason}, and is not read; where the network was trained, "
+            "torch.save(network.state_dict(), ...) saves the tensors alone"
+        ) from None
+    except Exception as error:  # zipfile, torch: whatever a broken file provokes
         text = (str(error).splitlines() or [type(error).__name__])[0]
         raise FormatError(f"{os.fspath(path)}: no checkpoint of tensors alone: {text}") from None
 

@@ -11,6 +11,7 @@ from .arguments import (
     INT_MIN,
     array_name,
     at_least_0,
+    at_most,
     choice,
     flag,
     in_range,
@@ -23,7 +24,7 @@ from .datasets import given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
-from .training import count, factor, shallow_copy
+from .training import LARGEST_LEARNING_RATE, count, factor, shallow_copy
 from .vtkSurfaceSynthesisTraining import vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
 
 #: The mesh that is fitted, by the name that ``template`` takes.
@@ -81,6 +82,9 @@ def fit_levels(reference, progress=None, **options):
         Default 3000.
     published_normals : bool
         Comparison of normals as in the published code. Default False.
+    time_budget : float
+        Time budget in minutes, each level with its share; 0 for no limit. A level that it ends before its last iteration is
+        coarser; a warning says the time that all iterations take. Default 0.
     seed : int
         Any integer of 32 bits with sign. Default 0.
     dataset : path, optional
@@ -122,6 +126,7 @@ def configured_fitter(
     published_normals=False,
     seed=0,
     dataset=None,
+    time_budget=0.0,
 ):
     """A vtkMultiscaleMeshFitter with the parameters of fit_levels(), which raises TypeError and ValueError."""
     algorithm = vtkMultiscaleMeshFitter()
@@ -137,12 +142,13 @@ def configured_fitter(
     steps = count("triangulation_steps", triangulation_steps, 0, 1000)
     algorithm.SetTriangulationSteps(steps)
     algorithm.SetChamferSteps(count("chamfer_steps", chamfer_steps, 0, 1000))
-    algorithm.SetLearningRate(positive("learning_rate", learning_rate))
+    algorithm.SetLearningRate(at_most("learning_rate", positive("learning_rate", learning_rate), LARGEST_LEARNING_RATE))
     algorithm.SetLearningRateDecay(in_range("learning_rate_decay", learning_rate_decay, 1e-6, 1.0))
     algorithm.SetSamples(count("surface_samples", surface_samples, 1, 1000000))
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
     return algorithm
 
 
@@ -158,7 +164,7 @@ def fitted_levels(algorithm):
 
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
-@training.documented
+@training.documented(COLUMNS)
 def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
     """Learns a geometric texture from one surface at several scales.
 
@@ -190,12 +196,6 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     noise_amplitude : float
         Standard deviation of the noise on each coordinate, in mean edge lengths of a level. Default 0.1.
     (shared parameters)
-
-    Returns
-    -------
-    dict of arrays
-        "iteration", "level", "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss" and
-        "learning_rate", with a number for each iteration of all levels.
     """
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)

@@ -5,11 +5,11 @@ import errno
 import json
 import math
 import os
-import tempfile
 
 import numpy as np
 
 from .errors import FormatError
+from .supervision import unfinished_name
 
 #: The types that are read and written, by the name that the format gives them.
 _TYPES = {"F64": "<f8", "I64": "<i8", "F32": "<f4"}
@@ -40,7 +40,8 @@ def write_safetensors(path, tensors, metadata, double=()):
     path = os.path.realpath(os.fspath(path))
     if os.path.exists(path) and not os.path.isfile(path):  # which the file would replace
         raise IsADirectoryError(errno.EISDIR, "it is a folder or a device", path)
-    handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path), prefix=".", suffix=".safetensors")
+    temporary = unfinished_name(os.path.dirname(path), ".safetensors")
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(len(text).to_bytes(8, "little") + text)
@@ -50,7 +51,7 @@ def write_safetensors(path, tensors, metadata, double=()):
             os.fsync(file.fileno())
         mask = os.umask(0)
         os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)  # mkstemp() makes a private file
+        os.chmod(temporary, 0o666 & ~mask)
         os.replace(temporary, path)
     except BaseException as error:
         os.unlink(temporary)
@@ -59,24 +60,44 @@ def write_safetensors(path, tensors, metadata, double=()):
         raise
 
 
-def read_safetensors(path):
+def read_safetensors(path, judge=None):
     """The arrays and the texts of a file, two dictionaries by name. The types are those that write_safetensors() writes.
 
-    Raises FormatError when the file does not follow the format, OSError when it cannot be read.
+    ``judge(shapes, types, metadata)`` is called with dictionaries by name (shapes as lists, NumPy types) once the header
+    has been read and before an array is; it raises an exception to refuse the file.
+
+    Raises FormatError when the file does not follow the format or its arrays exceed the available memory, OSError when
+    it cannot be read.
     """
     path = os.fspath(path)
     with open(path, "rb") as file:
         header, begin = _read_header(path, file)
-        content = np.fromfile(file, dtype=np.uint8)
-    metadata = header.pop("__metadata__", {})
-    if not isinstance(metadata, dict) or not all(isinstance(text, str) for text in metadata.values()):
-        raise FormatError(f"{path}: the metadata is not a list of texts by name")
-    tensors, end = {}, 0
-    for name, entry in sorted(header.items(), key=lambda item: _offset(path, item)):
-        tensors[name], end = _read_tensor(path, name, entry, content, end)
-    if end != len(content):
-        raise FormatError(f"{path}: the file has {begin + len(content)} bytes, not {begin + end}")
-    return tensors, metadata
+        metadata = header.pop("__metadata__", {})
+        if not isinstance(metadata, dict) or not all(isinstance(text, str) for text in metadata.values()):
+            raise FormatError(f"{path}: the metadata is not a list of texts by name")
+        size, end = os.fstat(file.fileno()).st_size - begin, 0
+        for name, entry in sorted(header.items(), key=lambda item: _offset(path, item)):
+            end = _check_tensor(path, name, entry, size, end)
+        if end != size:
+            raise FormatError(f"{path}: the file has {begin + size} bytes, not {begin + end}")
+        if judge is not None:
+            types = {name: np.dtype(_TYPES[entry["dtype"]]) for name, entry in header.items()}
+            judge({name: entry["shape"] for name, entry in header.items()}, types, metadata)
+        _require_memory(path, size)
+        return {name: _read_tensor(path, name, entry, file, begin) for name, entry in header.items()}, metadata
+
+
+def _require_memory(path, size):
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            available = next(int(line.split()[1]) * 1024 for line in file if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration):
+        return
+    if size > available:
+        raise FormatError(
+            f"{path}: reading the file takes {size / 1e9:.1f} GB of memory; at most the {available / 1e9:.1f} GB that are "
+            "available can be used"
+        )
 
 
 def _read_header(path, file):
@@ -117,11 +138,21 @@ def _offset(path, item):
     return entry["data_offsets"]
 
 
-def _read_tensor(path, name, entry, content, begin):
-    """The array of a tensor that must begin at ``begin``, and where it ends."""
+def _check_tensor(path, name, entry, size, begin):
+    """Checks a tensor that must begin at ``begin`` of ``size`` bytes; returns where it ends."""
     if not isinstance(entry["dtype"], str) or entry["dtype"] not in _TYPES:
         raise FormatError(f"{path}: tensor '{name}' has the type {entry['dtype']}; one of {', '.join(_TYPES)} is needed")
     kind, (first, end) = np.dtype(_TYPES[entry["dtype"]]), entry["data_offsets"]
-    if first != begin or end - first != math.prod(entry["shape"]) * kind.itemsize or end > len(content):
+    if first != begin or end - first != math.prod(entry["shape"]) * kind.itemsize or end > size:
         raise FormatError(f"{path}: the data_offsets of tensor '{name}' do not fit its shape, its neighbours or the file")
-    return np.frombuffer(content[first:end].tobytes(), kind).reshape(entry["shape"]), end
+    return end
+
+
+def _read_tensor(path, name, entry, file, begin):
+    """The array of a tensor; the data begin at ``begin`` of the file."""
+    file.seek(begin + entry["data_offsets"][0])
+    count = math.prod(entry["shape"])
+    values = np.fromfile(file, _TYPES[entry["dtype"]], count)
+    if len(values) != count:
+        raise FormatError(f"{path}: the file ended while tensor '{name}' was read")
+    return values.reshape(entry["shape"])

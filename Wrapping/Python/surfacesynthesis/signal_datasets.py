@@ -79,23 +79,37 @@ def read_signal_dataset(path):
 
     Raises FormatError when the file does not follow the format, OSError when it cannot be read.
     """
-    tensors, metadata = read_safetensors(path)
-    for key, wanted in (("content", _CONTENT), ("format_version", _VERSION)):
-        if metadata.get(key) != wanted:
-            raise FormatError(f"{path}: the {key} is '{metadata.get(key, '')}', not '{wanted}'")
-    if "signal_name" not in metadata:
-        raise FormatError(f"{path}: there is no signal_name")
-    count = len({name.split(".")[1] for name in tensors if name.count(".") == 2})
-    expected = {f"sources.{k}.{field}" for k in range(count) for field in SignalSource._fields}
-    if not expected or expected != set(tensors):
-        odd = sorted(expected ^ set(tensors)) or ["sources.0.points"]
-        raise FormatError(f"{path}: the tensor {odd[0]} is missing or has no meaning")
+    count = 0
+
+    def judge(shapes, types, metadata):
+        nonlocal count
+        count = _judge_header(path, shapes, types, metadata)
+
+    tensors, metadata = read_safetensors(path, judge)
     sources = []
     for k in range(count):
         source = SignalSource(*(tensors[f"sources.{k}.{field}"] for field in SignalSource._fields))
         _check_read(path, k, source)
         sources.append(source)
     return SignalDataset(metadata["signal_name"], sources)
+
+
+def _judge_header(path, shapes, types, metadata):
+    """Raises FormatError for a file that is no dataset, before its arrays are read; returns the number of sources."""
+    for key, wanted in (("content", _CONTENT), ("format_version", _VERSION)):
+        if metadata.get(key) != wanted:
+            raise FormatError(f"{path}: the {key} is '{metadata.get(key, '')}', not '{wanted}'")
+    if "signal_name" not in metadata:
+        raise FormatError(f"{path}: there is no signal_name")
+    count = len({name.split(".")[1] for name in shapes if name.count(".") == 2})
+    expected = {f"sources.{k}.{field}" for k in range(count) for field in SignalSource._fields}
+    if not expected or expected != set(shapes):
+        odd = sorted(expected ^ set(shapes)) or ["sources.0.points"]
+        raise FormatError(f"{path}: the tensor {odd[0]} is missing or has no meaning")
+    for k in range(count):
+        names = [f"sources.{k}.{field}" for field in SignalSource._fields]
+        _check_shapes(path, k, [shapes[name] for name in names], [types[name] for name in names])
+    return count
 
 
 def _checked_source(k, mesh, samples):
@@ -119,18 +133,22 @@ def _checked_source(k, mesh, samples):
     return SignalSource(points, triangles, signals)
 
 
-def _check_read(path, k, source):
+def _check_shapes(path, k, shapes, types):
     """Raises FormatError when the tensors of a source do not fit together."""
-    points, triangles, signals = source
-    kinds = [array.dtype for array in source]
-    if kinds != [np.float64, np.int64, np.float32]:
-        raise FormatError(f"{path}: source {k} has the types {', '.join(map(str, kinds))}")
-    shapes = points.ndim == triangles.ndim == 2 and points.shape[1] == triangles.shape[1] == 3
-    if not shapes or signals.ndim != 3 or signals.shape[1] != len(points) or 0 in signals.shape or not len(triangles):
+    points, triangles, signals = shapes
+    if types != [np.float64, np.int64, np.float32]:
+        raise FormatError(f"{path}: source {k} has the types {', '.join(map(str, types))}")
+    tables = len(points) == len(triangles) == 2 and points[1] == triangles[1] == 3
+    if not tables or len(signals) != 3 or signals[1] != points[0] or 0 in signals or not triangles[0]:
         raise FormatError(
-            f"{path}: source {k} has points {list(points.shape)}, triangles {list(triangles.shape)} and signals "
-            f"{list(signals.shape)}; [V, 3], [F, 3] and [N, V, C] are needed"
+            f"{path}: source {k} has points {points}, triangles {triangles} and signals {signals}; [V, 3], [F, 3] and "
+            "[N, V, C] are needed"
         )
+
+
+def _check_read(path, k, source):
+    """Raises FormatError when the numbers of a source make no sense."""
+    points, triangles, signals = source
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise FormatError(f"{path}: a triangle of source {k} names a point that does not exist")
     if not np.isfinite(points).all() or not np.isfinite(signals).all():

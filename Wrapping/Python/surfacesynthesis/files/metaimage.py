@@ -74,8 +74,12 @@ def _numbers(path, fields, names, counts, kind=float):
     names = (names,) if isinstance(names, str) else names
     for name in names:
         if name in fields:
+            words = fields[name].split()
+            longest = max(map(len, words), default=0)
+            if kind is int and longest > 19:  # which Python may not even read
+                raise FormatError(f"{path}: {name} has a number of {longest} digits; numbers below 2^31 are needed")
             try:
-                numbers = [kind(word) for word in fields[name].split()]
+                numbers = [kind(word) for word in words]
             except ValueError:
                 raise FormatError(f"{path}: {name} = '{fields[name][:60]}' are no numbers") from None
             if counts != (None,) and len(numbers) not in counts:

@@ -67,7 +67,10 @@ def _fields(path):
 
 def _integers(path, fields, name):
     words = fields.get(name, "").split()
-    if not words or not all(word.isascii() and word.isdigit() and len(word) < 19 for word in words):
+    if any(word.isascii() and word.isdigit() and len(word) > 18 for word in words):
+        longest = max(map(len, words))
+        raise FormatError(f"{path}: the field '{name}' has a number of {longest} digits; numbers below 2^31 are needed")
+    if not words or not all(word.isascii() and word.isdigit() for word in words):
         raise FormatError(f"{path}: the field '{name}' has no numbers: '{fields.get(name, '')[:60]}'")
     return [int(word) for word in words]
 

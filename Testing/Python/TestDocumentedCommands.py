@@ -1,0 +1,400 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Examples of help texts and of README files run as they are printed.
+
+bash reads the lines of an example, with functions in place of the programs that note their arguments: variables, loops,
+wildcards and quotes are bash's own. What was noted then runs in order: ``python3 -m surfacesynthesis`` by main() in this
+process, surfacesynthesis-train by itself; scripts of Examples, which have tests of their own, up to the end of
+their parse_args(); of cmake, ctest, bash and tar the presets, scripts and archives are looked up.
+
+Files that an example reads are small ones of the same names and kinds (INPUTS). REDUCED lists all texts that are replaced
+because what they ask for takes long; a text that no example contains any more fails the test.
+"""
+
+import argparse
+import gzip
+import json
+import os
+import pathlib
+import re
+import runpy
+import shlex
+import shutil
+import subprocess
+import sys
+import tarfile
+
+import numpy as np
+import pytest
+import surfacesynthesis
+from conftest import add_array, icosphere, polydata_of
+from surfacesynthesis import write_mesh, write_signal_dataset
+from surfacesynthesis.command_line import build_parser, main
+from surfacesynthesis.conversion import describe, expected_tensors
+from surfacesynthesis.safetensors import write_safetensors
+from TestVolumes import nifti
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MODELS = ROOT / "Examples" / "Models"
+TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
+READMES = ["README.md", "Examples/README.md", "Examples/Models/README.md", "Examples/Training/README.md",
+           "Testing/README.md", "Wrapping/ParaView/README.md", "CONTRIBUTING.md"]  # fmt: skip
+#: README files whose examples run elsewhere: ParaView's own Python is needed (the preset paraview), or minutes (each
+#: benchmark runs once, in the tests with the label benchmark).
+ELSEWHERE = ["Examples/ParaView/README.md", "Testing/Benchmarks/README.md"]
+
+#: Printed text, and the text that runs. Where a number is left to its default, an option is added.
+REDUCED = {
+    "--samples 3000 --points 1500": "--samples 2 --points 300",
+    "--samples 3000 --points 2000": "--samples 2 --points 300",
+    "--samples 500 --first": "--samples 2 --first",
+    "--iterations 20000": "--iterations 1",
+    "--width 128 --blocks 5": "--width 16 --blocks 2 --iterations 1",
+    "--signal Heat": "--signal Heat --width 16 --blocks 2 --iterations 1",
+    "--encoder-iterations 20000": "--encoder-iterations 1 --iterations 1 --width 16 --blocks 2",
+    "bark-levels.safetensors --iterations 500": "bark-levels.safetensors --iterations 1 --levels 2",
+    "levels bark.ply bark-levels.safetensors\n": "levels bark.ply bark-levels.safetensors --iterations 1 --levels 3\n",
+    "--template torus --levels 4": "--template torus --levels 2 --iterations 1",
+    "--template coarse-hand.ply": "--template coarse-hand.ply --levels 2 --iterations 1",
+    "--texture-name bark": "--texture-name bark --iterations 1",
+    "--points 30000": "--points 300",
+    "--points 20000": "--points 300",
+    "--points 2500": "--points 300",
+    "points=2500": "points=300",
+    "--iterations 6000 --width 48": "--iterations 1 --width 16",
+    "--iterations 3000 --width 32": "--iterations 1 --width 16",
+    "--steps 50 --trajectory": "--steps 3 --trajectory",
+    "--model heat.safetensors --samples 50": "--model heat.safetensors --samples 3",
+    "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors":
+        "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors --iterations 1",
+    "--encoder encoder.safetensors": "--encoder encoder.safetensors --iterations 1",
+    "trainer.SetEncoderIterations(20000)": "trainer.SetEncoderIterations(1); trainer.SetIterations(1)",
+    "/usr/share/mricron/templates/ch2bet.nii.gz": "ch2bet.nii.gz",
+    "<build or install folder>": "BUILD",
+    "<build folder>": "BUILD",
+}  # fmt: skip
+_used = set()
+
+#: Programs in place of which bash calls a function, with the number of leading words that only start another program.
+PROGRAMS = ("python3", "cmake", "ctest", "bash", "tar", "surfacesynthesis-train", "BUILD/bin/TrainRegression",
+            "build/dev/bin/TestMaternNoiseFilter")  # fmt: skip
+
+
+def reduced(text):
+    """The text with the replacements of REDUCED."""
+    for printed, run in REDUCED.items():
+        if printed in text:
+            _used.add(printed)
+            text = text.replace(printed, run)
+    return text
+
+
+def recorded(lines, folder):
+    """The commands that bash runs for these lines, as lists of words."""
+    record = folder / "commands.txt"
+    functions = "".join(f'function {name} () {{ record {name} "$@"; }}\n' for name in PROGRAMS)
+    script = f"""set -eu
+record () {{ printf '%q ' "$@" >> {shlex.quote(str(record))}; echo >> {shlex.quote(str(record))}; }}
+{functions}
+function xvfb-run () {{ shift; "$@"; }}
+{lines}
+"""
+    done = subprocess.run(["bash", "-c", script], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"bash cannot run\n{lines}\n{done.stderr}"
+    commands = [shlex.split(line) for line in record.read_text().splitlines()] if record.exists() else []
+    record.unlink(missing_ok=True)
+    return commands
+
+
+# -- small files for examples ------------------------------------------------------------------------------------------
+
+
+def ball(path, levels=2):
+    points, triangles = icosphere(levels, 50.0)
+    write_mesh(polydata_of(points * [1.0, 0.9, 0.8], triangles), path)
+
+
+def small_ball(path):
+    write_mesh(polydata_of(*icosphere(1, 5.0)), path)
+
+
+def wide_ball(path):
+    points, triangles = icosphere(2, 50.0)
+    write_mesh(polydata_of(points * [1.1, 1.0, 0.7], triangles), path)
+
+
+def with_arrays(path):
+    """A surface with the arrays that examples name."""
+    mesh = polydata_of(*icosphere(2, 50.0))
+    for name, values in (("Height", None), ("Heat", None), ("EdgeLength", 20.0)):
+        heights = np.arange(mesh.GetNumberOfPoints(), dtype=float) % 7 + len(str(path)) % 5
+        add_array(mesh.GetPointData(), name, heights if values is None else np.full(mesh.GetNumberOfPoints(), values))
+    write_mesh(mesh, path)
+
+
+def blocks(path):
+    """Three samples of a surface."""
+    samples = vtkMultiBlockDataSet()
+    for k in range(3):
+        points, triangles = icosphere(1, 50.0)
+        samples.SetBlock(k, polydata_of(points * (1.0 + 0.1 * k + 0.01 * (len(path.name) % 3)), triangles))
+    write_mesh(samples, path)
+
+
+def torus(path):
+    i, j = np.meshgrid(np.arange(20), np.arange(10), indexing="ij")
+    u, v = i * 2 * np.pi / 20, j * 2 * np.pi / 10
+    points = np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], axis=-1).reshape(-1, 3)
+    a, b, c, d = (10 * ((i + k) % 20) + (j + m) % 10 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    write_mesh(polydata_of(points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)), path)
+
+
+def volume(path):
+    """A ball of high samples: NIfTI, or NRRD."""
+    grid = np.indices((20, 20, 20)) - 9.5
+    values = (1000 - 100 * np.sqrt((grid**2).sum(axis=0))).astype(np.int16)
+    if path.name.endswith(".nrrd"):
+        header = "NRRD0004\ntype: short\ndimension: 3\nsizes: 20 20 20\nencoding: raw\nendian: little\n\n"
+        path.write_bytes(header.encode() + values.tobytes(order="F"))
+    else:
+        path.write_bytes(nifti(values, pixdim=(1, 5, 5, 5)))
+
+
+def zipped_volume(path):
+    volume(path)
+    path.write_bytes(gzip.compress(path.read_bytes()))
+
+
+def model(name):
+    return lambda path: shutil.copyfile(MODELS / f"{name}.safetensors", path)
+
+
+def network(**config):
+    def make(path):
+        metadata, options = describe({"head": "linear", "n_blocks": 1, "C_width": 4, "cmlp_nlayers": 1, **config})
+        random = np.random.default_rng(5)
+        tensors = {name: random.uniform(-0.3, 0.3, shape) for name, shape in expected_tensors(options).items()}
+        write_safetensors(path, tensors, metadata)
+
+    return make
+
+
+def signals(name, sources=1, components=3):
+    """A dataset of two samples on each source."""
+
+    def make(path):
+        surfaces = [icosphere(2, 50.0 + k) for k in range(sources)]
+        random = np.random.default_rng(2)
+        samples = [random.uniform(-1, 1, (2, len(points), components)) for points, _ in surfaces]
+        if name == "Position":
+            samples = [points + sample for (points, _), sample in zip(surfaces, samples)]
+        write_signal_dataset(path, list(zip(surfaces, samples)), name)
+
+    return make
+
+
+#: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
+SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
+INPUTS = {
+    "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3)},
+    "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
+    "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
+    "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
+    "geometric-texture-distance": {"synthesized_2.ply": ball, "levels_2.ply": ball},
+    "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "coarse-hand.ply": lambda path: ball(path, 1)},
+    "metrics": {"generated.vtm": blocks, "reference.vtm": blocks, "neutral.ply": lambda path: ball(path, 1),
+                **{f"{kind}_{k}.vtp": with_arrays for kind in ("made", "real") for k in (1, 2, 3)}},
+    "noise": {"in.stl": ball, "in.ply": ball, "in.off": ball},
+    "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
+                    "crumpling.safetensors": network(head="njf", extra_features=1)},
+    "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
+    "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball},
+    "report": {"in.stl": ball, "in.vtp": with_arrays},
+    "surface": {"head.nii.gz": zipped_volume, "ct.nrrd": volume, "scan.ply": small_ball},
+    "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
+    "train flow-matching": {"poses.safetensors": signals("Position"), "neutral.ply": ball,
+                            "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,
+                            "bodies.safetensors": signals("Position", 2)},
+    "train geometric-texture": {"bark.ply": ball},
+    "README.md": {"bear.off": lambda path: ball(path, 3), "ch2bet.nii.gz": zipped_volume},
+    "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball,
+                           "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume},
+    "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
+                                    "data/armadillo_poses.safetensors": signals("Position"),
+                                    "data/bunny_mixtures.safetensors": signals("Heat", 1, 1),
+                                    "bodies.safetensors": signals("Position", 2)},
+}  # fmt: skip
+#: Classes that a command needs, which a build may lack.
+NEEDS = {
+    "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset": "vtkPoseEnsembleFilter",
+    "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
+    "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
+    "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",
+}  # fmt: skip
+#: Commands whose examples need what tests do not have.
+ELSEWHERE_COMMANDS = {"convert": "PyTorch reads the checkpoints: TestConversion.py has a stand-in for it"}
+
+
+def prepare(folder, name):
+    """Makes the input files of a command or README file in the folder where it runs."""
+    (folder / "data").mkdir()
+    (folder / "Examples").symlink_to(ROOT / "Examples")
+    for pattern, make in INPUTS.get(name, {}).items():
+        make(folder / pattern)
+
+
+def skip_without(command):
+    needed = NEEDS.get(command.split()[0])
+    if needed is not None and not hasattr(surfacesynthesis, needed):
+        pytest.skip(f"built without {needed}")
+
+
+# -- running -----------------------------------------------------------------------------------------------------------
+
+
+class _Parsed(Exception):
+    """The arguments of a script are parsed."""
+
+
+def check_script(words, monkeypatch):
+    """Parses the arguments of a script; its own test runs it."""
+    script = ROOT / words[0]
+    assert script.is_file(), f"{words[0]} does not exist"
+    original = argparse.ArgumentParser.parse_args
+
+    def parse(self, *arguments, **options):
+        original(self, *arguments, **options)
+        raise _Parsed
+
+    if "argparse" in script.read_text():
+        monkeypatch.setattr(argparse.ArgumentParser, "parse_args", parse)
+        monkeypatch.setattr(sys, "argv", [str(script), *words[1:]])
+        monkeypatch.syspath_prepend(str(script.parent))
+        with pytest.raises(_Parsed):
+            runpy.run_path(str(script), run_name="__main__")
+        monkeypatch.setattr(argparse.ArgumentParser, "parse_args", original)
+
+
+def run(words, monkeypatch):
+    """Runs or checks a command."""
+    program, *rest = words
+    print("$", *words)
+    if program == "python3" and rest[:2] == ["-m", "surfacesynthesis"]:
+        status = main(rest[2:])
+        assert status == 0, f"{shlex.join(words)} ended with {status}"
+    elif program == "python3":
+        check_script(rest, monkeypatch)
+    elif program == "surfacesynthesis-train":
+        if TRAIN_PROGRAM:
+            environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+            done = subprocess.run([TRAIN_PROGRAM, *rest], env=environment, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr
+    elif program in ("cmake", "ctest"):
+        if "--preset" in rest:
+            presets = json.loads((ROOT / "CMakePresets.json").read_text())
+            kind = "testPresets" if program == "ctest" else "buildPresets" if "--build" in rest else "configurePresets"
+            names = {preset["name"] for preset in presets[kind]}
+            assert rest[rest.index("--preset") + 1] in names, f"{shlex.join(words)}: {kind} has no such preset"
+    elif program == "bash":
+        assert subprocess.run(["bash", "-n", ROOT / rest[0]], check=False).returncode == 0, f"{rest[0]} is no script"
+    elif program == "tar":
+        archive = next(word for word in rest if word.startswith("/"))
+        if os.path.exists(archive):  # which install-dependencies.sh brings
+            with tarfile.open(archive) as file:
+                missing = {word for word in rest if word.startswith("data/")} - set(file.getnames())
+            assert not missing, f"{archive} has no {missing}"
+    elif program.startswith(("BUILD/bin/", "build/dev/bin/")):  # run by the tests of Examples, or a test itself
+        assert list(ROOT.glob(f"**/{pathlib.Path(program).name}.cxx")), f"{program} is not built from a source"
+    else:
+        pytest.fail(f"nothing is known of the program {program}")
+
+
+# -- help texts --------------------------------------------------------------------------------------------------------
+
+
+def examples_of_help():
+    """Pairs (command, line) of all help texts."""
+    pairs, parsers = [], [("", build_parser())]
+    while parsers:
+        name, parser = parsers.pop()
+        for action in parser._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                parsers += [(f"{name} {key}".strip(), child) for key, child in action.choices.items()]
+        text = parser.format_help()
+        for block in re.findall(r"^examples:\n((?:  .*\n?)+)", text, flags=re.MULTILINE):
+            pairs += [(name, line.strip()) for line in block.splitlines()]
+    return sorted(set(pairs))
+
+
+COMMANDS = sorted({name for name, _ in examples_of_help()})
+
+
+def test_each_command_has_examples():
+    commands = {shlex.split(line)[3] for _, line in examples_of_help()}
+    listed = next(action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction))
+    assert commands == {action.dest for action in listed._choices_actions}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_examples_of_help_texts_run(command, tmp_path, monkeypatch):
+    lines = [line for name, line in examples_of_help() if name == command]
+    if command in ELSEWHERE_COMMANDS:
+        for words in recorded("\n".join(lines), tmp_path):
+            build_parser().parse_args(words[3:])  # the arguments, at least
+        return
+    skip_without(command)
+    monkeypatch.chdir(tmp_path)
+    prepare(tmp_path, command)
+    for line in sorted(lines, key=lambda line: " levels " not in line):  # which makes the input of the next
+        for words in recorded(reduced(line + "\n"), tmp_path):
+            run(words, monkeypatch)
+
+
+# -- README files ------------------------------------------------------------------------------------------------------
+
+
+def blocks_of(path, kind):
+    text = (ROOT / path).read_text(encoding="utf-8")
+    return re.findall(rf"^```{kind}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_no_readme_is_forgotten():
+    files = {str(path.relative_to(ROOT)) for folder in ("Examples", "Testing", "Wrapping", "Filters", "IO")
+             for path in ROOT.glob(f"{folder}/**/*.md")} | {path.name for path in ROOT.glob("*.md")}  # fmt: skip
+    with_examples = {path for path in files if re.search(r"^```(bash|python)", (ROOT / path).read_text(), re.MULTILINE)}
+    assert with_examples == {*READMES, *ELSEWHERE}
+
+
+@pytest.mark.parametrize("path", READMES)
+def test_examples_of_readme_files_run(path, tmp_path, monkeypatch):
+    missing = {name for name in NEEDS.values() if name and not hasattr(surfacesynthesis, name)}
+    if missing:
+        pytest.skip(f"built without {', '.join(sorted(missing))}")
+    monkeypatch.chdir(tmp_path)
+    prepare(tmp_path, path)
+    for block in blocks_of(path, "bash"):
+        for words in recorded(reduced(block), tmp_path):
+            run(words, monkeypatch)
+    for block in blocks_of(path, "python"):
+        code = reduced(block)
+        exec(compile(code, path, "exec"), dict(vars(surfacesynthesis), **trainer_inputs()) if "bodies" in code else {})
+
+
+def trainer_inputs():
+    """The names that the Python example of trainings takes as given."""
+    bodies, poses = vtkMultiBlockDataSet(), vtkMultiBlockDataSet()
+    for k in range(2):
+        points, triangles = icosphere(2, 50.0 + k)
+        bodies.SetBlock(k, polydata_of(points, triangles))
+        samples = vtkMultiBlockDataSet()
+        for m in range(2):
+            samples.SetBlock(m, polydata_of(points * (1.0 + 0.1 * m), triangles))
+        poses.SetBlock(k, samples)
+    return {"bodies": bodies, "poses": poses, "vtkFlowMatchingTrainer": surfacesynthesis.vtkFlowMatchingTrainer}
+
+
+def test_all_replacements_are_of_use():
+    """After the tests above, in one run of this file."""
+    if not _used:
+        pytest.skip("the examples have not run")
+    assert _used == set(REDUCED)
