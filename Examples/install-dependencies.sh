@@ -25,12 +25,13 @@ packages=(
   libnanoflann-dev librandom123-dev libspectra-dev nlohmann-json3-dev
   # TetGen (AGPL-3, linked by the program surfacesynthesis-tetgen only)
   libtet1.5-dev
+  # files of scanners and of neuroimaging, in Python: GDCM (BSD-3-Clause), nibabel (MIT)
+  python3-gdcm python3-nibabel
   # the examples: surfaces and scans, plots and an X server without a screen
   libcgal-demo mricron-data python3-matplotlib xauth xvfb
 )
 testing_packages=(
-  clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-nibabel python3-pytest
-  python3-scipy
+  clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy
 )
 if [ "${1:-}" = --testing ]; then
   packages+=("${testing_packages[@]}")

@@ -30,13 +30,16 @@ struct BlockTypes
   std::string Advice = "vtkDataSetSurfaceFilter extracts a surface"; ///< ends the error of a dataset of another class
 };
 
+/// Classes of filters that make another surface of each surface.
+inline const BlockTypes SurfaceToSurface{ { "vtkPolyData" }, "vtkPolyData" };
+
 /// One dataset of the input, and what is made of it.
 struct Block
 {
   vtkDataObject* Input = nullptr;      ///< of one of the types of BlockTypes::Input, with at least one point or cell
   vtkDataObject* Output = nullptr;     ///< empty, of the type of BlockTypes::Output; the first of Outputs
   unsigned int FlatIndex = 0;          ///< 0 for a dataset by itself; the flat index of the block in a composite one
-  std::string Where;                   ///< "", or "Block 3": begins messages
+  std::string Where;                   ///< "", "Block 3" or "Block 3 \"hand\"": begins messages
   std::vector<vtkDataObject*> Outputs; ///< one for each output of the series, in order
 };
 

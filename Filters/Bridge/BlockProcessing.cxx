@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BlockBridge.h"
 
+#include "DataObjects.h"
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
 
@@ -10,7 +11,6 @@
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
-#include <vtkDataObjectTypes.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkSmartPointer.h>
@@ -23,18 +23,6 @@ namespace surfsynth
 
 namespace
 {
-std::int64_t SizeOf(vtkDataObject* data)
-{
-  return data ? std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::POINT), 0) +
-      std::max<vtkIdType>(data->GetNumberOfElements(vtkDataObject::CELL), 0)
-              : 0;
-}
-
-vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
-{
-  return vtkSmartPointer<vtkDataObject>::Take(vtkDataObjectTypes::NewDataObject(className.c_str()));
-}
-
 /// "a vtkImageData or a vtkPolyData"
 std::string Alternatives(const std::vector<std::string>& classes)
 {
@@ -45,8 +33,6 @@ std::string Alternatives(const std::vector<std::string>& classes)
   }
   return text;
 }
-
-using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
 
 /// One call of a filter's RequestData.
 class BlockProcessing
@@ -62,11 +48,11 @@ public:
 
   /// Fills @p outputs from @p input, which is no composite dataset.
   /// @return false after an error, which is reported here. Collective on several ranks.
-  bool Dataset(vtkDataObject* input, const OutputList& outputs)
+  bool Dataset(vtkDataObject* input, const DataObjectList& outputs)
   {
     if (!this->Accepts(input))
     {
-      this->RejectType(input, 0);
+      this->RejectType(input, {});
       return false;
     }
     const Ranks ranks(this->Controller);
@@ -74,26 +60,26 @@ public:
     const auto owners = std::count_if(sizes.begin(), sizes.end(), [](const auto& size) { return size[0] > 0; });
     if (owners > 1)
     {
-      this->RejectPieces(owners, 0);
+      this->RejectPieces(owners, {});
       return false;
     }
     std::string error;
     bool cancelled = false;
     try
     {
-      error = this->Attempted(input, outputs, 0, this->Steps.Within(0.0, 1.0));
+      error = this->Attempted(input, outputs, {}, this->Steps.Within(0.0, 1.0));
     }
     catch (const Cancelled&)
     {
       cancelled = true;
     }
     CancelTogether(ranks, cancelled);
-    return this->Conclude(ranks.FirstText(error), 0, outputs);
+    return this->Conclude(ranks.FirstText(error), {}, outputs);
   }
 
   /// Fills @p outputs, trees with the structure of @p input, block by block. Collective on several ranks.
   /// @throws Cancelled
-  void Tree(vtkDataObjectTree* input, const OutputList& outputs)
+  void Tree(vtkDataObjectTree* input, const DataObjectList& outputs)
   {
     std::vector<std::int64_t> sizes;
     EachLeaf(input, [&](vtkDataObjectTreeIterator* place) { sizes.push_back(SizeOf(place->GetCurrentDataObject())); });
@@ -118,13 +104,13 @@ public:
   }
 
 private:
-  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const OutputList& outputs, const Progress& progress)
+  void Leaf(vtkDataObjectTreeIterator* place, bool isShared, const DataObjectList& outputs, const Progress& progress)
   {
     vtkDataObject* input = place->GetCurrentDataObject();
-    const unsigned int flatIndex = place->GetCurrentFlatIndex();
+    const BlockPlace at = PlaceOf(place);
     if (isShared)
     {
-      this->RejectPieces(2, flatIndex);
+      this->RejectPieces(2, at);
       return;
     }
     if (!input)
@@ -133,15 +119,15 @@ private:
     }
     if (!this->Accepts(input))
     {
-      this->RejectType(input, flatIndex);
+      this->RejectType(input, at);
       return;
     }
-    OutputList results;
+    DataObjectList results;
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
       results.push_back(NewDataObject(this->Types.Output));
     }
-    this->Conclude(this->Attempted(input, results, flatIndex, progress), flatIndex, results);
+    this->Conclude(this->Attempted(input, results, at, progress), at, results);
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
       vtkDataObjectTree::SafeDownCast(outputs[k])->SetDataSet(place, results[k]);
@@ -157,26 +143,25 @@ private:
   /// Works on @p input; the text of what went wrong.
   /// @throws Cancelled
   std::string Attempted(
-    vtkDataObject* input, const OutputList& outputs, unsigned int flatIndex, const Progress& progress) const
+    vtkDataObject* input, const DataObjectList& outputs, const BlockPlace& at, const Progress& progress) const
   {
     return Attempt(input, [&] {
       Report(progress, 0.0);
       if (SizeOf(input) > 0)
       {
-        this->Worker(
-          { input, outputs.front(), flatIndex, BlockName(flatIndex), { outputs.begin(), outputs.end() } }, progress);
+        this->Worker({ input, outputs.front(), at.FlatIndex, at.Name, { outputs.begin(), outputs.end() } }, progress);
       }
     });
   }
 
   /// Reports @p error, if there is one, and then empties @p outputs.
-  bool Conclude(const std::string& error, unsigned int flatIndex, const OutputList& outputs) const
+  bool Conclude(const std::string& error, const BlockPlace& at, const DataObjectList& outputs) const
   {
     if (error.empty())
     {
       return true;
     }
-    ReportError(this->Self, BlockName(flatIndex), error);
+    ReportError(this->Self, at.Name, error);
     for (const auto& output : outputs)
     {
       output->Initialize();
@@ -184,17 +169,17 @@ private:
     return false;
   }
 
-  void RejectType(vtkDataObject* input, unsigned int flatIndex) const
+  void RejectType(vtkDataObject* input, const BlockPlace& at) const
   {
-    ReportError(this->Self, BlockName(flatIndex),
+    ReportError(this->Self, at.Name,
       std::string("A ") + input->GetClassName() + " was found where " + Alternatives(this->Types.Input) +
         " is needed; " + this->Types.Advice + ".");
   }
 
-  void RejectPieces(std::int64_t owners, unsigned int flatIndex) const
+  void RejectPieces(std::int64_t owners, const BlockPlace& at) const
   {
-    ReportError(this->Self, BlockName(flatIndex),
-      "The dataset lies in pieces on " + std::to_string(owners) + (flatIndex > 0 ? " or more" : "") +
+    ReportError(this->Self, at.Name,
+      "The dataset lies in pieces on " + std::to_string(owners) + (at.FlatIndex > 0 ? " or more" : "") +
         " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
         "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
   }
@@ -237,7 +222,7 @@ int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInf
 {
   return RunGuarded(self, outputVector, [&] {
     vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
-    const OutputList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
+    const DataObjectList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
     BlockProcessing processing(self, types, worker);
     auto* tree = vtkDataObjectTree::SafeDownCast(input);
     if (!tree)

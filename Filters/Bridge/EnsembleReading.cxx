@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "EnsembleReading.h"
 
+#include "DataObjects.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -24,8 +25,6 @@ namespace surfsynth
 
 namespace
 {
-bool IsEmpty(vtkPolyData* surface) { return surface->GetNumberOfPoints() == 0 && surface->GetNumberOfCells() <= 0; }
-
 template <typename Value>
 bool IsStoredAs(vtkDataArray* array)
 {

@@ -12,22 +12,17 @@ namespace surfsynth
 
 namespace
 {
-std::string Counted(std::int64_t count, const std::string& thing)
-{
-  return (count == 0 ? "no" : std::to_string(count)) + " " + thing + (count == 1 ? "" : "s");
-}
-
 FeatureMatrix BroadcastConditions(const PoissonNetModel& model, const std::vector<double>& conditions)
 {
   const std::int64_t wanted = model.Options.ExtraFeatures;
   const auto found = static_cast<std::int64_t>(conditions.size());
   if (found != wanted)
   {
-    throw InvalidInput("The model takes " + Counted(wanted, "condition") + "; Conditions holds " +
+    throw InvalidInput("The model takes " + FormatCount(wanted, "condition") + "; Conditions holds " +
       (found == 0 ? "none" : std::to_string(found)) + ". " +
       (wanted == 0 ? std::string("Leave Conditions empty.")
-                   : "Set " + std::to_string(wanted) + ", or name a point array with " + Counted(wanted, "component") +
-            " by ConditionArrayName."));
+                   : "Set " + std::to_string(wanted) + ", or name a point array with " +
+            FormatCount(wanted, "component") + " by ConditionArrayName."));
   }
   FeatureMatrix row(wanted == 0 ? 0 : 1, wanted);
   for (std::int64_t k = 0; k < wanted; ++k)
@@ -73,9 +68,9 @@ PoissonNetInput MakeNetworkInput(const PoissonNetModel& model, const NetworkInpu
   }
   else if (options.InputChannels != 3)
   {
-    throw InvalidInput("The model takes " + Counted(options.InputChannels, "channel") +
+    throw InvalidInput("The model takes " + FormatCount(options.InputChannels, "channel") +
       " at each point, and positions have 3; SignalArrayName must name a point array with " +
-      Counted(options.InputChannels, "component") + ".");
+      FormatCount(options.InputChannels, "component") + ".");
   }
   return input;
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "OutputSeries.h"
 
+#include "DataObjects.h"
+
 #include "Core/Common/Errors.h"
 
 #include <vtkCompositeDataSet.h>
 #include <vtkDataObjectTree.h>
-#include <vtkDataObjectTypes.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -16,11 +17,6 @@ namespace surfsynth
 
 namespace
 {
-vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
-{
-  return vtkSmartPointer<vtkDataObject>::Take(vtkDataObjectTypes::NewDataObject(className.c_str()));
-}
-
 void CopyTree(vtkDataObject* input, vtkDataObject* output)
 {
   if (auto* tree = vtkDataObjectTree::SafeDownCast(input))

@@ -10,19 +10,16 @@
 namespace surfsynth
 {
 
-namespace
-{
-std::string Counted(std::int64_t count, const std::string& thing)
+std::string FormatCount(std::int64_t count, const std::string& thing)
 {
   return (count == 0 ? "no" : std::to_string(count)) + " " + thing + (count == 1 ? "" : "s");
 }
-} // namespace
 
 PointRows ReadPointRows(
   vtkPolyData* surface, const UsedPoints& points, const NamedPointArray& array, std::int64_t components)
 {
   vtkDataArray* values = surface->GetPointData()->GetArray(array.Name.c_str());
-  const std::string expected = "; the model needs one with " + Counted(components, "component") +
+  const std::string expected = "; the model needs one with " + FormatCount(components, "component") +
     " and a tuple for each point.";
   if (!values)
   {
@@ -32,8 +29,9 @@ PointRows ReadPointRows(
   if (values->GetNumberOfComponents() != components || values->GetNumberOfTuples() != surface->GetNumberOfPoints())
   {
     throw InvalidInput("The point array \"" + array.Name + "\", which " + array.Property + " names, has " +
-      Counted(values->GetNumberOfComponents(), "component") + " and " + Counted(values->GetNumberOfTuples(), "tuple") +
-      " for " + Counted(surface->GetNumberOfPoints(), "point") + expected);
+      FormatCount(values->GetNumberOfComponents(), "component") + " and " +
+      FormatCount(values->GetNumberOfTuples(), "tuple") + " for " + FormatCount(surface->GetNumberOfPoints(), "point") +
+      expected);
   }
   PointRows rows(points.Count(), components);
   for (Index k = 0; k < points.Count(); ++k)

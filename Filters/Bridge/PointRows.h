@@ -27,6 +27,9 @@ struct NamedPointArray
 /// Tuples as rows.
 using PointRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// "no components", "1 component", "2 components". For messages.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::string FormatCount(std::int64_t count, const std::string& thing);
+
 /// Reads the tuples of a point array of @p surface at the used points, [V, components] float64.
 /// @throws InvalidInput, naming array and property, when it is not there, has other than @p components components or
 /// not a tuple for each point, or is not finite in single precision, which is what the networks compute in.

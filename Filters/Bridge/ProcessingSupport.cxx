@@ -7,6 +7,7 @@
 #include "Core/Common/Parallel.h"
 
 #include <vtkAlgorithm.h>
+#include <vtkCompositeDataSet.h>
 #include <vtkDemandDrivenPipeline.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -34,6 +35,20 @@ bool AbortRequested(Algorithm* self, long)
 {
   return self->GetAbortExecute() != 0;
 }
+
+/// References to the data objects on all inputs.
+std::vector<vtkSmartPointer<vtkDataObject>> HoldInputs(vtkAlgorithm* self)
+{
+  std::vector<vtkSmartPointer<vtkDataObject>> inputs;
+  for (int port = 0; port < self->GetNumberOfInputPorts(); ++port)
+  {
+    for (int connection = 0; connection < self->GetNumberOfInputConnections(port); ++connection)
+    {
+      inputs.emplace_back(self->GetInputDataObject(port, connection));
+    }
+  }
+  return inputs;
+}
 } // namespace
 
 Progress PipelineProgress::Within(double begin, double end)
@@ -45,7 +60,19 @@ Progress PipelineProgress::Within(double begin, double end)
   };
 }
 
-std::string BlockName(unsigned int flatIndex) { return flatIndex == 0 ? "" : "Block " + std::to_string(flatIndex); }
+BlockPlace PlaceOf(vtkDataObjectTreeIterator* place)
+{
+  BlockPlace result;
+  result.FlatIndex = place->GetCurrentFlatIndex();
+  result.Name = "Block " + std::to_string(result.FlatIndex);
+  const char* name = place->HasCurrentMetaData() ? place->GetCurrentMetaData()->Get(vtkCompositeDataSet::NAME())
+                                                 : nullptr;
+  if (name && *name)
+  {
+    result.Name += std::string(" \"") + name + "\"";
+  }
+  return result;
+}
 
 void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text)
 {
@@ -86,6 +113,7 @@ std::string Attempt(vtkDataObject* input, const std::function<void()>& work)
 int RunGuarded(vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work)
 {
   const ThreadScope threads(std::min(MaximumThreads(), vtkSMPTools::GetEstimatedNumberOfThreads()));
+  const auto inputs = HoldInputs(self); // an observer of progress may connect others
   vtkDataObject* output = vtkDataObject::GetData(outputVector);
   try
   {

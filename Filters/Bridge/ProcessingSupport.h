@@ -38,8 +38,16 @@ private:
   double Done = 0.0;
 };
 
-/// Name of a dataset in messages: "" for one by itself, whose @p flatIndex is 0, "Block 3" in a composite dataset.
-std::string BlockName(unsigned int flatIndex);
+/// Place of a dataset: that of one by itself, or of a block in a composite dataset.
+struct BlockPlace
+{
+  unsigned int FlatIndex = 0; ///< 0 for a dataset by itself
+  /// Begin of messages: "" for a dataset by itself, else "Block 3", or "Block 3 \"hand\"" for a block with a name.
+  std::string Name;
+};
+
+/// Returns the place of the dataset at which the iterator stands.
+BlockPlace PlaceOf(vtkDataObjectTreeIterator* place);
 
 /// Reports one error of @p self: @p text, after @p where when that is not empty.
 void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
@@ -49,7 +57,8 @@ void ReportError(vtkAlgorithm* self, const std::string& where, const std::string
 std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
 
 /// Calls @p work with as many threads for the core as vtkSMPTools uses, and turns what it throws into one error event
-/// or, when it was cancelled, into an empty output that the next update makes again.
+/// or, when it was cancelled, into an empty output that the next update makes again. The data objects on the inputs stay
+/// alive meanwhile, also when an observer of an event connects others.
 /// @return what RequestData returns: 1 when @p work returned true or was cancelled, else 0.
 int RunGuarded(vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work);
 

@@ -36,7 +36,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 1024;
+constexpr std::int64_t PlaceGrain = 1024;
 
 bool KeepsItsMeaning(vtkDataSetAttributes* source, int k)
 {
@@ -201,6 +201,19 @@ void DropNormals(vtkPolyData* surface)
   }
 }
 
+void SetActiveWhereNone(vtkDataSetAttributes* data, const char* name)
+{
+  if (!data->GetScalars())
+  {
+    data->SetActiveScalars(name);
+  }
+  vtkDataArray* array = data->GetArray(name);
+  if (array && array->GetNumberOfComponents() == 3 && !data->GetVectors())
+  {
+    data->SetActiveVectors(name);
+  }
+}
+
 class NearestPlaces::Internals
 {
 public:
@@ -226,7 +239,7 @@ NearestPlaces::~NearestPlaces() = default;
 std::vector<SurfacePlace> NearestPlaces::Find(const PointMatrix& points) const
 {
   std::vector<SurfacePlace> places(static_cast<std::size_t>(points.rows()));
-  ParallelFor(points.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points.rows(), PlaceGrain, [&](std::int64_t begin, std::int64_t end) {
     vtkNew<vtkGenericCell> cell;
     for (std::int64_t p = begin; p < end; ++p)
     {

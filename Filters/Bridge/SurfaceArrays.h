@@ -29,6 +29,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
 /// "Normals", of points and of cells.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void DropNormals(vtkPolyData* surface);
 
+/// Makes the array @p name of @p data, the main result of a filter, active: as scalars where @p data has no active
+/// scalars and, with three components, as vectors where it has no active vectors. vtkWarpVector then takes it unasked.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void SetActiveWhereNone(vtkDataSetAttributes* data, const char* name);
+
 /// Finds the nearest places on a triangle mesh with finite points, by vtkStaticCellLocator.
 class VTKSURFACESYNTHESISBRIDGE_EXPORT NearestPlaces
 {

@@ -46,7 +46,7 @@ struct Surface
   std::vector<std::int64_t> CellOfTriangle;
   /// 0 for a polydata input; the flat index of the block (1 or more) in a composite one.
   unsigned int FlatIndex = 0;
-  /// "" for a polydata input, "Block 3" for a composite one: begins messages.
+  /// Begins messages: "" for a polydata input; "Block 3", or "Block 3 \"hand\"" with a name, in a composite one.
   std::string Where;
   /// All of the work, except in a pipeline that runs on several MPI ranks.
   SurfacePart Part;
@@ -119,7 +119,7 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///  - leaves out the check, about a tenth of a second for a million triangles, where @p isKnownValid says so;
 ///  - limits the core to the threads that vtkSMPTools uses;
 ///  - turns every exception into one error event with its text, and the block's output into an empty one;
-///  - leaves empty input empty, without an error;
+///  - leaves empty input empty, without an error, and keeps inputs alive when an observer connects others;
 ///  - on several MPI ranks, works on blocks where they lie, gathers a surface of which several ranks hold pieces,
 ///    shares its @p parts (independent things to make, each one point array, in order) among the ranks, hands the new
 ///    point arrays and the field data back to the pieces, and reports an error on all ranks. New cell arrays are an

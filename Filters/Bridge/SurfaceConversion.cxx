@@ -4,6 +4,7 @@
 #include "PolygonTriangulation.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <vtkAOSDataArrayTemplate.h>
@@ -21,8 +22,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 8192;
-
 /// Number of ids of a range with a property, and the lowest of them.
 struct Finding
 {
@@ -44,7 +43,7 @@ Finding Collect(std::int64_t count, const Look& look)
 {
   Finding total;
   std::mutex mutex;
-  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(count, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     Finding part;
     for (std::int64_t id = begin; id < end; ++id)
     {
@@ -176,7 +175,7 @@ void CopyTriangles(const Cells<Id>& cells, Surface& surface)
   const std::int64_t before = Grow(surface, cells.Count);
   const Id* source = cells.Begin(0);
   Index* target = surface.Mesh.Triangles.data() + 3 * before;
-  ParallelFor(3 * cells.Count, 3 * Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(3 * cells.Count, 3 * CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     std::transform(source + begin, source + end, target + begin, [](Id id) { return static_cast<Index>(id); });
   });
 }
@@ -185,7 +184,7 @@ void CopyTriangles(const Cells<Id>& cells, Surface& surface)
 void MapToCells(const std::vector<std::int64_t>& start, std::int64_t before, std::int64_t firstCell, Surface& surface)
 {
   surface.CellOfTriangle.resize(static_cast<std::size_t>(surface.Mesh.Triangles.rows()));
-  ParallelFor(static_cast<std::int64_t>(start.size()) - 1, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(static_cast<std::int64_t>(start.size()) - 1, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c)
     {
       std::fill(surface.CellOfTriangle.begin() + before + start[c],
@@ -223,7 +222,7 @@ void RequireDistinctVertices(const Cells<Id>& cells)
 {
   Finding repeated;
   std::mutex mutex;
-  ParallelFor(cells.Count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(cells.Count, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     Finding part;
     std::vector<Id> scratch;
     for (std::int64_t c = begin; c < end; ++c)
@@ -250,7 +249,7 @@ void AddPolygons(const Cells<Id>& cells, Surface& surface)
   const std::int64_t before = Grow(surface, start.back());
   Finding uncut;
   std::mutex mutex;
-  ParallelFor(cells.Count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(cells.Count, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     Finding part;
     PolygonTriangulator triangulator;
     std::vector<Index> ids;
@@ -301,7 +300,7 @@ void AddStrips(const Cells<Id>& cells, Surface& surface)
   };
   const auto start = TriangleStarts(cells.Count, [&](std::int64_t c) { return unroll(c, nullptr); });
   const std::int64_t before = Grow(surface, start.back());
-  ParallelFor(cells.Count, Grain / 8, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(cells.Count, CoarseGrain / 8, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c)
     {
       unroll(c, surface.Mesh.Triangles.data() + 3 * (before + start[c]));
@@ -320,7 +319,7 @@ bool CopyPoints(vtkDataArray* array, PointMatrix& points)
   }
   const Value* source = typed->GetPointer(0);
   double* target = points.data();
-  ParallelFor(points.size(), 3 * Grain,
+  ParallelFor(points.size(), 3 * CoarseGrain,
     [&](std::int64_t begin, std::int64_t end) { std::copy(source + begin, source + end, target + begin); });
   return true;
 }

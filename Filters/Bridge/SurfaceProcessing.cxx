@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfaceBridge.h"
 
+#include "DataObjects.h"
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
+#include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
 
@@ -25,12 +27,10 @@ namespace surfsynth
 
 namespace
 {
-vtkIdType Cells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
+vtkIdType NumberOfCells(vtkPolyData* block) { return std::max<vtkIdType>(block->GetNumberOfCells(), 0); }
 
 /// Results of one surface, one for each output of the series.
 using PolyDataList = std::vector<vtkSmartPointer<vtkPolyData>>;
-/// The output of each series as a whole: a surface, or a tree of surfaces.
-using OutputList = std::vector<vtkSmartPointer<vtkDataObject>>;
 
 PolyDataList NewSurfaces(std::size_t count)
 {
@@ -61,15 +61,15 @@ public:
   /// Fills @p outputs from @p input; after an error, which is reported here, they are empty.
   /// @return false after an error.
   /// @throws Cancelled
-  bool Polygons(vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
+  bool Polygons(vtkPolyData* input, const PolyDataList& outputs, const BlockPlace& at, const Progress& progress) const
   {
-    const std::string error = Attempt(input, [&] { this->WorkAndFinish(input, outputs, flatIndex, progress); });
-    return this->Conclude(error, flatIndex, outputs);
+    const std::string error = Attempt(input, [&] { this->WorkAndFinish(input, outputs, at, progress); });
+    return this->Conclude(error, at, outputs);
   }
 
   /// The same for a surface of which each rank holds a piece, or which one rank holds for all: it is gathered, worked
   /// on by as many ranks as there are parts, and what they have made is handed back to the pieces. Collective.
-  bool DistributedPolygons(const Ranks& ranks, vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex,
+  bool DistributedPolygons(const Ranks& ranks, vtkPolyData* input, const PolyDataList& outputs, const BlockPlace& at,
     const Progress& progress) const
   {
     // A piece that is broken in itself is not sent around.
@@ -84,20 +84,20 @@ public:
     error = ranks.FirstText(error.empty() || !several ? error : "Rank " + std::to_string(ranks.Rank()) + ": " + error);
     if (!error.empty())
     {
-      return this->Conclude(error, flatIndex, outputs);
+      return this->Conclude(error, at, outputs);
     }
     const GatheredSurface gathered = GatherPieces(ranks, input);
     if (gathered.Owners == 0)
     {
-      return this->Polygons(input, outputs, flatIndex, progress);
+      return this->Polygons(input, outputs, at, progress);
     }
-    return this->Conclude(this->WorkTogether(ranks, gathered, input, outputs, flatIndex, progress), flatIndex, outputs);
+    return this->Conclude(this->WorkTogether(ranks, gathered, input, outputs, at, progress), at, outputs);
   }
 
   /// Fills @p outputs, trees with the structure of @p input, block by block.
   /// @throws Cancelled
   void Blocks(
-    vtkDataObjectTree* input, const OutputList& outputs, const std::function<bool(std::size_t leaf)>& isWanted = {})
+    vtkDataObjectTree* input, const DataObjectList& outputs, const std::function<bool(std::size_t leaf)>& isWanted = {})
   {
     double cells = 0.0;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) { cells += Weight(block); });
@@ -112,23 +112,22 @@ public:
       {
         this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
             " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
-          BlockName(place->GetCurrentFlatIndex()));
+          PlaceOf(place).Name);
         return;
       }
       const double before = done / cells;
       done += Weight(block);
       const PolyDataList results = NewSurfaces(outputs.size());
       const Progress progress = this->Steps.Within(before, done / cells);
-      RepeatsGlobalIds(block)
-        ? this->DistributedPolygons(Ranks(nullptr), block, results, place->GetCurrentFlatIndex(), progress)
-        : this->Polygons(block, results, place->GetCurrentFlatIndex(), progress);
+      RepeatsGlobalIds(block) ? this->DistributedPolygons(Ranks(nullptr), block, results, PlaceOf(place), progress)
+                              : this->Polygons(block, results, PlaceOf(place), progress);
       SetLeaves(place, results, outputs);
     });
   }
 
   /// The same when each rank holds some of the blocks, or pieces of blocks. Blocks that lie on one rank are worked on
   /// there; the others are gathered one after the other. Collective.
-  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, const OutputList& outputs)
+  void DistributedBlocks(const Ranks& ranks, vtkDataObjectTree* input, const DataObjectList& outputs)
   {
     std::vector<std::int64_t> cells;
     EachBlock(input, [&](vtkDataObjectTreeIterator*, vtkPolyData* block) {
@@ -156,7 +155,7 @@ public:
         vtkNew<vtkPolyData> empty;
         const PolyDataList results = NewSurfaces(outputs.size());
         this->DistributedPolygons(
-          ranks, block ? block : empty.Get(), results, place->GetCurrentFlatIndex(), this->Steps.Within(1.0, 1.0));
+          ranks, block ? block : empty.Get(), results, PlaceOf(place), this->Steps.Within(1.0, 1.0));
         if (block)
         {
           SetLeaves(place, results, outputs);
@@ -166,7 +165,7 @@ public:
   }
 
 private:
-  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(Cells(block)) : 0.0; }
+  static double Weight(vtkPolyData* block) { return block ? 1.0 + static_cast<double>(NumberOfCells(block)) : 0.0; }
 
   /// Calls visit(place, polydata) for every leaf; the polydata is null when the leaf is, or is something else.
   template <typename Visit>
@@ -178,7 +177,7 @@ private:
   }
 
   /// Puts the results of one surface into the trees of the outputs.
-  static void SetLeaves(vtkDataObjectTreeIterator* place, const PolyDataList& results, const OutputList& outputs)
+  static void SetLeaves(vtkDataObjectTreeIterator* place, const PolyDataList& results, const DataObjectList& outputs)
   {
     for (std::size_t k = 0; k < outputs.size(); ++k)
     {
@@ -188,7 +187,7 @@ private:
 
   /// Converts, checks and works on one surface.
   /// @return false for an empty surface, on which there is nothing to work.
-  bool Work(vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const SurfacePart& part,
+  bool Work(vtkPolyData* input, const PolyDataList& outputs, const BlockPlace& at, const SurfacePart& part,
     const Progress& progress) const
   {
     Report(progress, 0.0);
@@ -196,13 +195,13 @@ private:
     {
       output->ShallowCopy(input);
     }
-    if (input->GetNumberOfPoints() == 0 && Cells(input) == 0)
+    if (IsEmpty(input))
     {
       return false;
     }
     Surface surface = ConvertSurface(input);
-    surface.FlatIndex = flatIndex;
-    surface.Where = BlockName(flatIndex);
+    surface.FlatIndex = at.FlatIndex;
+    surface.Where = at.Name;
     surface.Part = part;
     if (!this->IsKnownValid || !this->IsKnownValid(surface))
     {
@@ -222,9 +221,9 @@ private:
 
   /// All work on a surface that lies on this rank.
   void WorkAndFinish(
-    vtkPolyData* input, const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
+    vtkPolyData* input, const PolyDataList& outputs, const BlockPlace& at, const Progress& progress) const
   {
-    if (this->Work(input, outputs, flatIndex, { 0, 1 }, progress))
+    if (this->Work(input, outputs, at, { 0, 1 }, progress))
     {
       this->Finish(outputs);
     }
@@ -237,7 +236,7 @@ private:
   /// part. Collective.
   /// @return the text of what went wrong on some rank; empty when nothing did.
   std::string WorkTogether(const Ranks& ranks, const GatheredSurface& gathered, vtkPolyData* input,
-    const PolyDataList& outputs, unsigned int flatIndex, const Progress& progress) const
+    const PolyDataList& outputs, const BlockPlace& at, const Progress& progress) const
   {
     const int workers = this->Workers(ranks);
     const bool inPlace = workers == 1 && gathered.TakenFrom >= 0;
@@ -249,10 +248,10 @@ private:
       {
         if (inPlace)
         {
-          this->WorkAndFinish(input, outputs, flatIndex, progress);
+          this->WorkAndFinish(input, outputs, at, progress);
           return;
         }
-        this->Work(gathered.Whole, wholes, flatIndex, { ranks.Rank(), workers }, progress);
+        this->Work(gathered.Whole, wholes, at, { ranks.Rank(), workers }, progress);
         std::for_each(wholes.begin(), wholes.end(), RefuseCellArrays);
       }
       catch (const Cancelled&)
@@ -289,13 +288,13 @@ private:
   }
 
   /// Reports @p error, if there is one, and then empties @p outputs.
-  bool Conclude(const std::string& error, unsigned int flatIndex, const PolyDataList& outputs) const
+  bool Conclude(const std::string& error, const BlockPlace& at, const PolyDataList& outputs) const
   {
     if (error.empty())
     {
       return true;
     }
-    this->Fail(error, BlockName(flatIndex));
+    this->Fail(error, at.Name);
     for (const auto& output : outputs)
     {
       output->Initialize();
@@ -364,9 +363,9 @@ private:
       return;
     }
     piece->GetPointData()->AddArray(TakeLocal(gathered, array));
-    if (!this->Series.Finish && !piece->GetPointData()->GetScalars()) // else the active arrays are for it to choose
+    if (!this->Series.Finish) // else the active arrays are for it to choose
     {
-      piece->GetPointData()->SetActiveScalars(array->GetName());
+      SetActiveWhereNone(piece->GetPointData(), array->GetName());
     }
   }
 
@@ -386,7 +385,7 @@ bool Process(
   vtkMultiProcessController* several = Ranks::Several();
   if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
   {
-    const OutputList outputs = MakeOutputs(tree, series, "vtkPolyData", output);
+    const DataObjectList outputs = MakeOutputs(tree, series, "vtkPolyData", output);
     several ? processing.DistributedBlocks(Ranks(several), tree, outputs) : processing.Blocks(tree, outputs);
     return true;
   }
@@ -399,8 +398,8 @@ bool Process(
     }
     const Progress progress = processing.Steps.Within(0.0, 1.0);
     return several || RepeatsGlobalIds(polygons)
-      ? processing.DistributedPolygons(Ranks(several), polygons, results, 0, progress)
-      : processing.Polygons(polygons, results, 0, progress);
+      ? processing.DistributedPolygons(Ranks(several), polygons, results, {}, progress)
+      : processing.Polygons(polygons, results, {}, progress);
   }
   vtkErrorWithObjectMacro(self, << "The input is "
                                 << (input ? std::string("a ") + input->GetClassName() : std::string("missing"))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TrainingReading.h"
 
+#include "DataObjects.h"
 #include "EnsembleReading.h"
 #include "SurfaceBridge.h"
 
@@ -22,11 +23,6 @@ namespace
 {
 /// Half the width of the region around the origin where positions keep their digits, in extents of the surface.
 constexpr double ExtentsAround = 32.0;
-
-bool IsEmpty(vtkDataObject* data)
-{
-  return data->GetNumberOfElements(vtkDataObject::POINT) == 0 && data->GetNumberOfElements(vtkDataObject::CELL) <= 0;
-}
 
 /// Calls visit(block, flat index) for each block that holds something: leaves, or what lies directly in the tree.
 template <typename Visit>
@@ -74,7 +70,7 @@ TrainingReader::TrainingReader(vtkDataObject* sources, const std::string& arrayN
       this->AddSource(data, "Block " + std::to_string(flatIndex), this->Sources.size());
     });
   }
-  else if (sources && !IsEmpty(sources))
+  else if (!IsEmpty(sources))
   {
     this->AddSource(sources, "", 0);
   }

@@ -1,24 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkGaussianMixtureFilter.h"
 
-#include "BlockCache.h"
-#include "NoiseArrays.h"
+#include "FilterSupport.h"
+#include "RandomFields.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Noise/GaussianMixtures.h"
 
-#include <vtkDataObject.h>
-#include <vtkDoubleArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
 
-#include <utility>
-#include <vector>
-
+using surfsynth::GaussianMixtureOptions;
 using surfsynth::GaussianMixtures;
 using surfsynth::Surface;
 
@@ -26,17 +21,10 @@ vtkStandardNewMacro(vtkGaussianMixtureFilter);
 
 namespace
 {
-bool SameMixtures(const surfsynth::GaussianMixtureOptions& a, const surfsynth::GaussianMixtureOptions& b)
+bool HaveSameMixtures(const GaussianMixtureOptions& a, const GaussianMixtureOptions& b)
 {
   return a.NumberOfCenters == b.NumberOfCenters && a.Width == b.Width && a.Separation == b.Separation;
 }
-
-/// Mixtures on one mesh.
-struct PreparedBlock
-{
-  surfsynth::GaussianMixtureOptions Options;
-  std::unique_ptr<GaussianMixtures> Mixtures;
-};
 } // namespace
 
 /// Factored meshes of the last update, and their results.
@@ -50,71 +38,44 @@ public:
   void Begin()
   {
     this->StandardDeviation = 0.0;
-    this->Blocks.Begin();
+    this->Fields.Begin();
   }
 
-  /// Finds the mixtures of this block from an earlier update with the same mesh and options; null otherwise.
-  const GaussianMixtures* Find(const Surface& surface)
-  {
-    const auto isCurrent = [options = this->Options()](
-                             const PreparedBlock& held) { return SameMixtures(held.Options, options); };
-    const PreparedBlock* found = this->Blocks.Find(surface, isCurrent);
-    return found ? found->Mixtures.get() : nullptr;
-  }
+  const GaussianMixtures* Find(const Surface& surface) { return this->Fields.Find(surface, this->Options()); }
 
-  void AddMixtures(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  void AddField(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     const double factored = 10.0 / (10.0 + 0.1 * this->Self->NumberOfSamples * this->Self->NumberOfCenters);
     const GaussianMixtures* held = this->Find(surface);
-    const GaussianMixtures& mixtures = held ? *held
-                                            : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
-    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
-    const auto newArray = [&](std::uint32_t sample) {
-      arrays.push_back(surfsynth::NewNoiseArray(
-        surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
-        output->GetNumberOfPoints(), 1));
-      return arrays.back()->GetPointer(0);
+    const double begin = held ? 0.0 : factored;
+    const GaussianMixtures& mixtures = held
+      ? *held
+      : this->Fields.Build(surface, this->Options(), surfsynth::SubProgress(progress, 0.0, factored));
+    const auto request = surfsynth::RequestPart<surfsynth::GaussianMixtureRequest>(this->Series(), surface);
+    const auto draw = [&](const surfsynth::SampleDestination& destination) {
+      mixtures.SampleInto(request, destination, surfsynth::SubProgress(progress, begin, 1.0));
     };
-    mixtures.SampleInto(this->Request(surface), newArray, surfsynth::SubProgress(progress, held ? 0.0 : factored, 1.0));
-    surfsynth::AddNoiseArrays(arrays, output);
+    surfsynth::AddSamples(this->Series(), draw, output);
     this->StandardDeviation = mixtures.StandardDeviation();
   }
 
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::SampleSeries Series() const
+  {
+    return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples, 1,
+      this->Self->MemoryLimit, this->Self->ActiveResult };
+  }
+
+  surfsynth::RandomFieldCache<GaussianMixtures, GaussianMixtureOptions, HaveSameMixtures> Fields;
   double StandardDeviation = 0.0;
-  vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
-  surfsynth::GaussianMixtureOptions Options() const
+  GaussianMixtureOptions Options() const
   {
-    surfsynth::GaussianMixtureOptions options;
+    GaussianMixtureOptions options;
     options.NumberOfCenters = this->Self->NumberOfCenters;
     options.Width = this->Self->Width;
     options.Separation = this->Self->Separation;
     return options;
-  }
-
-  surfsynth::GaussianMixtureRequest Request(const Surface& surface) const
-  {
-    const int samples = this->Self->NumberOfSamples - surface.Part.Index;
-    surfsynth::GaussianMixtureRequest request;
-    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample) +
-      static_cast<std::uint32_t>(surface.Part.Index);
-    request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
-    request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
-    request.Stream = surface.FlatIndex;
-    return request;
-  }
-
-  const GaussianMixtures& Build(const Surface& surface, const surfsynth::Progress& progress)
-  {
-    this->Blocks.Drop(surface);
-    PreparedBlock prepared;
-    prepared.Options = this->Options();
-    prepared.Mixtures = std::make_unique<GaussianMixtures>(surface.Mesh, *surface.Topology, prepared.Options, progress);
-    ++this->NumberOfFactorizations;
-    return *this->Blocks.Insert(surface, std::move(prepared)).Mixtures;
   }
 
   vtkGaussianMixtureFilter* Self;
@@ -128,12 +89,7 @@ vtkGaussianMixtureFilter::~vtkGaussianMixtureFilter() = default;
 
 void vtkGaussianMixtureFilter::SetOutputArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->OutputArrayName != wanted)
-  {
-    this->OutputArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->OutputArrayName, name);
 }
 
 int vtkGaussianMixtureFilter::FillInputPortInformation(int, vtkInformation* info)
@@ -144,40 +100,23 @@ int vtkGaussianMixtureFilter::FillInputPortInformation(int, vtkInformation* info
 int vtkGaussianMixtureFilter::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
-  {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
-    return 0;
-  }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequireSurfaces(this, inputVector)
+    ? this->Superclass::RequestDataObject(request, inputVector, outputVector)
+    : 0;
 }
 
 int vtkGaussianMixtureFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->OutputArrayName.empty())
-  {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
-    vtkDataObject::GetData(outputVector)->Initialize();
-    return 0;
-  }
-  this->Impl->Begin();
-  const auto addMixtures = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
-    this->Impl->AddMixtures(surface, output, progress);
-  };
-  const auto isHeld = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
-  const int success = surfsynth::ProcessSurfaces(
-    this, inputVector, outputVector, surfsynth::MeshRequirements(), addMixtures, isHeld, this->NumberOfSamples);
-  if (success && !this->GetAbortExecute())
-  {
-    this->Impl->Blocks.DropUnused();
-  }
-  return success;
+  return surfsynth::ProcessRandomFields(this, inputVector, outputVector, this->Impl->Series(), *this->Impl);
 }
 
 double vtkGaussianMixtureFilter::GetStandardDeviation() const { return this->Impl->StandardDeviation; }
 
-vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+vtkTypeInt64 vtkGaussianMixtureFilter::GetNumberOfFactorizations() const
+{
+  return this->Impl->Fields.NumberOfFactorizations();
+}
 
 void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -188,6 +127,8 @@ void vtkGaussianMixtureFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "StandardDeviation: " << this->GetStandardDeviation() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";

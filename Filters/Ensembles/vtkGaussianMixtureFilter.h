@@ -113,6 +113,25 @@ public:
 
   ///@{
   /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
+   * scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "Mixture".
    */
   void SetOutputArrayName(const char* name);
@@ -150,6 +169,8 @@ private:
   int Seed = 0;
   int NumberOfSamples = 1;
   int FirstSample = 0;
+  int MemoryLimit = 0;
+  bool ActiveResult = false;
   std::string OutputArrayName = "Mixture";
 
   class Internals;

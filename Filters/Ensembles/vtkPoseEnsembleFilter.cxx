@@ -3,16 +3,21 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
+#include "NewArray.h"
+#include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/GridLayout.h"
 
 #include <vtkAlgorithmOutput.h>
 #include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
@@ -39,7 +44,7 @@ vtkStandardNewMacro(vtkPoseEnsembleFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
+const surfsynth::BlockTypes SurfaceToPoses{ { "vtkPolyData" }, "vtkMultiBlockDataSet" };
 
 surfsynth::MeshRequirements Requirements()
 {
@@ -68,11 +73,30 @@ bool Same(const PoseKey& a, const PoseKey& b)
 }
 
 /// Equations on one mesh.
-struct PreparedBlock
+struct PreparedPoses
 {
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
 };
+
+/// Moves the points of @p pose, which are its own, and adds the field array "Translation".
+void Translate(vtkPolyData* pose, const Eigen::Vector3d& translation)
+{
+  vtkDataArray* points = pose->GetPoints()->GetData();
+  for (vtkIdType k = 0; k < points->GetNumberOfTuples(); ++k)
+  {
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      points->SetComponent(k, axis, points->GetComponent(k, axis) + translation[axis]);
+    }
+  }
+  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 3, 1);
+  array->SetTuple(0, translation.data());
+  vtkNew<vtkFieldData> fields; // the pose shares that of the input
+  fields->ShallowCopy(pose->GetFieldData());
+  fields->AddArray(array);
+  pose->SetFieldData(fields);
+}
 
 /// Makes an array of three components from the rows of @p values.
 vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
@@ -138,7 +162,7 @@ public:
     this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
   }
 
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedPoses> Blocks;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -161,7 +185,7 @@ private:
   {
     const std::shared_ptr<const Surface> pattern = this->TemplateSurface();
     const PoseKey key = this->KeyOf(pattern ? *pattern : surface);
-    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedBlock& found) { return Same(found.Key, key); }))
+    if (const auto* held = this->Blocks.Find(surface, [&](const PreparedPoses& found) { return Same(found.Key, key); }))
     {
       return *held->Poses;
     }
@@ -206,6 +230,7 @@ private:
     regions->SetNumberOfTuples(input->GetNumberOfPoints());
     std::copy(poses.Regions().begin(), poses.Regions().end(), regions->GetPointer(0));
     output->SetNumberOfBlocks(static_cast<unsigned int>(points.size()));
+    const std::vector<Eigen::Vector3d> places = this->Places(surface, points.size());
     for (std::size_t k = 0; k < points.size(); ++k)
     {
       vtkNew<vtkPolyData> pose;
@@ -219,12 +244,34 @@ private:
       displacement->SetName(this->Self->DisplacementArrayName.c_str());
       pose->GetPointData()->AddArray(displacement);
       pose->GetPointData()->AddArray(regions);
+      if (!pose->GetPointData()->GetVectors())
+      {
+        pose->GetPointData()->SetActiveVectors(this->Self->DisplacementArrayName.c_str());
+      }
       points[k].resize(0, 3);
+      if (!places.empty())
+      {
+        Translate(pose, places[k]);
+      }
       const auto block = static_cast<unsigned int>(k);
       output->SetBlock(block, pose);
       const std::string name = "Sample " + std::to_string(static_cast<std::int64_t>(this->Self->FirstSample) + block);
       output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), name.c_str());
     }
+  }
+
+  /// The translation of each sample; none without a spread.
+  std::vector<Eigen::Vector3d> Places(const Surface& surface, std::size_t samples) const
+  {
+    if (this->Self->Spread == 0.0)
+    {
+      return {};
+    }
+    surfsynth::BoundingBox cell = ComputeBoundingBox(surface.Mesh);
+    cell.Upper = cell.Lower + this->Self->Spread * (cell.Upper - cell.Lower);
+    surfsynth::GridLayoutOptions layout;
+    layout.Spacing = 0.0;
+    return surfsynth::LayOutInGrid(std::vector<surfsynth::BoundingBox>(samples, cell), layout);
   }
 
   vtkPoseEnsembleFilter* Self;
@@ -244,28 +291,21 @@ void vtkPoseEnsembleFilter::SetTemplateConnection(vtkAlgorithmOutput* port) { th
 
 void vtkPoseEnsembleFilter::SetTemplateData(vtkDataObject* shape) { this->SetInputDataObject(1, shape); }
 
-void vtkPoseEnsembleFilter::SetName(std::string& name, const char* value)
-{
-  const std::string wanted = value ? value : "";
-  if (name != wanted)
-  {
-    name = wanted;
-    this->Modified();
-  }
-}
-
 void vtkPoseEnsembleFilter::SetDisplacementArrayName(const char* name)
 {
-  this->SetName(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name) { this->SetName(this->RegionArrayName, name); }
+void vtkPoseEnsembleFilter::SetRegionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->RegionArrayName, name);
+}
 
 int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* info)
 {
   if (port == 0)
   {
-    return surfsynth::AcceptBlocks(info, Types);
+    return surfsynth::AcceptBlocks(info, SurfaceToPoses);
   }
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
@@ -275,15 +315,20 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
 int vtkPoseEnsembleFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToPoses);
 }
 
 int vtkPoseEnsembleFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->DisplacementArrayName.empty() || this->RegionArrayName.empty())
+  // Points and displacements, in double precision while they are made and afterwards in that of the input.
+  const std::string problem = this->DisplacementArrayName.empty() || this->RegionArrayName.empty()
+    ? "DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed."
+    : surfsynth::ProblemOfMemory(
+        vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
+  if (!problem.empty())
   {
-    vtkErrorMacro("DisplacementArrayName or RegionArrayName is empty; names for the point arrays are needed.");
+    vtkErrorMacro(<< problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -291,7 +336,7 @@ int vtkPoseEnsembleFilter::RequestData(
   const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakePoses(block, progress);
   };
-  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, makePoses);
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToPoses, makePoses);
   this->Impl->End();
   return success;
 }
@@ -304,6 +349,8 @@ void vtkPoseEnsembleFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "Spread: " << this->Spread << "\n";
   os << indent << "NumberOfHandles: " << this->NumberOfHandles << "\n";
   os << indent << "MaximumAngle: " << this->MaximumAngle << "\n";
   os << indent << "MaximumTwist: " << this->MaximumTwist << "\n";

@@ -23,7 +23,8 @@
  * for each sample, named "Sample k" for k = FirstSample, FirstSample + 1, ...: the input with moved points of the same
  * precision, without normals, plus two point arrays: the displacement from the input (three components, of the points'
  * precision) and the region of the point (int): 0, 1, ... for the extremities, NumberOfHandles for the fixed part and
- * -1 for the rest. Points that no polygon or strip uses stay where they are.
+ * -1 for the rest. Points that no polygon or strip uses stay where they are. The displacement becomes the active
+ * vectors where the input has none.
  *
  * @par Scale
  * Lengths are fractions of the shape's size, the square root of its area; the poses do not change with the unit.
@@ -93,6 +94,25 @@ public:
    */
   vtkSetClampMacro(FirstSample, int, 0, VTK_INT_MAX);
   vtkGetMacro(FirstSample, int);
+  ///@}
+
+  ///@{
+  /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
+   * Distance of neighboring samples in a grid in the xy plane, as a fraction of the box of the input along each axis; at least
+   * 0. 0 leaves all samples in the place of the input. The array of displacements is without it, and each sample gets the
+   * field array "Translation", three components, world units. Default 0.
+   */
+  vtkSetClampMacro(Spread, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Spread, double);
   ///@}
 
   ///@{
@@ -204,11 +224,11 @@ private:
   vtkPoseEnsembleFilter(const vtkPoseEnsembleFilter&) = delete;
   void operator=(const vtkPoseEnsembleFilter&) = delete;
 
-  void SetName(std::string& name, const char* value);
-
   int Seed = 0;
   int NumberOfSamples = 12;
   int FirstSample = 0;
+  int MemoryLimit = 0;
+  double Spread = 0.0;
   int NumberOfHandles = 6;
   double MaximumAngle = 60.0;
   double MaximumTwist = 20.0;

@@ -2,6 +2,7 @@
 #include "vtkFlowMatchingDeformer.h"
 
 #include "DeformedSurface.h"
+#include "FilterSupport.h"
 
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
@@ -17,10 +18,13 @@ vtkFlowMatchingDeformer::~vtkFlowMatchingDeformer() = default;
 
 void vtkFlowMatchingDeformer::SetDisplacementArrayName(const char* name)
 {
-  this->SetText(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkFlowMatchingDeformer::SetAreaRatioArrayName(const char* name) { this->SetText(this->AreaRatioArrayName, name); }
+void vtkFlowMatchingDeformer::SetAreaRatioArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->AreaRatioArrayName, name);
+}
 
 std::string vtkFlowMatchingDeformer::GeneratedArrayName() { return this->DisplacementArrayName; }
 

@@ -3,8 +3,11 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "FlowSamples.h"
 #include "PointRows.h"
+#include "SampleMemory.h"
+#include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
@@ -37,7 +40,7 @@ namespace
 constexpr double EvaluationsOfPreparation = 3.0;
 
 /// Samples of one model on one mesh.
-struct PreparedBlock
+struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
   std::unique_ptr<FlowSamples> Samples;
@@ -111,6 +114,20 @@ public:
     this->Self->AddSample(output, signal, noise);
   }
 
+  /// Returns the memory of kept states (float), and of signals, noise and moved points of the outputs (double).
+  surfsynth::SampleMemory Memory() const
+  {
+    const double states = this->Self->OutputTrajectory ? this->Self->NumberOfSteps + 1.0 : 2.0;
+    const bool moves = this->Self->GeneratesDisplacements();
+    surfsynth::SampleMemory memory;
+    memory.NumberOfSamples = this->Self->NumberOfSamples;
+    memory.BytesOfPoint = this->Model->Components() * (4.0 * states + 16.0) + (moves ? 24.0 : 0.0);
+    memory.BytesOfCell = moves ? 8.0 : 0.0;
+    memory.BytesOfSample = 8192.0;
+    memory.MemoryLimit = this->Self->MemoryLimit;
+    return memory;
+  }
+
   /// Returns the outputs of one surface, one for each sample.
   surfsynth::OutputSeries Series() const
   {
@@ -120,7 +137,7 @@ public:
   /// Returns the samples of this block from an earlier update, or null; mesh and model must be the same.
   FlowSamples* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedSamples* found = this->Blocks.Find(surface);
     return found && found->Model == this->Model ? found->Samples.get() : nullptr;
   }
 
@@ -130,7 +147,7 @@ public:
   }
 
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedSamples> Blocks;
   surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
     "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
   vtkTypeInt64 NumberOfFactorizations = 0;
@@ -198,7 +215,7 @@ private:
   FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
-    PreparedBlock prepared;
+    PreparedSamples prepared;
     prepared.Model = this->Model;
     prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
     ++this->NumberOfFactorizations;
@@ -229,28 +246,24 @@ vtkFlowMatchingSampler::vtkFlowMatchingSampler()
 
 vtkFlowMatchingSampler::~vtkFlowMatchingSampler() = default;
 
-void vtkFlowMatchingSampler::SetText(std::string& property, const char* text)
+void vtkFlowMatchingSampler::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkFlowMatchingSampler::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkFlowMatchingSampler::SetInputNoiseArrayName(const char* name)
 {
-  this->SetText(this->InputNoiseArrayName, name);
+  surfsynth::SetString(this, this->InputNoiseArrayName, name);
 }
 
-void vtkFlowMatchingSampler::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkFlowMatchingSampler::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
 void vtkFlowMatchingSampler::SetInitialNoiseArrayName(const char* name)
 {
-  this->SetText(this->InitialNoiseArrayName, name);
+  surfsynth::SetString(this, this->InitialNoiseArrayName, name);
 }
 
 std::vector<std::pair<std::string, std::string>> vtkFlowMatchingSampler::OutputArrayNames()
@@ -267,10 +280,7 @@ void vtkFlowMatchingSampler::AddSample(vtkPolyData* output, vtkDoubleArray* sign
   noise->SetName(this->InitialNoiseArrayName.c_str());
   output->GetPointData()->AddArray(noise);
   output->GetPointData()->AddArray(signal);
-  if (!output->GetPointData()->GetScalars())
-  {
-    output->GetPointData()->SetActiveScalars(signal->GetName());
-  }
+  surfsynth::SetActiveWhereNone(output->GetPointData(), signal->GetName());
 }
 
 int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
@@ -281,9 +291,8 @@ int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
 int vtkFlowMatchingSampler::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   if (this->NumberOfSamples == 1)
@@ -339,7 +348,8 @@ int vtkFlowMatchingSampler::RequestData(
   try
   {
     this->Impl->Begin(time);
-    if (this->Generate(inputVector, outputVector, time))
+    problem = surfsynth::ProblemOfMemory(vtkDataObject::GetData(inputVector[0]), this->Impl->Memory());
+    if (problem.empty() && this->Generate(inputVector, outputVector, time))
     {
       return 1;
     }
@@ -406,6 +416,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "InputNoiseArrayName: " << this->InputNoiseArrayName << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
   os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";

@@ -32,7 +32,8 @@
  * The input, untouched, plus two float64 point arrays with the components of the signal: SignalArrayName, the generated
  * signal, and InitialNoiseArrayName, the noise that it starts from, in the units of the signal and about 0: at flow
  * time 0 the signal is its mean (that of the training or, for positions, the centroid of the surface) plus the initial
- * noise. Points that no polygon or strip uses get 0 in both. For several samples the output is a vtkMultiBlockDataSet
+ * noise. Points that no polygon or strip uses get 0 in both. The signal becomes the active scalars and, with three
+ * components, the active vectors, which vtkWarpVector takes, where the input has none. For several samples the output is a vtkMultiBlockDataSet
  * with the surface, or for a composite input a tree of surfaces, for each sample, in blocks that are named "Sample 0",
  * "Sample 1", ...
  *
@@ -133,6 +134,15 @@ public:
 
   ///@{
   /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
    * Number of steps from noise to signal, from 1 to 10000, of equal length. More steps are more accurate and cost more.
    * Default 20.
    */
@@ -204,9 +214,6 @@ protected:
   vtkFlowMatchingSampler();
   ~vtkFlowMatchingSampler() override;
 
-  /// Sets a text property; Modified() on change.
-  void SetText(std::string& property, const char* text);
-
   /// Returns true in a filter whose signal are positions: the model must then generate positions, and AddSample() gets
   /// their displacement from the points of the input. Default false.
   virtual bool GeneratesDisplacements() const { return false; }
@@ -242,6 +249,7 @@ private:
   std::string InputNoiseArrayName;
   int FirstSample = 0;
   int NumberOfSamples = 1;
+  int MemoryLimit = 0;
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
   bool OutputTrajectory = false;

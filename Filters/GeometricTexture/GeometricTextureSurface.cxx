@@ -4,6 +4,7 @@
 #include "NewArray.h"
 #include "SurfaceArrays.h"
 
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <vtkCellData.h>
@@ -20,8 +21,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 8192;
-
 /// Returns the place of each point of @p level on the target, which has @p triangles triangles: triangle f of a
 /// subdivided mesh comes from triangle f modulo that number.
 std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const GeometricTextureLevel& level)
@@ -35,7 +34,7 @@ std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const GeometricT
       places[static_cast<std::size_t>(triangles(f, k))].Triangle = static_cast<Index>(f % surface.Triangles.rows());
     }
   }
-  ParallelFor(level.Base.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(level.Base.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t p = begin; p < end; ++p)
     {
       SurfacePlace& place = places[static_cast<std::size_t>(p)];

@@ -192,13 +192,15 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsig
   return request;
 }
 
-double vtkGeometricTextureSynthesizer::Internals::TextureScale() const
+/// Returns the ratio of the edges of the prepared target to those of @p target.
+double vtkGeometricTextureSynthesizer::Internals::TextureScale(const surfsynth::TriangleMesh& target) const
 {
   if (std::isnan(this->Self->TextureScale))
   {
-    throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000 is needed.");
+    throw surfsynth::InvalidInput("TextureScale is not a number; a number from 0.001 to 1000, or 0, is needed.");
   }
-  return this->Self->TextureScale;
+  return this->Self->TextureScale > 0.0 ? std::max(this->Self->TextureScale, 0.001)
+                                        : surfsynth::AutomaticTextureScale(target);
 }
 
 /// Returns true for a target to remesh; the template stays as in the training.
@@ -215,7 +217,7 @@ vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   surface.FlatIndex = block.FlatIndex;
   // The check comes before any work, and uses the ids of the caller's points.
   surfsynth::ReadGeometricTextureMask(input, surfsynth::UsedPoints(surface.Mesh), this->Self->MaskArrayName);
-  const double scale = this->TextureScale();
+  const double scale = this->TextureScale(surface.Mesh);
   std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
   if (!target || !(*target)->Is(input, surface, scale))
   {
@@ -250,7 +252,7 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
   }
   if (self->TargetPreparation == SUBDIVIDE)
   {
-    settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(this->TextureScale()))));
+    settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(this->TextureScale(surface.Mesh)))));
   }
   const surfsynth::UsedPoints points(surface.Mesh);
   settings.Mask = this->Remeshes() ? surfsynth::ReadInterpolatedMask(input, points, self->MaskArrayName)

@@ -65,7 +65,7 @@ private:
   surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
   surfsynth::GeometricTextureRequest Request(unsigned int flatIndex) const;
   void Check(surfsynth::Surface& surface) const;
-  double TextureScale() const;
+  double TextureScale(const surfsynth::TriangleMesh& target) const;
   bool Remeshes() const;
   vtkSmartPointer<vtkPolyData> Remesh(
     vtkPolyData* input, const surfsynth::Block& block, const surfsynth::Progress& progress);

@@ -5,6 +5,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -15,6 +16,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -32,7 +34,17 @@ std::vector<Index> SeamsOf(vtkPolyData* input, const Surface& surface)
   DropNormals(withoutNormals);
   return AttributeClasses(withoutNormals, surface.Mesh.Points);
 }
+
+/// Number of even triangles on which a texture begins by itself.
+constexpr double AutomaticTriangles = 7000.0;
 } // namespace
+
+double AutomaticTextureScale(const TriangleMesh& target)
+{
+  const double edge = std::sqrt(4.0 / std::sqrt(3.0) * SurfaceArea(target) / AutomaticTriangles);
+  const double mean = MeanEdgeLength(target);
+  return edge > 0.0 && mean > 0.0 ? std::clamp(edge / mean, 0.001, 1000.0) : 1.0;
+}
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 namespace
@@ -41,17 +53,6 @@ namespace
 constexpr double CreaseAngle = 60.0;
 /// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
 constexpr double MaximumNumberOfTriangles = 1.5e7;
-
-double AreaOf(const TriangleMesh& mesh)
-{
-  double area = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto corner = [&](int k) { return Eigen::Vector3d(mesh.Points.row(mesh.Triangles(f, k))); };
-    area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-  }
-  return area;
-}
 
 /// Throws, before any work, when the levels would have too many triangles, or the surface is shorter than an edge.
 void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels)
@@ -63,7 +64,7 @@ void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels
       " are longer than the surface, whose longest side is " + FormatNumber(box.LongestSide()) +
       "; a smaller TextureScale is needed.");
   }
-  const double triangles = AreaOf(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
+  const double triangles = SurfaceArea(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
   const double finest = triangles * std::pow(4.0, levels - 1);
   const std::string found = "Remeshed with edges of length " + FormatNumber(edgeLength) +
     " the surface would have about " + FormatNumber(triangles) + " triangles";

@@ -16,6 +16,10 @@ class vtkPolyData;
 namespace surfsynth
 {
 
+/// Computes the ratio to the mean edge length of @p target of that with which about 7000 even triangles cover it, within
+/// [0.001, 1000]; 1 for a mesh without area.
+double AutomaticTextureScale(const TriangleMesh& target);
+
 /// A remeshed target, with the data that it depends on.
 class RemeshedTarget
 {

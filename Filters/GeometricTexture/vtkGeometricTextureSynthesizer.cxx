@@ -2,6 +2,7 @@
 #include "vtkGeometricTextureSynthesizer.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "GeometricTextureSynthesizerInternals.h"
 
 #include <vtkDataObject.h>
@@ -24,47 +25,41 @@ using Pipeline = vtkStreamingDemandDrivenPipeline;
 
 vtkStandardNewMacro(vtkGeometricTextureSynthesizer);
 
-namespace
-{
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-} // namespace
-
 vtkGeometricTextureSynthesizer::vtkGeometricTextureSynthesizer()
   : Impl(std::make_unique<Internals>(this))
 {}
 
 vtkGeometricTextureSynthesizer::~vtkGeometricTextureSynthesizer() = default;
 
-void vtkGeometricTextureSynthesizer::SetText(std::string& property, const char* text)
+void vtkGeometricTextureSynthesizer::SetModelFileName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ModelFileName, name);
 }
-
-void vtkGeometricTextureSynthesizer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
 void vtkGeometricTextureSynthesizer::SetLevelsWithoutNoise(const char* name)
 {
-  this->SetText(this->LevelsWithoutNoise, name);
+  surfsynth::SetString(this, this->LevelsWithoutNoise, name);
 }
 
-void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name) { this->SetText(this->MaskArrayName, name); }
+void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->MaskArrayName, name);
+}
 
 void vtkGeometricTextureSynthesizer::SetDisplacementArrayName(const char* name)
 {
-  this->SetText(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
-void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name) { this->SetText(this->LevelArrayName, name); }
+void vtkGeometricTextureSynthesizer::SetLevelArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->LevelArrayName, name);
+}
 
 int vtkGeometricTextureSynthesizer::FillInputPortInformation(int, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkGeometricTextureSynthesizer::RequestDataObject(
@@ -72,7 +67,7 @@ int vtkGeometricTextureSynthesizer::RequestDataObject(
 {
   if (this->GetNumberOfInputConnections(0) > 0)
   {
-    return surfsynth::RequestBlocks(this, inputVector, outputVector, Types, this->OutputLevels);
+    return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface, this->OutputLevels);
   }
   surfsynth::SetOutputClass(outputVector, this->OutputLevels ? "vtkMultiBlockDataSet" : "vtkPolyData");
   return 1;
@@ -161,7 +156,8 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
     this->Impl->Synthesize(block, progress);
   };
   vtkInformationVector* given[] = { targets };
-  const int done = surfsynth::ProcessBlocks(this, given, outputVector, Types, synthesize, this->Impl->Series());
+  const int done = surfsynth::ProcessBlocks(
+    this, given, outputVector, surfsynth::SurfaceToSurface, synthesize, this->Impl->Series());
   this->Impl->End();
   return done != 0;
 }

@@ -175,13 +175,14 @@ public:
 
   ///@{
   /**
-   * Ratio of the size of the texture to that on the unprepared target, from 0.001 to 1000; used with SUBDIVIDE and
-   * REMESH. Each subdivision of the target halves it: 0.5 and 0.25 are met exactly, other values by the nearest power
+   * Ratio of the size of the texture to that on the unprepared target, from 0.001 to 1000, or 0; used with SUBDIVIDE
+   * and REMESH. Each subdivision of the target halves it: 0.5 and 0.25 are met exactly, other values by the nearest power
    * of a half; 1 and above leave the target unchanged. Remeshing multiplies the mean edge length of the target by it,
    * within 2 per cent where shape, boundaries and creases allow it: 1 makes triangles even; above 1 the texture gets
-   * larger, and the shape of the target coarser. Default 1.
+   * larger, and the shape of the target coarser. 0 chooses it so that about 7000 triangles begin the synthesis, which carry a
+   * shape with limbs and the texture on it. Values between 0 and 0.001 stand for 0.001. Default 1.
    */
-  vtkSetClampMacro(TextureScale, double, 0.001, 1000.0);
+  vtkSetClampMacro(TextureScale, double, 0.0, 1000.0);
   vtkGetMacro(TextureScale, double);
   ///@}
 
@@ -294,8 +295,6 @@ protected:
 private:
   vtkGeometricTextureSynthesizer(const vtkGeometricTextureSynthesizer&) = delete;
   void operator=(const vtkGeometricTextureSynthesizer&) = delete;
-
-  void SetText(std::string& property, const char* text);
 
   /// Fills the output from the dataset of @p targets; false after an error.
   bool Synthesize(vtkInformationVector* targets, vtkInformationVector* outputVector);

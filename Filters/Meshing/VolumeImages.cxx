@@ -18,17 +18,19 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <mutex>
+#include <set>
 
 namespace surfsynth
 {
 
 namespace
 {
-constexpr std::int64_t Grain = 1 << 16;
+constexpr std::int64_t SampleGrain = 1 << 16;
 /// Values between two reports of progress.
 constexpr std::int64_t Slab = 1 << 24;
 constexpr int Bins = 1024;
@@ -46,7 +48,7 @@ struct ForParts
     for (std::int64_t first = 0; first < count; first += Slab)
     {
       Report(progress, static_cast<double>(first) / static_cast<double>(count));
-      ParallelFor(std::min(Slab, count - first), Grain,
+      ParallelFor(std::min(Slab, count - first), SampleGrain,
         [&](std::int64_t begin, std::int64_t end) { task(first + begin, first + end, value); });
     }
   }
@@ -247,6 +249,36 @@ double OtsuThreshold(vtkDataArray* values, const ValueRange& range, const Progre
     lastBest = between >= best ? b : lastBest;
   }
   return middle + width * ((firstBest + lastBest + 2.0) / Bins - 1.0);
+}
+
+std::vector<double> LabelsOf(vtkDataArray* values)
+{
+  constexpr std::size_t Most = 32;
+  if (values->GetDataType() == VTK_FLOAT || values->GetDataType() == VTK_DOUBLE)
+  {
+    return {};
+  }
+  std::set<double> labels;
+  std::mutex mutex;
+  std::atomic<bool> tooMany{ false };
+  ForValues(values, values->GetNumberOfTuples(), {}, [&](std::int64_t begin, std::int64_t end, const auto& value) {
+    std::set<double> part;
+    double last = std::numeric_limits<double>::quiet_NaN();
+    for (std::int64_t i = begin; i < end && !tooMany; ++i)
+    {
+      const double v = value(i);
+      if (v != last) // neighbors are mostly equal
+      {
+        part.insert(v);
+        last = v;
+        tooMany = tooMany || part.size() > Most;
+      }
+    }
+    std::lock_guard<std::mutex> lock(mutex);
+    labels.insert(part.begin(), part.end());
+    tooMany = tooMany || labels.size() > Most;
+  });
+  return tooMany ? std::vector<double>() : std::vector<double>(labels.begin(), labels.end());
 }
 
 VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, double isoValue, bool insideIsBelow,

@@ -48,6 +48,10 @@ ValueRange FiniteRange(vtkDataArray* values, const Progress& progress);
 /// values are the same.
 double OtsuThreshold(vtkDataArray* values, const ValueRange& range, const Progress& progress);
 
+/// Returns the distinct values of an array of integers, in ascending order, when there are at most 32 of them; empty for
+/// more, and for other arrays.
+std::vector<double> LabelsOf(vtkDataArray* values);
+
 /// Makes the samples of @p values, negative where they are above (or, with @p insideIsBelow, below) @p isoValue. Values
 /// that are NaN are outside, infinite ones on the side of their sign.
 VolumeSamples MakeSamples(const ImageLattice& lattice, vtkDataArray* values, double isoValue, bool insideIsBelow,

@@ -2,6 +2,7 @@
 #include "vtkIsotropicRemeshFilter.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "RemeshedDataset.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -23,11 +24,6 @@ using surfsynth::RemeshingOptions;
 using surfsynth::Surface;
 
 vtkStandardNewMacro(vtkIsotropicRemeshFilter);
-
-namespace
-{
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-} // namespace
 
 /// Work of one update with the parameters of the filter.
 class vtkIsotropicRemeshFilter::Internals
@@ -109,23 +105,18 @@ vtkIsotropicRemeshFilter::~vtkIsotropicRemeshFilter() = default;
 
 void vtkIsotropicRemeshFilter::SetSizingArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->SizingArrayName != wanted)
-  {
-    this->SizingArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->SizingArrayName, name);
 }
 
 int vtkIsotropicRemeshFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkIsotropicRemeshFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
 }
 
 int vtkIsotropicRemeshFilter::RequestData(
@@ -133,7 +124,7 @@ int vtkIsotropicRemeshFilter::RequestData(
 {
   this->MeanEdgeLength = 0.0;
   const Internals remeshing(this);
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
     [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { remeshing.Remesh(block, progress); });
 }
 

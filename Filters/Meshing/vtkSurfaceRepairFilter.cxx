@@ -31,8 +31,6 @@ vtkStandardNewMacro(vtkSurfaceRepairFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkPolyData" };
-
 void AddFillingArray(const std::vector<bool>& isFilling, vtkPolyData* output)
 {
   vtkNew<vtkUnsignedCharArray> filled;
@@ -139,13 +137,13 @@ vtkSurfaceRepairFilter::~vtkSurfaceRepairFilter() = default;
 
 int vtkSurfaceRepairFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
 }
 
 int vtkSurfaceRepairFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
 }
 
 int vtkSurfaceRepairFilter::RequestData(
@@ -153,7 +151,7 @@ int vtkSurfaceRepairFilter::RequestData(
 {
   this->Report.clear();
   const Internals repair(this);
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types,
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
     [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { repair.Repair(block, progress); });
 }
 

@@ -2,7 +2,9 @@
 #include "vtkTetrahedralizeFilter.h"
 
 #include "BlockBridge.h"
+#include "FilterSupport.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
+#include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "TetrahedralGrid.h"
@@ -15,25 +17,13 @@
 #include <vtkPolyData.h>
 #include <vtkUnstructuredGrid.h>
 
-#include <unistd.h>
-
-#include <cmath>
-
 using surfsynth::Block;
 
 vtkStandardNewMacro(vtkTetrahedralizeFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
-
-/// Default memory limit of one process, bytes.
-std::int64_t DefaultMemoryLimit()
-{
-  const long pages = sysconf(_SC_PHYS_PAGES);
-  const long size = sysconf(_SC_PAGESIZE);
-  return pages > 0 && size > 0 ? static_cast<std::int64_t>(pages) / 4 * 3 * size : 0;
-}
+const surfsynth::BlockTypes SurfaceToGrid{ { "vtkPolyData" }, "vtkUnstructuredGrid" };
 } // namespace
 
 class vtkTetrahedralizeFilter::Internals
@@ -62,21 +52,17 @@ public:
 private:
   surfsynth::TetrahedralizeOptions Options() const
   {
-    const double length = this->Self->TargetEdgeLength;
-    const double regular = length * length * length / (6.0 * std::sqrt(2.0));
     surfsynth::TetrahedralizeOptions options;
     options.PreserveSurface = this->Self->PreserveSurface;
     options.InnerSurfacesAreHoles = this->Self->InnerSurfaces == HOLES;
     options.QualityRatio = this->Self->QualityRatio;
     options.MinimumDihedralAngle = this->Self->MinimumDihedralAngle;
     options.MaximumVolume = this->Self->MaximumVolume;
-    if (length > 0.0 && (options.MaximumVolume == 0.0 || regular < options.MaximumVolume))
-    {
-      options.MaximumVolume = regular;
-    }
+    options.TargetEdgeLength = this->Self->TargetEdgeLength;
+    options.MaximumNumberOfTetrahedra = this->Self->MaximumNumberOfTetrahedra;
     options.Seconds = this->Self->TimeLimit;
     options.MemoryLimit = this->Self->MemoryLimit > 0 ? static_cast<std::int64_t>(this->Self->MemoryLimit) << 20
-                                                      : DefaultMemoryLimit();
+                                                      : surfsynth::DefaultMemoryLimit();
     return options;
   }
 
@@ -91,33 +77,23 @@ vtkTetrahedralizeFilter::~vtkTetrahedralizeFilter() = default;
 
 void vtkTetrahedralizeFilter::SetRegionArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->RegionArrayName != wanted)
-  {
-    this->RegionArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->RegionArrayName, name);
 }
 
 void vtkTetrahedralizeFilter::SetSurfaceArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->SurfaceArrayName != wanted)
-  {
-    this->SurfaceArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->SurfaceArrayName, name);
 }
 
 int vtkTetrahedralizeFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, SurfaceToGrid);
 }
 
 int vtkTetrahedralizeFilter::RequestData(
@@ -132,7 +108,7 @@ int vtkTetrahedralizeFilter::RequestData(
   const auto tetrahedralize = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->Tetrahedralize(block, progress);
   };
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, tetrahedralize);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, SurfaceToGrid, tetrahedralize);
 }
 
 void vtkTetrahedralizeFilter::PrintSelf(ostream& os, vtkIndent indent)
@@ -145,6 +121,7 @@ void vtkTetrahedralizeFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "PreserveSurface: " << this->PreserveSurface << "\n";
   os << indent << "InnerSurfaces: " << this->InnerSurfaces << "\n";
   os << indent << "SurfaceTriangles: " << this->SurfaceTriangles << "\n";
+  os << indent << "MaximumNumberOfTetrahedra: " << this->MaximumNumberOfTetrahedra << "\n";
   os << indent << "TimeLimit: " << this->TimeLimit << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "RegionArrayName: " << this->RegionArrayName << "\n";

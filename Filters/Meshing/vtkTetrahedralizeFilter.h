@@ -113,6 +113,16 @@ public:
 
   ///@{
   /**
+   * Limit of the tetrahedra of the output, or of each block, at least 4. A MaximumVolume or TargetEdgeLength by which
+   * more are expected (1.25 times the enclosed volume over the bound, twice with a surface that is split) is an error
+   * before the work begins; the message names a bound that fits. Default 10,000,000.
+   */
+  vtkSetClampMacro(MaximumNumberOfTetrahedra, int, 4, VTK_INT_MAX);
+  vtkGetMacro(MaximumNumberOfTetrahedra, int);
+  ///@}
+
+  ///@{
+  /**
    * Keeps the surface, without new points, as the boundary of the tetrahedra, so that its arrays are exact and its
    * triangles remain. Off, edges and triangles of the surface are split where the bounds require it; the shape stays
    * the same. Default on.
@@ -195,6 +205,7 @@ private:
   double MinimumDihedralAngle = 0.0;
   double MaximumVolume = 0.0;
   double TargetEdgeLength = 0.0;
+  int MaximumNumberOfTetrahedra = 10000000;
   bool PreserveSurface = true;
   int InnerSurfaces = REGIONS;
   bool SurfaceTriangles = false;

@@ -31,7 +31,7 @@ vtkStandardNewMacro(vtkTopologyReport);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkPolyData" }, "vtkTable" };
+const surfsynth::BlockTypes SurfaceToTable{ { "vtkPolyData" }, "vtkTable" };
 
 /// Makes an empty column of the table.
 template <typename Array>
@@ -43,7 +43,7 @@ vtkSmartPointer<Array> NewColumn(const char* name, const std::vector<ReportRow>&
   return column;
 }
 
-void FillTable(vtkTable* table, const std::vector<ReportRow>& rows)
+void AddReport(vtkTable* table, const std::vector<ReportRow>& rows)
 {
   const auto block = NewColumn<vtkIntArray>("Block", rows);
   const auto component = NewColumn<vtkIntArray>("Component", rows);
@@ -109,7 +109,7 @@ vtkTopologyReport::~vtkTopologyReport() = default;
 
 int vtkTopologyReport::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, SurfaceToTable);
 }
 
 int vtkTopologyReport::RequestData(
@@ -122,14 +122,14 @@ int vtkTopologyReport::RequestData(
   vtkNew<vtkInformationVector> scratch;
   vtkNew<vtkInformation> information;
   scratch->Append(information);
-  if (!surfsynth::RequestBlocks(this, inputVector, scratch, Types))
+  if (!surfsynth::RequestBlocks(this, inputVector, scratch, SurfaceToTable))
   {
     return 0;
   }
   const auto addSurface = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->AddSurface(block, this->NumberOfComponentRows, progress);
   };
-  const int success = surfsynth::ProcessBlocks(this, inputVector, scratch, Types, addSurface);
+  const int success = surfsynth::ProcessBlocks(this, inputVector, scratch, SurfaceToTable, addSurface);
   if (information->Has(vtkDemandDrivenPipeline::DATA_NOT_GENERATED())) // cancelled
   {
     this->Impl->Rows.clear();
@@ -137,7 +137,7 @@ int vtkTopologyReport::RequestData(
   }
   if (!this->Impl->Rows.empty())
   {
-    FillTable(table, this->Impl->Rows);
+    AddReport(table, this->Impl->Rows);
   }
   return success;
 }

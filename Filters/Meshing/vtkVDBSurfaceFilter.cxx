@@ -38,7 +38,7 @@ vtkStandardNewMacro(vtkVDBSurfaceFilter);
 
 namespace
 {
-const surfsynth::BlockTypes Types{ { "vtkImageData", "vtkPolyData" }, "vtkPolyData",
+const surfsynth::BlockTypes ImageOrSurfaceToSurface{ { "vtkImageData", "vtkPolyData" }, "vtkPolyData",
   "vtkDataSetSurfaceFilter extracts a surface, vtkResampleToImage an image" };
 
 /// Samples and triangles converted to a surface in a second, for the estimate of progress.
@@ -132,6 +132,7 @@ private:
       ? surfsynth::OtsuThreshold(scalars, range, SubProgress(progress, 0.05, 0.1))
       : this->Self->IsoValue;
     this->EffectiveIsoValue = isoValue;
+    this->WarnOfLabels(block, scalars);
     const auto samples = std::make_shared<surfsynth::VolumeSamples>(surfsynth::MakeSamples(
       lattice, scalars, isoValue, this->Self->InsideRule == BELOW, range, SubProgress(progress, 0.1, 0.15)));
     TriangleMesh mesh = Interruptible(
@@ -140,6 +141,12 @@ private:
       static_cast<double>(samples->Values.size()) / SamplesPerSecond, SubProgress(progress, 0.15, 0.95));
     if (mesh.NumberOfTriangles() == 0)
     {
+      if (!this->Self->ComputeIsoValue && (isoValue < range.Lower || isoValue > range.Upper))
+      {
+        throw surfsynth::InvalidInput("The isovalue " + surfsynth::FormatNumber(isoValue) +
+          " lies outside the values of the image, which go from " + surfsynth::FormatNumber(range.Lower) + " to " +
+          surfsynth::FormatNumber(range.Upper) + "; no part of it lies inside. An IsoValue between them is needed.");
+      }
       this->WarnOfNothing(block,
         "No part of the image lies inside, or none is left: its values go from " +
           surfsynth::FormatNumber(range.Lower) + " to " + surfsynth::FormatNumber(range.Upper) + ", the isovalue is " +
@@ -216,6 +223,22 @@ private:
     return options;
   }
 
+  /// Warns where a threshold of the histogram is asked for and the values are labels.
+  void WarnOfLabels(const Block& block, vtkDataArray* scalars) const
+  {
+    const std::vector<double> labels = this->Self->ComputeIsoValue ? surfsynth::LabelsOf(scalars)
+                                                                   : std::vector<double>();
+    if (labels.size() > 2)
+    {
+      vtkWarningWithObjectMacro(
+        this->Self, << (block.Where.empty() ? "" : block.Where + ": ") << "The image holds " << labels.size()
+                    << " distinct integers from " << labels.front() << " to " << labels.back()
+                    << ", as label images do, and the isovalue " << this->EffectiveIsoValue
+                    << " separates some labels from others. Choose an IsoValue (" << 0.5 * (labels[0] + labels[1])
+                    << " for all labels above " << labels.front() << "), or one label with vtkImageThreshold first.");
+    }
+  }
+
   void WarnOfNothing(const Block& block, const std::string& what) const
   {
     vtkWarningWithObjectMacro(
@@ -240,13 +263,13 @@ vtkPolyData* vtkVDBSurfaceFilter::GetPolyDataOutput()
 
 int vtkVDBSurfaceFilter::FillInputPortInformation(int, vtkInformation* info)
 {
-  return surfsynth::AcceptBlocks(info, Types);
+  return surfsynth::AcceptBlocks(info, ImageOrSurfaceToSurface);
 }
 
 int vtkVDBSurfaceFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  return surfsynth::RequestBlocks(this, inputVector, outputVector, Types);
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, ImageOrSurfaceToSurface);
 }
 
 int vtkVDBSurfaceFilter::RequestUpdateExtent(vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
@@ -266,7 +289,7 @@ int vtkVDBSurfaceFilter::RequestData(
   const auto work = [this](const Block& block, const surfsynth::Progress& progress) {
     this->Impl->Process(block, progress);
   };
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, Types, work);
+  return surfsynth::ProcessBlocks(this, inputVector, outputVector, ImageOrSurfaceToSurface, work);
 }
 
 double vtkVDBSurfaceFilter::GetEffectiveIsoValue() const { return this->Impl->EffectiveIsoValue; }

@@ -1,27 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMaternNoiseFilter.h"
 
-#include "BlockCache.h"
-#include "NoiseArrays.h"
+#include "CoarseSurfaces.h"
+#include "FilterSupport.h"
+#include "RandomFields.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Noise/MaternField.h"
 
-#include <vtkDataObject.h>
-#include <vtkDoubleArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 using surfsynth::MaternField;
 using surfsynth::MaternFieldOptions;
@@ -32,7 +29,7 @@ vtkStandardNewMacro(vtkMaternNoiseFilter);
 namespace
 {
 /// Returns true when two sets of options share operators, factor and eigenpairs.
-bool SameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
+bool HaveSameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
 {
   return a.Model == b.Model && a.Mode == b.Mode && a.CorrelationRange == b.CorrelationRange &&
     a.Screening == b.Screening && a.NormalizedScreening == b.NormalizedScreening &&
@@ -57,12 +54,8 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   return options;
 }
 
-/// Field on one mesh.
-struct PreparedBlock
-{
-  MaternFieldOptions Options;
-  std::unique_ptr<MaternField> Field;
-};
+/// Ratio of the correlation range to the longest side of the surface above which a warning is given.
+constexpr double LongestRange = 5.0;
 } // namespace
 
 /// Random fields of the last update, and their results.
@@ -76,39 +69,56 @@ public:
   void Begin()
   {
     this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
-    this->Blocks.Begin();
+    this->Fields.Begin();
   }
 
-  void AddNoise(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  const MaternField* Find(const Surface& surface) { return this->Fields.Find(surface, this->Options()); }
+
+  void AddField(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     const surfsynth::SampleRequest request = this->Request(surface);
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
-    const MaternField* cached = this->Find(surface);
-    const double begin = cached ? 0.0 : factored;
-    const MaternField& field = cached ? *cached : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
-    this->Sample(field, request, output, surfsynth::SubProgress(progress, begin, 1.0));
+    const MaternField* held = this->Find(surface);
+    const double begin = held ? 0.0 : factored;
+    const MaternField& field = held ? *held : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
+    const auto draw = [&](const surfsynth::SampleDestination& destination) {
+      field.SampleInto(request, destination, surfsynth::SubProgress(progress, begin, 1.0));
+    };
+    surfsynth::AddSamples(this->Series(), draw, output);
     this->EffectiveScreening = field.EffectiveScreening();
     this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
     this->Gamma = field.Gamma();
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
-  /// Finds the field of this block from an earlier update with the same mesh and options; null otherwise.
-  const MaternField* Find(const Surface& surface)
+  surfsynth::SampleSeries Series() const
   {
-    const auto isCurrent = [options = this->Options()](
-                             const PreparedBlock& held) { return SameFactor(held.Options, options); };
-    const PreparedBlock* found = this->Blocks.Find(surface, isCurrent);
-    return found ? found->Field.get() : nullptr;
+    return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
+      this->Self->NumberOfComponents, this->Self->MemoryLimit, this->Self->ActiveResult };
   }
 
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  /// Puts the refined input into @p refined; false when the input is to be taken as it is.
+  bool Refine(vtkInformationVector* input, vtkInformationVector* refined) const
+  {
+    const bool hasScale = this->Self->NoiseModel == MATERN || this->Self->NoiseModel == SPECTRAL;
+    if (!this->Self->Refinement || !hasScale || this->Self->ScaleMode != CORRELATION_RANGE)
+    {
+      return false;
+    }
+    vtkNew<vtkInformation> information;
+    information->Copy(input->GetInformationObject(0));
+    information->Set(vtkDataObject::DATA_OBJECT(),
+      surfsynth::RefineCoarseSurfaces(vtkDataObject::GetData(input), this->Self->CorrelationRange));
+    refined->Append(information);
+    return true;
+  }
+
+  surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
   double Gamma = 0.0;
   double RelativeResidual = 0.0;
-  vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
   /// Options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
@@ -143,28 +153,18 @@ private:
 
   surfsynth::SampleRequest Request(const Surface& surface) const
   {
-    const int samples = this->Self->NumberOfSamples - surface.Part.Index;
-    surfsynth::SampleRequest request;
-    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    request.FirstSample = static_cast<std::uint32_t>(this->Self->FirstSample) +
-      static_cast<std::uint32_t>(surface.Part.Index);
-    request.SampleStep = static_cast<std::uint32_t>(surface.Part.Count);
-    request.NumberOfSamples = static_cast<std::uint32_t>((samples + surface.Part.Count - 1) / surface.Part.Count);
+    auto request = surfsynth::RequestPart<surfsynth::SampleRequest>(this->Series(), surface);
     request.NumberOfComponents = static_cast<std::uint32_t>(this->Self->NumberOfComponents);
-    request.Stream = surface.FlatIndex;
     request.Scale = this->Scale();
     return request;
   }
 
   const MaternField& Build(const Surface& surface, const surfsynth::Progress& progress)
   {
-    this->Blocks.Drop(surface);
-    PreparedBlock prepared;
-    prepared.Options = this->Options();
-    prepared.Field = std::make_unique<MaternField>(surface.Mesh, *surface.Topology, prepared.Options, progress);
-    ++this->NumberOfFactorizations;
-    this->WarnOfLongEdges(*prepared.Field, surface);
-    return *this->Blocks.Insert(surface, std::move(prepared)).Field;
+    const MaternField& field = this->Fields.Build(surface, this->Options(), progress);
+    this->WarnOfLongEdges(field, surface);
+    this->WarnOfLongRange(field, surface);
+    return field;
   }
 
   void WarnOfLongEdges(const MaternField& field, const Surface& surface) const
@@ -172,28 +172,29 @@ private:
     const double range = field.EffectiveCorrelationRange();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
-      vtkWarningWithObjectMacro(this->Self,
-        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The longest edge is " << field.LongestEdge()
-        << ", more than a third of the correlation range " << range
-        << ": the mesh is too coarse to carry the field. Refine it with vtkAdaptiveSubdivisionFilter or choose a range "
-           "of at least "
-        << 3.0 * field.LongestEdge() << ".");
+      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ")
+                                            << "The longest edge is " << field.LongestEdge()
+                                            << ", more than a third of the correlation range " << range
+                                            << ": the mesh is too coarse to carry the field. Switch Refinement on, "
+                                               "refine it with vtkAdaptiveSubdivisionFilter, or choose a range "
+                                               "of at least "
+                                            << 3.0 * field.LongestEdge() << ".");
     }
   }
 
-  void Sample(const MaternField& field, const surfsynth::SampleRequest& request, vtkPolyData* output,
-    const surfsynth::Progress& progress) const
+  /// A range of several times the surface is mostly one in other units: the field is then nearly constant.
+  void WarnOfLongRange(const MaternField& field, const Surface& surface) const
   {
-    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
-    const auto newArray = [&](std::uint32_t sample) {
-      const int components = static_cast<int>(request.NumberOfComponents);
-      arrays.push_back(surfsynth::NewNoiseArray(
-        surfsynth::SampleName(this->Self->OutputArrayName, this->Self->NumberOfSamples, sample),
-        output->GetNumberOfPoints(), components));
-      return arrays.back()->GetPointer(0);
-    };
-    field.SampleInto(request, newArray, progress);
-    surfsynth::AddNoiseArrays(arrays, output);
+    const double range = field.EffectiveCorrelationRange();
+    const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
+    if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
+    {
+      vtkWarningWithObjectMacro(this->Self,
+        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The correlation range " << range << " is "
+        << range / side << " times the longest side of the surface, " << side
+        << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
+        << side << ".");
+    }
   }
 
   vtkMaternNoiseFilter* Self;
@@ -207,12 +208,7 @@ vtkMaternNoiseFilter::~vtkMaternNoiseFilter() = default;
 
 void vtkMaternNoiseFilter::SetOutputArrayName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->OutputArrayName != wanted)
-  {
-    this->OutputArrayName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->OutputArrayName, name);
 }
 
 int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
@@ -223,35 +219,17 @@ int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
 int vtkMaternNoiseFilter::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
-  {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
-    return 0;
-  }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequireSurfaces(this, inputVector)
+    ? this->Superclass::RequestDataObject(request, inputVector, outputVector)
+    : 0;
 }
 
 int vtkMaternNoiseFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (this->OutputArrayName.empty())
-  {
-    vtkErrorMacro("OutputArrayName is empty; a name for the point array is needed.");
-    vtkDataObject::GetData(outputVector)->Initialize();
-    return 0;
-  }
-  this->Impl->Begin();
-  const auto addNoise = [this](const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress) {
-    this->Impl->AddNoise(surface, output, progress);
-  };
-  const auto isCached = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
-  const int success = surfsynth::ProcessSurfaces(
-    this, inputVector, outputVector, surfsynth::MeshRequirements(), addNoise, isCached, this->NumberOfSamples);
-  if (success && !this->GetAbortExecute())
-  {
-    this->Impl->Blocks.DropUnused();
-  }
-  return success;
+  vtkNew<vtkInformationVector> refined;
+  vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
+  return surfsynth::ProcessRandomFields(this, &inputs, outputVector, this->Impl->Series(), *this->Impl);
 }
 
 double vtkMaternNoiseFilter::GetEffectiveScreening() const { return this->Impl->EffectiveScreening; }
@@ -262,7 +240,10 @@ double vtkMaternNoiseFilter::GetGamma() const { return this->Impl->Gamma; }
 
 double vtkMaternNoiseFilter::GetRelativeResidual() const { return this->Impl->RelativeResidual; }
 
-vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const { return this->Impl->NumberOfFactorizations; }
+vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const
+{
+  return this->Impl->Fields.NumberOfFactorizations();
+}
 
 void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -278,6 +259,9 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
   os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "Refinement: " << this->Refinement << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";

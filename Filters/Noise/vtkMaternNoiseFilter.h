@@ -20,7 +20,8 @@
  * @par Output
  * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
  * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
- * than 1. Points that no polygon or strip uses get 0.
+ * than 1. Points that no polygon or strip uses get 0. The first of them becomes the active scalars and, with three
+ * components, the active vectors, which vtkWarpVector takes, where the input has none.
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
@@ -181,6 +182,37 @@ public:
 
   ///@{
   /**
+   * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
+   * samples than fit are an error before the work begins; the message names a number that fits.
+   */
+  vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
+  vtkGetMacro(MemoryLimit, int);
+  ///@}
+
+  ///@{
+  /**
+   * Refinement of surfaces that are too coarse for the correlation range: where an edge is longer than a third of it, triangles
+   * are divided at midpoints of edges (vtkAdaptiveSubdivisionFilter) until no edge is longer than a quarter. The output is
+   * then the refined surface, of triangles, with the arrays of the input interpolated. Used in CORRELATION_RANGE mode by
+   * MATERN and SPECTRAL noise. Default off.
+   */
+  vtkSetMacro(Refinement, bool);
+  vtkGetMacro(Refinement, bool);
+  vtkBooleanMacro(Refinement, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
+   * scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "MaternNoise".
    */
   void SetOutputArrayName(const char* name);
@@ -235,6 +267,9 @@ private:
   int NumberOfComponents = 1;
   int NumberOfSamples = 1;
   int FirstSample = 0;
+  int MemoryLimit = 0;
+  bool Refinement = false;
+  bool ActiveResult = false;
   std::string OutputArrayName = "MaternNoise";
 
   class Internals;

@@ -2,6 +2,7 @@
 #include "PredictionArrays.h"
 
 #include "NewArray.h"
+#include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Operators/SurfaceOperators.h"
@@ -207,9 +208,9 @@ void AddPredictionArrays(const EvaluatedSurface& evaluated, const PoissonNetPred
   {
     AddClassNames(model, names.ClassNames, output);
   }
-  if ((atPoints || atCells) && !attributes->GetScalars())
+  if (atPoints || atCells)
   {
-    attributes->SetActiveScalars((isClassifier ? names.Label : names.Prediction).c_str());
+    SetActiveWhereNone(attributes, (isClassifier ? names.Label : names.Prediction).c_str());
   }
 }
 

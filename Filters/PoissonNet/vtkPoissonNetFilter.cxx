@@ -3,6 +3,7 @@
 
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "FilterSupport.h"
 #include "NetworkInput.h"
 #include "PredictionArrays.h"
 #include "SurfaceBridge.h"
@@ -47,7 +48,7 @@ std::string Described(const surfsynth::PoissonNetModel& model)
 }
 
 /// Network on one mesh. The operators outlive a change of the model.
-struct PreparedBlock
+struct PreparedNetwork
 {
   surfsynth::InputNormalization Normalization = surfsynth::InputNormalization::None;
   surfsynth::MeshNormalization Coordinates;
@@ -87,7 +88,7 @@ public:
     // Errors of the input are reported before the operators, which take long, are assembled.
     const surfsynth::PoissonNetInput input = surfsynth::MakeNetworkInput(
       *this->Model, this->Request(), output, used, coordinates);
-    PreparedBlock* prepared = this->Find(surface);
+    PreparedNetwork* prepared = this->Find(surface);
     const double begin = prepared ? 0.0 : 0.3;
     if (!prepared)
     {
@@ -101,14 +102,14 @@ public:
   }
 
   /// Finds the data of this block from an earlier update with the same mesh and normalisation; null otherwise.
-  PreparedBlock* Find(const Surface& surface)
+  PreparedNetwork* Find(const Surface& surface)
   {
-    PreparedBlock* found = this->Blocks.Find(surface);
+    PreparedNetwork* found = this->Blocks.Find(surface);
     return found && found->Normalization == this->Normalization() ? found : nullptr;
   }
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
-  surfsynth::BlockCache<PreparedBlock> Blocks;
+  surfsynth::BlockCache<PreparedNetwork> Blocks;
   surfsynth::FileCache<surfsynth::PoissonNetModel> File{ [](const std::string& path) {
                                                           return surfsynth::ReadPoissonNet(path);
                                                         },
@@ -144,7 +145,7 @@ private:
   }
 
   /// @param mesh the points of @p surface that triangles use.
-  PreparedBlock& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
+  PreparedNetwork& Build(const Surface& surface, const surfsynth::TriangleMesh& mesh,
     const surfsynth::MeshNormalization& coordinates, const surfsynth::Progress& progress)
   {
     this->Blocks.Drop(surface);
@@ -156,7 +157,7 @@ private:
       own = surfsynth::RequireValidMesh(mesh, surfsynth::PoissonNetEvaluator::Requirements());
     }
     const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
-    PreparedBlock prepared;
+    PreparedNetwork prepared;
     prepared.Normalization = this->Normalization();
     prepared.Coordinates = coordinates;
     const surfsynth::TriangleMesh normalized = surfsynth::Normalized(mesh, coordinates);
@@ -170,7 +171,7 @@ private:
     return this->Blocks.Insert(surface, std::move(prepared));
   }
 
-  const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedBlock& prepared) const
+  const surfsynth::PoissonNetEvaluator& EvaluatorOf(PreparedNetwork& prepared) const
   {
     if (prepared.Model != this->Model)
     {
@@ -190,31 +191,36 @@ vtkPoissonNetFilter::vtkPoissonNetFilter()
 
 vtkPoissonNetFilter::~vtkPoissonNetFilter() = default;
 
-void vtkPoissonNetFilter::SetText(std::string& property, const char* text)
+void vtkPoissonNetFilter::SetModelFileName(const char* name) { surfsynth::SetString(this, this->ModelFileName, name); }
+
+void vtkPoissonNetFilter::SetConditionArrayName(const char* name)
 {
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->ConditionArrayName, name);
 }
 
-void vtkPoissonNetFilter::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
+void vtkPoissonNetFilter::SetSignalArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SignalArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetConditionArrayName(const char* name) { this->SetText(this->ConditionArrayName, name); }
+void vtkPoissonNetFilter::SetPredictionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->PredictionArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
+void vtkPoissonNetFilter::SetLabelArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->LabelArrayName, name);
+}
 
-void vtkPoissonNetFilter::SetPredictionArrayName(const char* name) { this->SetText(this->PredictionArrayName, name); }
-
-void vtkPoissonNetFilter::SetLabelArrayName(const char* name) { this->SetText(this->LabelArrayName, name); }
-
-void vtkPoissonNetFilter::SetClassNamesArrayName(const char* name) { this->SetText(this->ClassNamesArrayName, name); }
+void vtkPoissonNetFilter::SetClassNamesArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->ClassNamesArrayName, name);
+}
 
 void vtkPoissonNetFilter::SetDisplacementArrayName(const char* name)
 {
-  this->SetText(this->DisplacementArrayName, name);
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
 }
 
 void vtkPoissonNetFilter::SetNumberOfConditions(int number)
@@ -251,9 +257,8 @@ int vtkPoissonNetFilter::FillInputPortInformation(int, vtkInformation* info) { r
 int vtkPoissonNetFilter::RequestDataObject(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!vtkDataObject::GetData(inputVector[0]))
+  if (!surfsynth::RequireSurfaces(this, inputVector))
   {
-    vtkErrorMacro("There is no input; a vtkPolyData or a composite dataset of them is needed.");
     return 0;
   }
   return this->Superclass::RequestDataObject(request, inputVector, outputVector);

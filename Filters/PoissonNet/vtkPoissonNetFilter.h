@@ -215,8 +215,6 @@ private:
   vtkPoissonNetFilter(const vtkPoissonNetFilter&) = delete;
   void operator=(const vtkPoissonNetFilter&) = delete;
 
-  void SetText(std::string& property, const char* text);
-
   std::string ModelFileName;
   int InputNormalization = MODEL;
   std::vector<double> Conditions;

@@ -2,8 +2,10 @@
 #include "vtkEnsembleMetrics.h"
 
 #include "EnsembleReading.h"
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 
@@ -13,7 +15,6 @@
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
@@ -21,6 +22,7 @@
 
 #include <vector>
 
+using surfsynth::AddColumn;
 using surfsynth::Ensemble;
 using surfsynth::EnsembleMetrics;
 
@@ -28,18 +30,6 @@ vtkStandardNewMacro(vtkEnsembleMetrics);
 
 namespace
 {
-template <typename Array, typename Values>
-void AddColumn(vtkTable* table, const char* name, const Values& values)
-{
-  vtkNew<Array> column;
-  column->SetName(name);
-  for (const auto& value : values)
-  {
-    column->InsertNextValue(value);
-  }
-  table->AddColumn(column);
-}
-
 void FillMetrics(vtkTable* table, const EnsembleMetrics& metrics)
 {
   const auto add = [table](const char* name, double value) {
@@ -152,15 +142,7 @@ vtkEnsembleMetrics::vtkEnsembleMetrics()
 
 vtkEnsembleMetrics::~vtkEnsembleMetrics() = default;
 
-void vtkEnsembleMetrics::SetArrayName(const char* name)
-{
-  const std::string wanted = name ? name : "";
-  if (this->ArrayName != wanted)
-  {
-    this->ArrayName = wanted;
-    this->Modified();
-  }
-}
+void vtkEnsembleMetrics::SetArrayName(const char* name) { surfsynth::SetString(this, this->ArrayName, name); }
 
 int vtkEnsembleMetrics::FillInputPortInformation(int port, vtkInformation* info)
 {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkGeometricTextureDistance.h"
 
+#include "DataObjects.h"
 #include "JointProcessing.h"
-#include "NewArray.h"
 #include "SurfaceBridge.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Statistics/GeometricTextureDistance.h"
@@ -18,6 +19,7 @@
 #include <vtkPolyData.h>
 #include <vtkTable.h>
 
+#include <array>
 #include <string>
 
 using surfsynth::InvalidInput;
@@ -39,14 +41,11 @@ struct Pair
   vtkPolyData* Reference;
 
 private:
-  static vtkPolyData* NotEmpty(vtkPolyData* given)
-  {
-    return given && (given->GetNumberOfPoints() > 0 || given->GetNumberOfCells() > 0) ? given : nullptr;
-  }
+  static vtkPolyData* NotEmpty(vtkPolyData* given) { return surfsynth::IsEmpty(given) ? nullptr : given; }
 };
 
 /// @param name beginning of messages
-TriangleMesh MeshOf(vtkPolyData* given, const std::string& name)
+TriangleMesh ToMesh(vtkPolyData* given, const std::string& name)
 {
   if (!given)
   {
@@ -63,22 +62,20 @@ TriangleMesh MeshOf(vtkPolyData* given, const std::string& name)
 }
 
 template <typename Array, typename Value>
-void AddColumn(vtkTable* table, const char* name, Value value)
+void AddValue(vtkTable* table, const char* name, Value value)
 {
-  auto column = surfsynth::NewArray<Array>(name, 1, 1);
-  column->SetValue(0, value);
-  table->AddColumn(column);
+  surfsynth::AddColumn<Array>(table, name, std::array<Value, 1>{ value });
 }
 
-void FillTable(
+void AddDistance(
   vtkTable* table, const surfsynth::TextureDistance& found, const TriangleMesh& surface, const TriangleMesh& reference)
 {
-  AddColumn<vtkDoubleArray>(table, "Distance", found.Distance);
-  AddColumn<vtkDoubleArray>(table, "StandardError", found.StandardError);
-  AddColumn<vtkDoubleArray>(table, "MeanEdgeLength", found.MeanEdgeLength);
-  AddColumn<vtkDoubleArray>(table, "ReferenceMeanEdgeLength", found.ReferenceMeanEdgeLength);
-  AddColumn<vtkIdTypeArray>(table, "NumberOfTriangles", surface.NumberOfTriangles());
-  AddColumn<vtkIdTypeArray>(table, "NumberOfReferenceTriangles", reference.NumberOfTriangles());
+  AddValue<vtkDoubleArray>(table, "Distance", found.Distance);
+  AddValue<vtkDoubleArray>(table, "StandardError", found.StandardError);
+  AddValue<vtkDoubleArray>(table, "MeanEdgeLength", found.MeanEdgeLength);
+  AddValue<vtkDoubleArray>(table, "ReferenceMeanEdgeLength", found.ReferenceMeanEdgeLength);
+  AddValue<vtkIdTypeArray>(table, "NumberOfTriangles", surface.NumberOfTriangles());
+  AddValue<vtkIdTypeArray>(table, "NumberOfReferenceTriangles", reference.NumberOfTriangles());
 }
 } // namespace
 
@@ -102,15 +99,15 @@ int vtkGeometricTextureDistance::RequestData(
     {
       return;
     }
-    const TriangleMesh surface = MeshOf(pair.Surface, "The surface on port 0");
-    const TriangleMesh reference = MeshOf(pair.Reference, "The reference on port 1");
+    const TriangleMesh surface = ToMesh(pair.Surface, "The surface on port 0");
+    const TriangleMesh reference = ToMesh(pair.Reference, "The reference on port 1");
     surfsynth::GeometricTextureDistanceOptions options;
     options.UnitLength = this->UnitLength;
     options.ReferenceUnitLength = this->ReferenceUnitLength;
     options.Projections = this->NumberOfProjections;
     options.Seed = static_cast<std::uint64_t>(this->Seed);
     const surfsynth::TextureDistance found = surfsynth::CompareGeometricTextures(surface, reference, options, progress);
-    FillTable(vtkTable::GetData(outputVector, 0), found, surface, reference);
+    AddDistance(vtkTable::GetData(outputVector, 0), found, surface, reference);
     this->Distance = found.Distance;
     this->StandardError = found.StandardError;
   };

@@ -7,6 +7,7 @@
 
 #include "Core/Common/Progress.h"
 #include "Learning/Training/ModelTrainer.h"
+#include "Learning/Training/TrainingClock.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>
@@ -29,14 +30,20 @@ public:
   /// Sets learning rate, seed and device to those of the filter.
   void SetSharedOptions(surfsynth::ModelTrainingOptions& options) const;
 
-  /// Shows iteration, loss and remaining time as progress text. @param stage comes before them.
-  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "") const;
+  /// Shows iteration, loss and remaining time as progress text, and keeps the time for EndsEarly(). The run must outlive
+  /// the result. @param stage comes before them.
+  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "");
 
-  /// Gives iterations, device and losses of @p trainer to the filter and its output.
+  /// True when the time budget has ended the training before its last iteration; gives the filter the time to expect for
+  /// the others, and warns of it. @param what is trained, for the warning.
+  bool EndsEarly(const surfsynth::ModelTrainer& trainer, const std::string& what);
+
+  /// Gives iterations, device and losses of @p trainer to the filter and its output; EndsEarly().
   void Finish(const surfsynth::ModelTrainer& trainer);
 
 private:
   vtkModelTrainer* Self;
   vtkTable* Table;
   surfsynth::Progress Progress;
+  surfsynth::TrainingClock Clock{ 0 };
 };

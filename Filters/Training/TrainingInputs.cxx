@@ -17,7 +17,7 @@ namespace surfsynth
 
 namespace
 {
-bool IsEmpty(vtkDataObject* data) { return !data || data->GetNumberOfElements(vtkDataObject::POINT) <= 0; }
+bool HasNoPoints(vtkDataObject* data) { return !data || data->GetNumberOfElements(vtkDataObject::POINT) <= 0; }
 
 /// Brings what is connected to port 1 of @p self to @p time.
 void RequestTime(vtkAlgorithm* self, double time)
@@ -79,7 +79,7 @@ std::optional<SignalDataset> ReadTrainingInputs(
       "; a source and samples of it are needed, or a DatasetFileName.");
   }
   const std::vector<double> times = TimeSteps(inputVector[1]->GetInformationObject(0));
-  if (IsEmpty(sources) && IsEmpty(samples) && times.size() < 2)
+  if (HasNoPoints(sources) && HasNoPoints(samples) && times.size() < 2)
   {
     return {};
   }

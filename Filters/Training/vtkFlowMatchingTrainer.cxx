@@ -9,6 +9,7 @@
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
+#include "Learning/Training/TimeLimit.h"
 
 #include <vtkIndent.h>
 #include <vtkInformation.h>
@@ -77,7 +78,8 @@ public:
     }
     const surfsynth::Progress progress = surfsynth::SubProgress(run.GetProgress(), ReadingShare, 1.0);
     FlowMatchingTrainingOptions options = this->Options(run);
-    const TrainingFiles files = this->Files(run);
+    const surfsynth::TimeLimit limit(this->Self->GetTimeBudget());
+    TrainingFiles files = this->Files(run);
     double encoded = 0.0;
     if (this->Self->EncoderIterations > 0)
     {
@@ -87,7 +89,11 @@ public:
       this->RequireEncoderOf(files, run);
       const double iterations = this->Self->EncoderIterations;
       encoded = iterations / (iterations + static_cast<double>(options.Iterations));
-      this->TrainEncoder(options, run, surfsynth::SubProgress(progress, 0.0, encoded));
+      if (!this->TrainEncoder(options, run, surfsynth::SubProgress(progress, 0.0, encoded)))
+      {
+        return;
+      }
+      files.TimeBudget = limit.MinutesLeft();
       options.Encoder = *this->EncoderFile.Get(this->EncoderFiles(run).Model); // as a later training reads it
     }
     run.Finish(surfsynth::TrainFlowMatching(*std::exchange(this->Data, std::nullopt), options, files,
@@ -112,7 +118,8 @@ private:
   }
 
   /// Writes an encoder of the surfaces that this training is of, with the recipe of the training that is to use it.
-  void TrainEncoder(const FlowMatchingTrainingOptions& recipe, const Run& run, const surfsynth::Progress& progress)
+  /// @return false when the time budget has ended its training early.
+  bool TrainEncoder(const FlowMatchingTrainingOptions& recipe, Run& run, const surfsynth::Progress& progress)
   {
     if (this->Data->Sources.size() < 2)
     {
@@ -125,14 +132,11 @@ private:
     options.Iterations = this->Self->EncoderIterations;
     options.Milestones.clear(); // they count the iterations of the other training
     options.Eigenfunctions = this->Self->NumberOfEigenfunctions;
-    options.Width = recipe.Width;
-    options.Blocks = recipe.Blocks;
-    options.ComplexLayers = recipe.ComplexLayers;
-    options.InnerProducts = recipe.InnerProducts;
     options.BatchSize = recipe.BatchSize;
     const surfsynth::EncodingTrainer trainer = TrainEncoding(
       *this->Data, options, this->EncoderFiles(run), run.ShowProgress(options.Iterations, "encoder: "), progress);
     this->EncoderLoss = trainer.History().LastMean();
+    return !run.EndsEarly(trainer, "encoder");
   }
 
   FlowMatchingTrainingOptions Options(const Run& run)

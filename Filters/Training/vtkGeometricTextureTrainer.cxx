@@ -31,7 +31,7 @@ vtkStandardNewMacro(vtkGeometricTextureTrainer);
 namespace
 {
 /// @param name of the surface, for messages. All points are kept: those of the levels follow one another.
-TriangleMesh MeshOf(vtkDataObject* data, const std::string& name)
+TriangleMesh ReadLevelMesh(vtkDataObject* data, const std::string& name)
 {
   auto* surface = vtkPolyData::SafeDownCast(data);
   if (!surface)
@@ -49,7 +49,7 @@ TriangleMesh MeshOf(vtkDataObject* data, const std::string& name)
   }
 }
 
-bool IsEmpty(vtkDataObject* data)
+bool IsEmptyLevel(vtkDataObject* data)
 {
   auto* surface = vtkPolyData::SafeDownCast(data);
   return !data || (surface && surface->GetNumberOfPoints() == 0 && surface->GetNumberOfCells() == 0);
@@ -60,9 +60,9 @@ std::vector<TriangleMesh> ReadLevels(vtkDataObject* levels)
 {
   std::vector<TriangleMesh> meshes;
   const auto add = [&](vtkDataObject* data) {
-    if (!IsEmpty(data))
+    if (!IsEmptyLevel(data))
     {
-      meshes.push_back(MeshOf(data, "Level " + std::to_string(meshes.size())));
+      meshes.push_back(ReadLevelMesh(data, "Level " + std::to_string(meshes.size())));
     }
   };
   auto* tree = vtkDataObjectTree::SafeDownCast(levels);
@@ -125,9 +125,9 @@ private:
     MultiscaleDataset dataset;
     dataset.Levels = ReadLevels(levels);
     vtkDataObject* start = vtkDataObject::GetData(inputVector[1]);
-    if (!dataset.Levels.empty() && !IsEmpty(start))
+    if (!dataset.Levels.empty() && !IsEmptyLevel(start))
     {
-      dataset.Template = MeshOf(start, "The template");
+      dataset.Template = ReadLevelMesh(start, "The template");
     }
     return dataset;
   }

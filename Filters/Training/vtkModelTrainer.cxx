@@ -1,46 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkModelTrainer.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
+#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Learning/Training/TrainingClock.h"
 
 #include <vtkDoubleArray.h>
 #include <vtkIdTypeArray.h>
 #include <vtkIndent.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkTable.h>
+
+#include <string>
+#include <vector>
 
 namespace
 {
-template <typename Array>
-void AddColumn(vtkTable* table, const surfsynth::LossHistory& history, std::size_t column)
-{
-  vtkNew<Array> array;
-  array->SetName(history.Columns()[column].c_str());
-  array->SetNumberOfTuples(static_cast<vtkIdType>(history.Size()));
-  for (std::size_t k = 0; k < history.Size(); ++k)
-  {
-    array->SetValue(static_cast<vtkIdType>(k), static_cast<typename Array::ValueType>(history.Row(k)[column]));
-  }
-  table->AddColumn(array);
-}
-
 /// Whole numbers as vtkIdType, all others as float64.
-void FillTable(vtkTable* table, const surfsynth::LossHistory& history)
+void AddLosses(vtkTable* table, const surfsynth::LossHistory& history)
 {
   for (std::size_t column = 0; column < history.Columns().size(); ++column)
   {
+    const std::string& name = history.Columns()[column];
+    const std::vector<double> values = history.Column(name);
     if (column < history.NumberOfCounts())
     {
-      AddColumn<vtkIdTypeArray>(table, history, column);
+      surfsynth::AddColumn<vtkIdTypeArray>(table, name.c_str(), std::vector<vtkIdType>(values.begin(), values.end()));
     }
     else
     {
-      AddColumn<vtkDoubleArray>(table, history, column);
+      surfsynth::AddColumn<vtkDoubleArray>(table, name.c_str(), values);
     }
   }
 }
@@ -65,6 +59,7 @@ surfsynth::TrainingFiles vtkModelTrainer::Run::Files() const
   files.LossTable = self.LossTableFileName;
   files.CheckpointInterval = self.CheckpointInterval;
   files.Resume = self.Resume;
+  files.TimeBudget = self.TimeBudget;
   files.Inputs = { self.DatasetFileName };
   return files;
 }
@@ -76,36 +71,49 @@ void vtkModelTrainer::Run::SetSharedOptions(surfsynth::ModelTrainingOptions& opt
   options.Device = static_cast<surfsynth::TrainingDevice>(this->Self->Device);
 }
 
-surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(std::int64_t iterations, const std::string& stage) const
+surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(std::int64_t iterations, const std::string& stage)
 {
-  return [self = this->Self, clock = surfsynth::TrainingClock(iterations), stage](
-           const surfsynth::LossHistory& history) mutable {
-    clock.Add(history);
-    self->SetProgressText((stage + clock.Describe()).c_str());
+  this->Clock = surfsynth::TrainingClock(iterations);
+  return [this, stage](const surfsynth::LossHistory& history) {
+    this->Clock.Add(history);
+    this->Self->SetProgressText((stage + this->Clock.Describe()).c_str());
     return true;
   };
+}
+
+bool vtkModelTrainer::Run::EndsEarly(const surfsynth::ModelTrainer& trainer, const std::string& what)
+{
+  if (trainer.Iteration() >= trainer.Iterations())
+  {
+    return false;
+  }
+  const double seconds = this->Clock.SecondsLeft();
+  this->Self->RemainingTime = seconds / 60.0;
+  const std::string expected = seconds > 0.0
+    ? " The other iterations take about " + surfsynth::FormatDuration(seconds) + "."
+    : "";
+  vtkWarningWithObjectMacro(this->Self,
+    "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended the training of the "
+                         << what << " after iteration " << trainer.Iteration() << " of " << trainer.Iterations() << "."
+                         << expected << " The file of the " << what
+                         << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
+                            "0 for no limit, trains longer.");
+  return true;
 }
 
 void vtkModelTrainer::Run::Finish(const surfsynth::ModelTrainer& trainer)
 {
   this->Self->NumberOfIterationsDone = trainer.Iteration();
   this->Self->DeviceInUse = trainer.DeviceName();
-  FillTable(this->Table, trainer.History());
+  AddLosses(this->Table, trainer.History());
+  this->EndsEarly(trainer, "model");
 }
 
 vtkModelTrainer::vtkModelTrainer() = default;
 
 vtkModelTrainer::~vtkModelTrainer() = default;
 
-void vtkModelTrainer::SetText(std::string& property, const char* text)
-{
-  const std::string wanted = text ? text : "";
-  if (property != wanted)
-  {
-    property = wanted;
-    this->Modified();
-  }
-}
+void vtkModelTrainer::SetText(std::string& property, const char* text) { surfsynth::SetString(this, property, text); }
 
 void vtkModelTrainer::SetModelFileName(const char* name) { this->SetText(this->ModelFileName, name); }
 
@@ -117,6 +125,8 @@ void vtkModelTrainer::SetDatasetFileName(const char* name) { this->SetText(this-
 
 vtkTypeInt64 vtkModelTrainer::GetNumberOfIterationsDone() const { return this->NumberOfIterationsDone; }
 
+double vtkModelTrainer::GetRemainingTime() const { return this->RemainingTime; }
+
 const char* vtkModelTrainer::GetDeviceInUse() const { return this->DeviceInUse.c_str(); }
 
 void vtkModelTrainer::ReadInputs(vtkInformationVector**) {}
@@ -125,6 +135,7 @@ int vtkModelTrainer::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   this->NumberOfIterationsDone = 0;
+  this->RemainingTime = 0.0;
   this->DeviceInUse.clear();
   this->ReadInputs(inputVector);
   const auto train = [&](const surfsynth::Progress& progress) {
@@ -144,10 +155,12 @@ void vtkModelTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LossTableFileName: " << this->LossTableFileName << "\n";
   os << indent << "CheckpointInterval: " << this->CheckpointInterval << "\n";
   os << indent << "Resume: " << this->Resume << "\n";
+  os << indent << "TimeBudget: " << this->TimeBudget << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "LearningRate: " << this->LearningRate << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "Device: " << this->Device << "\n";
   os << indent << "NumberOfIterationsDone: " << this->NumberOfIterationsDone << "\n";
+  os << indent << "RemainingTime: " << this->RemainingTime << "\n";
   os << indent << "DeviceInUse: " << this->DeviceInUse << "\n";
 }

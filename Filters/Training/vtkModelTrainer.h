@@ -22,7 +22,7 @@
  *
  * @par Progress
  * The progress text says the iteration, the loss and the remaining time. An aborted update writes its files within one
- * iteration and gives an empty table.
+ * iteration and gives an empty table. ParaView before 6.2 cannot abort an update: give it a TimeBudget there.
  *
  * @par Errors
  * One error and an empty table for: no input, or no model file name; an option out of its range; CUDA asked for and
@@ -99,6 +99,17 @@ public:
 
   ///@{
   /**
+   * Time budget of an update in minutes, at least 0; 0 for no limit. When it is used up, after one iteration at least, the
+   * files are written as at the end, the output has the losses so far, and a warning says the time that the other
+   * iterations take; the next update goes on from there. A short budget measures that time. With a budget the number of
+   * iterations of an update depends on the machine; the iterations themselves do not. Default 0.
+   */
+  vtkSetClampMacro(TimeBudget, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(TimeBudget, double);
+  ///@}
+
+  ///@{
+  /**
    * Path of a dataset file that is trained on in place of the inputs. Dataset files are in safetensors format. Default
    * "": none.
    */
@@ -142,6 +153,12 @@ public:
   vtkTypeInt64 GetNumberOfIterationsDone() const;
 
   /**
+   * Estimated time in minutes of the iterations that the TimeBudget left out of the last update; 0 when there are none, or
+   * fewer than two were done.
+   */
+  double GetRemainingTime() const;
+
+  /**
    * Device of the last update, "CPU" or "CUDA"; empty when there was none.
    */
   const char* GetDeviceInUse() const;
@@ -176,12 +193,14 @@ private:
   std::string LossTableFileName;
   int CheckpointInterval = 500;
   bool Resume = true;
+  double TimeBudget = 0.0;
   std::string DatasetFileName;
   double LearningRate = 5e-4;
   int Seed = 0;
   int Device = AUTO;
 
   vtkTypeInt64 NumberOfIterationsDone = 0;
+  double RemainingTime = 0.0;
   std::string DeviceInUse;
 };
 

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMultiscaleMeshFitter.h"
 
+#include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/MultiscaleMeshFitter.h"
+#include "Learning/Training/TrainingClock.h"
 
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
@@ -40,7 +43,7 @@ surfsynth::MeshRequirements RequirementsOfReference()
 }
 
 /// The triangles of @p surface and the points that they use.
-TriangleMesh MeshOf(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
+TriangleMesh MeshOfUsedPoints(vtkPolyData* surface, const surfsynth::MeshRequirements& requirements)
 {
   const TriangleMesh mesh = surfsynth::ToSurface(surface, requirements).Mesh;
   return surfsynth::UsedPoints(mesh).Compact(mesh);
@@ -87,17 +90,37 @@ public:
     {
       return;
     }
-    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(
-      MeshOf(reference, RequirementsOfReference()), this->Options(vtkPolyData::GetData(inputVector[1])), progress);
+    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
+      this->Options(vtkPolyData::GetData(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
     }
+    this->WarnOfTime(fit);
     FillLevels(fit, vtkMultiBlockDataSet::GetData(outputVector, 0));
     surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
   }
 
 private:
+  void WarnOfTime(const MultiscaleFit& fit) const
+  {
+    std::string done;
+    bool early = false;
+    for (const std::int64_t iterations : fit.Iterations)
+    {
+      done += (done.empty() ? "" : ", ") + std::to_string(iterations);
+      early = early || iterations < this->Self->Iterations;
+    }
+    if (early)
+    {
+      vtkWarningWithObjectMacro(this->Self,
+        "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended levels before their "
+                             << this->Self->Iterations << " iterations; done at each level: " << done
+                             << ". All of them take about " << surfsynth::FormatDuration(fit.SecondsForAll)
+                             << ". A larger TimeBudget, or 0 for no limit, fits closer.");
+    }
+  }
+
   MultiscaleFitOptions Options(vtkPolyData* given) const
   {
     const vtkMultiscaleMeshFitter& self = *this->Self;
@@ -113,6 +136,7 @@ private:
     options.LearningRateDecay = self.LearningRateDecay;
     options.Samples = self.Samples;
     options.PublishedNormals = self.PublishedNormals;
+    options.TimeBudget = self.TimeBudget;
     options.Seed = static_cast<std::uint64_t>(self.Seed);
     if (self.Template == GIVEN)
     {
@@ -131,7 +155,7 @@ private:
   {
     try
     {
-      return MeshOf(given, surfsynth::GeometricTextureSampler::Requirements());
+      return MeshOfUsedPoints(given, surfsynth::GeometricTextureSampler::Requirements());
     }
     catch (const surfsynth::InvalidInput& error)
     {
@@ -152,12 +176,7 @@ vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
 
 void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 {
-  const std::string wanted = name ? name : "";
-  if (this->DatasetFileName != wanted)
-  {
-    this->DatasetFileName = wanted;
-    this->Modified();
-  }
+  surfsynth::SetString(this, this->DatasetFileName, name);
 }
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
@@ -199,5 +218,6 @@ void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Samples: " << this->Samples << "\n";
   os << indent << "PublishedNormals: " << this->PublishedNormals << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "TimeBudget: " << this->TimeBudget << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
 }

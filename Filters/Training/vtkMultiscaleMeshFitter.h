@@ -27,7 +27,8 @@
  * Iterations x NumberOfLevels x (TriangulationSteps + ChamferSteps) steps, each over all vertices and Samples x
  * (level + 1) samples: with the defaults a few minutes. The recipe of the paper, 3000 iterations with a LearningRate of
  * 1e-4 and a LearningRateDecay of 1, takes ten times as long. The same seed gives the same meshes on the same machine
- * with the same number of threads.
+ * with the same number of threads, unless the TimeBudget ends a level. ParaView before 6.2 cannot abort an update: give it a
+ * TimeBudget there.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkIsotropicRemeshFilter
  */
@@ -162,6 +163,17 @@ public:
 
   ///@{
   /**
+   * Time budget of an update in minutes, at least 0; 0 for no limit. Each level has its share of it, in which the learning
+   * rate falls as it would over all iterations; a level that it ends before its last iteration is coarser, and a warning
+   * says how many iterations were done and the time that all of them take. With a budget that ends a level the meshes
+   * depend on the speed of the machine. Default 0.
+   */
+  vtkSetClampMacro(TimeBudget, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(TimeBudget, double);
+  ///@}
+
+  ///@{
+  /**
    * Path of a dataset file that levels and template are written to, in safetensors format, for training without VTK.
    * Default "": none.
    */
@@ -204,6 +216,7 @@ private:
   int Samples = 3000;
   bool PublishedNormals = false;
   int Seed = 0;
+  double TimeBudget = 0.0;
   std::string DatasetFileName;
 };
 

@@ -45,16 +45,6 @@ const char* PickleKind(const unsigned char* bytes)
   return bytes[0] == 0x80 && bytes[1] >= 2 && bytes[1] <= 5 ? "a pickle" : nullptr;
 }
 
-std::string FormatShape(const std::vector<std::int64_t>& shape)
-{
-  std::string text = "[";
-  for (const std::int64_t extent : shape)
-  {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
-  }
-  return text + "]";
-}
-
 /// Rule 7. The offsets are those of the data; messages give the end of the header as the place.
 void CheckLayout(
   const std::string& file, const SafetensorsHeader& header, std::uint64_t dataStart, std::uint64_t dataSize)
@@ -103,6 +93,16 @@ void CheckLayout(
   }
 }
 } // namespace
+
+std::string FormatShape(const std::vector<std::int64_t>& shape)
+{
+  std::string text = "[";
+  for (const std::int64_t extent : shape)
+  {
+    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
+  }
+  return text + "]";
+}
 
 void ThrowFormatError(const std::string& file, std::uint64_t offset, SafetensorsRule rule, const std::string& found,
   const std::string& expected)

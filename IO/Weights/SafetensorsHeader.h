@@ -26,6 +26,9 @@ struct TensorEntry
   std::int64_t NumberOfElements() const;
 };
 
+/// Formats the shape of a tensor for messages: "[2, 3]".
+std::string FormatShape(const std::vector<std::int64_t>& shape);
+
 /// Rules of the format, numbered as in messages.
 enum class SafetensorsRule
 {

@@ -18,6 +18,7 @@ FILTERS = (
     (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues"}),
+    ("Filters/Ensembles/vtkEnsembleLayoutFilter.h", "Wrapping/ParaView/EnsembleLayout.xml", 6, 0, set()),
     ("Filters/Statistics/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones"}),
@@ -40,6 +41,22 @@ FILTERS = (
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
     ("Filters/PoissonNet/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
 )
+#: Defaults of ParaView that are not those of the classes, by class and property.
+DEFAULTS_OF_PARAVIEW = {
+    # first results that show something on coarse sources, on data with scalars and on scans
+    ("vtkMaternNoiseFilter", "Refinement"): "1",
+    ("vtkMaternNoiseFilter", "ActiveResult"): "1",
+    ("vtkGaussianMixtureFilter", "ActiveResult"): "1",
+    ("vtkPoseEnsembleFilter", "Spread"): "1.25",
+    ("vtkGeometricTextureSynthesizer", "StartLevel"): "1",
+    ("vtkGeometricTextureSynthesizer", "TargetPreparation"): "2",
+    ("vtkGeometricTextureSynthesizer", "TextureScale"): "0",
+    # the window is frozen during an update
+    ("vtkModelTrainer", "TimeBudget"): "2",
+    ("vtkFlowMatchingTrainer", "TimeBudget"): "2",
+    ("vtkGeometricTextureTrainer", "TimeBudget"): "2",
+    ("vtkMultiscaleMeshFitter", "TimeBudget"): "2",
+}
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
@@ -100,6 +117,7 @@ def check(headers, xml, at_least_settable, at_least_readable, inherited, left_ou
         element = properties.pop(name, None)
         assert element is not None, f"{name} is in {header} and not in {xml}"
         assert element.get("command") == "Set" + name
+        default = DEFAULTS_OF_PARAVIEW.get((proxy.get("class"), name), default)
         same_default = element.get("default_values") == default or (
             not element.tag.startswith("String") and float(element.get("default_values")) == float(default))
         assert same_default, f"{name}: default {element.get('default_values')}, {default} in the header"

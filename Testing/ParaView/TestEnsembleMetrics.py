@@ -4,7 +4,7 @@
 import surfaces
 from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
-from proxies import check_properties, made_by, source_of
+from proxies import check_properties, errors_of, made_by, source_of
 from surfacesynthesis import vtkEnsembleMetrics
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
@@ -80,15 +80,7 @@ def the_source_may_be_given_and_taken_away():
 
 def errors_are_reported_once():
     made = metrics_of(balls(0.0), surfaces.ball(size=5))
-    made.UpdateVTKObjects()
-    errors = []
-
-    def note(_caller, _event, text):
-        errors.append(text)
-
-    note.CallDataType = "string0"
-    made.GetClientSideObject().AddObserver("ErrorEvent", note)
-    made.UpdatePipeline()
+    errors = errors_of(made)
     assert len(errors) == 1 and "one triangulation" in errors[0], errors
 
 

@@ -6,8 +6,8 @@ import sys
 
 import numpy as np
 import surfaces
-from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from proxies import check_properties, output_of, source_of
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
@@ -25,21 +25,10 @@ PROPERTIES = {
     "Seed": (0, -7, -7),
     "NumberOfSamples": (1, 3, 3),
     "FirstSample": (0, 5, 5),
+    "MemoryLimit": (0, 500, 500),
     "NumberOfComponents": (1, 3, 3),
     "OutputArrayName": ("MaternNoise", "Bumps", "Bumps"),
 }
-
-
-def source_of(mesh):
-    source = TrivialProducer()
-    source.GetClientSideObject().SetOutput(mesh)
-    source.MarkModified(None)
-    return source
-
-
-def output_of(proxy):
-    proxy.UpdatePipeline()
-    return servermanager.Fetch(proxy)
 
 
 def proxy_gives_what_the_class_gives():
@@ -70,24 +59,8 @@ def every_model_and_mode_gives_what_the_class_gives():
     assert len(found) == 9, "three modes of two models, and one of the three others"
 
 
-def defaults_are_those_of_the_class():
-    made = MaternNoise(Input=source_of(surfaces.ball()))
-    assert set(PROPERTIES) | {"Input"} <= set(made.ListProperties())
-    for name, (default, _, _) in PROPERTIES.items():
-        if default is not None:
-            found = getattr(made, name)
-            assert found == default, f"{name} is {found}"
-
-
-def properties_reach_the_class():
-    made = MaternNoise(Input=source_of(surfaces.ball()))
-    for name, (default, other, expected) in PROPERTIES.items():
-        assert other != default
-        setattr(made, name, other)
-        made.UpdateVTKObjects()
-        found = getattr(made.GetClientSideObject(), "Get" + name)()
-        assert found == expected, f"{name} is {found} in the class, expected {expected}"
-        assert getattr(made, name) == other, f"{name} is {getattr(made, name)} in the proxy"
+def properties_have_the_defaults_of_the_class_and_reach_it():
+    check_properties(MaternNoise(Input=source_of(surfaces.ball())), PROPERTIES)
 
 
 def range_comes_from_the_bounds():
@@ -215,8 +188,7 @@ def numbers_are_those_of_the_baseline():
 surfaces.run(
     proxy_gives_what_the_class_gives,
     every_model_and_mode_gives_what_the_class_gives,
-    defaults_are_those_of_the_class,
-    properties_reach_the_class,
+    properties_have_the_defaults_of_the_class_and_reach_it,
     range_comes_from_the_bounds,
     range_without_bounds_is_taken_from_the_input_later,
     information_is_shown,

@@ -16,6 +16,7 @@ SAMPLER = {
     "ModelFileName": ("", "net.safetensors", "net.safetensors"),
     "Seed": (0, 7, 7),
     "FirstSample": (0, 2, 2),
+    "MemoryLimit": (0, 500, 500),
     "NumberOfSamples": (1, 3, 3),
     "NumberOfSteps": (20, 5, 5),
     "Integrator": ("Midpoint", "Runge-Kutta 4", vtkFlowMatchingSampler.RUNGE_KUTTA_4),

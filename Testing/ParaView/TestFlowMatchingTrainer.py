@@ -8,7 +8,7 @@ import os
 import surfaces
 from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
-from proxies import check_properties, source_of
+from proxies import TRAINING_PROPERTIES, check_properties, source_of
 from surfacesynthesis import vtkFlowMatchingTrainer
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
@@ -16,12 +16,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 
 # property: (default, another value, what GetX() of the VTK class then returns)
 PROPERTIES = {
-    "ModelFileName": ("", "model.safetensors", "model.safetensors"),
-    "CheckpointFileName": ("", "a.checkpoint", "a.checkpoint"),
-    "LossTableFileName": ("", "a.csv", "a.csv"),
-    "CheckpointInterval": (500, 20, 20),
-    "Resume": (1, 0, False),
-    "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
+    **TRAINING_PROPERTIES,
     "SignalArrayName": ("", "Heat", "Heat"),
     "EncoderFileName": ("", "encoder.safetensors", "encoder.safetensors"),
     "EncoderIterations": (0, 300, 300),
@@ -38,13 +33,11 @@ PROPERTIES = {
     "Iterations": (20000, 30, 30),
     "BatchSize": (8, 4, 4),
     "SourcesPerBatch": (1, 2, 2),
-    "LearningRate": (5e-4, 1e-3, 1e-3),
     "LearningRateFactor": (0.2, 0.5, 0.5),
     "GradientClip": (1.0, 0.0, 0.0),
     "VertexWeight": (1.0, 0.5, 0.5),
     "JacobianWeight": (1.0, 0.25, 0.25),
     "WeightAveraging": (0.0, 0.9, 0.9),
-    "Seed": (0, 7, 7),
     "Device": ("Auto", "CUDA", vtkFlowMatchingTrainer.CUDA),
 }
 TINY = {"Width": 8, "Blocks": 2, "ComplexLayers": 2, "BatchSize": 2, "Iterations": 5}

@@ -5,7 +5,7 @@ import numpy as np
 import surfaces
 from paraview import servermanager
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
-from proxies import check_properties, made_by, output_of, source_of
+from proxies import TRAINING_PROPERTIES, check_properties, made_by, output_of, source_of
 from surfacesynthesis import (
     vtkGeometricTextureDistance,
     vtkGeometricTextureSynthesizer,
@@ -59,17 +59,11 @@ FITTER = {
     "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
 }
 TRAINER = {
-    "ModelFileName": ("", "model.safetensors", "model.safetensors"),
-    "CheckpointFileName": ("", "a.checkpoint", "a.checkpoint"),
-    "LossTableFileName": ("", "a.csv", "a.csv"),
-    "CheckpointInterval": (500, 20, 20),
-    "Resume": (1, 0, False),
-    "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
+    **TRAINING_PROPERTIES,
     "TextureName": ("texture", "bark", "bark"),
     "IterationsPerLevel": (2000, 2, 2),
     "DiscriminatorSteps": (2, 1, 1),
     "GeneratorSteps": (3, 1, 1),
-    "LearningRate": (5e-4, 1e-3, 1e-3),
     "LearningRateInterval": (500, 5, 5),
     "LearningRateFactor": (0.5, 0.25, 0.25),
     "PenaltyWeight": (0.1, 0.0, 0.0),
@@ -79,7 +73,6 @@ TRAINER = {
     "MinimumChannels": (32, 4, 4),
     "MaximumChannels": (128, 8, 8),
     "NoiseAmplitude": (0.1, 0.2, 0.2),
-    "Seed": (0, 7, 7),
     "Device": ("Auto", "CUDA", vtkGeometricTextureTrainer.CUDA),
 }
 FIT = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 3, "Samples": 100}

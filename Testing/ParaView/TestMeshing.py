@@ -4,7 +4,7 @@
 import numpy as np
 import surfaces
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
-from proxies import check_properties, made_by, output_of, source_of
+from proxies import check_properties, errors_of, made_by, output_of, source_of
 from surfacesynthesis import vtkTetrahedralizeFilter, vtkTopologyReport
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
@@ -17,6 +17,7 @@ TETRAHEDRALIZE = {
     "MinimumDihedralAngle": (0.0, 5.0, 5.0),
     "MaximumVolume": (0.0, 0.5, 0.5),
     "TargetEdgeLength": (0.0, 0.25, 0.25),
+    "MaximumNumberOfTetrahedra": (10000000, 1000, 1000),
     "PreserveSurface": (1, 0, False),
     "InnerSurfaces": ("Regions", "Holes", 1),
     "SurfaceTriangles": (0, 1, True),
@@ -72,15 +73,7 @@ def blocks_are_filled_one_by_one():
 
 def errors_are_reported_once():
     made = TetrahedralizeSurface(Input=source_of(surfaces.fin()))
-    made.UpdateVTKObjects()
-    errors = []
-
-    def note(_caller, _event, text):
-        errors.append(text)
-
-    note.CallDataType = "string0"
-    made.GetClientSideObject().AddObserver("ErrorEvent", note)
-    made.UpdatePipeline()
+    errors = errors_of(made)
     assert len(errors) == 1 and "boundary edge" in errors[0], errors
 
 

@@ -3,7 +3,7 @@
 
 import surfaces
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
-from proxies import check_properties, output_of, source_of
+from proxies import check_properties, made_by, output_of, source_of
 from surfacesynthesis import vtkPoseEnsembleFilter
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
@@ -13,6 +13,7 @@ PROPERTIES = {
     "Seed": (0, 7, 7),
     "NumberOfSamples": (12, 3, 3),
     "FirstSample": (0, 2, 2),
+    "MemoryLimit": (0, 500, 500),
     "NumberOfHandles": (6, 4, 4),
     "MaximumAngle": (60.0, 30.0, 30.0),
     "MaximumTwist": (20.0, 5.0, 5.0),
@@ -29,12 +30,8 @@ QUICK = {"NumberOfSamples": 2, "NumberOfHandles": 2, "NumberOfIterations": 5, "M
 
 def poses_of_the_class(mesh, template=None):
     algorithm = vtkPoseEnsembleFilter()
-    algorithm.SetInputDataObject(mesh)
     algorithm.SetTemplateData(template)
-    for name, value in QUICK.items():
-        getattr(algorithm, "Set" + name)(value)
-    algorithm.Update()
-    return algorithm.GetOutputDataObject(0)
+    return made_by(algorithm, mesh, **QUICK)
 
 
 def assert_same_poses(found, expected):

@@ -12,9 +12,9 @@ import re
 import subprocess
 import sys
 
+from rank_parameters import FITTED, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, TEXTURED
+
 TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
-SAMPLES = 7
-RANGE = 24.0  # world units of the armadillo
 WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
 NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
                  "trained", "textured", "textured_blocks", "template_textured", "fitted", "texture_trained",
@@ -24,13 +24,6 @@ SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank
 CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
          "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
          "texture_trained_in_pieces", "textures_compared_in_pieces")
-MIXTURES = {"NumberOfCenters": 2, "Seed": 5, "NumberOfSamples": 2}
-GENERATED = {"ModelFileName": "mixture.safetensors", "Seed": 5, "NumberOfSteps": 2}
-POSES = {"NumberOfSamples": 3, "NumberOfHandles": 2, "NumberOfIterations": 5, "MaximumAngle": 30.0}
-TRAINING = {"SignalArrayName": "Mixture", "Width": 8, "Blocks": 1, "ComplexLayers": 1, "BatchSize": 2, "Iterations": 2}
-TEXTURED = {"ModelFileName": "texture.safetensors", "Seed": 5}
-FITTED = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 2, "Samples": 50, "LearningRate": 1e-4}
-TEXTURE_TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "MinimumChannels": 4, "MaximumChannels": 4}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -43,7 +36,7 @@ def write_surfaces():
 
     whole = surfaces.armadillo()
     surfaces.write(whole, "whole.vtp")
-    expected = surfaces.noise(whole, CorrelationRange=RANGE, NumberOfSamples=SAMPLES, Seed=11)
+    expected = surfaces.noise(whole, **NOISE)
     np.save("whole.npy", np.stack([surfaces.array(expected, f"MaternNoise_{k}") for k in range(SAMPLES)]))
 
     write_ensembles(surfaces, whole)
@@ -202,257 +195,12 @@ def write_pieces(surfaces, pieces, name):
 # ----------------------------------------------------------------------------------------------------------------------
 # One case in pvbatch. The script runs on the first rank, the pipeline on all.
 def run_case(case):
-    import numpy as np
-    import surfaces
-    from paraview import servermanager
-    from paraview import simple as pv
+    import rank_cases
 
-    if not hasattr(pv, "MaternNoise"):
-        pv.LoadPlugin(surfaces.plugin(), remote=False, ns=vars(pv))
-    ranks = servermanager.vtkProcessModule.GetProcessModule().GetNumberOfLocalPartitions()
+    ranks = rank_cases.number_of_ranks()
     assert ranks == int(os.environ["SURFACE_SYNTHESIS_RANKS"]), f"there are {ranks} ranks"
-    parameters = {"CorrelationRange": RANGE, "NumberOfSamples": SAMPLES, "Seed": 11}
-    whole = np.load("whole.npy")
-
-    def update(proxy):
-        proxy.UpdatePipeline()
-        return servermanager.Fetch(proxy)
-
-    def count_of_ranks_with_cells(proxy):
-        ids = update(pv.ProcessIdScalars(Input=proxy))
-        return len(np.unique(surfaces.array(ids, "ProcessId")))
-
-    def compare_with_whole(found, points=None):
-        points = surfaces.array(found, "SerialPoint") if points is None else points
-        for k in range(SAMPLES):
-            surfaces.assert_same(surfaces.array(found, f"MaternNoise_{k}"), whole[k][points], f"{case}, sample {k}")
-
-    if case == "one_rank":
-        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
-        assert count_of_ranks_with_cells(reader) == 1
-        made = pv.MaternNoise(Input=reader, **parameters)
-        compare_with_whole(update(made), np.arange(whole.shape[1]))
-        for first, count in ((0, 1), (2, 5)):  # again, with fewer samples than ranks, and with others
-            made.FirstSample, made.NumberOfSamples = first, count
-            found = update(made)
-            for k in range(first, first + count):
-                name = f"MaternNoise_{k}" if count > 1 else "MaternNoise"
-                surfaces.assert_same(surfaces.array(found, name), whole[k], f"{case}, sample {k} of {count}")
-    elif case == "blocks":
-        made = pv.MaternNoise(Input=pv.XMLMultiBlockDataReader(FileName=["blocks.vtm"]), CorrelationRange=1.5, Seed=11)
-        made.UpdatePipeline()
-        pv.SaveData(f"found_blocks_{ranks}.vtm", proxy=made)
-        found = read_blocks(f"found_blocks_{ranks}.vtm")
-        for k in (0, 1, 2, 4):
-            surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
-    elif case in ("distributed", "empty_rank"):
-        name = "quarters" if case == "distributed" else "with_empty"
-        reader = pv.XMLPartitionedPolydataReader(FileName=[name + ".pvtp"])
-        assert count_of_ranks_with_cells(reader) == (min(ranks, 4) if case == "distributed" else min(ranks, 3))
-        found = update(pv.MaternNoise(Input=reader, **parameters))
-        points = surfaces.array(found, "SerialPoint")
-        assert set(points) == set(range(whole.shape[1])), "a point is missing"
-        assert found.GetNumberOfCells() == 52000, found.GetNumberOfCells()
-        assert ranks == 1 or len(points) > whole.shape[1], "no point lies on two pieces"
-        compare_with_whole(found)
-    elif case == "redistributed":  # no ids: points on a cut are found by their coordinates
-        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
-        pieces = pv.ExtractSurface(Input=pv.RedistributeDataSet(Input=reader))
-        assert count_of_ranks_with_cells(pieces) == ranks
-        found = update(pv.MaternNoise(Input=pieces, **parameters))
-        places = np.array([found.GetPoint(p) for p in range(found.GetNumberOfPoints())])
-        unique, first, point = np.unique(places, axis=0, return_index=True, return_inverse=True)
-        assert len(unique) == whole.shape[1], (len(unique), whole.shape[1])
-        assert ranks == 1 or len(places) > len(unique), "no point lies on two pieces"
-        fields = np.stack([surfaces.array(found, f"MaternNoise_{k}") for k in range(SAMPLES)])
-        assert (fields == fields[:, first][:, point]).all(), "a seam: one point has two values"
-        deviation = np.sqrt(np.mean(fields[:, first] ** 2))
-        assert 0.85 < deviation < 1.15, f"the standard deviation is {deviation}"
-    elif case == "predicted_points":  # numbers and labels in their own types, and field data, on every piece
-        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
-        expected = np.load("vertices.npz")
-        found = update(pv.PoissonNet(Input=reader, ModelFileName="vertices.safetensors"))
-        points = surfaces.array(found, "SerialPoint")
-        surfaces.assert_same(surfaces.array(found, "Prediction"), expected["values"][points], case)
-        surfaces.assert_same(surfaces.array(found, "Label"), expected["labels"][points], case)
-        found = update(pv.PoissonNet(Input=reader, ModelFileName="global_mean.safetensors"))
-        fields, expected = found.GetFieldData(), np.load("global_mean.npz")
-        assert np.array_equal(surfaces.vtk_to_numpy(fields.GetArray("Prediction"))[0], expected["values"])
-        names = fields.GetAbstractArray("ClassNames")
-        assert [names.GetValue(k) for k in range(3)] == ["arm", "head", "leg"]
-    elif case == "predicted_cells":  # of a surface that lies on one rank
-        reader = pv.XMLPolyDataReader(FileName=["whole.vtp"])
-        found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
-        labels = surfaces.vtk_to_numpy(found.GetCellData().GetArray("Label"))
-        surfaces.assert_same(labels, np.load("faces.npz")["labels"], case)
-    elif case == "mixtures":  # of a surface on one rank, and of one in pieces
-        expected = np.load("mixtures.npy")
-        for reader in (pv.XMLPolyDataReader(FileName=["whole.vtp"]),
-                       pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])):
-            found = update(pv.GaussianMixture(Input=reader, **MIXTURES))
-            points = surfaces.array(found, "SerialPoint") if "SerialPoint" in surfaces.names(found) else slice(None)
-            for k in range(2):
-                surfaces.assert_same(surfaces.array(found, f"Mixture_{k}"), expected[k][points], f"{case}, sample {k}")
-    elif case == "posed":
-        if hasattr(pv, "PoseEnsemble"):
-            found = update(pv.PoseEnsemble(Input=pv.XMLPolyDataReader(FileName=["long.vtp"]), **POSES))
-            for k, points in enumerate(np.load("poses.npy")):
-                posed = surfaces.vtk_to_numpy(sample_in(found, k).GetPoints().GetData())
-                surfaces.assert_same(posed, points, f"{case}, sample {k}")
-    elif case == "posed_in_pieces":
-        if hasattr(pv, "PoseEnsemble"):
-            reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
-            found = update(pv.PoseEnsemble(Input=reader, **POSES))
-            assert ranks == 1 or found.GetNumberOfPoints() == 0, "an error leaves the output empty"
-        else:
-            print("no filter that makes poses is in this plugin")
-    elif case == "generated_samples":  # sample k on rank k mod ranks
-        made = pv.FlowMatchingSampler(
-            Input=pv.XMLPolyDataReader(FileName=["whole.vtp"]), NumberOfSamples=3, **GENERATED)
-        found = update(made)
-        for k, values in enumerate(np.load("generated.npy")):
-            surfaces.assert_same(surfaces.array(sample_in(found, k), "Mixture"), values, f"{case}, sample {k}")
-    elif case == "generated_in_pieces":
-        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
-        found = update(pv.FlowMatchingSampler(Input=reader, **GENERATED))
-        values = np.load("generated.npy")[0][surfaces.array(found, "SerialPoint")]
-        surfaces.assert_same(surfaces.array(found, "Mixture"), values, case)
-    elif case in ("compared", "compared_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ensemble.vtp"]) if case == "compared" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        table = update(pv.EnsembleMetrics(
-            Input=reader, Reference=reader, ArrayName="Mixture" if case == "compared" else "SerialPoint"))
-        expected_rows = 1 if case == "compared" or ranks == 1 else 0
-        assert table.GetNumberOfRows() == expected_rows, table.GetNumberOfRows()
-        assert expected_rows == 0 or table.GetValueByName(0, "MMD").ToDouble() == 0.0
-    elif case in ("trained", "trained_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ensemble.vtp"]) if case == "trained" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        name = f"{case}_{ranks}.safetensors"
-        table = update(pv.FlowMatchingTrainer(
-            Input=reader, Samples=reader, ModelFileName=name, Resume=0, Device="CPU", **TRAINING))
-        trained = case == "trained"
-        assert table.GetNumberOfRows() == (2 if trained else 0), table.GetNumberOfRows()
-        assert os.path.exists(name) == trained
-    elif case in ("textured", "textured_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "textured" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        found = update(pv.GeometricTextureSynthesizer(Input=reader, **TEXTURED))
-        if case == "textured":
-            points = surfaces.vtk_to_numpy(found.GetPoints().GetData())
-            surfaces.assert_same(points, np.load("textured.npy"), case)
-        else:
-            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
-    elif case == "textured_blocks":  # noise depends on the block, not on where it lies
-        readers = [pv.XMLPolyDataReader(FileName=[f"ball{k}.vtp"]) for k in range(2)]
-        made = pv.GeometricTextureSynthesizer(Input=pv.GroupDatasets(Input=readers), **TEXTURED)
-        made.UpdatePipeline()
-        pv.SaveData(f"found_textured_{ranks}.vtm", proxy=made)
-        expected = np.load("textured_blocks.npz")
-        for k, block in enumerate(read_blocks(f"found_textured_{ranks}.vtm")):
-            points = surfaces.vtk_to_numpy(block.GetPoints().GetData())
-            surfaces.assert_same(points, expected[f"arr_{k}"], f"{case}, block {k}")
-    elif case in ("fitted", "fitted_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "fitted" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        made = pv.MultiscaleMeshFitter(Input=reader, **FITTED)
-        found = update(made)
-        if case == "fitted":
-            for k in range(2):
-                points = surfaces.vtk_to_numpy(sample_in(found, k).GetPoints().GetData())
-                # The bits of a fit depend on the threads. At each level a step of Adam moves points by about 1e-4 mean
-                # edges of half a radius, and there are 10.
-                apart = np.abs(points - np.load("fitted.npz")[f"arr_{k}"]).max()
-                assert apart < 2 * (k + 1) * 10 * 0.5e-4, f"{case}, level {k}: {apart}"
-        else:
-            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
-    elif case in ("texture_trained", "texture_trained_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "texture_trained" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        name = f"{case}_{ranks}.safetensors"
-        table = update(
-            pv.GeometricTextureTrainer(Input=reader, ModelFileName=name, Resume=0, Device="CPU", **TEXTURE_TRAINING))
-        trained = case == "texture_trained" or ranks == 1
-        assert table.GetNumberOfRows() == (2 if trained else 0), table.GetNumberOfRows()
-        assert os.path.exists(name) == trained
-    elif case == "template_textured":  # the reference of a training, without input
-        pv.GeometricTextureTrainer(
-            Input=pv.XMLPolyDataReader(FileName=["ball0.vtp"]), ModelFileName=f"template_{ranks}.safetensors", Resume=0,
-            Device="CPU", **TEXTURE_TRAINING).UpdatePipeline()
-        pv.SetActiveSource(None)
-        found = update(pv.GeometricTextureSynthesizer(ModelFileName=f"template_{ranks}.safetensors"))
-        assert found.GetNumberOfPolys() == 432, "one level of the ball, once"
-    elif case in ("textures_compared", "textures_compared_in_pieces"):
-        reader = (pv.XMLPolyDataReader(FileName=["ball0.vtp"]) if case == "textures_compared" else
-                  pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"]))
-        table = update(pv.GeometricTextureDistance(
-            Input=reader, Reference=pv.XMLPolyDataReader(FileName=["ball1.vtp"]), NumberOfProjections=128))
-        expected_rows = 1 if case == "textures_compared" or ranks == 1 else 0
-        assert table.GetNumberOfRows() == expected_rows, table.GetNumberOfRows()
-        if case == "textures_compared":
-            assert table.GetValueByName(0, "Distance").ToDouble() == np.load("distance.npy")
-    elif case == "cells_of_pieces":
-        reader = pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])
-        found = update(pv.PoissonNet(Input=reader, ModelFileName="faces.safetensors"))
-        assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
-    elif case == "bad_piece":
-        found = update(pv.MaternNoise(Input=pv.XMLPartitionedPolydataReader(FileName=["bad.pvtp"]), **parameters))
-        assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
-    elif case == "bad_block":
-        made = pv.MaternNoise(
-            Input=pv.XMLMultiBlockDataReader(FileName=["bad_blocks.vtm"]), CorrelationRange=1.5, Seed=11)
-        made.UpdatePipeline()
-        pv.SaveData(f"found_bad_blocks_{ranks}.vtm", proxy=made)
-        found = read_blocks(f"found_bad_blocks_{ranks}.vtm")
-        for k in (0, 1, 2, 4):
-            surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
-        assert found[3] is None or found[3].GetNumberOfPoints() == 0
-    elif case == "mesh_on_one_rank":  # a filter that makes another mesh works where the surface lies
-        if hasattr(pv, "SurfaceRepair"):
-            found = update(pv.SurfaceRepair(Input=pv.XMLPolyDataReader(FileName=["whole.vtp"])))
-            assert found.GetNumberOfPoints() == whole.shape[1] and found.GetNumberOfCells() == 52000
-    elif case == "mesh_in_pieces":  # and says so when it lies on several
-        if hasattr(pv, "SurfaceRepair"):
-            found = update(pv.SurfaceRepair(Input=pv.XMLPartitionedPolydataReader(FileName=["quarters.pvtp"])))
-            assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
-        else:
-            print("no filter that makes another mesh is in this plugin")
-    else:
-        raise ValueError(case)
+    rank_cases.CASES[case](case, ranks)
     print(f"finished: {case} on {ranks} ranks", flush=True)
-
-
-def read_blocks(path):
-    """The blocks of a file by their place; a block that is cut into pieces fails."""
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-    from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataReader
-
-    reader = vtkXMLMultiBlockDataReader()
-    reader.SetFileName(path)
-    reader.Update()
-    blocks = reader.GetOutputDataObject(0)
-    found = []
-    for k in range(blocks.GetNumberOfBlocks()):
-        block = blocks.GetBlock(k)
-        if block is not None and not block.IsA("vtkPolyData"):
-            pieces = [block.GetPartition(p) if hasattr(block, "GetPartition") else block.GetBlock(p)
-                      for p in range(block.GetNumberOfChildren())]
-            pieces = [piece for piece in pieces if piece is not None and piece.GetNumberOfPoints() > 0]
-            assert len(pieces) <= 1, f"block {k} has {len(pieces)} pieces"
-            block = pieces[0] if pieces else vtkPolyData()
-        found.append(block)
-    return found
-
-
-def sample_in(found, k):
-    """Sample k of an ensemble that was fetched: from several ranks it comes in a block for each of them."""
-    of_ranks = [found.GetBlock(r) for r in range(found.GetNumberOfBlocks())]
-    if not all(block is None or block.IsA("vtkMultiBlockDataSet") for block in of_ranks):
-        of_ranks = [found]
-    samples = [blocks.GetBlock(k) for blocks in of_ranks if blocks is not None and blocks.GetNumberOfBlocks() > k]
-    samples = [sample for sample in samples if sample is not None and sample.GetNumberOfPoints() > 0]
-    assert len(samples) == 1, f"sample {k} lies on {len(samples)} ranks"
-    return samples[0]
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -6,9 +6,11 @@ import subprocess
 import sys
 
 import numpy as np
+import proxies
 import surfaces
-from paraview import servermanager, smstate
+from paraview import smstate
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
+from proxies import check_properties, made_by, output_of
 from surfacesynthesis import vtkVDBSurfaceFilter  # before the first object of it: else Python knows it as its base class
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
 
@@ -47,26 +49,15 @@ def image():
 def expected_surface(data, array=None, **properties):
     """The output of vtkVDBSurfaceFilter used from VTK's Python, without ParaView."""
     made = vtkVDBSurfaceFilter()
-    made.SetInputDataObject(data)
     if array:
         made.SetInputArrayToProcess(0, 0, 0, 0, array)
-    for name, value in properties.items():
-        getattr(made, "Set" + name)(value)
-    made.Update()
-    return made.GetOutputDataObject(0)
+    return made_by(made, data, **properties)
 
 
 def source_of(data):
-    source = TrivialProducer()
-    source.GetClientSideObject().SetOutput(data)
-    source.MarkModified(None)
+    source = proxies.source_of(data)
     source.UpdatePipeline()
     return source
-
-
-def output_of(proxy):
-    proxy.UpdatePipeline()
-    return servermanager.Fetch(proxy)
 
 
 def assert_same_surface(found, expected, what):
@@ -101,23 +92,10 @@ def surfaces_and_blocks_give_what_the_class_gives():
         assert_same_surface(found.GetBlock(block), expected.GetBlock(block), f"block {block}")
 
 
-def defaults_are_those_of_the_class():
+def properties_have_the_defaults_of_the_class_and_reach_it():
     made = VDBSurface(Input=source_of(image()))
-    assert set(PROPERTIES) | {"Input", "Scalars"} <= set(made.ListProperties())
-    for name, (default, _, _) in PROPERTIES.items():
-        if default is not None:
-            assert getattr(made, name) == default, f"{name} is {getattr(made, name)}"
-
-
-def properties_reach_the_class():
-    made = VDBSurface(Input=source_of(image()))
-    for name, (default, other, expected) in PROPERTIES.items():
-        assert other != default
-        setattr(made, name, other)
-        made.UpdateVTKObjects()
-        found = getattr(made.GetClientSideObject(), "Get" + name)()
-        assert found == expected, f"{name} is {found} in the class, expected {expected}"
-        assert getattr(made, name) == other, f"{name} is {getattr(made, name)} in the proxy"
+    assert "Scalars" in made.ListProperties()
+    check_properties(made, PROPERTIES)
 
 
 def the_isovalue_comes_from_the_range_and_is_shown():
@@ -178,8 +156,7 @@ else:
     surfaces.run(
         proxy_gives_what_the_class_gives,
         surfaces_and_blocks_give_what_the_class_gives,
-        defaults_are_those_of_the_class,
-        properties_reach_the_class,
+        properties_have_the_defaults_of_the_class_and_reach_it,
         the_isovalue_comes_from_the_range_and_is_shown,
         write_state,
         states_round_trip_in_another_process,

@@ -15,7 +15,7 @@ import time
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import files_in, icosphere, polydata_of, run_command
+from conftest import files_in, icosphere, polydata_of, read_terminal, run_command
 from surfacesynthesis import matern_noise, read_mesh, write_mesh
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.commands import FORMER_COMMANDS
@@ -308,6 +308,55 @@ def test_interruption_ends_at_once_and_leaves_nothing(number, status, tmp_path):
     assert files_in(tmp_path) == ["in.ply"]
 
 
+_STUCK = """
+import os, signal, sys, time
+from surfacesynthesis.supervision import run_supervised, unfinished_name
+
+def work():
+    path = unfinished_name(".")
+    os.mkdir(path)
+    open(os.path.join(path, "half"), "w").close()
+    open(unfinished_name(".", ".part"), "w").close()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # as a library that does not ask whether to stop
+    print("working", flush=True)
+    time.sleep(60)
+
+sys.exit(run_supervised(work, lambda text: print(text, file=sys.stderr)))
+"""
+
+
+@pytest.mark.parametrize(
+    "number, status, text", [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, 143, "terminated\n")]
+)
+def test_a_command_that_does_not_stop_is_ended_and_its_unfinished_files_go(number, status, text, tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", _STUCK], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == "working\n"
+        assert len(files_in(tmp_path)) == 2
+        process.send_signal(number)
+        started = time.monotonic()
+        out, err = process.communicate(timeout=60)
+        assert time.monotonic() - started < 5
+    assert (process.returncode, out, err) == (status, "", text)
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    "work, status, text",
+    [("7", 7, ""), ("sys.exit(3)", 3, ""), ("os.kill(os.getpid(), 9)", 137, "SIGKILL, as a rule because the memory")],
+)
+def test_the_status_of_a_command_is_passed_on(work, status, text, tmp_path):
+    script = f"""
+import os, sys
+from surfacesynthesis.supervision import run_supervised
+sys.exit(run_supervised(lambda: {work}, lambda text: print(text, file=sys.stderr)))
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == status and text in done.stderr and bool(text) == bool(done.stderr)
+
+
 # -- progress ----------------------------------------------------------------------------------------------------------
 
 
@@ -316,17 +365,8 @@ def on_terminal(command, folder):
     ours, theirs = pty.openpty()
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=theirs) as process:
         os.close(theirs)
-        text = b""
-        while True:
-            try:
-                data = os.read(ours, 4096)
-            except OSError:  # the other side was closed
-                break
-            if not data:
-                break
-            text += data
+        text = read_terminal(ours)
         process.communicate(timeout=60)
-    os.close(ours)
     assert process.returncode == 0
     return text.decode()
 

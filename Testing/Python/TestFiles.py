@@ -1,24 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfacesynthesis.read_mesh() and write_mesh()."""
 
+import base64
+import contextlib
 import errno
+import json
 import os
+import re
 import struct
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
 from conftest import add_array, files_in, polydata_of
-from surfacesynthesis import FormatError, SurfaceSynthesisError, read_mesh, write_mesh
+from surfacesynthesis import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning, read_mesh, write_mesh
 from surfacesynthesis.files.polygons import PolygonMesh, from_polydata, to_polydata
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkStripper
-from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLWriter
+from vtkmodules.vtkIOGeometry import vtkGLTFReader, vtkOBJReader, vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
 
-SURFACE_FORMATS = (".stl", ".ply", ".obj", ".off", ".vtp", ".vtk")
+SURFACE_FORMATS = (".stl", ".ply", ".obj", ".off", ".vtp", ".vtk", ".glb", ".gltf")
+TRIANGLES_ONLY = (".stl", ".glb", ".gltf")  # in single precision
 
 
 def points_of(mesh):
@@ -63,20 +69,21 @@ def test_shape_survives_every_format(kind, sphere, tmp_path):
     assert type(result) is vtkPolyData
     assert result.GetNumberOfPoints() == sphere.GetNumberOfPoints(), "vertices are not shared"
     assert result.GetNumberOfPolys() == sphere.GetNumberOfPolys()
-    if kind != ".stl":  # which has single precision
+    if kind not in TRIANGLES_ONLY:
         assert np.array_equal(points_of(result), points_of(sphere))
     assert polygons_of(result) == polygons_of(sphere)
     assert files_in(tmp_path) == [path.name]
 
 
-@pytest.mark.parametrize("kind", [".ply", ".vtp", ".vtk"])
+@pytest.mark.parametrize("kind", [".ply", ".vtp", ".vtk", ".glb", ".gltf"])
 def test_point_arrays_survive(kind, sphere, tmp_path):
     add_array(sphere.GetPointData(), "vectors", np.arange(3.0 * sphere.GetNumberOfPoints()).reshape(-1, 3) / 7)
     write_mesh(sphere, tmp_path / f"surface{kind}")
     data = read_mesh(tmp_path / f"surface{kind}").GetPointData()
+    single = (lambda values: values.astype(np.float32)) if kind in TRIANGLES_ONLY else np.asarray
     expected = vtk_to_numpy(sphere.GetPointData().GetArray("height"))
-    assert np.array_equal(vtk_to_numpy(data.GetArray("height")), expected)
-    vectors = vtk_to_numpy(sphere.GetPointData().GetArray("vectors"))
+    assert np.array_equal(vtk_to_numpy(data.GetArray("height")), single(expected))
+    vectors = single(vtk_to_numpy(sphere.GetPointData().GetArray("vectors")))
     if kind == ".ply":  # components are properties of their own
         found = np.stack([vtk_to_numpy(data.GetArray(f"vectors_{k}")) for k in range(3)], axis=1)
     else:
@@ -89,8 +96,8 @@ def test_polygons_survive_or_are_triangulated(kind, quads, tmp_path):
     write_mesh(quads, tmp_path / f"cube{kind}")
     result = read_mesh(tmp_path / f"cube{kind}")
     assert result.GetNumberOfPoints() == 11
-    assert result.GetNumberOfPolys() == (13 if kind == ".stl" else 7)
-    if kind != ".stl":
+    assert result.GetNumberOfPolys() == (13 if kind in TRIANGLES_ONLY else 7)
+    if kind not in TRIANGLES_ONLY:
         assert polygons_of(result) == polygons_of(quads)
 
 
@@ -232,6 +239,61 @@ def test_obj_dialects(tmp_path):
     assert ids.tolist() == [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
 
 
+TEXTURED = (
+    "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0.5\nvt 0 1\nvn 0 0 2\nvn 0 1 0\n"
+    "f 1/1/1 2/2/1 3/3/1\nf 1/4/1 3/-3/2 4/5/1\n"
+)
+
+
+def test_textures_normals_and_colors_of_obj_files_are_kept(tmp_path):
+    with pytest.warns(SurfaceSynthesisWarning, match="1 of 4 points lie on seams of the texture; .* seams='split'"):
+        mesh = read_text(tmp_path, "t.obj", TEXTURED)
+    data = mesh.GetPointData()
+    assert mesh.GetNumberOfPoints() == 4
+    assert vtk_to_numpy(data.GetTCoords()).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1]]
+    assert vtk_to_numpy(data.GetArray("RGB")).tolist() == [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]
+    slanted = np.array([0, 1, 2]) / np.sqrt(5)  # the mean of both
+    assert np.allclose(vtk_to_numpy(data.GetNormals()), [[0, 0, 1], [0, 0, 1], slanted, [0, 0, 1]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        split = read_mesh(tmp_path / "t.obj", seams="split")
+    assert points_of(split).tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]]
+    assert vtk_to_numpy(split.GetPointData().GetTCoords()).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0]]
+    assert vtk_to_numpy(split.GetPointData().GetArray("RGB"))[4].tolist() == [255, 0, 0]
+    assert vtk_to_numpy(split.GetPolys().GetConnectivityArray()).tolist() == [0, 1, 2, 4, 2, 3]
+    with pytest.raises(ValueError, match="seams is 'both'; one of join, split"):
+        read_mesh(tmp_path / "t.obj", seams="both")
+
+
+@pytest.mark.parametrize("kind", [".obj", ".ply", ".glb", ".gltf"])
+def test_textures_normals_and_colors_survive(kind, tmp_path):
+    (tmp_path / "t.obj").write_text(TEXTURED)
+    mesh = read_mesh(tmp_path / "t.obj", seams="split")
+    write_mesh(mesh, tmp_path / f"again{kind}")
+    again = read_mesh(tmp_path / f"again{kind}")
+    assert polygons_of(again) == polygons_of(mesh)
+    for name in ("TCoords", "Normals", "RGB"):
+        expected, found = (vtk_to_numpy(item.GetPointData().GetArray(name)) for item in (mesh, again))
+        assert np.allclose(found, expected, atol=1e-6), name
+    reader = vtkOBJReader()
+    if kind == ".obj":
+        reader.SetFileName(str(tmp_path / "again.obj"))
+        reader.Update()
+        assert polygons_of(reader.GetOutput()) == polygons_of(mesh)
+        assert reader.GetOutput().GetPointData().GetTCoords() and reader.GetOutput().GetPointData().GetNormals()
+
+
+@pytest.mark.parametrize(
+    "form", ["1 2 3", "1/1 2/1 3/2", "1//1 2//1 3//1", "1/1/1 2/1/1 3/2/1", "1/1 2//1 3", "-3/-2 -2/1 -1/2"]
+)
+def test_forms_of_obj_faces(form, tmp_path):
+    mesh = read_text(tmp_path, "t.obj", VERTICES + "vt 0 0\nvt 1 0\nvn 0 0 1\nf " + form + "\n")
+    assert vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).tolist() == [0, 1, 2]
+    assert (mesh.GetPointData().GetTCoords() is not None) == bool(re.search(r"\d/-?\d", form))
+    assert (mesh.GetPointData().GetNormals() is not None) == bool(re.search(r"/\d?/", form))
+
+
 VERTICES = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
 
@@ -250,6 +312,11 @@ VERTICES = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
         (VERTICES + "f 1 2 x\n", "t.obj:4: 'x' is not a number"),
         (VERTICES + "f 1 2 2.5\n", "t.obj:4: a face names point 2.5"),
         (VERTICES + "f 1 2 nan\n", "t.obj:4: a face names point nan"),
+        (VERTICES + "f 1 2 3\nf 1/1 2/1 3/1\n", "t.obj:5: a face names texture coordinate 1; the file has 0"),
+        (VERTICES + "vt 0 0\nf 1/1 2/1 3/-2\n", "t.obj:5: a face names texture coordinate -2; the file has 1"),
+        (VERTICES + "vn 0 0 1\nf 1//1 2//1 3//1.5\n", "t.obj:5: a face names normal 1.5; the file has 1"),
+        (VERTICES + "vn 0 0\nf 1//1 2//1 3//1\n", "t.obj:4: a normal has 2 numbers instead of 3"),
+        (VERTICES + "f 1/x 2/1 3/1\n", "t.obj:4: 'x' is not a number"),
     ],
 )
 def test_malformed_obj(text, words, tmp_path):
@@ -281,6 +348,69 @@ def test_ply_text_with_further_properties_and_elements(tmp_path):
     assert vtk_to_numpy(cells.GetConnectivityArray()).tolist() == [0, 2, 1, 0, 1, 2, 3]
     assert vtk_to_numpy(mesh.GetPointData().GetArray("RGB")).tolist()[1] == [4, 5, 6]
     assert vtk_to_numpy(mesh.GetPointData().GetArray("quality")).tolist() == [0.5, 1.5, 2.5, 3.5]
+    assert vtk_to_numpy(mesh.GetCellData().GetArray("area")).tolist() == [0.5, 0.5]
+    assert vtk_to_numpy(mesh.GetCellData().GetArray("flags")).tolist() == [7, 7]
+
+
+PLY_OF_VTK = {
+    "a list of vertices": (
+        ply(faces=1, more="property list uchar int near\n"), "0 0 0 2 5 6\n1 0 0 0\n0 1 0 0\n0 0 1 1 9\n3 0 1 2\n",
+    ),
+    "a word that is not known": (ply(faces=1).replace("comment", "author"), TETRAHEDRON + "3 0 1 2\n"),
+    "uint": (ply(faces=1).replace("uchar int", "uint uint"), TETRAHEDRON + "3 0 1 2\n"),
+    "int32": (ply(faces=1).replace("uchar int", "uint8 int32"), TETRAHEDRON + "3 0 1 2\n"),
+    "ids as float": (ply(faces=1).replace("uchar int", "uchar float"), TETRAHEDRON + "3 0 1 2\n"),
+    "obj_info": (ply(faces=1).replace("comment", "obj_info"), TETRAHEDRON + "3 0 1 2\n"),
+    "colors of faces": (
+        ply(faces=1).replace("end_header", "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header"),
+        TETRAHEDRON + "3 0 1 2 10 20 30\n",
+    ),
+    "other elements": (
+        ply(faces=1).replace("end_header", "element edge 1\nproperty int a\nend_header"), TETRAHEDRON + "3 0 1 2\n7\n",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PLY_OF_VTK)
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_ply_files_that_vtk_reads_are_read(name, line_end, tmp_path):
+    text = "".join(PLY_OF_VTK[name]).replace("\n", line_end)
+    mesh = read_text(tmp_path, "t.ply", text)
+    reader = vtkPLYReader()
+    reader.SetFileName(str(tmp_path / "t.ply"))
+    reader.Update()
+    expected = reader.GetOutput()
+    assert polygons_of(mesh) == polygons_of(expected)
+    assert (mesh.GetNumberOfPoints(), mesh.GetNumberOfPolys()) == (4, 1)
+    for data, wanted in ((mesh.GetCellData(), expected.GetCellData()), (mesh.GetPointData(), expected.GetPointData())):
+        for k in range(wanted.GetNumberOfArrays()):
+            values = vtk_to_numpy(wanted.GetArray(k))
+            assert (vtk_to_numpy(data.GetArray(wanted.GetArrayName(k))) == values).all(), wanted.GetArrayName(k)
+
+
+def test_binary_ply_with_a_list_of_vertices(tmp_path):
+    header = ply("binary_little_endian", 3, 1, "property list uchar int near\nproperty uchar level\n")
+    rows = [
+        struct.pack("<ffdB2iB", 0, 0, 0, 2, 7, 8, 1),
+        struct.pack("<ffdBB", 1, 0, 0, 0, 2),
+        struct.pack("<ffdBiB", 0, 1, 0, 1, 9, 3),
+    ]
+    mesh = read_text(tmp_path, "t.ply", header.encode() + b"".join(rows) + struct.pack("<B3i", 3, 0, 1, 2))
+    assert points_of(mesh).tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert vtk_to_numpy(mesh.GetPointData().GetArray("level")).tolist() == [1, 2, 3]
+    with pytest.raises(FormatError, match="ends within the 100000000000000000 elements 'vertex'|no size"):
+        read_text(tmp_path, "t.ply", ply("binary_little_endian", 10**17, 1, "property list uchar int near\n").encode())
+
+
+def test_texture_coordinates_of_ply_files(tmp_path):
+    header = ply(faces=2).replace("vertex_indices\n", "vertex_indices\nproperty list uchar float texcoord\n")
+    text = header + TETRAHEDRON + "3 0 1 2 6 0 0 1 0 0 1\n3 0 2 3 6 0 0 0.5 1 1 1\n"
+    with pytest.warns(SurfaceSynthesisWarning, match="1 of 4 points lie on seams"):
+        mesh = read_text(tmp_path, "t.ply", text)
+    assert vtk_to_numpy(mesh.GetPointData().GetTCoords()).tolist() == [[0, 0], [1, 0], [0, 1], [1, 1]]
+    assert read_mesh(tmp_path / "t.ply", seams="split").GetNumberOfPoints() == 5
+    text = ply(faces=0, more="property float s\nproperty float t\n") + TETRAHEDRON.replace("\n", " 0.25 0.75\n")
+    assert vtk_to_numpy(read_text(tmp_path, "t.ply", text).GetPointData().GetTCoords()).tolist() == 4 * [[0.25, 0.75]]
 
 
 @pytest.mark.parametrize("order, form", [("<", "binary_little_endian"), (">", "binary_big_endian")])
@@ -328,6 +458,138 @@ def test_malformed_ply(text, words, tmp_path):
     with pytest.raises(FormatError) as caught:
         read_text(tmp_path, "t.ply", text)
     assert words in str(caught.value)
+
+
+def gltf(**changes):
+    """A glTF document of one triangle, twice in the scene; changes: {"accessors.0.count": 4} and the like."""
+    points, ids = np.eye(3, dtype=np.float32), np.array([0, 1, 2, 0], dtype=np.uint16)
+    data = points.tobytes() + ids.tobytes()
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 2]}],
+        "nodes": [
+            {"children": [1], "translation": [10, 0, 0]},
+            {"mesh": 0, "rotation": [0, 0, 0.5**0.5, 0.5**0.5], "scale": [2, 1, 1]},
+            {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]},
+        ],
+        "meshes": [{"name": "corner", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8}],
+        "buffers": [{"byteLength": 44, "uri": "data:;base64," + base64.b64encode(data).decode()}],
+    }  # fmt: skip
+    for path, value in changes.items():
+        *keys, last = [int(key) if key.isdigit() else key for key in path.split(".")]
+        item = document
+        for key in keys:
+            item = item[key]
+        item[last] = value
+    return json.dumps(document)
+
+
+def test_gltf_scenes(tmp_path):
+    blocks = read_text(tmp_path, "t.gltf", gltf())
+    assert type(blocks) is vtkMultiBlockDataSet and blocks.GetNumberOfBlocks() == 2
+    assert blocks.GetMetaData(1).Get(vtkMultiBlockDataSet.NAME()) == "corner"
+    # twice as long along x, a quarter turn about z, moved by 10
+    assert np.allclose(points_of(blocks.GetBlock(0)), [[10, 2, 0], [9, 0, 0], [10, 0, 1]], atol=1e-6)
+    # mirrored: triangles keep their outer side
+    assert np.allclose(points_of(blocks.GetBlock(1)), [[-1, 0, 5], [0, 1, 5], [0, 0, 6]])
+    assert vtk_to_numpy(blocks.GetBlock(1).GetPolys().GetConnectivityArray()).tolist() == [2, 1, 0]
+    reader = vtkGLTFReader()
+    reader.SetFileName(str(tmp_path / "t.gltf"))
+    reader.Update()
+    bounds = [0.0] * 6
+    reader.GetOutput().GetBounds(bounds)
+    expected = [0.0] * 6
+    blocks.GetBounds(expected)
+    assert np.allclose(bounds, expected, atol=1e-6)
+    for mode, ids in ((5, [[0, 1, 2], [1, 2, 0][::-1]]), (6, [[0, 1, 2], [0, 2, 0]])):
+        changes = {"scene": 0, "scenes.0.nodes": [2], "nodes.2": {"mesh": 0}, "accessors.1.count": 4}
+        mesh = read_text(tmp_path, "t.gltf", gltf(**changes, **{"meshes.0.primitives.0.mode": mode}))
+        found = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        assert sorted(map(set, found.tolist()), key=len) == sorted(map(set, ids), key=len)
+        assert found[0].tolist() == [0, 1, 2]
+
+
+def test_gltf_with_its_buffer_in_a_file(tmp_path):
+    (tmp_path / "b.bin").write_bytes(np.eye(3, dtype=np.float32).tobytes() + np.arange(4, dtype=np.uint16).tobytes())
+    mesh = read_text(tmp_path, "t.gltf", gltf(**{"buffers.0.uri": "b.bin", "scenes.0.nodes": [2]}))
+    assert mesh.GetNumberOfPoints() == 3
+    os.remove(tmp_path / "b.bin")
+    os.mkfifo(tmp_path / "b.bin")
+    with pytest.raises(FormatError, match="b.bin with a buffer is missing, or no regular file"):
+        read_mesh(tmp_path / "t.gltf")
+
+
+BAD_GLTF = [
+    ({"accessors.0.count": 10**9}, "1000000000 values do not lie within their buffer"),
+    ({"accessors.1.count": 10**6}, "1000000 values do not lie"),
+    ({"accessors.0.count": 0}, "0 values do not lie"),
+    ({"accessors.0.count": -3}, "the count '-3' is no size"),
+    ({"accessors.0.count": 1e300}, "the count '1e.300' is no size"),
+    ({"accessors.0.count": True}, "the count 'True' is no size"),
+    ({"accessors.0.type": "MAT4"}, "values that are sparse, compressed, matrices"),
+    ({"accessors.0.sparse": {}}, "values that are sparse"),
+    ({"accessors.1.bufferView": 0}, "the indices of a part of a mesh are none of its 3 points"),
+    ({"accessors.1.componentType": 5126, "accessors.1.bufferView": 0}, "the indices of a part"),
+    ({"accessors.0.type": "VEC2"}, "points have three coordinates"),
+    ({"bufferViews.0.byteOffset": 10**6}, "do not lie within"),
+    ({"bufferViews.0.byteStride": 4}, "do not lie within"),
+    ({"bufferViews.0.byteLength": "36"}, "the byteLength '36' is no size"),
+    ({"buffers.0.uri": "data:;base64,AAAA"}, "do not lie within"),
+    ({"buffers.0.uri": "data:;base64,*"}, "the buffer 0 is damaged"),
+    ({"buffers.0.uri": "../b.bin"}, "a file in the same folder is needed"),
+    ({"buffers.0.uri": "gone.bin"}, "gone.bin with a buffer is missing"),
+    ({"buffers.0.uri": None}, "the buffer 0 is missing"),
+    ({"nodes.1.children": [0]}, "the nodes are no tree"),
+    ({"nodes.0.children": [7]}, "'7' is none of its 3 nodes"),
+    ({"nodes.1.mesh": 5}, "'5' is none of its 1 meshes"),
+    ({"nodes.2.matrix": [1]}, "the matrix of a node are not 16 numbers"),
+    ({"nodes.1.scale": ["a", 1, 1]}, "the scale of a node are not 3 numbers"),
+    ({"nodes.1.rotation": [10**400, 1, 1, 1]}, "the rotation of a node are not 4 numbers"),
+    ({"meshes.0.primitives.0.attributes": []}, "has no attributes"),
+    ({"meshes.0.primitives.0.attributes": {}}, "'None' is none of its 2 accessors"),
+    ({"scene": 3}, "'3' is none of its 1 scenes"),
+    ({"scenes": 3}, "the scenes are no list"),
+    ({"asset.version": "1.0"}, "no glTF file of version 2"),
+    ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "the file requires extensions: .'KHR_draco_mesh_compression'"),
+    ({"meshes.0.primitives.0.mode": 0}, "the scene has no triangles"),
+]
+
+
+@pytest.mark.parametrize("changes, words", BAD_GLTF, ids=lambda value: str(value)[:50])
+def test_malformed_gltf(changes, words, tmp_path, capfd):
+    """At several of them vtkGLTFReader ends the process."""
+    (tmp_path / "t.gltf").write_text(gltf(**changes))
+    with pytest.raises(FormatError, match=words):
+        read_mesh(tmp_path / "t.gltf")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_gltf_that_repeats_its_meshes_too_often(tmp_path, monkeypatch):
+    text = gltf(**{"scenes.0.nodes": list(range(1000)), "nodes": 1000 * [{"mesh": 0}]})
+    assert read_text(tmp_path, "t.gltf", text).GetNumberOfBlocks() == 1000
+    monkeypatch.setattr("surfacesynthesis.files.gltf._MOST_POINTS", -len(text) + 2000)
+    with pytest.raises(FormatError, match="repeats its meshes so often"):
+        read_text(tmp_path, "t.gltf", text)
+
+
+def test_malformed_glb(sphere, tmp_path):
+    write_mesh(sphere, tmp_path / "s.glb")
+    data = (tmp_path / "s.glb").read_bytes()
+    long = data[:12] + b"\xff\xff\xff\x7f" + data[16:]
+    for bad in (data[:-1], data[:20], data[:4], long, data[:20] + b"[" * 10**5, b"[" * 10**5):
+        with pytest.raises(FormatError, match="t.glb: .*(cut off|no glTF file)"):
+            read_text(tmp_path, "t.glb", bad)
+    generator = np.random.default_rng(5)
+    for _ in range(200):
+        changed = bytearray(data)
+        for place in generator.integers(0, 1500, 3):
+            changed[place] = generator.integers(256)
+        with contextlib.suppress(FormatError):
+            read_text(tmp_path, "t.glb", bytes(changed))
 
 
 def test_every_truncation_of_every_format_is_an_error_or_a_smaller_mesh(quads, tmp_path, capfd):
@@ -434,7 +696,7 @@ def test_missing_and_unknown_files(tmp_path, sphere):
     with pytest.raises(IsADirectoryError):
         (tmp_path / "folder.stl").mkdir()
         read_mesh(tmp_path / "folder.stl")
-    with pytest.raises(ValueError, match="'.xyz' is not known; use one of .obj, .off"):
+    with pytest.raises(ValueError, match="'.xyz' is not known; use one of .gii, .glb, .gltf"):
         read_mesh(tmp_path / "points.xyz")
     with pytest.raises(ValueError, match="'' is not known"):
         write_mesh(sphere, tmp_path / "noextension")

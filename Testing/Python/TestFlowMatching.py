@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import icosphere, polydata_of
+from conftest import point_array, points_of, polydata_of
 from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, deform, read_mesh, sample_signal, write_mesh
 from surfacesynthesis.command_line import main
 from surfacesynthesis.conversion import describe, expected_tensors
@@ -57,19 +57,6 @@ def model(tmp_path):
 @pytest.fixture
 def mixture(tmp_path):
     return write_model(tmp_path / "mixture.safetensors", components=2)
-
-
-@pytest.fixture
-def ball():
-    return icosphere(2)
-
-
-def points_of(mesh):
-    return vtk_to_numpy(mesh.GetPoints().GetData())
-
-
-def point_array(mesh, name):
-    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
 
 
 # -- datasets and pairs ----------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import add_array, icosphere, polydata_of
+from conftest import add_array, icosphere, polydata_of, read_terminal
 from surfacesynthesis import (
     Cancelled,
     SurfaceSynthesisError,
@@ -300,15 +300,6 @@ def test_a_terminal_sees_the_time_left(tmp_path, files):
     leader, follower = pty.openpty()
     process = start([*files[0], str(tmp_path / "m.safetensors"), "--iterations", "200"], follower)
     os.close(follower)
-    shown = b""
-    while True:
-        try:
-            piece = os.read(leader, 4096)
-        except OSError:  # the other end is closed
-            break
-        if not piece:
-            break
-        shown += piece
+    shown = read_terminal(leader)
     assert process.wait(timeout=60) == 0
-    os.close(leader)
     assert b" of 200, loss " in shown and b" left" in shown and b"[###" in shown

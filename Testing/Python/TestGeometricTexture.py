@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import add_array, icosphere, polydata_of
+from conftest import add_array, icosphere, point_array, points_of, polydata_of
 from surfacesynthesis import (
     Cancelled,
     SurfaceSynthesisError,
@@ -57,19 +57,6 @@ def model(tmp_path):
     path = tmp_path / "pebbles.safetensors"
     write_safetensors(path, tensors, metadata, double=("template.points",))
     return path
-
-
-@pytest.fixture
-def ball():
-    return icosphere(2)
-
-
-def points_of(mesh):
-    return vtk_to_numpy(mesh.GetPoints().GetData())
-
-
-def point_array(mesh, name):
-    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
 
 
 # -- datasets and pairs ----------------------------------------------------------------------------------------------

@@ -105,8 +105,10 @@ def test_errors_warnings_and_cancellation(pair):
         vdb_surface(vtkUnstructuredGrid())
     with pytest.raises(SurfaceSynthesisError, match="no such array of numbers"):
         vdb_surface(ball_image(), array="Gone")
-    with pytest.warns(SurfaceSynthesisWarning, match="its values go from"):
-        assert vdb_surface(ball_image(), iso_value=100.0).GetNumberOfPoints() == 0
+    with pytest.raises(SurfaceSynthesisError, match="isovalue 100 lies outside the values of the image, which go from"):
+        vdb_surface(ball_image(), iso_value=100.0)
+    with pytest.raises(ValueError, match="iso_value is a value of a volume, and the input is a surface"):
+        vdb_surface(pair, iso_value=0.5)
     with pytest.raises(SurfaceSynthesisError, match="A VoxelSize of .* fits"):
         vdb_surface(pair, voxel_size=1e-6)
     with pytest.raises(Cancelled):

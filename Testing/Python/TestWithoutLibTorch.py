@@ -34,6 +34,7 @@ assert s.sample_signal(mesh, models + "bunny_mixtures.safetensors", steps=1).sha
 synthesized = s.geometric_texture(mesh, models + "spikes.safetensors", end_level=0)
 assert s.geometric_texture_distance(synthesized, mesh, projections=8) > 0
 assert s.gaussian_mixtures(mesh, 2).shape == (2, 162)
+assert s.ensemble_layout([mesh, mesh]).GetNumberOfBlocks() == 2
 assert s.ensemble_metrics(mesh[0][None], mesh[0][None], source=mesh)["mmd"] == 0
 assert s.topology_report(mesh).valid
 for name in s.__all__:

@@ -58,6 +58,22 @@ def add_array(data, name, values):
     data.AddArray(array)
 
 
+def points_of(mesh):
+    """The points of a dataset, as an array."""
+    return vtk_to_numpy(mesh.GetPoints().GetData())
+
+
+def point_array(mesh, name):
+    """A point array of a dataset."""
+    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
+
+
+@pytest.fixture
+def ball():
+    """A sphere of 162 points."""
+    return icosphere(2)
+
+
 @pytest.fixture(scope="session")
 def pair():
     """A sphere of 642 points: edges of about 0.15."""
@@ -78,6 +94,21 @@ def run_command(*arguments, **options):
     command = [sys.executable, "-m", "surfacesynthesis", *map(str, arguments)]
     options.setdefault("timeout", 120)
     return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, **options)
+
+
+def read_terminal(leader):
+    """All that is written to a pseudo-terminal until its other end is closed; closes this end."""
+    shown = b""
+    while True:
+        try:
+            piece = os.read(leader, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        shown += piece
+    os.close(leader)
+    return shown
 
 
 def files_in(folder):

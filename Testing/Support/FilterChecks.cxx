@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FilterChecks.h"
 
+#include "Core/Common/Sanitizers.h"
+
 #include <vtkAlgorithm.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
@@ -270,19 +272,6 @@ std::int64_t ResidentMemory()
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-bool IsSanitized()
-{
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-  return true;
-#else
-  return false;
-#endif
-#else
-  return false;
-#endif
-}
+bool IsSanitized() { return surfsynth::HasSanitizer(); }
 
 } // namespace surfsynthtest

@@ -68,13 +68,6 @@ FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations)
   return options;
 }
 
-std::string BytesOf(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
-  return { std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
-}
-
 std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer)
 {
   std::map<std::string, std::vector<float>> weights;

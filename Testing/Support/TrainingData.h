@@ -3,6 +3,9 @@
 /// Small datasets, and recipes of networks that are trained on them in seconds.
 #pragma once
 
+#include "FileBytes.h"
+#include "ThrownText.h"
+
 #include "IO/Datasets/SignalDataset.h"
 #include "Inference/PoissonNet/PoissonNetOptions.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
@@ -17,6 +20,9 @@
 namespace surfsynth::test
 {
 
+using surfsynthtest::BytesOf;
+using surfsynthtest::TextOf;
+
 /// @p samples deformations of a sphere of @p level (42 points at level 1, 162 at level 2): ellipsoids with a bump.
 SignalDataset DeformedSpheres(int samples, int level = 1);
 
@@ -26,9 +32,6 @@ SignalDataset HeatOnSphere(int samples, int level = 1);
 /// Two blocks of width 8, batches of 2, on the processor.
 FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations);
 
-/// The bytes of a file; fails the test when there is none.
-std::string BytesOf(const std::string& path);
-
 /// The model's weights, by name.
 std::map<std::string, std::vector<float>> Weights(const FlowMatchingTrainer& trainer);
 
@@ -37,22 +40,6 @@ FlowMatchingTrainer Trained(const SignalDataset& dataset, const FlowMatchingTrai
 
 /// An encoder of one block whose result has two channels.
 PoissonNetOptions TwoChannelEncoder();
-
-/// Text of the exception of @p call; fails the test when it throws none.
-template <typename Thrown, typename Call>
-std::string TextOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const Thrown& error)
-  {
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {};
-}
 
 /// A folder of its own for the files of a test.
 class FlowMatchingTraining : public ::testing::Test

@@ -51,29 +51,20 @@ vtkSmartPointer<vtkPolyData> Soup::ToPolyData(int pointType) const
   return polyData;
 }
 
-Soup Icosphere(int levels)
+namespace
 {
-  Soup soup;
-  const auto add = [&soup](double x, double y, double z) {
-    const double length = std::sqrt(x * x + y * y + z * z);
-    return soup.AddPoint(x / length, y / length, z / length);
-  };
-  const double golden = 0.5 * (1.0 + std::sqrt(5.0));
-  for (const double a : { -1.0, 1.0 })
-  {
-    for (const double b : { -golden, golden })
-    {
-      add(a, b, 0.0);
-      add(0.0, a, b);
-      add(b, 0.0, a);
-    }
-  }
-  // Faces are the triples of points at the edge length 2 / |(1, golden, 0)|, wound outwards.
+/// Adds the point of the unit sphere in that direction.
+vtkIdType AddDirection(Soup& soup, double x, double y, double z)
+{
+  const double length = std::sqrt(x * x + y * y + z * z);
+  return soup.AddPoint(x / length, y / length, z / length);
+}
+
+/// Adds the icosahedron's faces: the triples of points at the edge length 2 / |(1, golden, 0)|, wound outwards.
+void AddIcosahedronFaces(Soup& soup)
+{
   const auto x = [&soup](vtkIdType p) { return soup.Points.data() + 3 * p; };
-  const auto near = [&](vtkIdType p, vtkIdType q) {
-    const double d2 = std::inner_product(x(p), x(p) + 3, x(q), 0.0);
-    return d2 > 0.4;
-  };
+  const auto near = [&](vtkIdType p, vtkIdType q) { return std::inner_product(x(p), x(p) + 3, x(q), 0.0) > 0.4; };
   for (vtkIdType p = 0; p < 12; ++p)
   {
     for (vtkIdType q = p + 1; q < 12; ++q)
@@ -92,27 +83,50 @@ Soup Icosphere(int levels)
       }
     }
   }
+}
+
+/// Cuts each triangle into four, with the new points on the unit sphere.
+void SubdivideSphere(Soup& soup)
+{
+  std::map<std::pair<vtkIdType, vtkIdType>, vtkIdType> middles;
+  const auto x = [&soup](vtkIdType p) { return soup.Points.data() + 3 * p; };
+  const auto middle = [&](vtkIdType p, vtkIdType q) {
+    const auto key = std::minmax(p, q);
+    const auto found = middles.find(key);
+    if (found != middles.end())
+    {
+      return found->second;
+    }
+    return middles[key] = AddDirection(soup, x(p)[0] + x(q)[0], x(p)[1] + x(q)[1], x(p)[2] + x(q)[2]);
+  };
+  std::vector<std::vector<vtkIdType>> finer;
+  for (const auto& t : soup.Polys)
+  {
+    const vtkIdType m[3] = { middle(t[0], t[1]), middle(t[1], t[2]), middle(t[2], t[0]) };
+    finer.insert(
+      finer.end(), { { t[0], m[0], m[2] }, { t[1], m[1], m[0] }, { t[2], m[2], m[1] }, { m[0], m[1], m[2] } });
+  }
+  soup.Polys = std::move(finer);
+}
+} // namespace
+
+Soup Icosphere(int levels)
+{
+  Soup soup;
+  const double golden = 0.5 * (1.0 + std::sqrt(5.0));
+  for (const double a : { -1.0, 1.0 })
+  {
+    for (const double b : { -golden, golden })
+    {
+      AddDirection(soup, a, b, 0.0);
+      AddDirection(soup, 0.0, a, b);
+      AddDirection(soup, b, 0.0, a);
+    }
+  }
+  AddIcosahedronFaces(soup);
   for (int level = 0; level < levels; ++level)
   {
-    std::map<std::pair<vtkIdType, vtkIdType>, vtkIdType> middles;
-    const auto middle = [&](vtkIdType p, vtkIdType q) {
-      const auto key = std::minmax(p, q);
-      const auto found = middles.find(key);
-      if (found != middles.end())
-      {
-        return found->second;
-      }
-      const double sum[3] = { x(p)[0] + x(q)[0], x(p)[1] + x(q)[1], x(p)[2] + x(q)[2] };
-      return middles[key] = add(sum[0], sum[1], sum[2]);
-    };
-    std::vector<std::vector<vtkIdType>> finer;
-    for (const auto& t : soup.Polys)
-    {
-      const vtkIdType m[3] = { middle(t[0], t[1]), middle(t[1], t[2]), middle(t[2], t[0]) };
-      finer.insert(
-        finer.end(), { { t[0], m[0], m[2] }, { t[1], m[1], m[0] }, { t[2], m[2], m[1] }, { m[0], m[1], m[2] } });
-    }
-    soup.Polys = std::move(finer);
+    SubdivideSphere(soup);
   }
   return soup;
 }

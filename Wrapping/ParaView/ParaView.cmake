@@ -13,7 +13,7 @@ enable_language(C) # ParaView looks for MPI's C library
 # Without COMPONENTS, the development files of Qt would be required.
 find_package(ParaView 5.11 REQUIRED COMPONENTS RemotingCore)
 
-set(components CommonCore CommonDataModel CommonExecutionModel ParallelCore)
+set(components CommonCore CommonDataModel CommonExecutionModel FiltersCore FiltersModeling ParallelCore)
 find_package(Python3 COMPONENTS Interpreter Development.Module)
 if (SURFACE_SYNTHESIS_PYTHON AND Python3_Development.Module_FOUND)
   set(surfsynth_wrap_python ON)

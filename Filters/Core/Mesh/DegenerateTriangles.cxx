@@ -2,6 +2,7 @@
 #include "Core/Mesh/HalfEdges.h"
 #include "Core/Mesh/SeparateSheets.h"
 
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -16,7 +17,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
 /// Limit of the double area over the square of the longest edge: triangles below it are removed. Ten times that of the
 /// mesh check, so that rounding on the way to it does not matter.
 constexpr double FlatRatio = 2e-11;
@@ -26,10 +26,10 @@ constexpr double ShortRatio = 1e-3;
 /// Rounds in which edges may be flipped; afterwards all is contracted, which ends for certain.
 constexpr int FlippingRounds = 8;
 
-/// Shape of a triangle by its edges; edge k runs from corner k to k + 1.
-struct Shape
+/// Edges of a triangle, by which it is flat or a needle; edge k runs from corner k to k + 1.
+struct TriangleEdges
 {
-  Shape(const TriangleMesh& mesh, std::int64_t f)
+  TriangleEdges(const TriangleMesh& mesh, std::int64_t f)
   {
     const auto t = mesh.Triangles.row(f);
     Eigen::Vector3d edge[3];
@@ -61,11 +61,11 @@ std::vector<Index> FindFlat(const TriangleMesh& mesh)
 {
   std::vector<Index> flat;
   std::mutex mutex;
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     std::vector<Index> part;
     for (std::int64_t f = begin; f < end; ++f)
     {
-      if (Shape(mesh, f).IsFlat())
+      if (TriangleEdges(mesh, f).IsFlat())
       {
         part.push_back(static_cast<Index>(f));
       }
@@ -110,7 +110,7 @@ void Contract(TriangleMesh& mesh, const std::vector<Index>& flat)
   MergedPoints merged(mesh.NumberOfPoints());
   for (const Index f : flat)
   {
-    const int k = Shape(mesh, f).Shortest;
+    const int k = TriangleEdges(mesh, f).Shortest;
     merged.Merge(mesh.Triangles(f, k), mesh.Triangles(f, (k + 1) % 3));
   }
   mesh.Triangles = mesh.Triangles.unaryExpr([&](Index v) { return merged.Find(v); });
@@ -128,7 +128,7 @@ void Flip(TriangleMesh& mesh, const std::vector<Index>& flat)
   }
   for (const Index f : flat)
   {
-    const HalfEdge h = 3 * HalfEdge(f) + Shape(mesh, f).Longest;
+    const HalfEdge h = 3 * HalfEdge(f) + TriangleEdges(mesh, f).Longest;
     const std::int64_t e = edgeOf[h];
     const HalfEdge* other = std::find_if(edges.Begin(e), edges.End(e), [&](HalfEdge g) {
       return !changed[g / 3] && g / 3 != f && !changed[f] && IsForward(mesh, g) != IsForward(mesh, h);
@@ -154,8 +154,8 @@ TriangleMesh RemoveDegenerateTriangles(const TriangleMesh& mesh)
   std::vector<Index> flat = FindFlat(result);
   for (int round = 0; !flat.empty(); ++round)
   {
-    const auto rest = std::stable_partition(
-      flat.begin(), flat.end(), [&](Index f) { return round >= FlippingRounds || Shape(result, f).IsNeedle(); });
+    const auto rest = std::stable_partition(flat.begin(), flat.end(),
+      [&](Index f) { return round >= FlippingRounds || TriangleEdges(result, f).IsNeedle(); });
     if (rest == flat.begin())
     {
       Flip(result, flat);

@@ -2,6 +2,7 @@
 #include "Core/Mesh/HalfEdges.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <algorithm>
@@ -14,8 +15,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 8192;
-
 void RequireValidIds(const TriangleMesh& mesh)
 {
   const auto& t = mesh.Triangles;
@@ -93,7 +92,7 @@ EdgeGroups::EdgeGroups(const TriangleMesh& mesh)
   {
     this->HalfEdges[next[lower(h)]++] = h;
   }
-  ParallelFor(mesh.NumberOfPoints(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfPoints(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       std::sort(this->HalfEdges.begin() + row[v], this->HalfEdges.begin() + row[v + 1],

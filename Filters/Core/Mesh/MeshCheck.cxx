@@ -2,6 +2,7 @@
 #include "Core/Mesh/MeshCheck.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -18,8 +19,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 /// Counts the ids in [0, count) for which @p isDefect(id) holds, in parallel.
 template <typename Predicate>
 MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefect)
@@ -27,7 +26,7 @@ MeshFinding Count(MeshDefect defect, std::int64_t count, const Predicate& isDefe
   MeshFinding total{ defect };
   total.First = count;
   std::mutex mutex;
-  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(count, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     std::int64_t found = 0;
     std::int64_t first = count;
     for (std::int64_t id = begin; id < end; ++id)
@@ -95,7 +94,7 @@ int RunsFromTo(const TriangleMesh& mesh, const MeshTopology& topology, Index v, 
   return runs;
 }
 
-MeshFinding FindComponents(const MeshTopology& topology)
+MeshFinding CountComponents(const MeshTopology& topology)
 {
   const MeshComponents components = ComputeComponents(topology, Eigen::VectorXd::Zero(topology.NumberOfPoints()));
   MeshFinding finding{ MeshDefect::SeveralComponents };
@@ -172,12 +171,12 @@ std::vector<MeshFinding> CheckTopology(
   }
   if (requirements.SingleComponent)
   {
-    keep(FindComponents(topology));
+    keep(CountComponents(topology));
   }
   return findings;
 }
 
-std::string Describe(const MeshFinding& finding, std::int64_t first)
+std::string DescribeFinding(const MeshFinding& finding, std::int64_t first)
 {
   const std::string count = std::to_string(finding.Count);
   const std::string id = std::to_string(first);
@@ -340,7 +339,7 @@ std::vector<MeshFinding> InspectMesh(
 
 std::string RepairOf(MeshDefect defect)
 {
-  const std::string text = Describe({ defect, 1, 0 }, 0);
+  const std::string text = DescribeFinding({ defect, 1, 0 }, 0);
   return text.substr(text.find("; ") + 2);
 }
 
@@ -357,7 +356,8 @@ std::string DescribeFindings(
   for (const MeshFinding& finding : findings)
   {
     const bool isCell = HasTriangleIds(finding.Defect) && cellOfTriangle;
-    text += (text.empty() ? "" : " Also ") + Describe(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
+    text += (text.empty() ? "" : " Also ") +
+      DescribeFinding(finding, isCell ? cellOfTriangle(finding.First) : finding.First);
   }
   return text;
 }

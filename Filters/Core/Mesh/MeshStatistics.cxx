@@ -262,6 +262,19 @@ std::optional<std::int64_t> MeshStatistics::Genus() const { return Sum(this->Com
 
 std::optional<double> MeshStatistics::Volume() const { return Sum(this->Components, &ComponentStatistics::Volume); }
 
+double SurfaceArea(const TriangleMesh& mesh)
+{
+  double doubleArea = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+    doubleArea += a.cross(b).norm();
+  }
+  return 0.5 * doubleArea;
+}
+
 MeshStatistics ComputeMeshStatistics(const TriangleMesh& mesh, const Progress& progress)
 {
   MeshStatistics statistics;

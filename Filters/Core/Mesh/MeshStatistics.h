@@ -89,6 +89,9 @@ struct MeshStatistics
   std::optional<double> Volume() const;      ///< sum over the components, cubic world units; absent unless all have one
 };
 
+/// Sum of the areas of the triangles, square world units.
+double SurfaceArea(const TriangleMesh& mesh);
+
 /// Computes the statistics of any mesh; its defects are findings, not errors. The same bits for every number of
 /// threads. About half a second for a million triangles.
 /// @throws Cancelled

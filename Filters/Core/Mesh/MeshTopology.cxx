@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/LargeArray.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <algorithm>
@@ -13,8 +14,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 void RequireProperTriangles(const TriangleMesh& mesh)
 {
   const Index count = mesh.NumberOfPoints();
@@ -106,7 +105,7 @@ void MeshTopology::PlaceCorners(const TriangleMesh& mesh)
     this->CornerPlace[c] = next[corners[c]]++;
   }
   this->VertexTriangles.resize(this->CornerPlace.size());
-  ParallelFor(count, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(count, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c)
     {
       this->VertexTriangles[this->CornerPlace[c]] = static_cast<Index>(c / 3);
@@ -120,7 +119,7 @@ void MeshTopology::FindNeighbors(const TriangleMesh& mesh)
   // that of the triangles on the edge. Compacted in place, then moved together.
   const Index* corners = mesh.Triangles.data();
   LargeArray<Index> others(2 * this->CornerPlace.size());
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       for (int k = 0; k < 3; ++k)
@@ -135,7 +134,7 @@ void MeshTopology::FindNeighbors(const TriangleMesh& mesh)
   const auto row = [this](std::int64_t v) { return 2 * std::int64_t(this->VertexTriangleStart[v]); };
   const Index points = mesh.NumberOfPoints();
   this->NeighborStart.assign(static_cast<std::size_t>(points) + 1, 0);
-  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       this->NeighborStart[v + 1] = CountEqualIds(
@@ -145,7 +144,7 @@ void MeshTopology::FindNeighbors(const TriangleMesh& mesh)
   std::partial_sum(this->NeighborStart.begin(), this->NeighborStart.end(), this->NeighborStart.begin());
   this->Neighbors.resize(static_cast<std::size_t>(this->NeighborStart.back()));
   this->EdgeTriangles.resize(this->Neighbors.size());
-  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index to = this->NeighborStart[v];

@@ -2,6 +2,7 @@
 #include "Core/Mesh/MidpointSubdivision.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/HalfEdges.h"
 
@@ -13,8 +14,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 8192;
-
 void RequireRoom(std::int64_t count, const char* what)
 {
   if (count > std::numeric_limits<Index>::max())
@@ -30,7 +29,7 @@ std::vector<Index> NumberMidpoints(
 {
   // Half-edges of an edge stand in ascending order, so each points to the first of its edge, which comes before it.
   std::vector<HalfEdge> firstOfEdge(edges.HalfEdges.size());
-  ParallelFor(edges.NumberOfEdges(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(edges.NumberOfEdges(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t e = begin; e < end; ++e)
     {
       for (const HalfEdge* h = edges.Begin(e); h != edges.End(e); ++h)
@@ -68,7 +67,7 @@ SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh)
   const std::vector<Index> midpoints = NumberMidpoints(mesh, edges, points, result.Parents);
   TriangleMatrix& triangles = result.Mesh.Triangles;
   triangles.resize(4 * Eigen::Index(faces), 3);
-  ParallelFor(faces, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(faces, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto v = mesh.Triangles.row(f);
@@ -81,7 +80,7 @@ SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh)
   });
   result.Mesh.Points.resize(points + static_cast<Eigen::Index>(result.Parents.size()), 3);
   result.Mesh.Points.topRows(points) = mesh.Points;
-  ParallelFor(static_cast<std::int64_t>(result.Parents.size()), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(static_cast<std::int64_t>(result.Parents.size()), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t e = begin; e < end; ++e)
     {
       const auto& [a, b] = result.Parents[e];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Mesh/TriangleAdjacency.h"
 
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <utility>
@@ -10,8 +11,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 /// The side of triangle @p f that joins @p a and @p b, in any direction; the triangle must have it.
 int SideOf(const TriangleMesh& mesh, Index f, Index a, Index b)
 {
@@ -104,7 +103,7 @@ BoundaryLoop WalkAlong(
 TriangleAdjacency::TriangleAdjacency(const TriangleMesh& mesh, const MeshTopology& topology)
   : Beyond(static_cast<std::size_t>(mesh.Triangles.size()))
 {
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       for (int side = 0; side < 3; ++side)

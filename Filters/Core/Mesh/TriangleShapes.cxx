@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Mesh/TriangleShapes.h"
 
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -14,8 +15,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 /// @param ids of the values
 Distribution Summarize(std::vector<double> values, const std::vector<Index>& ids)
 {
@@ -87,7 +86,7 @@ Shape Measure(const TriangleMesh& mesh, std::int64_t f)
 Eigen::VectorXd FiniteAreas(const TriangleMesh& mesh)
 {
   Eigen::VectorXd areas(mesh.NumberOfTriangles());
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const Eigen::Vector3d a = Corner(mesh, f, 1) - Corner(mesh, f, 0);
@@ -144,7 +143,7 @@ TriangleShapes MeasureTriangles(const TriangleMesh& mesh, const std::vector<Inde
 {
   const std::int64_t triangles = mesh.NumberOfTriangles();
   std::vector<Shape> shapes(static_cast<std::size_t>(triangles), Shape{ -1.0, -1.0, -1.0 });
-  ParallelFor(triangles, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(triangles, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       if (HasFiniteCorners(mesh, f) && !IsDegenerateTriangle(mesh, f))

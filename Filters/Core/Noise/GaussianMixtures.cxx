@@ -17,7 +17,7 @@ namespace surfsynth
 
 namespace
 {
-void RequireOptions(const GaussianMixtureOptions& options)
+void CheckOptions(const GaussianMixtureOptions& options)
 {
   if (options.NumberOfCenters < 1)
   {
@@ -49,7 +49,7 @@ struct GaussianMixtures::Group
 GaussianMixtures::GaussianMixtures(const TriangleMesh& mesh, const MeshTopology& topology,
   const GaussianMixtureOptions& options, const Progress& progress)
   : Options(options)
-  , Geodesics((RequireOptions(options), mesh), topology, progress)
+  , Geodesics((CheckOptions(options), mesh), topology, progress)
   , Sigma(options.Width * std::sqrt(Geodesics.Mass().sum()))
 {}
 

@@ -16,7 +16,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 4096;
+constexpr std::int64_t EdgeGrain = 4096;
 
 Eigen::RowVector3d UnitOrZero(const Eigen::RowVector3d& vector)
 {
@@ -64,7 +64,7 @@ FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh, const MeshTopology&
   FaceNeighbors neighbors;
   neighbors.Faces.resize(mesh.NumberOfTriangles(), 3);
   neighbors.Opposite.resize(mesh.NumberOfTriangles(), 3);
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), EdgeGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto f = static_cast<Index>(begin); f < end; ++f)
     {
       for (int edge = 0; edge < 3; ++edge)
@@ -90,7 +90,7 @@ EdgeFeatureMatrix ComputeEdgeFeatures(
   const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbors& neighbors)
 {
   EdgeFeatureMatrix features(triangles.rows(), 12);
-  ParallelFor(triangles.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(triangles.rows(), EdgeGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const EdgeFrames frames(points, triangles, f);
@@ -115,7 +115,7 @@ SinglePoints MeanCornerDisplacement(
 {
   using CornerMatrix = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
   CornerMatrix corners(triangles.rows(), 9);
-  ParallelFor(triangles.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(triangles.rows(), EdgeGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const EdgeFrames frames(points, triangles, f);

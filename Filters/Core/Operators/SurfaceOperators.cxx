@@ -2,6 +2,7 @@
 #include "Core/Operators/SurfaceOperators.h"
 
 #include "Core/Common/LargeArray.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #include <Eigen/Geometry>
@@ -14,8 +15,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 Eigen::Vector3d Point(const TriangleMesh& mesh, Index v) { return mesh.Points.row(v).transpose(); }
 
 /// Twice the area times the unit normal of triangle @p f.
@@ -42,7 +41,7 @@ LargeArray<CornerWeights> CotangentWeights(
   const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
 {
   LargeArray<CornerWeights> weights(topology.CornerPlace.size());
-  ParallelFor(Faces(mesh), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(Faces(mesh), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto t = mesh.Triangles.row(f);
@@ -75,7 +74,7 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
   {
     pattern.outerIndexPtr()[v] = topology.NeighborStart[v] + v;
   }
-  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index* first = topology.Neighbors.data() + topology.NeighborStart[v];
@@ -94,7 +93,7 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
 Eigen::VectorXd FaceAreas(const TriangleMesh& mesh)
 {
   Eigen::VectorXd areas(Faces(mesh));
-  ParallelFor(Faces(mesh), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(Faces(mesh), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       areas[f] = 0.5 * AreaVector(mesh, static_cast<Index>(f)).norm();
@@ -107,7 +106,7 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh, const MeshTopology& topolog
 {
   const Eigen::VectorXd areas = FaceAreas(mesh);
   Eigen::VectorXd mass(mesh.Points.rows());
-  ParallelFor(mass.size(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mass.size(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       double sum = 0.0;
@@ -127,7 +126,7 @@ SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& to
 {
   const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology, squaredAreaShift);
   SparseMatrix stiffness = AdjacencyPattern(topology);
-  ParallelFor(mesh.Points.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.Points.rows(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index* rows = stiffness.innerIndexPtr() + stiffness.outerIndexPtr()[v];
@@ -172,7 +171,7 @@ SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
   {
     gradient.outerIndexPtr()[row] = 3 * row;
   }
-  ParallelFor(faces, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(faces, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto t = mesh.Triangles.row(f);
@@ -205,7 +204,7 @@ VertexFrames TangentFrames(const TriangleMesh& mesh, const MeshTopology& topolog
 {
   const Index points = mesh.NumberOfPoints();
   VertexFrames frames{ PointMatrix(points, 3), PointMatrix(points, 3), PointMatrix(points, 3) };
-  ParallelFor(points, Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(points, FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -236,7 +235,7 @@ double LaplaceBeltramiNorm(const SparseMatrix& stiffness, const Eigen::VectorXd&
   // Row i of M^-1 L is row i of L over M_ii; L is symmetric, so its column will do. Summed column by column, and the
   // columns in a fixed order, so that the result does not depend on the number of threads.
   Eigen::VectorXd squares(stiffness.cols());
-  ParallelFor(stiffness.cols(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(stiffness.cols(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       double sum = 0.0;

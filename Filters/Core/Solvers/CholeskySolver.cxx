@@ -4,6 +4,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/LargeArray.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
@@ -22,8 +23,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
-
 std::string Entry(Index row, Index column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; }
 
 /// Converts a matrix to the structure that the factorisations read: compressed, rows ascending in each column.
@@ -253,7 +252,7 @@ double CholeskySolver::RelativeResidual(const Eigen::VectorXd& solution, const E
   // The matrix is symmetric: its columns serve as rows, so that every entry of the product is one sum.
   const SparseMatrix& matrix = *this->Impl->Matrix;
   Eigen::VectorXd residual(this->Size());
-  ParallelFor(this->Size(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(this->Size(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t row = begin; row < end; ++row)
     {
       double sum = -rightHandSide[row];

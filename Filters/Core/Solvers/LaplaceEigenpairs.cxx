@@ -190,7 +190,7 @@ void SolveDense(const UsedPart& part, double shift, Eigen::VectorXd& values, Eig
 }
 
 /// Scatters the @p count lowest to all vertices, ascending, each with its largest entry positive.
-Eigenpairs Collect(const UsedPart& part, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors,
+Eigenpairs ScatterLowest(const UsedPart& part, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors,
   Eigen::Index count, Eigen::Index rows)
 {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
@@ -245,7 +245,7 @@ Eigenpairs LowestLaplaceEigenpairs(
     {}
   }
   Report(progress, 1.0);
-  return Collect(part, values, vectors, count, stiffness.rows());
+  return ScatterLowest(part, values, vectors, count, stiffness.rows());
 }
 
 } // namespace surfsynth

@@ -164,7 +164,7 @@ double MeanError(const SampleUnion& samples, SharedProgress& meter)
 }
 
 /// Computes the metrics from the neighbours of all samples.
-void Summarize(const SampleUnion& samples, const std::vector<Neighbors>& neighbors, EnsembleMetrics& metrics)
+void AverageNeighbors(const SampleUnion& samples, const std::vector<Neighbors>& neighbors, EnsembleMetrics& metrics)
 {
   const std::int64_t generated = samples.NumberOfGenerated;
   const double references = static_cast<double>(samples.Size() - generated);
@@ -206,7 +206,7 @@ EnsembleMetrics ComputeEnsembleMetrics(const EnsemblePair& ensembles, const Eige
   InspectSamples(samples, options.RemoveCentroid, meter);
   EnsembleMetrics metrics;
   metrics.MeanError = MeanError(samples, meter);
-  Summarize(samples, FindNeighbors(samples, meter), metrics);
+  AverageNeighbors(samples, FindNeighbors(samples, meter), metrics);
   if (!std::isfinite(
         metrics.MMD + metrics.ReverseMMD + metrics.MeanError + metrics.GeneratedSpacing + metrics.ReferenceSpacing))
   {

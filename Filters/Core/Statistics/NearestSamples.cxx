@@ -95,7 +95,7 @@ RowMatrix SumTile(const SampleUnion& samples, const Tile& tile, SharedProgress& 
   return sums;
 }
 
-std::string NameOf(const SampleUnion& samples, std::int64_t sample)
+std::string DescribeSample(const SampleUnion& samples, std::int64_t sample)
 {
   return samples.IsGenerated(sample) ? "generated sample " + std::to_string(sample)
                                      : "reference sample " + std::to_string(sample - samples.NumberOfGenerated);
@@ -112,8 +112,8 @@ std::vector<Neighbors> NeighborsInTile(const SampleUnion& samples, const Tile& t
       const double distance = FinishedDistance(samples.Distance, sums(a - tile.Rows.Begin, b - tile.Columns.Begin));
       if (!std::isfinite(distance))
       {
-        throw InvalidInput("ComputeEnsembleMetrics: the distance of " + NameOf(samples, a) + " and " +
-          NameOf(samples, b) + " is not finite; expected values below about 1e150.");
+        throw InvalidInput("ComputeEnsembleMetrics: the distance of " + DescribeSample(samples, a) + " and " +
+          DescribeSample(samples, b) + " is not finite; expected values below about 1e150.");
       }
       Neighbors& ofRow = found[static_cast<std::size_t>(a - tile.Rows.Begin)];
       Neighbors& ofColumn = found[static_cast<std::size_t>(tile.Rows.Size() + b - tile.Columns.Begin)];

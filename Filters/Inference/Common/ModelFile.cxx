@@ -10,21 +10,6 @@
 namespace surfsynth
 {
 
-namespace
-{
-constexpr const char* FormatVersion = "1";
-}
-
-std::string FormatShape(const std::vector<std::int64_t>& shape)
-{
-  std::string text = "[";
-  for (const std::int64_t extent : shape)
-  {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(extent);
-  }
-  return text + "]";
-}
-
 std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& found)
 {
   std::vector<std::string> differences;
@@ -62,7 +47,7 @@ std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& foun
 void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind)
 {
   for (const auto& [key, expected] :
-    { std::pair<std::string, std::string>("architecture", architecture), { "format_version", FormatVersion } })
+    { std::pair<std::string, std::string>("architecture", architecture), { "format_version", ModelFormatVersion } })
   {
     const auto found = file.Metadata().find(key);
     if (found == file.Metadata().end() || found->second != expected)

@@ -15,11 +15,11 @@
 namespace surfsynth
 {
 
+/// Version of the format of model files, in their metadata.
+constexpr const char* ModelFormatVersion = "1";
+
 /// Shapes of tensors by name.
 using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
-
-/// Formats a shape for messages: "[2, 3]".
-std::string FormatShape(const std::vector<std::int64_t>& shape);
 
 /// Describes the first three differences between the tensors that a network needs and those of a file, and the number
 /// of the others; "" when there is none.

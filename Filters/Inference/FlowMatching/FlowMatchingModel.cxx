@@ -19,9 +19,8 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "flow_matching";
-constexpr const char* FormatVersion = "1";
-constexpr const char* Key = "flow_matching";
+constexpr const char* FlowMatchingArchitecture = "flow_matching";
+constexpr const char* FlowKey = "flow_matching";
 
 const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel::Matern },
   { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
@@ -73,7 +72,7 @@ void RequireKnownTensors(const SafetensorsFile& file, bool encoder)
   }
 }
 
-[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+[[noreturn]] void RefuseFlow(const std::string& found, const std::string& expected)
 {
   throw InvalidInput("FlowMatchingModel: " + found + "; expected " + expected + ".");
 }
@@ -87,7 +86,7 @@ void CheckNetworks(const FlowMatchingModel& model)
     const PoissonNetOptions& encoder = model.Encoder->Options;
     if (encoder.InputChannels != 3 || encoder.ExtraFeatures != 0 || encoder.Domain != PoissonNetDomain::Vertices)
     {
-      Refuse("the encoder takes " + std::to_string(encoder.InputChannels) + " channels and " +
+      RefuseFlow("the encoder takes " + std::to_string(encoder.InputChannels) + " channels and " +
           std::to_string(encoder.ExtraFeatures) + " conditions",
         "3 channels, no condition, and predictions at the vertices");
     }
@@ -95,19 +94,19 @@ void CheckNetworks(const FlowMatchingModel& model)
   }
   if (velocity.ExtraFeatures != conditions)
   {
-    Refuse("the velocity takes " + std::to_string(velocity.ExtraFeatures) + " conditions",
+    RefuseFlow("the velocity takes " + std::to_string(velocity.ExtraFeatures) + " conditions",
       std::to_string(conditions) + ": time, position and what the encoder gives");
   }
   if (velocity.ResultChannels() != velocity.InputChannels || velocity.Domain != PoissonNetDomain::Vertices ||
     velocity.Activation != LastActivation::Identity)
   {
-    Refuse("the velocity gives " + std::to_string(velocity.ResultChannels()) + " channels for a signal of " +
+    RefuseFlow("the velocity gives " + std::to_string(velocity.ResultChannels()) + " channels for a signal of " +
         std::to_string(velocity.InputChannels),
       "as many, at the vertices and without a last activation");
   }
   if (model.GeneratesPositions() && velocity.InputChannels != 3)
   {
-    Refuse("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
+    RefuseFlow("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
   }
 }
 } // namespace
@@ -177,8 +176,8 @@ std::string FlowMatchingModel::Description() const
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file, Architecture, "a flow matching model, as vtkFlowMatchingTrainer writes it");
-  const DescriptionReader reader(file, Key);
+  RequireArchitecture(file, FlowMatchingArchitecture, "a flow matching model, as vtkFlowMatchingTrainer writes it");
+  const DescriptionReader reader(file, FlowKey);
   FlowMatchingModel model;
   model.Metadata = file.Metadata();
   model.SignalName = reader.String("signal_name");
@@ -226,25 +225,25 @@ void CheckModel(const FlowMatchingModel& model)
   if (model.SignalMean.size() != model.Components() || model.SignalScale.size() != model.Components() ||
     !model.SignalMean.allFinite() || !model.SignalScale.allFinite() || !(model.SignalScale.array() > 0.0).all())
   {
-    Refuse("mean and scale of the signal have " + std::to_string(model.SignalMean.size()) + " and " +
+    RefuseFlow("mean and scale of the signal have " + std::to_string(model.SignalMean.size()) + " and " +
         std::to_string(model.SignalScale.size()) + " numbers",
       std::to_string(model.Components()) + " finite ones each, the scales above 0");
   }
   const FlowNoise& noise = model.Noise;
   if (!(noise.Smoothing >= 0.0) || !std::isfinite(noise.Smoothing))
   {
-    Refuse("the smoothing of the noise is " + FormatNumber(noise.Smoothing), "a finite number, at least 0");
+    RefuseFlow("the smoothing of the noise is " + FormatNumber(noise.Smoothing), "a finite number, at least 0");
   }
   if (!(noise.Screening > 0.0) || !(noise.Scale > 0.0) || !std::isfinite(noise.Screening * noise.Scale) ||
     noise.Eigenpairs < 1 || noise.Eigenpairs > 1000000)
   {
-    Refuse("the noise has screening " + FormatNumber(noise.Screening) + ", scale " + FormatNumber(noise.Scale) +
+    RefuseFlow("the noise has screening " + FormatNumber(noise.Screening) + ", scale " + FormatNumber(noise.Scale) +
         " and " + std::to_string(noise.Eigenpairs) + " eigenpairs",
       "numbers above 0 and at most 1e6 eigenpairs");
   }
   if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))
   {
-    Refuse("the moments of the shape are not finite", "finite moments and a spread of at least 0");
+    RefuseFlow("the moments of the shape are not finite", "finite moments and a spread of at least 0");
   }
 }
 
@@ -260,17 +259,17 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
     AddPartNetwork("encoder", *model.Encoder, tensors, metadata);
   }
   const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
-  metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  metadata["architecture"] = FlowMatchingArchitecture;
+  metadata["format_version"] = ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[Key] = nlohmann::json(
+  metadata[FlowKey] = nlohmann::json(
     { { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
       { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
       { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
       { "noise_scale", model.Noise.Scale }, { "noise_smoothing", model.Noise.Smoothing },
       { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
       { "shape_spread", model.Shape.Spread } })
-                    .dump();
+                        .dump();
   WriteSafetensors(path, tensors, metadata);
 }
 

@@ -13,9 +13,6 @@ namespace surfsynth
 
 namespace
 {
-/// Tolerance of the distance of second moments from those of the training, beyond their spread: a tenth of their trace.
-/// Surfaces beyond it get a warning.
-constexpr double MomentTolerance = 0.1;
 /// Limit of the state. States of a trained flow stay near 1; beyond the limit the flow does not return.
 constexpr float LargestState = 1e6F;
 

@@ -51,6 +51,10 @@ struct FlowSampleRequest
 class FlowMatchingSampler
 {
 public:
+  /// Tolerance of the distance of second moments from those of the training, beyond their spread: a tenth of their
+  /// trace. Surfaces beyond it get a warning.
+  static constexpr double MomentTolerance = 0.1;
+
   /// Computes all that depends on the mesh.
   /// @param model kept as long as this object lives.
   /// @param mesh the source surface, in the caller's coordinates.

@@ -21,9 +21,8 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "geometric_texture";
-constexpr const char* FormatVersion = "1";
-constexpr const char* Key = "geometric_texture";
+constexpr const char* GeometricTextureArchitecture = "geometric_texture";
+constexpr const char* TextureKey = "geometric_texture";
 constexpr const char* Kind = "a geometric texture, as vtkGeometricTextureTrainer writes it";
 constexpr const char* DiscriminatorPrefix = "discriminator.";
 constexpr const char* PointsName = "template.points";
@@ -34,7 +33,7 @@ constexpr std::int64_t EdgeChannels = 4;
 constexpr std::int64_t GeneratorOutputs = 3;
 constexpr std::int64_t DiscriminatorOutputs = 1;
 
-[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+[[noreturn]] void RefuseTexture(const std::string& found, const std::string& expected)
 {
   throw InvalidInput("GeometricTextureModel: " + found + "; expected " + expected + ".");
 }
@@ -88,7 +87,7 @@ TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureO
 
 void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
 {
-  const DescriptionReader reader(file, Key);
+  const DescriptionReader reader(file, TextureKey);
   model.Name = reader.String("name");
   model.Options.Levels = reader.WholeNumber("levels");
   model.Options.Layers = reader.WholeNumber("layers");
@@ -158,7 +157,7 @@ void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const Tenso
   const std::string differences = DifferencesOf(expected, found);
   if (!differences.empty())
   {
-    Refuse(std::string("the tensors of the ") + network + " are not those of the options: " + differences,
+    RefuseTexture(std::string("the tensors of the ") + network + " are not those of the options: " + differences,
       "those of ExpectedGeometricTextureTensors()");
   }
   for (const auto& [name, tensor] : tensors)
@@ -172,7 +171,7 @@ void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const Tenso
       tensor.Values.begin(), tensor.Values.end(), [](float value) { return std::isfinite(value); });
     if (static_cast<std::int64_t>(tensor.Values.size()) != count || !finite)
     {
-      Refuse("\"" + name + "\" of the " + network + " has " + std::to_string(tensor.Values.size()) + " numbers" +
+      RefuseTexture("\"" + name + "\" of the " + network + " has " + std::to_string(tensor.Values.size()) + " numbers" +
           (finite ? "" : ", not all finite"),
         std::to_string(count) + " finite ones");
     }
@@ -189,7 +188,7 @@ void CheckTemplate(const GeometricTextureModel& model)
   if (mesh.NumberOfTriangles() == 0 || model.ReconstructionNoise.rows() != mesh.NumberOfPoints() ||
     !model.ReconstructionNoise.allFinite() || !mesh.Points.allFinite())
   {
-    Refuse("the template has " + std::to_string(mesh.NumberOfTriangles()) + " triangles on " +
+    RefuseTexture("the template has " + std::to_string(mesh.NumberOfTriangles()) + " triangles on " +
         std::to_string(mesh.NumberOfPoints()) + " points and noise at " +
         std::to_string(model.ReconstructionNoise.rows()),
       "triangles, and finite noise at each of its finite points");
@@ -197,7 +196,7 @@ void CheckTemplate(const GeometricTextureModel& model)
   const std::vector<MeshFinding> findings = CheckMesh(mesh, GeometricTextureSampler::Requirements());
   if (!findings.empty())
   {
-    Refuse("the template is broken: " + DescribeFindings(findings), "a mesh that a texture can grow on");
+    RefuseTexture("the template is broken: " + DescribeFindings(findings), "a mesh that a texture can grow on");
   }
 }
 
@@ -249,13 +248,13 @@ void CheckOptions(const GeometricTextureOptions& options)
   {
     if (range.Value < range.Minimum || range.Value > range.Maximum)
     {
-      Refuse(std::string(range.Name) + " is " + std::to_string(range.Value),
+      RefuseTexture(std::string(range.Name) + " is " + std::to_string(range.Value),
         std::to_string(range.Minimum) + " to " + std::to_string(range.Maximum));
     }
   }
   if (!(options.NoiseAmplitude >= 0.0) || !std::isfinite(static_cast<float>(options.NoiseAmplitude)))
   {
-    Refuse("noise_amplitude is " + FormatNumber(options.NoiseAmplitude), "a finite number of at least 0");
+    RefuseTexture("noise_amplitude is " + FormatNumber(options.NoiseAmplitude), "a finite number of at least 0");
   }
 }
 
@@ -298,7 +297,7 @@ std::string GeometricTextureModel::Description() const
 GeometricTextureModel ReadGeometricTexture(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file, Architecture, Kind);
+  RequireArchitecture(file, GeometricTextureArchitecture, Kind);
   GeometricTextureModel model;
   model.Metadata = file.Metadata();
   ReadOptions(file, model);
@@ -330,7 +329,7 @@ void CheckModel(const GeometricTextureModel& model)
   CheckOptions(model.Options);
   if (model.Name.empty())
   {
-    Refuse("it has no name", "a name");
+    RefuseTexture("it has no name", "a name");
   }
   CheckTensors(model.Generator, ExpectedGeometricTextureTensors(model.Options, false), "generator");
   if (!model.Discriminator.empty())
@@ -352,14 +351,14 @@ void WriteGeometricTexture(const std::string& path, const GeometricTextureModel&
   }
   const GeometricTextureOptions& options = model.Options;
   std::map<std::string, std::string> metadata = model.Metadata;
-  metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  metadata["architecture"] = GeometricTextureArchitecture;
+  metadata["format_version"] = ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[Key] = nlohmann::json(
+  metadata[TextureKey] = nlohmann::json(
     { { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
       { "start_channels", options.StartChannels }, { "least_channels", options.MinimumChannels },
       { "most_channels", options.MaximumChannels }, { "noise_amplitude", options.NoiseAmplitude } })
-                    .dump();
+                           .dump();
   WriteSafetensors(path, tensors, metadata);
 }
 

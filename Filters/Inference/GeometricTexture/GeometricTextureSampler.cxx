@@ -20,7 +20,7 @@ namespace
 /// The noise of a generator level on so many vertices; no rows for none.
 using NoiseSource = std::function<SinglePoints(int level, int step, Index points)>;
 
-[[noreturn]] void Refuse(const std::string& found, const std::string& expected)
+[[noreturn]] void RefuseSample(const std::string& found, const std::string& expected)
 {
   throw InvalidInput("GeometricTextureSampler: " + found + "; expected " + expected + ".");
 }
@@ -77,30 +77,30 @@ void CheckRequest(
 {
   if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
   {
-    Refuse("the interpolation is " + FormatNumber(request.Interpolation), "0 to 1");
+    RefuseSample("the interpolation is " + FormatNumber(request.Interpolation), "0 to 1");
   }
   if (!std::isfinite(static_cast<float>(request.NoiseAmplitude)))
   {
-    Refuse("the amplitude of the noise is " + FormatNumber(request.NoiseAmplitude), "a finite number");
+    RefuseSample("the amplitude of the noise is " + FormatNumber(request.NoiseAmplitude), "a finite number");
   }
   if (request.Mask.size() > 0 && request.Mask.size() != mesh.NumberOfPoints())
   {
-    Refuse("the mask has " + std::to_string(request.Mask.size()) + " values",
+    RefuseSample("the mask has " + std::to_string(request.Mask.size()) + " values",
       std::to_string(mesh.NumberOfPoints()) + ", one for each vertex");
   }
   if (!(request.Mask.array() >= 0.0F).all() || !(request.Mask.array() <= 1.0F).all())
   {
-    Refuse("the mask has values below 0 or above 1", "0 to 1");
+    RefuseSample("the mask has values below 0 or above 1", "0 to 1");
   }
   if (mesh.NumberOfTriangles() == 0)
   {
-    Refuse("the mesh has no triangle", "at least one");
+    RefuseSample("the mesh has no triangle", "at least one");
   }
   // Checked before hours of work on all levels but the last.
   const double finest = mesh.NumberOfTriangles() * std::pow(4.0, levels.Count() - 1);
   if (finest > std::numeric_limits<Index>::max())
   {
-    Refuse("the mesh has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
+    RefuseSample("the mesh has " + std::to_string(mesh.NumberOfTriangles()) + " triangles, which " +
         std::to_string(levels.Count()) + " levels make " + FormatNumber(finest),
       "at most 2147483647 in the end");
   }
@@ -141,7 +141,7 @@ GeometricTextureLevelRange LevelsToSynthesize(const GeometricTextureRequest& req
 {
   if (request.StartLevel < 0)
   {
-    Refuse("the first level is " + std::to_string(request.StartLevel), "0 or above");
+    RefuseSample("the first level is " + std::to_string(request.StartLevel), "0 or above");
   }
   const int last = static_cast<int>(levelsOfModel) - 1;
   const int end = request.EndLevel < 0 ? last : std::min(request.EndLevel, last);
@@ -172,11 +172,11 @@ GeometricTextureLevel GeometricTextureSampler::Generate(
   const TriangleMesh& mesh = model.Template;
   if (mesh.NumberOfTriangles() == 0)
   {
-    Refuse("the model has no template", "one, or a mesh to grow on");
+    RefuseSample("the model has no template", "one, or a mesh to grow on");
   }
   if (randomFrom < 0 || randomFrom > model.Options.Levels)
   {
-    Refuse("noise is to be random from level " + std::to_string(randomFrom) + " on",
+    RefuseSample("noise is to be random from level " + std::to_string(randomFrom) + " on",
       "0 to " + std::to_string(model.Options.Levels));
   }
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
@@ -18,15 +19,13 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 8192;
-
 /// The rows of @p values, then for each edge the mean of those of its ends.
 template <typename Matrix>
 Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>>& parents)
 {
   Matrix fine(values.rows() + static_cast<Eigen::Index>(parents.size()), values.cols());
   fine.topRows(values.rows()) = values;
-  ParallelFor(static_cast<std::int64_t>(parents.size()), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(static_cast<std::int64_t>(parents.size()), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t e = begin; e < end; ++e)
     {
       fine.row(values.rows() + e) = (values.row(parents[e][0]) + values.row(parents[e][1])) / 2;

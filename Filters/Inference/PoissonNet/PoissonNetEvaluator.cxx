@@ -15,7 +15,7 @@ namespace surfsynth
 
 namespace
 {
-std::string FormatShape(const FeatureMatrix& matrix)
+std::string FormatSize(const FeatureMatrix& matrix)
 {
   return "[" + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
 }
@@ -108,7 +108,7 @@ void PoissonNetEvaluator::Internals::CheckInput(const PoissonNetInput& input) co
   if (input.Signal.size() != 0 &&
     (input.Signal.rows() != this->NumberOfVertices() || input.Signal.cols() != options.InputChannels))
   {
-    throw InvalidInput("PoissonNetEvaluator: the signal is " + FormatShape(input.Signal) + "; expected [" + vertices +
+    throw InvalidInput("PoissonNetEvaluator: the signal is " + FormatSize(input.Signal) + "; expected [" + vertices +
       ", " + std::to_string(options.InputChannels) + "].");
   }
   const bool fits = options.ExtraFeatures == 0 ? input.Extra.size() == 0
@@ -116,7 +116,7 @@ void PoissonNetEvaluator::Internals::CheckInput(const PoissonNetInput& input) co
       (input.Extra.rows() == 1 || input.Extra.rows() == this->NumberOfVertices());
   if (!fits)
   {
-    throw InvalidInput("PoissonNetEvaluator: the extra features are " + FormatShape(input.Extra) + "; expected " +
+    throw InvalidInput("PoissonNetEvaluator: the extra features are " + FormatSize(input.Extra) + "; expected " +
       (options.ExtraFeatures == 0 ? "none."
                                   : "1 or " + vertices + " rows of " + std::to_string(options.ExtraFeatures) + "."));
   }

@@ -18,8 +18,7 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "poissonnet";
-constexpr const char* FormatVersion = "1";
+constexpr const char* PoissonNetArchitecture = "poissonnet";
 
 const std::pair<const char*, InputNormalization> NormalizationNames[] = { { "none", InputNormalization::None },
   { "surface_area", InputNormalization::SurfaceArea }, { "unit_sphere", InputNormalization::UnitSphere } };
@@ -78,8 +77,8 @@ InputNormalization ParseNormalization(const std::string& file, const std::string
 
 void ReadDescription(const std::string& file, PoissonNetModel& model)
 {
-  RequireValue(file, model.Metadata, "architecture", Architecture);
-  RequireValue(file, model.Metadata, "format_version", FormatVersion);
+  RequireValue(file, model.Metadata, "architecture", PoissonNetArchitecture);
+  RequireValue(file, model.Metadata, "format_version", ModelFormatVersion);
   model.Options = OptionsFromMetadata(file, model.Metadata);
   if (const auto found = model.Metadata.find("input_normalisation"); found != model.Metadata.end())
   {
@@ -134,8 +133,8 @@ Metadata Describe(const PoissonNetModel& model)
   {
     metadata[key] = value;
   }
-  metadata["architecture"] = Architecture;
-  metadata["format_version"] = FormatVersion;
+  metadata["architecture"] = PoissonNetArchitecture;
+  metadata["format_version"] = ModelFormatVersion;
   for (const auto& [name, value] : NormalizationNames)
   {
     if (value == model.Normalization)

@@ -2,6 +2,7 @@
 #include "Inference/PoissonNet/PoissonOperators.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Operators/SurfaceOperators.h"
 
@@ -15,7 +16,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 16384;
 constexpr float DiagonalShift = 1e-6F;
 /// Added to the squared length of cross products in cotangents.
 constexpr double SquaredAreaShift = 1e-20;
@@ -46,7 +46,7 @@ PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopol
   PoissonOperators operators;
   operators.Triangles = mesh.Triangles;
   operators.Gradient.resize(mesh.NumberOfTriangles(), 6);
-  ParallelFor(mesh.NumberOfTriangles(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto corner = [&](int k) { return Eigen::Vector3d(rounded.Points.row(mesh.Triangles(f, k)).transpose()); };

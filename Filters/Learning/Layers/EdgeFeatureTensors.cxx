@@ -21,7 +21,7 @@ torch::Tensor UnitVectors(const torch::Tensor& vectors)
 
 /// The frames of the edges, [F, 3, 3] each (triangle, edge, coordinate); normals are the same for all edges of a
 /// triangle.
-struct EdgeFrames
+struct EdgeFrameTensors
 {
   torch::Tensor Midpoint;
   torch::Tensor Along;   ///< unit vector from the edge's first corner to its second
@@ -30,9 +30,9 @@ struct EdgeFrames
   torch::Tensor Length; ///< [F, 3, 1]
 };
 
-EdgeFrames FramesOf(const FaceTables& tables, const torch::Tensor& positions)
+EdgeFrameTensors FramesOf(const FaceTables& tables, const torch::Tensor& positions)
 {
-  EdgeFrames frames;
+  EdgeFrameTensors frames;
   const torch::Tensor corners = TakeRows(positions, tables.Triangles);
   const torch::Tensor next = corners.roll(-1, 1);
   const torch::Tensor edges = next - corners;
@@ -71,7 +71,7 @@ torch::Tensor SumRows(const torch::Tensor& values, const torch::Tensor& ids, std
 
 torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& positions)
 {
-  const EdgeFrames frames = FramesOf(tables, positions);
+  const EdgeFrameTensors frames = FramesOf(tables, positions);
   const torch::Tensor beyond = TakeRows(positions, tables.Opposite) - frames.Midpoint;
   const auto coordinate = [&beyond](const torch::Tensor& axis) { return (beyond * axis).sum(-1, true); };
   return torch::cat(
@@ -81,7 +81,7 @@ torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& p
 
 torch::Tensor CornerDisplacement(const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local)
 {
-  const EdgeFrames frames = FramesOf(tables, positions);
+  const EdgeFrameTensors frames = FramesOf(tables, positions);
   const torch::Tensor weights = local.unsqueeze(1);
   const auto weight = [&weights](std::int64_t axis) { return weights.narrow(-1, axis, 1); };
   const torch::Tensor corners = weight(0) * frames.Along + weight(1) * frames.Outward + weight(2) * frames.Normal;

@@ -8,7 +8,7 @@ namespace surfsynth
 
 namespace
 {
-std::string FormatShape(const torch::Tensor& tensor)
+std::string DescribeSizes(const torch::Tensor& tensor)
 {
   return tensor.defined() ? c10::str(tensor.sizes()) : "undefined";
 }
@@ -46,7 +46,7 @@ PoissonNetOutput PoissonNetImpl::forward(const MeshTensors& mesh, const torch::T
   if (!x.defined() || x.dim() < 2 || x.size(-2) != mesh.VertexMass.size(0) ||
     x.size(-1) != this->Architecture.InputChannels)
   {
-    throw InvalidInput("PoissonNet: the input is " + FormatShape(x) + "; expected [..., " +
+    throw InvalidInput("PoissonNet: the input is " + DescribeSizes(x) + "; expected [..., " +
       std::to_string(mesh.VertexMass.size(0)) + ", " + std::to_string(this->Architecture.InputChannels) + "].");
   }
   const torch::Tensor condition = this->EmbedExtra(x, extra);
@@ -72,7 +72,7 @@ torch::Tensor PoissonNetImpl::EmbedExtra(const torch::Tensor& x, const torch::Te
       (extra.dim() == 1 || extra.size(-2) == 1 || extra.size(-2) == x.size(-2));
   if (!fits)
   {
-    throw InvalidInput("PoissonNet: the extra features are " + FormatShape(extra) + "; expected " +
+    throw InvalidInput("PoissonNet: the extra features are " + DescribeSizes(extra) + "; expected " +
       (count == 0 ? "none" : "[" + std::to_string(count) + "] or [..., V or 1, " + std::to_string(count) + "]") + ".");
   }
   if (count == 0)

@@ -7,7 +7,7 @@
 //   surfacesynthesis-train geometric-texture levels.safetensors model.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
-// a checkpoint is written; the same command goes on from there).
+// a checkpoint is written; the same command goes on from there). A training that --time-budget ends early ends with 0.
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
@@ -157,7 +157,7 @@ public:
     }
   }
 
-  const std::string& Model() const { return this->Files.Model; }
+  const TrainingFiles& Results() const { return this->Files; }
 
 protected:
   /// The options of the trainings of a PoissonNet.
@@ -168,6 +168,11 @@ protected:
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "at each milestone");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
+    AddNumber(known, "--width", o.Width, "hidden channels");
+    AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
+    AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
+    known["--inner-products"] = { "yes or no: features of dot products (no)",
+      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
     known["--milestone"] = {
       "iteration after which the learning rate falls; may be given several times (a quarter of all)",
       [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); }
@@ -182,6 +187,7 @@ protected:
     AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
     AddNumber(known, "--seed", o.Seed, "of everything random");
     AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
+    AddNumber(known, "--time-budget", this->Files.TimeBudget, "minutes, after which files are written; 0: no limit");
     known["--device"] = { "auto, cpu or cuda (auto)",
       [&o](const std::string& value) { o.Device = Choose("--device", value, Devices); } };
     known["--checkpoint"] = { "file to go on from, and to write (the model's name with .checkpoint)",
@@ -191,17 +197,6 @@ protected:
     known["--resume"] = { "yes or no: go on from the checkpoint where there is one (yes)",
       [this](const std::string& value) { this->Files.Resume = Choose("--resume", value, YesOrNo); } };
     return known;
-  }
-
-  /// The options of a network that is made.
-  template <typename Options>
-  static void AddNetwork(CommandOptions& known, Options& o)
-  {
-    AddNumber(known, "--width", o.Width, "hidden channels");
-    AddNumber(known, "--blocks", o.Blocks, "blocks of the network");
-    AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
-    known["--inner-products"] = { "yes or no: features of dot products (no)",
-      [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
   }
 
   TrainingFiles Files;
@@ -215,7 +210,6 @@ public:
   {
     FlowMatchingTrainingOptions& o = this->Options;
     CommandOptions known = this->PoissonNetOptions(o);
-    AddNetwork(known, o);
     AddNumber(known, "--batch", o.BatchSize, "samples in an iteration");
     AddNumber(known, "--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
     AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
@@ -251,7 +245,6 @@ public:
   CommandOptions KnownOptions() override
   {
     CommandOptions known = this->PoissonNetOptions(this->Options);
-    AddNetwork(known, this->Options);
     AddNumber(known, "--batch", this->Options.BatchSize, "surfaces in an iteration");
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
     return known;
@@ -330,11 +323,15 @@ public:
     , Clock(iterations)
   {}
 
+  /// The number of the last iteration shown; 0 before the first.
+  std::int64_t Done() const { return this->Last; }
+
   void Show(const LossHistory& history)
   {
+    this->Last = static_cast<std::int64_t>(history.Size());
     this->Clock.Add(history);
     const auto now = std::chrono::steady_clock::now();
-    const bool last = static_cast<std::int64_t>(history.Size()) == this->Iterations;
+    const bool last = this->Last == this->Iterations;
     if (!last && now - this->Shown < std::chrono::seconds(1))
     {
       return;
@@ -347,6 +344,7 @@ public:
 
 private:
   std::int64_t Iterations;
+  std::int64_t Last = 0;
   TrainingClock Clock;
   std::chrono::steady_clock::time_point Shown = std::chrono::steady_clock::now() - std::chrono::seconds(2);
 };
@@ -370,13 +368,19 @@ int Train(TrainCommand& command)
 {
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
-  ProgressLine line(command.Iterations());
+  const std::int64_t iterations = command.Iterations();
+  ProgressLine line(iterations);
   const auto observe = [&line](const LossHistory& history) {
     line.Show(history);
     return !Interrupted;
   };
   command.Train(observe, [](double) { return !Interrupted; });
-  std::cout << "wrote " << command.Model() << '\n';
+  if (line.Done() > 0 && line.Done() < iterations)
+  {
+    std::cout << "\nThe time budget ended the training after iteration " << line.Done() << " of " << iterations
+              << ". The same command goes on from " << command.Results().Checkpoint << '\n';
+  }
+  std::cout << "wrote " << command.Results().Model << '\n';
   return 0;
 }
 

@@ -21,14 +21,10 @@ namespace surfsynth
 
 namespace
 {
-PoissonNetOptions NetworkOptions(const EncodingTrainingOptions& options)
+PoissonNetOptions EncoderOptions(const EncodingTrainingOptions& options)
 {
-  PoissonNetOptions network;
+  PoissonNetOptions network = NetworkOfSize(options);
   network.OutputChannels = options.Eigenfunctions;
-  network.Width = options.Width;
-  network.Blocks = options.Blocks;
-  network.ComplexLayers = options.ComplexLayers;
-  network.InnerProducts = options.InnerProducts;
   network.Head = PoissonNetHead::Linear;
   return network;
 }
@@ -97,7 +93,6 @@ FeatureMatrix Eigenfunctions(const TriangleMesh& mesh, const MeshTopology& topol
 void CheckOptions(const EncodingTrainingOptions& options)
 {
   CheckOptions(static_cast<const TrainingOptions&>(options));
-  CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
   const OptionChecks check("TrainingOptions");
   check.Count("Eigenfunctions", options.Eigenfunctions, 1, 10000);
   check.Count("BatchSize", options.BatchSize, 1, 100000);
@@ -110,7 +105,7 @@ public:
     : Options(options)
     , Dataset(std::move(dataset))
     , DatasetHash(ContentHash(this->Dataset))
-    , Training(NetworkOptions(options), options)
+    , Training(EncoderOptions(options), options)
   {
     RequireCorrespondence(this->Dataset);
     const MeshTopology topology = RequireValidSources(this->Dataset, SubProgress(progress, 0.0, 0.1));
@@ -198,10 +193,6 @@ std::map<std::string, std::string> EncodingTrainer::Internals::Recipe() const
 {
   std::map<std::string, std::string> recipe = RecipeOf(this->Options, "encoding");
   recipe["eigenfunctions"] = std::to_string(this->Options.Eigenfunctions);
-  recipe["width"] = std::to_string(this->Options.Width);
-  recipe["blocks"] = std::to_string(this->Options.Blocks);
-  recipe["complex_layers"] = std::to_string(this->Options.ComplexLayers);
-  recipe["inner_products"] = this->Options.InnerProducts ? "yes" : "no";
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
   recipe["dataset"] = std::to_string(this->DatasetHash);
   return recipe;

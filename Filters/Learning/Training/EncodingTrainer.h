@@ -21,11 +21,7 @@ namespace surfsynth
 struct EncodingTrainingOptions : TrainingOptions
 {
   std::int64_t Eigenfunctions = 64; ///< channels of the encoding, >= 1; the paper's 64
-  std::int64_t Width = 64;          ///< hidden channels
-  std::int64_t Blocks = 4;
-  std::int64_t ComplexLayers = 3;
-  bool InnerProducts = false; ///< see FlowMatchingTrainingOptions
-  std::int64_t BatchSize = 4; ///< surfaces in an iteration, >= 1
+  std::int64_t BatchSize = 4;       ///< surfaces in an iteration, >= 1
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.

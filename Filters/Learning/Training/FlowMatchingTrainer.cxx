@@ -27,14 +27,10 @@ namespace
 /// A dense inverse of more vertices than this takes more memory and time than it saves.
 constexpr Index LargestDenseInverse = 10000;
 
-PoissonNetOptions NetworkOptions(const FlowMatchingTrainingOptions& options, const TrainingSources& sources)
+PoissonNetOptions VelocityOptions(const FlowMatchingTrainingOptions& options, const TrainingSources& sources)
 {
-  PoissonNetOptions network;
+  PoissonNetOptions network = NetworkOfSize(options);
   network.InputChannels = network.OutputChannels = sources.Components;
-  network.Width = options.Width;
-  network.Blocks = options.Blocks;
-  network.ComplexLayers = options.ComplexLayers;
-  network.InnerProducts = options.InnerProducts;
   network.ExtraFeatures = 1 + sources.Sources.front().Condition.cols();
   network.Head = sources.Frame.GeneratesPositions() ? PoissonNetHead::GradientDomain : PoissonNetHead::Linear;
   return network;
@@ -73,7 +69,7 @@ public:
     , DatasetHash(ContentHash(dataset))
     , Data(PrepareSources(
         std::move(dataset), options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
-    , Training(NetworkOptions(options, this->Data), options)
+    , Training(VelocityOptions(options, this->Data), options)
   {
     const torch::Device& device = this->Training.Device();
     for (const TrainingSource& source : this->Data.Sources)
@@ -108,10 +104,6 @@ private:
 std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() const
 {
   std::map<std::string, std::string> recipe = RecipeOf(this->Options, "flow_matching");
-  recipe["width"] = std::to_string(this->Options.Width);
-  recipe["blocks"] = std::to_string(this->Options.Blocks);
-  recipe["complex_layers"] = std::to_string(this->Options.ComplexLayers);
-  recipe["inner_products"] = this->Options.InnerProducts ? "yes" : "no";
   recipe["noise"] = std::to_string(static_cast<int>(this->Options.Noise.Model));
   recipe["noise_screening"] = FormatExact(this->Options.Noise.Screening);
   recipe["noise_eigenpairs"] = std::to_string(this->Options.Noise.Eigenpairs);
@@ -201,7 +193,6 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
 void CheckOptions(const FlowMatchingTrainingOptions& options)
 {
   CheckOptions(static_cast<const TrainingOptions&>(options));
-  CheckNetworkSize(options.Width, options.Blocks, options.ComplexLayers);
   const OptionChecks check("TrainingOptions");
   check.Count("BatchSize", options.BatchSize, 1, 100000);
   check.Require(options.SourcesPerBatch >= 1 && options.BatchSize % options.SourcesPerBatch == 0, "SourcesPerBatch",

@@ -21,12 +21,6 @@ namespace surfsynth
 /// The recipe. Defaults are the paper's (appendix B.1) but for the network's size, the batch and the iterations.
 struct FlowMatchingTrainingOptions : TrainingOptions
 {
-  std::int64_t Width = 64;        ///< hidden channels; the paper's 128
-  std::int64_t Blocks = 4;        ///< the paper's 5
-  std::int64_t ComplexLayers = 3; ///< of the maps between gradients
-  /// See PoissonNetOptions::InnerProducts. They grow with the gradients of the noise, and jump where the surface has creases,
-  /// so that with them a model serves other triangulations less well.
-  bool InnerProducts = false;
   /// With a Scale of 0 for such that noise varies as much as the samples do about their mean (about the surface, where there
   /// is one sample on it), and Smoothing in squared mean edge lengths of the first surface: at 1 the noise has nothing on
   /// finer triangulations that this one does not resolve. The paper's is 0.

@@ -26,7 +26,7 @@ void AddNetwork(const std::string& prefix, GeometricTextureNetworkImpl& network,
   }
 }
 
-void AddMoments(
+void AddAdamMoments(
   const std::string& prefix, torch::optim::Adam& optimizer, torch::nn::Module& network, TrainingCheckpoint& checkpoint)
 {
   for (const auto& parameter : network.named_parameters())
@@ -61,7 +61,7 @@ struct RestoredParameter
 
 /// @param current beginning of the names of the parameters whose moments the checkpoint holds; empty for none.
 /// @throws ModelMismatch
-std::vector<RestoredParameter> ReadNetwork(const std::string& file, const TrainingCheckpoint& checkpoint,
+std::vector<RestoredParameter> RestoreNetwork(const std::string& file, const TrainingCheckpoint& checkpoint,
   const std::string& prefix, torch::nn::Module& network, const std::string& current)
 {
   std::vector<RestoredParameter> restored;
@@ -126,8 +126,8 @@ TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
   AddNetwork("discriminator.", *this->Discriminator, checkpoint);
   if (this->Done() % this->Options.IterationsPerLevel > 0)
   {
-    AddMoments("generator.", *this->GeneratorAdam, this->LevelGenerator(), checkpoint);
-    AddMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
+    AddAdamMoments("generator.", *this->GeneratorAdam, this->LevelGenerator(), checkpoint);
+    AddAdamMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
   }
   ModelTensor& losses = checkpoint.Tensors[LossesName];
   losses.Shape = { this->Done(), LossColumns };
@@ -150,8 +150,8 @@ void GeometricTextureTrainer::Internals::Restore(const std::string& file, const 
   const std::int64_t level = this->LevelOf(done);
   const std::int64_t inLevel = done % this->Options.IterationsPerLevel;
   const std::string current = inLevel > 0 ? "levels." + std::to_string(level) + "." : "";
-  const auto generator = ReadNetwork(file, checkpoint, "generator.", *this->Generator, current);
-  const auto discriminator = ReadNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);
+  const auto generator = RestoreNetwork(file, checkpoint, "generator.", *this->Generator, current);
+  const auto discriminator = RestoreNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);
 
   this->History = GeometricTextureLossHistory();
   const float* loss = losses.Values.data();

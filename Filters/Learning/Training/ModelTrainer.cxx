@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "IO/Weights/OutputFile.h"
+#include "Learning/Training/TimeLimit.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 
 #include <vector>
@@ -101,14 +102,17 @@ void TrainAndSave(
     trainer.LoadCheckpoint(files.Checkpoint);
   }
   const std::int64_t iterations = trainer.Iterations();
+  const TimeLimit limit(files.TimeBudget);
   bool saved = false;
-  while (trainer.Iteration() < iterations)
+  bool inTime = true;
+  while (inTime && trainer.Iteration() < iterations)
   {
     trainer.Step();
     const std::int64_t done = trainer.Iteration();
     const bool goOn = (!observe || observe(trainer.History())) &&
       (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
-    saved = !goOn || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
+    inTime = !limit.IsReached();
+    saved = !goOn || !inTime || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
     if (saved)
     {
       SaveFiles(trainer, files);

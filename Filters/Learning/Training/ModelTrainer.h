@@ -70,7 +70,8 @@ using TrainingObserver = std::function<bool(const LossHistory& history)>;
 /// Trains to the last iteration and writes checkpoint, model and loss table: every files.CheckpointInterval iterations,
 /// after each stage, at the end, and on cancellation (by @p observe or @p progress). Goes on from files.Checkpoint where
 /// there is one and files.Resume is set; an interrupted training loses the iterations after its last checkpoint. A
-/// checkpoint of the last iteration is enough to write the other files again.
+/// checkpoint of the last iteration is enough to write the other files again. After files.TimeBudget minutes the training
+/// writes its files and returns before its last iteration, after one iteration at least.
 /// @param progress called after each iteration with the part of all iterations that is done.
 /// @throws the errors of the trainer; before the first iteration, InvalidInput as CheckFiles() and when another training
 /// writes one of the files, and ModelMismatch when the checkpoint has more iterations than are asked for; Cancelled.

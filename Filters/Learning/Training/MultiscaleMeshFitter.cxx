@@ -10,12 +10,14 @@
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/NearestPoints.h"
 #include "Learning/Training/OptionChecks.h"
+#include "Learning/Training/TimeLimit.h"
 
 #include <Eigen/Geometry>
 #include <torch/torch.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -107,9 +109,10 @@ public:
         torch::optim::AdamOptions(options.LearningRate))
   {}
 
-  void Iterate(std::int64_t iteration)
+  /// @param done part of the level, from 0 to 1, that the learning rate has fallen over.
+  void Iterate(std::int64_t iteration, double done)
   {
-    this->SetLearningRate(iteration);
+    this->SetLearningRate(done);
     for (std::int64_t k = 0; k < this->Options.TriangulationSteps; ++k)
     {
       this->Descend(ComputeTriangulationLoss(this->Source.Tables, this->Source.Positions).Total);
@@ -122,10 +125,9 @@ public:
 
 private:
   /// Falls geometrically: large steps make the shape, small ones take away what they leave of their size.
-  void SetLearningRate(std::int64_t iteration)
+  void SetLearningRate(double done)
   {
-    const auto last = static_cast<double>(std::max<std::int64_t>(this->Options.Iterations - 1, 1));
-    const double factor = std::pow(this->Options.LearningRateDecay, static_cast<double>(iteration) / last);
+    const double factor = std::pow(this->Options.LearningRateDecay, done);
     auto& group = this->Adam.param_groups().front();
     static_cast<torch::optim::AdamOptions&>(group.options()).lr(this->Options.LearningRate * factor);
   }
@@ -167,6 +169,32 @@ private:
   const FitSurface& Target;
   torch::optim::Adam Adam;
 };
+
+/// Minutes that a level may take: (level + 1) parts of those that are left for it and the levels after it.
+double MinutesOf(std::int64_t level, std::int64_t levels, const TimeLimit& limit)
+{
+  const auto parts = static_cast<double>((levels - level) * (level + 1 + levels)) / 2.0;
+  return limit.MinutesLeft() * static_cast<double>(level + 1) / parts;
+}
+
+/// Fits @p source and notes the iterations and the time in @p fit. @param report called before each iteration.
+void FitLevel(LevelFit& optimization, std::int64_t iterations, double minutes, MultiscaleFit& fit,
+  const std::function<void(std::int64_t iteration)>& report)
+{
+  const TimeLimit limit(minutes);
+  const auto last = static_cast<double>(std::max<std::int64_t>(iterations - 1, 1));
+  std::int64_t done = 0;
+  while (done < iterations && (done == 0 || !limit.IsReached()))
+  {
+    report(done);
+    const double ofTime = limit.Exists() && done > 0 ? std::min(1.0, limit.Elapsed() / (60.0 * minutes)) : 0.0;
+    optimization.Iterate(done, std::max(static_cast<double>(done) / last, ofTime));
+    ++done;
+  }
+  fit.Iterations.push_back(done);
+  fit.SecondsForAll += limit.Elapsed() * static_cast<double>(iterations) /
+    static_cast<double>(std::max<std::int64_t>(done, 1));
+}
 
 TriangleMesh MakeTemplate(const MultiscaleFitOptions& options)
 {
@@ -218,6 +246,7 @@ void CheckOptions(const MultiscaleFitOptions& options)
   check.LearningRate("LearningRate", options.LearningRate);
   check.Require(options.LearningRateDecay > 0.0 && options.LearningRateDecay <= 1.0, "LearningRateDecay",
     options.LearningRateDecay, "a number above 0, at most 1");
+  check.Weight("TimeBudget", options.TimeBudget);
 }
 
 MultiscaleFit FitMultiscaleMesh(
@@ -225,6 +254,7 @@ MultiscaleFit FitMultiscaleMesh(
 {
   CheckOptions(options);
   RequireReference(reference);
+  const TimeLimit limit(options.TimeBudget);
   const TriangleMesh start = MakeTemplate(options);
   const BoxFrame startFrame(start);
   const BoxFrame frame(reference);
@@ -244,11 +274,8 @@ MultiscaleFit FitMultiscaleMesh(
   {
     FitSurface source(mesh);
     LevelFit optimization(options, level, source, target);
-    for (std::int64_t k = 0; k < options.Iterations; ++k)
-    {
-      Report(progress, share * static_cast<double>(level * options.Iterations + k));
-      optimization.Iterate(k);
-    }
+    FitLevel(optimization, options.Iterations, MinutesOf(level, options.Levels, limit), fit,
+      [&](std::int64_t k) { Report(progress, share * static_cast<double>(level * options.Iterations + k)); });
     mesh.Points = ToPoints(source.Positions);
     fit.Dataset.Levels.push_back({ inReference(mesh.Points), mesh.Triangles });
     const SurfaceDistance distance = DistanceToSurface(fit.Dataset.Levels.back().Points, reference);

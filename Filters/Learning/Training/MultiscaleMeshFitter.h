@@ -37,6 +37,9 @@ struct MultiscaleFitOptions
   std::int64_t Samples = 3000;         ///< on each surface at level 0, (l + 1) times as many at level l; 1 to 1e6
   bool PublishedNormals = false; ///< see ComputeChamferLoss(): unrelated normals are compared, as in the published code
   std::uint64_t Seed = 0;
+  /// Minutes of the whole fit, >= 0; 0: no limit. A level may use (level + 1) parts of what is left of it, as it has as many
+  /// samples; its learning rate falls over that time where it ends before the iterations.
+  double TimeBudget = 0.0;
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
@@ -55,6 +58,9 @@ struct MultiscaleFit
   /// The levels, and the template as the fit began with it; in the coordinates of the reference.
   MultiscaleDataset Dataset;
   std::vector<FitDistance> Distances; ///< of each level
+  /// Number of iterations done at each level: fewer than asked for where the time budget has ended it.
+  std::vector<std::int64_t> Iterations;
+  double SecondsForAll = 0.0; ///< estimated for all iterations of all levels; 0 when none was done
 };
 
 /// Fits a template to @p reference, subdivides it at midpoints, fits it again, and so on: section 4 of "Deep Geometric

@@ -2,6 +2,7 @@
 #include "Learning/Training/NearestPoints.h"
 
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/PointCloud.h"
 
 #include <Eigen/Geometry>
 #include <nanoflann.hpp>
@@ -15,25 +16,8 @@ namespace surfsynth
 
 namespace
 {
-constexpr std::int64_t Grain = 256;
+constexpr std::int64_t QueryGrain = 256;
 using Point = Eigen::RowVector3d;
-
-/// Points in the form that nanoflann asks for.
-struct PointCloud
-{
-  const PointMatrix& Points;
-
-  std::size_t kdtree_get_point_count() const { return static_cast<std::size_t>(this->Points.rows()); }
-  double kdtree_get_pt(std::size_t point, std::size_t axis) const
-  {
-    return this->Points(static_cast<Eigen::Index>(point), static_cast<Eigen::Index>(axis));
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const
-  {
-    return false; // it finds the box itself
-  }
-};
 
 using Tree =
   nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3, std::uint32_t>;
@@ -135,7 +119,7 @@ PointTree::~PointTree() = default;
 std::vector<std::int64_t> PointTree::Nearest(const PointMatrix& queries) const
 {
   std::vector<std::int64_t> nearest(static_cast<std::size_t>(queries.rows()));
-  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(queries.rows(), QueryGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)
     {
       std::uint32_t id = 0;
@@ -159,7 +143,7 @@ SurfaceDistance DistanceToSurface(const PointMatrix& queries, const TriangleMesh
 {
   const CentroidTree tree(surface);
   Eigen::VectorXd distances(queries.rows());
-  ParallelFor(queries.rows(), Grain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(queries.rows(), QueryGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k)
     {
       distances[k] = tree.Distance(queries.row(k));

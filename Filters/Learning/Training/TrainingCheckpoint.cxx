@@ -99,7 +99,10 @@ std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, cons
   return { { "training", training }, { "learning_rate", FormatExact(options.LearningRate) },
     { "learning_rate_factor", FormatExact(options.LearningRateFactor) },
     { "gradient_clip", FormatExact(options.GradientClip) },
-    { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) } };
+    { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
+    { "width", std::to_string(options.Width) }, { "blocks", std::to_string(options.Blocks) },
+    { "complex_layers", std::to_string(options.ComplexLayers) },
+    { "inner_products", options.InnerProducts ? "yes" : "no" } };
 }
 
 std::string FormatExact(double number)

@@ -12,16 +12,15 @@ namespace
 {
 /// Part of the weight of an iteration that is left after the next one.
 constexpr double KeptWeight = 0.98;
+} // namespace
 
-/// "1:02:03"
-std::string HoursMinutesSeconds(double seconds)
+std::string FormatDuration(double seconds)
 {
   const auto whole = static_cast<long long>(seconds + 0.5);
   char text[48];
   std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
   return text;
 }
-} // namespace
 
 void TrainingClock::Add(const LossHistory& history)
 {
@@ -44,14 +43,18 @@ double TrainingClock::SecondsPerIteration() const
   return timed == 0 ? 0.0 : std::chrono::duration<double>(this->Now - this->Begin).count() / static_cast<double>(timed);
 }
 
+double TrainingClock::SecondsLeft() const
+{
+  return this->SecondsPerIteration() * static_cast<double>(this->Iterations - this->Last);
+}
+
 std::string TrainingClock::Describe() const
 {
   std::string text = "iteration " + std::to_string(this->Last) + " of " + std::to_string(this->Iterations) + ", loss " +
     FormatNumber(this->Loss);
   if (this->Last > this->First)
   {
-    text += ", " +
-      HoursMinutesSeconds(this->SecondsPerIteration() * static_cast<double>(this->Iterations - this->Last)) + " left";
+    text += ", " + FormatDuration(this->SecondsLeft()) + " left";
   }
   return text;
 }

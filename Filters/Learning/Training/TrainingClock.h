@@ -12,6 +12,9 @@
 namespace surfsynth
 {
 
+/// "1:02:03" for 3723 seconds.
+std::string FormatDuration(double seconds);
+
 /// Smooths the monitored loss of a training and estimates its remaining time.
 class TrainingClock
 {
@@ -28,6 +31,8 @@ public:
   double SmoothedLoss() const { return this->Loss; }
   /// Seconds for an iteration; 0 before the second.
   double SecondsPerIteration() const;
+  /// Estimated seconds to the last iteration; 0 before the second.
+  double SecondsLeft() const;
   /// "iteration 120 of 2000, loss 0.0123, 0:01:23 left"
   std::string Describe() const;
 

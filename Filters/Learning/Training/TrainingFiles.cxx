@@ -2,9 +2,11 @@
 #include "Learning/Training/TrainingFiles.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -43,6 +45,11 @@ void CheckFiles(const TrainingFiles& files)
   {
     throw InvalidInput("TrainingFiles: the checkpoint interval is " + std::to_string(files.CheckpointInterval) +
       "; expected at least 1.");
+  }
+  if (!(files.TimeBudget >= 0.0) || !std::isfinite(files.TimeBudget))
+  {
+    throw InvalidInput("TrainingFiles: the time budget is " + FormatNumber(files.TimeBudget) +
+      " minutes; expected a number of at least 0, 0 for no limit.");
   }
   const std::array<std::pair<const char*, fs::path>, 3> places = { std::pair("model", fs::path(files.Model)),
     std::pair("checkpoint", fs::path(files.Checkpoint)), std::pair("loss table", fs::path(files.LossTable)) };

@@ -18,12 +18,14 @@ struct TrainingFiles
   std::string LossTable;  ///< a CSV file with a row for each iteration, written with each checkpoint
   std::int64_t CheckpointInterval = 500; ///< iterations, >= 1
   bool Resume = true;
+  /// Minutes from the first iteration of a run to its end: the training then writes its files and stops; 0: no limit.
+  double TimeBudget = 0.0;
   std::vector<std::string> Inputs; ///< paths that the training reads, which it must not write over
 };
 
 /// Checks the files before hours of training.
 /// @throws InvalidInput when a file has no folder to lie in, is a folder, another one or one of the inputs, or
-/// CheckpointInterval is below 1.
+/// CheckpointInterval is below 1, or TimeBudget is negative or not finite.
 void CheckFiles(const TrainingFiles& files);
 
 /// True when a training is to go on from a checkpoint, and there is one.

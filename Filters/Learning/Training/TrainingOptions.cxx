@@ -19,14 +19,19 @@ void CheckOptions(const TrainingOptions& options)
   {
     check.Require(milestone >= 0, "a milestone", std::to_string(milestone), "a number of iterations");
   }
+  check.Count("Width", options.Width, 1, 100000);
+  check.Count("Blocks", options.Blocks, 1, 1000);
+  check.Count("ComplexLayers", options.ComplexLayers, 1, 100);
 }
 
-void CheckNetworkSize(std::int64_t width, std::int64_t blocks, std::int64_t layers)
+PoissonNetOptions NetworkOfSize(const TrainingOptions& options)
 {
-  const OptionChecks check("TrainingOptions");
-  check.Count("Width", width, 1, 100000);
-  check.Count("Blocks", blocks, 1, 1000);
-  check.Count("ComplexLayers", layers, 1, 100);
+  PoissonNetOptions network;
+  network.Width = options.Width;
+  network.Blocks = options.Blocks;
+  network.ComplexLayers = options.ComplexLayers;
+  network.InnerProducts = options.InnerProducts;
+  return network;
 }
 
 } // namespace surfsynth

@@ -3,6 +3,8 @@
 /// The options that trainings share. No torch.
 #pragma once
 
+#include "Inference/PoissonNet/PoissonNetOptions.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,9 +29,16 @@ struct ModelTrainingOptions
 };
 
 /// The recipe of a PoissonNet: Adam with falling learning rate. Defaults are those of appendix B.1 of "Matérn Noise for
-/// Triangulation-Agnostic Flow Matching on Meshes" but for the iterations, which take a large GPU days there.
+/// Triangulation-Agnostic Flow Matching on Meshes" but for the network's size and the iterations, which take a large GPU
+/// days there.
 struct TrainingOptions : ModelTrainingOptions
 {
+  std::int64_t Width = 64;        ///< hidden channels; the paper's 128
+  std::int64_t Blocks = 4;        ///< the paper's 5
+  std::int64_t ComplexLayers = 3; ///< of the maps between gradients
+  /// See PoissonNetOptions::InnerProducts. They grow with the gradients of the noise, and jump where the surface has creases,
+  /// so that with them a model serves other triangulations less well.
+  bool InnerProducts = false;
   std::int64_t Iterations = 20000; ///< >= 1; the paper's 160,000
   /// Iterations after which the learning rate is multiplied by LearningRateFactor; empty: after a quarter of all.
   std::vector<std::int64_t> Milestones;
@@ -43,8 +52,7 @@ struct TrainingOptions : ModelTrainingOptions
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const TrainingOptions& options);
 
-/// Checks the size of a PoissonNet to be trained.
-/// @throws InvalidInput when width, blocks or layers are out of range.
-void CheckNetworkSize(std::int64_t width, std::int64_t blocks, std::int64_t layers);
+/// Returns options of a network of that size; the others are defaults.
+PoissonNetOptions NetworkOfSize(const TrainingOptions& options);
 
 } // namespace surfsynth

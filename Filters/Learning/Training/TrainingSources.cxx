@@ -19,8 +19,6 @@ namespace
 {
 /// Fields that the scale of the noise is measured on.
 constexpr std::uint32_t FieldsMeasured = 64;
-/// Second moments that differ by less than this are those of one shape, as the sampler sees it.
-constexpr double MomentTolerance = 0.1;
 /// The stream of those fields, apart from those of the training.
 constexpr std::uint32_t MeasuringStream = 0xffffffff;
 
@@ -256,7 +254,7 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
     }
   }
   prepared.Frame.Shape = MomentsOf(moments);
-  if (!encoder && prepared.Frame.Shape.Spread > MomentTolerance)
+  if (!encoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
   {
     throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
       " surfaces have different shapes (their second moments differ by " + FormatNumber(prepared.Frame.Shape.Spread) +

@@ -7,6 +7,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/SeparateSheets.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -47,19 +48,6 @@ TriangleMesh WithThreads(const Work& work)
   return result;
 }
 
-double AreaOf(const TriangleMesh& mesh)
-{
-  double doubleArea = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    doubleArea += a.cross(b).norm();
-  }
-  return 0.5 * doubleArea;
-}
-
 double SignedVolume(const TriangleMesh& mesh)
 {
   double sum = 0.0;
@@ -74,22 +62,57 @@ double SignedVolume(const TriangleMesh& mesh)
   return sum / 6.0;
 }
 
-/// Throws when a narrow band of @p halfWidth voxels of side @p voxelSize to either side of @p mesh holds too many
-/// voxels, before any memory is allocated for it.
-void RequireFewVoxels(const TriangleMesh& mesh, double voxelSize, double halfWidth, const LevelSetOptions& options)
+/// The options with an offset inwards of at most the longest side of @p mesh, of which nothing is left anyway.
+LevelSetOptions WithBoundedOffset(LevelSetOptions options, const TriangleMesh& mesh)
 {
-  const double side = ComputeBoundingBox(mesh).LongestSide();
-  const double voxels = 2.0 * (halfWidth + 1.0) * AreaOf(mesh) / (voxelSize * voxelSize) + side / voxelSize;
-  if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide)
+  options.Offset = std::max(options.Offset, -ComputeBoundingBox(mesh).LongestSide());
+  return options;
+}
+
+/// Motion of a level set, in world units.
+struct Motion
+{
+  double Outwards = 0.0; ///< farthest place of the surface outside of where it was
+  double Way = 0.0;      ///< sum of all ways
+};
+
+/// Ways of a level set by the offset and, with @p closing, there and back.
+Motion MotionOf(const LevelSetOptions& options, double closing)
+{
+  return { std::max({ closing, options.Offset, 0.0 }), 2.0 * closing + std::abs(options.Offset) };
+}
+
+/// Visits of voxels by a motion for each voxel that is allowed: OpenVDB visits some ten million in a second.
+constexpr double VisitsOfVoxel = 10.0;
+/// Steps in which OpenVDB moves a surface by a voxel.
+constexpr double StepsOfVoxel = 2.0;
+
+/// Throws when a narrow band of @p halfWidth voxels of side @p voxelSize to either side of @p mesh, moved by @p motion,
+/// holds too many voxels or is visited too often, before any memory is allocated for it.
+void RequireFewVoxels(
+  const TriangleMesh& mesh, double voxelSize, double halfWidth, const Motion& motion, const LevelSetOptions& options)
+{
+  const double side = ComputeBoundingBox(mesh).LongestSide() + 2.0 * motion.Outwards;
+  // The area of a sphere of radius r grows by 8 pi r d + 4 pi d^2 over a distance d.
+  const double grown = 4.0 * 3.14159265358979 * motion.Outwards * (side - motion.Outwards);
+  const double voxels = 2.0 * (halfWidth + 1.0) * (SurfaceArea(mesh) + grown) / (voxelSize * voxelSize) + side / voxelSize;
+  const double visits = StepsOfVoxel * motion.Way / voxelSize * voxels;
+  const double mostVisits = VisitsOfVoxel * options.MaximumNumberOfVoxels;
+  if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide && visits <= mostVisits)
   {
     return;
   }
-  // The number decreases with the square of the size; a little is added, so that the size in the message fits.
+  // The numbers decrease with the square and the cube of the size; a little is added, so that the size that is named fits.
   const double fitting = 1.05 *
-    std::max(voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)), side / LargestSide);
+    std::max({ voxelSize * std::sqrt(std::max(voxels / options.MaximumNumberOfVoxels, 1.0)),
+      voxelSize * std::cbrt(std::max(visits / mostVisits, 1.0)), side / LargestSide });
+  const std::string moved = visits > mostVisits
+    ? " and visited " + FormatNumber(visits / voxels) + " times to move the surface by " + FormatNumber(motion.Way)
+    : "";
+  const std::string mostMoved = moved.empty() ? "" : ", visited " + FormatNumber(mostVisits) + " times in all,";
   throw InvalidInput("About " + FormatNumber(voxels) + " voxels of size " + FormatNumber(voxelSize) +
-    " would be needed along the surface, " + FormatNumber(side / voxelSize) + " along its longest side; at most " +
-    FormatNumber(options.MaximumNumberOfVoxels) + " and " + FormatNumber(LargestSide) +
+    " would be needed along the surface, " + FormatNumber(side / voxelSize) + " along its longest side" + moved +
+    "; at most " + FormatNumber(options.MaximumNumberOfVoxels) + " and " + FormatNumber(LargestSide) + mostMoved +
     " are allowed. A VoxelSize of " + FormatNumber(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
 }
 
@@ -210,9 +233,10 @@ TriangleMesh WithArea(const TriangleMesh& mesh)
 }
 } // namespace
 
-TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions& options, const StopFlag& stop)
+TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions& given, const StopFlag& stop)
 {
   return WithThreads([&]() -> TriangleMesh {
+    LevelSetOptions options = given;
     StopInterrupter interrupter(stop);
     const Grid::Ptr grid = GridOfSamples(samples);
     interrupter.Check();
@@ -231,7 +255,8 @@ TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions
     {
       return surface;
     }
-    RequireFewVoxels(surface, voxelSize, HalfWidth, options);
+    options = WithBoundedOffset(options, surface);
+    RequireFewVoxels(surface, voxelSize, HalfWidth, MotionOf(options, options.Closing), options);
     interrupter.Check();
     const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);
     const Grid::Ptr levelSet = LevelSetOfOrientedMesh(Mapped(surface, scale.cwiseInverse(), origin), interrupter);
@@ -240,8 +265,9 @@ TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions
   });
 }
 
-TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& options, const StopFlag& stop)
+TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& given, const StopFlag& stop)
 {
+  const LevelSetOptions options = WithBoundedOffset(given, mesh);
   const BoundingBox box = ComputeBoundingBox(mesh);
   const double voxelSize = options.VoxelSize > 0.0 ? options.VoxelSize : box.LongestSide() / 128.0;
   if (!(box.LongestSide() > SmallestLength && box.LongestSide() < LargestLength && voxelSize > SmallestLength))
@@ -252,7 +278,7 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& opti
       " are needed. vtkTransformPolyDataFilter scales the surface.");
   }
   const double closing = options.Closing / voxelSize;
-  RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), options);
+  RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), MotionOf(options, 0.0), options);
   return WithThreads([&]() -> TriangleMesh {
     StopInterrupter interrupter(stop);
     const Eigen::RowVector3d scale = Eigen::RowVector3d::Constant(voxelSize);

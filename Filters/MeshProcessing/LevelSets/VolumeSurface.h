@@ -35,8 +35,8 @@ struct LevelSetOptions
   double Adaptivity = 0.0;                               ///< in [0, 1], see MeshOfGrid()
   bool FillCavities = false;                             ///< makes cavities solid
   bool LargestComponent = false;                         ///< keeps only the part with the most voxels
-  double MaximumNumberOfVoxels = 2e8;                    ///< limit of the voxels along the surface
-  bool SinglePrecision = false;                          ///< points of the result are rounded to floats
+  double MaximumNumberOfVoxels = 2e8; ///< limit of the voxels along the surface; visits by Offset: 10 times as many
+  bool SinglePrecision = false;       ///< points of the result are rounded to floats
 
   /// True when the surface of a volume can be extracted from its own samples.
   bool LeavesLevelSetAlone() const

@@ -3,6 +3,8 @@
 
 #include "MeshProcessing/Cgal/CgalMesh.h"
 
+#include "Core/Mesh/PointCloud.h"
+
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 
 #include <Eigen/Geometry>
@@ -42,20 +44,6 @@ std::int64_t KeepTriangles(Soup& soup, const Predicate& keep)
   soup.OriginOfTriangle.resize(kept);
   return dropped;
 }
-
-/// Adapter of the rows of a matrix for nanoflann.
-struct PointCloud
-{
-  const PointMatrix& Points;
-
-  std::size_t kdtree_get_point_count() const { return static_cast<std::size_t>(this->Points.rows()); }
-  double kdtree_get_pt(std::size_t point, std::size_t axis) const { return this->Points(point, axis); }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const
-  {
-    return false;
-  }
-};
 
 /// Lowest of the points with the same coordinates, for each point.
 std::vector<Index> EqualPoints(const PointMatrix& points)

@@ -5,6 +5,8 @@
 // whoever starts this program waits for it with a time limit.
 #include "MeshProcessing/Tetrahedra/TetGenProtocol.h"
 
+#include "Core/Common/Sanitizers.h"
+
 // The library calls terminatetetgen() for every error. Its own version, which the header would define again, frees the
 // mesh and throws, so that the destructor frees it once more; the one below takes its place.
 #define TETLIBRARY
@@ -107,25 +109,9 @@ void ReadArray(std::vector<Value>& values, std::int64_t size)
   }
 }
 
-/// Sanitizers reserve terabytes of address space.
-constexpr bool NeedsAllAddresses()
-{
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-  return true;
-#else
-  return false;
-#endif
-#else
-  return false;
-#endif
-}
-
 void LimitMemory(std::int64_t bytes)
 {
-  if (bytes > 0 && !NeedsAllAddresses())
+  if (bytes > 0 && !surfsynth::HasSanitizer())
   {
     const rlimit limit{ static_cast<rlim_t>(bytes), static_cast<rlim_t>(bytes) };
     setrlimit(RLIMIT_AS, &limit);

@@ -8,6 +8,9 @@
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleAdjacency.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -63,7 +66,73 @@ void RequireOptions(const TetrahedralizeOptions& options)
   const double angle = options.MinimumDihedralAngle;
   require(angle >= 0.0 && angle <= 60.0, "MinimumDihedralAngle", angle, "an angle from 0 to 60 degrees is needed");
   require(options.MaximumVolume >= 0.0, "MaximumVolume", options.MaximumVolume, "a number of at least 0 is needed");
+  require(
+    options.TargetEdgeLength >= 0.0, "TargetEdgeLength", options.TargetEdgeLength, "a number of at least 0 is needed");
   require(options.Seconds >= 0.0, "TimeLimit", options.Seconds, "a number of at least 0 is needed");
+}
+
+/// Volume bound of a tetrahedron, cubic world units; 0 for none.
+double VolumeBound(const TetrahedralizeOptions& options)
+{
+  const double length = options.TargetEdgeLength;
+  const double regular = length * length * length / (6.0 * std::sqrt(2.0));
+  const bool byLength = length > 0.0 && (options.MaximumVolume == 0.0 || regular < options.MaximumVolume);
+  return byLength ? regular : options.MaximumVolume;
+}
+
+/// Volume that the patches enclose and that is filled, about: a patch counts as lying inside those whose bounding boxes
+/// hold its own.
+double FilledVolume(const TriangleMesh& surface, const SurfacePatches& patches, bool innerSurfacesAreHoles)
+{
+  const auto count = static_cast<std::size_t>(patches.Count);
+  std::vector<double> volumes(count, 0.0);
+  std::vector<Eigen::AlignedBox3d> boxes(count);
+  const Eigen::RowVector3d origin = surface.Points.row(surface.Triangles(0, 0));
+  for (Index f = 0; f < surface.NumberOfTriangles(); ++f)
+  {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k)
+    {
+      corners.row(k) = surface.Points.row(surface.Triangles(f, k)) - origin;
+      boxes[patches.OfTriangle[f]].extend(corners.row(k).transpose());
+    }
+    volumes[patches.OfTriangle[f]] += corners.determinant() / 6.0;
+  }
+  double filled = 0.0;
+  for (std::size_t patch = 0; patch < count; ++patch)
+  {
+    const auto holds = [&](const Eigen::AlignedBox3d& box) { return box.contains(boxes[patch]); };
+    const auto depth = std::count_if(boxes.begin(), boxes.end(), holds) - 1; // its own box holds it
+    const double hole = depth % 2 == 1 ? -1.0 : 1.0;
+    filled += std::abs(volumes[patch]) * (innerSurfacesAreHoles ? hole : depth == 0 ? 1.0 : 0.0);
+  }
+  return filled;
+}
+
+/// @throws InvalidInput when the bound of the volume asks for too many tetrahedra.
+void RequireFeasible(const TriangleMesh& surface, const SurfacePatches& patches, const TetrahedralizeOptions& options)
+{
+  const double bound = VolumeBound(options);
+  if (bound == 0.0)
+  {
+    return;
+  }
+  // TetGen's tetrahedra are of 4/5 of the bound on average, with a surface that is split of half of it.
+  const double expected = (options.PreserveSurface ? 1.25 : 2.0) *
+    FilledVolume(surface, patches, options.InnerSurfacesAreHoles) / bound;
+  const double factor = 1.05 * expected / options.MaximumNumberOfTetrahedra; // a little is added, so that it fits
+  if (expected <= options.MaximumNumberOfTetrahedra)
+  {
+    return;
+  }
+  const bool byVolume = bound == options.MaximumVolume;
+  const double length = options.TargetEdgeLength;
+  throw InvalidInput("About " + FormatNumber(expected) + " tetrahedra would be needed for " +
+    (byVolume ? "a largest volume of " + FormatNumber(bound) : "edges of length " + FormatNumber(length)) +
+    "; at most " + FormatNumber(options.MaximumNumberOfTetrahedra) + " (MaximumNumberOfTetrahedra) are allowed. " +
+    (byVolume ? "A MaximumVolume of " + FormatNumber(factor * bound)
+              : "A TargetEdgeLength of " + FormatNumber(std::cbrt(factor) * length)) +
+    " fits.");
 }
 
 /// Input of one run of TetGen; coordinates and volumes are of unit size.
@@ -74,7 +143,8 @@ TetGenCall MakeCall(const TetrahedralizeOptions& options, const UnitCoordinates&
   call.PreserveSurface = options.PreserveSurface;
   call.QualityRatio = options.QualityRatio;
   call.MinimumDihedralAngle = options.MinimumDihedralAngle;
-  call.MaximumVolume = std::isfinite(options.MaximumVolume) ? unit.VolumeToUnit(options.MaximumVolume) : 0.0;
+  const double bound = VolumeBound(options);
+  call.MaximumVolume = std::isfinite(bound) ? unit.VolumeToUnit(bound) : 0.0;
   call.MaximumVolume = std::isfinite(call.MaximumVolume) ? call.MaximumVolume : 0.0;
   call.Seconds = options.Seconds;
   call.MemoryLimit = options.MemoryLimit;
@@ -147,6 +217,7 @@ TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const Tetrahedralize
   const TriangleMesh scaled{ unit.ToUnit(surface.Points), surface.Triangles };
   TetGenCall call = MakeCall(options, unit, cellOfTriangle);
   SurfacePatches patches = FindPatches(surface, TriangleAdjacency(surface, MeshTopology(surface)));
+  RequireFeasible(surface, patches, options);
   Report(progress, 0.02);
   double begin = 0.02;
   if (patches.Count > 1)

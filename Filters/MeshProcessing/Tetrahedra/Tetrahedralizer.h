@@ -23,8 +23,10 @@ struct TetrahedralizeOptions
   double QualityRatio = 2.0;          ///< largest ratio of circumradius to shortest edge; 0 for none, else at least 1
   double MinimumDihedralAngle = 0.0;  ///< degrees, 0 for none
   double MaximumVolume = 0.0;         ///< cubic world units, 0 for none
-  double Seconds = 0.0;               ///< time limit of each run of TetGen, 0 for none
-  std::int64_t MemoryLimit = 0;       ///< bytes, 0 for none
+  double TargetEdgeLength = 0.0;      ///< as MaximumVolume, by the edges of the regular tetrahedron; 0 for none
+  double MaximumNumberOfTetrahedra = 1e7; ///< more expected ones, by a bound of the volume, are an error before work
+  double Seconds = 0.0;                   ///< time limit of each run of TetGen, 0 for none
+  std::int64_t MemoryLimit = 0;           ///< bytes, 0 for none
 };
 
 /// Result of Tetrahedralize().

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Arrays for what filters compute: NewArray.h and NoiseArrays.h.
+// Arrays for what filters compute: NewArray.h and RandomFields.h.
 #include "FilterChecks.h"
 #include "VtkSurfaces.h"
 
 #include "NewArray.h"
-#include "NoiseArrays.h"
+#include "RandomFields.h"
 
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -58,14 +58,14 @@ TEST(NewArray, TooLargeIsBadAlloc)
   EXPECT_THROW(NewNoiseArray("Large", tuples, 4), std::bad_alloc);
 }
 
-TEST(NoiseArrays, SeveralSamplesAreNumbered)
+TEST(RandomFields, SeveralSamplesAreNumbered)
 {
   EXPECT_EQ(SampleName("Noise", 1, 7), "Noise");
   EXPECT_EQ(SampleName("Noise", 2, 7), "Noise_7");
   EXPECT_EQ(SampleName("Noise", 2, 4294967295U), "Noise_4294967295");
 }
 
-TEST(NoiseArrays, TheFirstBecomesActiveWhereThereIsNone)
+TEST(RandomFields, TheFirstBecomesActiveWhereThereIsNone)
 {
   const auto surface = Icosphere(1).ToPolyData();
   const auto first = NewNoiseArray("First", 42, 3);

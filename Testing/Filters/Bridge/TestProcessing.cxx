@@ -14,6 +14,9 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/Progress.h"
 
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkImageData.h>
 #include <vtkInformation.h>
@@ -22,6 +25,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
+#include <vtkWeakPointer.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -109,6 +113,43 @@ vtkSmartPointer<vtkMultiBlockDataSet> SphereAndGrid()
   blocks->SetBlock(1, Grid(3).ToPolyData());
   return blocks;
 }
+
+/// Work that notes whether the input of the filter lives when an observer of progress has connected another one.
+class InputWatch
+{
+public:
+  explicit InputWatch(vtkDataObject* input)
+    : Input(input)
+  {}
+  void Work(const Progress& progress)
+  {
+    Report(progress, 0.5);
+    ++this->Works;
+    this->Alive += this->Input ? 1 : 0;
+  }
+  /// Returns true when the input lives until the end of each work of an update of @p filter.
+  bool LivesDuring(vtkAlgorithm* filter)
+  {
+    const auto connect = [](vtkObject* caller, unsigned long, void*, void*) {
+      auto* filter = vtkAlgorithm::SafeDownCast(caller);
+      if (filter->GetProgress() > 0.0) // VTK reports 0 before the work begins
+      {
+        filter->SetInputDataObject(0, Grid(3).ToPolyData());
+      }
+    };
+    vtkNew<vtkCallbackCommand> observer;
+    observer->SetCallback(connect);
+    filter->AddObserver(vtkCommand::ProgressEvent, observer);
+    EXPECT_THAT(ErrorsOf(filter, true), IsEmpty());
+    filter->RemoveObserver(observer);
+    return this->Works > 0 && this->Alive == this->Works;
+  }
+
+private:
+  vtkWeakPointer<vtkDataObject> Input;
+  int Works = 0;
+  int Alive = 0;
+};
 
 const BlockTypes Surfaces{ { "vtkPolyData" }, "vtkPolyData" };
 
@@ -250,6 +291,33 @@ TEST(ProcessSurfaces, ProgressRisesOverBlocksAndAnAbortIsNoError)
   EXPECT_EQ(PointsOf(filter), 58) << "the next update runs again";
 }
 
+TEST(ProcessSurfaces, AnInputLivesThoughAnObserverConnectsAnother)
+{
+  for (const bool composite : { false, true })
+  {
+    vtkSmartPointer<vtkDataObject> input = Icosphere(1).ToPolyData();
+    if (composite)
+    {
+      input = SphereAndGrid();
+    }
+    InputWatch watch(input);
+    const auto filter = SurfaceFilter(
+      input, [&](const Surface&, vtkPolyData*, const Progress& progress) { watch.Work(progress); });
+    input = nullptr; // the pipeline alone refers to it
+    EXPECT_TRUE(watch.LivesDuring(filter)) << composite;
+  }
+}
+
+TEST(ProcessSurfaces, MessagesNameABlock)
+{
+  const auto blocks = SphereAndGrid();
+  blocks->GetMetaData(1u)->Set(vtkCompositeDataSet::NAME(), "left hand");
+  const auto filter = SurfaceFilter(
+    blocks, [](const Surface&, vtkPolyData*, const Progress&) { throw InvalidInput("it is bad"); });
+  EXPECT_THAT(ErrorsOf(filter, true),
+    ElementsAre(HasSubstr("Block 1: it is bad"), HasSubstr("Block 2 \"left hand\": it is bad")));
+}
+
 TEST(ProcessSurfaces, AcceptsSurfacesAndTrees)
 {
   vtkNew<vtkInformation> info;
@@ -348,6 +416,30 @@ TEST(ProcessBlocks, TheOutputOfASeriesIsAMultiBlock)
   EXPECT_TRUE(vtkPolyData::SafeDownCast(vtkDataObject::GetData(output)));
 }
 
+TEST(ProcessBlocks, AnInputLivesThoughAnObserverConnectsAnother)
+{
+  auto input = Icosphere(1).ToPolyData();
+  InputWatch watch(input);
+  const auto filter = BlockFilter(
+    input, [&](const Block&, const Progress& progress) { watch.Work(progress); }, Surfaces);
+  input = nullptr;
+  EXPECT_TRUE(watch.LivesDuring(filter));
+}
+
+TEST(ProcessBlocks, MessagesNameABlock)
+{
+  const auto blocks = SphereAndGrid();
+  blocks->GetMetaData(0u)->Set(vtkCompositeDataSet::NAME(), "left hand");
+  vtkNew<vtkUnstructuredGrid> other;
+  blocks->SetBlock(1, other);
+  blocks->GetMetaData(1u)->Set(vtkCompositeDataSet::NAME(), "head");
+  const auto filter = BlockFilter(
+    blocks, [](const Block&, const Progress&) { throw InvalidInput("it is bad"); }, Surfaces);
+  EXPECT_THAT(ErrorsOf(filter, true),
+    ElementsAre(
+      HasSubstr("Block 1 \"left hand\": it is bad"), HasSubstr("Block 2 \"head\": A vtkUnstructuredGrid was found")));
+}
+
 TEST(ProcessBlocks, AcceptsItsTypesAndTrees)
 {
   vtkNew<vtkInformation> info;
@@ -390,6 +482,15 @@ TEST(ProcessJointly, AnErrorEmptiesTheOutputs)
   output = filter->GetOutputDataObject(0);
   EXPECT_THAT(ErrorsOf(filter), ElementsAre(HasSubstr("they do not fit")));
   EXPECT_EQ(PointsOf(filter), 0);
+}
+
+TEST(ProcessJointly, AnInputLivesThoughAnObserverConnectsAnother)
+{
+  auto input = Icosphere(1).ToPolyData();
+  InputWatch watch(input);
+  const auto filter = JointFilter(input, [&](const Progress& progress) { watch.Work(progress); });
+  input = nullptr;
+  EXPECT_TRUE(watch.LivesDuring(filter));
 }
 
 TEST(ProcessJointly, EmptyInputsAreWorkedOn)

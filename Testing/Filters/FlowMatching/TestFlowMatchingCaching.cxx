@@ -4,24 +4,19 @@
 // R10 (abort and progress), R12 (two filters on two threads).
 #include "FlowMatchingPipelines.h"
 
+#include "FilterContract.h"
 #include "RandomPoissonNet.h"
-
-#include "Core/Common/Parallel.h"
 
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkSMPTools.h>
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <thread>
-#include <utility>
 
 using namespace surfsynth;
 using namespace surfsynthtest;
@@ -29,7 +24,6 @@ using Filter = vtkFlowMatchingDeformer;
 
 namespace
 {
-constexpr double AbortLimit = 1.0;    // seconds
 constexpr vtkTypeInt64 OneSample = 8; // evaluations: four midpoint steps
 
 /// Models read, meshes factored and networks evaluated by one more update.
@@ -96,7 +90,7 @@ TEST(FlowMatchingCaching, UnchangedParametersCostNoExecutionAndEachChangeExactly
   EXPECT_TRUE(filter->UpdateTimeStep(0.5));
   EXPECT_EQ(events.Executions, 0) << "without a trajectory, time is of no interest";
   WriteDeformer("two.model", 2);
-  const std::vector<std::pair<const char*, std::function<void(Filter*)>>> changes = {
+  const PropertyChanges<Filter> changes = {
     { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
     { "Seed", [](Filter* f) { f->SetSeed(3); } },
     { "FirstSample", [](Filter* f) { f->SetFirstSample(2); } },
@@ -110,16 +104,7 @@ TEST(FlowMatchingCaching, UnchangedParametersCostNoExecutionAndEachChangeExactly
     { "OutputTrajectory", [](Filter* f) { f->OutputTrajectoryOn(); } },
     { "NumberOfSamples", [](Filter* f) { f->SetNumberOfSamples(2); } },
   };
-  for (const auto& change : changes)
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), changes, events);
 }
 
 TEST(FlowMatchingCaching, WhatIsTheSameIsNotComputedAgain)
@@ -202,21 +187,7 @@ TEST(FlowMatchingCaching, BitsDoNotDependOnThreads)
 {
   const auto sphere = Icosphere(IsSanitized() ? 2 : 4).ToPolyData();
   const std::string model = WriteDeformer("threads.model");
-  vtkSmartPointer<vtkDataArray> reference;
-  for (int threads = 1; threads <= 4; ++threads)
-  {
-    vtkSMPTools::Initialize(threads);
-    const ThreadScope scope(threads);
-    ASSERT_EQ(vtkSMPTools::GetEstimatedNumberOfThreads(), threads);
-    for (int repeat = 0; repeat < 3; ++repeat)
-    {
-      const auto filter = DeformerOn(sphere, model);
-      ASSERT_TRUE(Update(filter));
-      reference = reference ? reference.Get() : PointsOf(filter);
-      EXPECT_TRUE(SameBits(PointsOf(filter), reference)) << threads << " threads";
-    }
-  }
-  vtkSMPTools::Initialize(0);
+  ExpectSameBitsForAllThreads([&] { return DeformerOn(sphere, model); }, PointsOf);
 }
 
 TEST(FlowMatchingCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
@@ -224,16 +195,8 @@ TEST(FlowMatchingCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
   const std::string model = WriteDeformer("two_threads.model");
   const auto first = DeformerOn(Icosphere(3).ToPolyData(), model);
   const auto second = DeformerOn(Icosphere(2).ToPolyData(), model);
-  bool firstDone = false;
-  bool secondDone = false;
-  std::thread one([&] { firstDone = Update(first); });
-  std::thread two([&] { secondDone = Update(second); });
-  one.join();
-  two.join();
-  ASSERT_TRUE(firstDone && secondDone);
   const auto alone = DeformerOn(Icosphere(2).ToPolyData(), model);
-  ASSERT_TRUE(Update(alone));
-  EXPECT_TRUE(SameBits(PointsOf(second), PointsOf(alone)));
+  ExpectIndependence(first, second, alone, PointsOf);
 }
 
 TEST(FlowMatchingCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
@@ -244,15 +207,7 @@ TEST(FlowMatchingCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
     {
       const auto filter = LargeFilter();
       filter->SetNumberOfSamples(samples);
-      {
-        EventRecorder events(filter);
-        events.AbortAt = place;
-        EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-        EXPECT_TRUE(events.Errors.empty());
-        ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-        EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-      }
-      EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+      ExpectAbort(filter, place);
       if (place > 0.5)
       {
         EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 0, OneSample })) << "what was finished survives";
@@ -267,10 +222,5 @@ TEST(FlowMatchingCaching, ProgressIsMonotoneFrequentAndOnTheCallingThread)
 {
   const auto filter = LargeFilter();
   filter->SetNumberOfSamples(2);
-  EventRecorder events(filter);
-  ASSERT_TRUE(Update(filter));
-  EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end()));
-  EXPECT_GE(events.Progress.size(), 20u) << "R10";
-  EXPECT_EQ(events.Progress.back(), 1.0);
-  EXPECT_FALSE(events.ForeignThread);
+  ExpectSteadyProgress(filter);
 }

@@ -3,6 +3,8 @@
 // Each thing that can be wrong with a model file, a mesh or a property, and the text that the user reads.
 #include "FlowMatchingPipelines.h"
 
+#include "FileBytes.h"
+#include "FilterContract.h"
 #include "RandomPoissonNet.h"
 
 #include "IO/Weights/SafetensorsWriter.h"
@@ -19,8 +21,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 using namespace surfsynth;
@@ -29,39 +29,14 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 namespace
 {
-/// The only error of an update, which must fail and leave the output empty.
-std::string ErrorOf(vtkFlowMatchingSampler* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  vtkDataObject* output = filter->GetOutputDataObject(0);
-  EXPECT_TRUE(!output || output->GetNumberOfElements(vtkDataObject::POINT) == 0);
-  return events.AllErrors();
-}
-
 std::string ErrorOfModel(const std::string& path) { return ErrorOf(DeformerOn(Icosphere(2).ToPolyData(), path)); }
 
 std::string ErrorOfMesh(const Soup& soup)
 {
   return ErrorOf(DeformerOn(soup.ToPolyData(), WriteDeformer("mesh.model")));
-}
-
-std::vector<std::string> WarningsOf(vtkFlowMatchingSampler* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_THAT(events.Errors, IsEmpty());
-  return events.Warnings;
-}
-
-void WriteBytes(const std::string& path, const std::string& bytes)
-{
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
 
 Soup TwoSpheres()
@@ -105,8 +80,7 @@ TEST(FlowMatchingMessages, EmptyFile)
 TEST(FlowMatchingMessages, TruncatedFile)
 {
   WriteDeformer("truncated.model");
-  std::ifstream file("truncated.model", std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(file), {});
+  std::string bytes = BytesOf("truncated.model");
   bytes.resize(bytes.size() - 100);
   WriteBytes("truncated.model", bytes);
   EXPECT_THAT(ErrorOfModel("truncated.model"), AllOf(HasSubstr("truncated.model"), HasSubstr("safetensors rule 7")));

@@ -4,23 +4,19 @@
 // of threads), R9 and R10 (abort and progress), R12 (two filters on two threads).
 #include "GeometricTexturePipelines.h"
 
-#include "Core/Common/Parallel.h"
+#include "FilterContract.h"
 #include "RandomGeometricTexture.h"
 
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkSMPTools.h>
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <functional>
-#include <thread>
-#include <utility>
 #include <vector>
 
 using namespace surfsynth;
@@ -29,8 +25,6 @@ using Filter = vtkGeometricTextureSynthesizer;
 
 namespace
 {
-constexpr double AbortLimit = 1.0; // seconds
-
 /// Numbers of models read and of textures synthesized by one more update.
 struct Cost
 {
@@ -81,7 +75,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
   EXPECT_TRUE(filter->UpdateTimeStep(0.5));
   EXPECT_EQ(events.Executions, 0) << "without an animation, time is of no interest";
   WriteRandomGeometricTexture("two.model", 2);
-  const std::vector<std::pair<const char*, std::function<void(Filter*)>>> changes = {
+  const PropertyChanges<Filter> changes = {
     { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
     { "Seed", [](Filter* f) { f->SetSeed(3); } },
     { "SecondSeed", [](Filter* f) { f->SetSecondSeed(3); } },
@@ -100,16 +94,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
     { "Animation", [](Filter* f) { f->SetAnimationToLevels(); } },
     { "OutputLevels", [](Filter* f) { f->OutputLevelsOn(); } },
   };
-  for (const auto& change : changes)
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), changes, events);
 }
 
 TEST(GeometricTextureCaching, WhatIsTheSameIsNotSynthesizedAgain)
@@ -198,22 +183,13 @@ TEST(GeometricTextureCaching, BitsDoNotDependOnThreads)
   const auto target = Icosphere(IsSanitized() ? 2 : 4).ToPolyData();
   AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
   const std::string model = WriteRandomGeometricTexture("threads.model");
-  vtkSmartPointer<vtkDataArray> reference;
-  for (int threads = 1; threads <= 4; ++threads)
-  {
-    vtkSMPTools::Initialize(threads);
-    const ThreadScope scope(threads);
-    for (int repeat = 0; repeat < 3; ++repeat)
-    {
-      const auto filter = SynthesizerOn(target, model);
-      filter->SetMaskArrayName("Mask");
-      filter->SetMaskFalloff(0.5);
-      ASSERT_TRUE(Update(filter));
-      reference = reference ? reference.Get() : PointsOf(filter);
-      EXPECT_TRUE(SameBits(PointsOf(filter), reference)) << threads << " threads";
-    }
-  }
-  vtkSMPTools::Initialize(0);
+  const auto make = [&] {
+    const auto filter = SynthesizerOn(target, model);
+    filter->SetMaskArrayName("Mask");
+    filter->SetMaskFalloff(0.5);
+    return filter;
+  };
+  ExpectSameBitsForAllThreads(make, PointsOf);
 }
 
 TEST(GeometricTextureCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
@@ -221,16 +197,8 @@ TEST(GeometricTextureCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
   const std::string model = WriteRandomGeometricTexture("two_threads.model");
   const auto first = SynthesizerOn(Icosphere(3).ToPolyData(), model);
   const auto second = SynthesizerOn(Icosphere(2).ToPolyData(), model);
-  bool firstDone = false;
-  bool secondDone = false;
-  std::thread one([&] { firstDone = Update(first); });
-  std::thread two([&] { secondDone = Update(second); });
-  one.join();
-  two.join();
-  ASSERT_TRUE(firstDone && secondDone);
   const auto alone = SynthesizerOn(Icosphere(2).ToPolyData(), model);
-  ASSERT_TRUE(Update(alone));
-  EXPECT_TRUE(SameBits(PointsOf(second), PointsOf(alone)));
+  ExpectIndependence(first, second, alone, PointsOf);
 }
 
 TEST(GeometricTextureCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
@@ -241,15 +209,7 @@ TEST(GeometricTextureCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
     {
       const auto filter = LargeFilter();
       filter->SetOutputLevels(levels);
-      {
-        EventRecorder events(filter);
-        events.AbortAt = place;
-        EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-        EXPECT_TRUE(events.Errors.empty());
-        ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-        EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-      }
-      EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+      ExpectAbort(filter, place);
       if (place > 0.5)
       {
         EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1 }));
@@ -263,10 +223,5 @@ TEST(GeometricTextureCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
 TEST(GeometricTextureCaching, ProgressIsMonotoneFrequentAndOnTheCallingThread)
 {
   const auto filter = LargeFilter();
-  EventRecorder events(filter);
-  ASSERT_TRUE(Update(filter));
-  EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end()));
-  EXPECT_GE(events.Progress.size(), 20u) << "R10";
-  EXPECT_EQ(events.Progress.back(), 1.0);
-  EXPECT_FALSE(events.ForeignThread);
+  ExpectSteadyProgress(filter);
 }

@@ -4,6 +4,9 @@
 // text that the user reads.
 #include "GeometricTexturePipelines.h"
 
+#include "FileBytes.h"
+#include "FilterContract.h"
+
 #include "IO/Weights/SafetensorsWriter.h"
 
 #include <vtkFloatArray.h>
@@ -17,8 +20,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -26,35 +27,14 @@ using namespace surfsynth;
 using namespace surfsynthtest;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 namespace
 {
-/// The only error of an update, which must fail and leave the output empty.
-std::string ErrorOf(vtkGeometricTextureSynthesizer* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  vtkDataObject* output = filter->GetOutputDataObject(0);
-  EXPECT_TRUE(!output || output->GetNumberOfElements(vtkDataObject::POINT) == 0);
-  return events.AllErrors();
-}
-
 std::string ErrorOfModel(const std::string& path) { return ErrorOf(SynthesizerOn(Icosphere(1).ToPolyData(), path)); }
 
 std::string ErrorOfMesh(const Soup& soup)
 {
   return ErrorOf(SynthesizerOn(soup.ToPolyData(), WriteRandomGeometricTexture("mesh.model")));
-}
-
-void ExpectQuiet(vtkGeometricTextureSynthesizer* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_THAT(events.Errors, IsEmpty());
-  EXPECT_THAT(events.Warnings, IsEmpty());
 }
 } // namespace
 
@@ -76,10 +56,9 @@ TEST(GeometricTextureMessages, AFolder) { EXPECT_THAT(ErrorOfModel("."), HasSubs
 TEST(GeometricTextureMessages, TruncatedFile)
 {
   WriteRandomGeometricTexture("truncated.model");
-  std::ifstream file("truncated.model", std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(file), {});
+  std::string bytes = BytesOf("truncated.model");
   bytes.resize(bytes.size() - 100);
-  std::ofstream("truncated.model", std::ios::binary | std::ios::trunc) << bytes;
+  WriteBytes("truncated.model", bytes);
   EXPECT_THAT(ErrorOfModel("truncated.model"), AllOf(HasSubstr("truncated.model"), HasSubstr("safetensors rule 7")));
 }
 
@@ -107,7 +86,7 @@ TEST(GeometricTextureMessages, AGoodFileAfterABadOne)
   EXPECT_THAT(ErrorOf(filter), HasSubstr("nowhere.model"));
   EXPECT_EQ(filter->GetModelDescription(), "");
   filter->SetModelFileName(WriteRandomGeometricTexture("good.model").c_str());
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_THAT(filter->GetModelDescription(), HasSubstr("pebbles"));
 }
 
@@ -140,10 +119,10 @@ TEST(GeometricTextureMessages, EmptyInputIsNoError)
 {
   vtkNew<vtkPolyData> empty;
   const auto filter = SynthesizerOn(empty, WriteRandomGeometricTexture("onempty.model"));
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetNumberOfPoints(), 0);
   filter->OutputLevelsOn();
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0))->GetNumberOfPoints(), 0);
 }
 
@@ -208,7 +187,7 @@ TEST(GeometricTextureMessages, NumbersThatAreNone)
   EXPECT_THAT(ErrorOf(filter), HasSubstr("the amplitude of the noise is nan"));
   filter->SetNoiseAmplitude(-1.0);
   filter->SetMaskFalloff(NAN);
-  ExpectQuiet(filter);
+  OutputOf(filter);
 }
 
 TEST(GeometricTextureMessages, ListsOfLevels)
@@ -243,5 +222,5 @@ TEST(GeometricTextureMessages, Masks)
   }
   AddPointField(target, "Mask", [](const double*) { return 1.0; });
   filter->Modified();
-  ExpectQuiet(filter);
+  OutputOf(filter);
 }

@@ -2,6 +2,7 @@
 //
 // TargetPreparation REMESH of vtkGeometricTextureSynthesizer: sizes of triangles, arrays, masks, blocks, what is kept,
 // messages; and what it says without CGAL.
+#include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
 
 #include "SurfaceBridge.h"
@@ -38,15 +39,6 @@ vtkSmartPointer<Filter> Remeshing(vtkDataObject* target, double scale = 1.0)
   filter->SetTargetPreparationToRemesh();
   filter->SetTextureScale(scale);
   return filter;
-}
-
-std::string ErrorOf(Filter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
-  return events.AllErrors();
 }
 
 #ifdef SURFACE_SYNTHESIS_CGAL

@@ -3,6 +3,7 @@
 #include "ExampleMeshes.h"
 #include "InstructionSets.h"
 #include "RandomFlowMatching.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -18,6 +19,7 @@
 #include <functional>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -69,20 +71,6 @@ bool SameBits(const FeatureMatrix& a, const FeatureMatrix& b)
 double Difference(const FeatureMatrix& a, const FeatureMatrix& b)
 {
   return (a - b).cast<double>().norm() / b.cast<double>().norm();
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 
 /// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.

@@ -3,6 +3,7 @@
 #include "ExampleMeshes.h"
 #include "InstructionSets.h"
 #include "RandomGeometricTexture.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -17,6 +18,7 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::HasSubstr;
 
 namespace
@@ -77,20 +79,6 @@ double MeanEdge(const TriangleMesh& mesh)
     }
   }
   return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 } // namespace
 

@@ -2,6 +2,7 @@
 // The fast path against the differentiable one, and its contracts.
 #include "ExampleMeshes.h"
 #include "RandomPoissonNet.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -14,6 +15,7 @@
 #include <cstring>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -68,20 +70,6 @@ PoissonNetOptions SmallOptions()
   options.Blocks = 2;
   options.ModulateHead = true;
   return options;
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 
 } // namespace

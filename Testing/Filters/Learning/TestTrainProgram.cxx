@@ -171,6 +171,15 @@ TEST_F(TrainProgram, TrainsAndResumesToTheBytesOfAnUninterruptedTraining)
   this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1", "--resume", "no" }), 0, "wrote ");
 }
 
+TEST_F(TrainProgram, ATimeBudgetEndsTheTrainingAndTheSameCommandGoesOn)
+{
+  const Arguments budget = this->Training("m", { "--iterations", "2", "--time-budget", "1e-9" });
+  this->Expect(budget, 0, "The time budget ended the training after iteration 1 of 2.");
+  EXPECT_EQ(ReadFlowMatchingModel(this->File("m")).Iterations, 1);
+  this->Expect(budget, 0, "iteration 2 of 2, loss ");
+  this->Expect(this->Training("m", { "--time-budget", "-1" }), 1, "the time budget is -1 minutes");
+}
+
 TEST_F(TrainProgram, ASignalLeavesACheckpointToGoOnFrom)
 {
   for (const int number : { SIGINT, SIGTERM })

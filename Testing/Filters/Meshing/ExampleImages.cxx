@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ExampleImages.h"
 
+#include "FilterChecks.h"
+
 #include "SurfaceBridge.h"
 
 #include "Core/Mesh/MeshCheck.h"
@@ -10,6 +12,7 @@
 #include <vtkPointData.h>
 
 #include <Eigen/Geometry>
+#include <gtest/gtest.h>
 
 namespace surfsynthtest
 {
@@ -108,6 +111,14 @@ int ComponentsOf(vtkPolyData* surface)
   const surfsynth::TriangleMesh mesh = MeshOf(surface);
   return surfsynth::ComputeComponents(surfsynth::MeshTopology(mesh), Eigen::VectorXd::Zero(mesh.NumberOfPoints()))
     .Count;
+}
+
+vtkSmartPointer<vtkPolyData> ClosedSurfaceOf(vtkAlgorithm* filter)
+{
+  vtkSmartPointer<vtkPolyData> output = vtkPolyData::SafeDownCast(OutputOf(filter));
+  EXPECT_GT(output->GetNumberOfPolys(), 0);
+  EXPECT_EQ(DefectsOf(output), "");
+  return output;
 }
 
 } // namespace surfsynthtest

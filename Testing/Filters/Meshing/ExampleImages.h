@@ -15,6 +15,8 @@
 #include <functional>
 #include <string>
 
+class vtkAlgorithm;
+
 namespace surfsynthtest
 {
 
@@ -51,6 +53,9 @@ surfsynth::TriangleMesh MeshOf(vtkPolyData* surface);
 
 /// Describes all defects that the mesh check finds: "" for closed, manifold, consistently wound surfaces.
 std::string DefectsOf(vtkPolyData* surface);
+
+/// The output of @p filter, which must be closed and manifold, without an error or a warning.
+vtkSmartPointer<vtkPolyData> ClosedSurfaceOf(vtkAlgorithm* filter);
 
 /// Volume within a closed surface, positive when it is wound outwards; its area; its number of components.
 double VolumeOf(vtkPolyData* surface);

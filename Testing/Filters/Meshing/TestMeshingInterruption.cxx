@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R7, R9, R10 and R12 of the filters that CGAL is behind: the same bits always, progress, abort, two at a time.
+#include "FilterContract.h"
 #include "SurfaceChecks.h"
 
 #include "vtkIsotropicRemeshFilter.h"
@@ -40,28 +41,6 @@ vtkSmartPointer<vtkPolyData> LargeBrokenSphere()
   return sphere;
 }
 
-/// Aborts at the first report, then expects that the next update is complete.
-void CheckAbort(vtkAlgorithm* filter, vtkDataObject* input)
-{
-  filter->SetInputDataObject(input);
-  {
-    EventRecorder events(filter);
-    events.AbortAt = 0.06;
-    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-    EXPECT_TRUE(events.Errors.empty()) << events.AllErrors();
-    ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-    EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-    EXPECT_LT(events.LongestSilence, AbortLimit) << "R9: no report, so no chance to stop";
-    EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end())) << "R10";
-    EXPECT_FALSE(events.ForeignThread) << "R10";
-  }
-  EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter)) << "without any change of the filter";
-  EXPECT_EQ(events.Executions, 1);
-  EXPECT_GT(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
-}
-
 vtkSmartPointer<vtkPolyData> Remeshed(vtkPolyData* input, bool adaptive, int threads)
 {
   const surfsynth::ThreadScope scope(threads);
@@ -89,13 +68,15 @@ vtkSmartPointer<vtkPolyData> SizedSphere()
 TEST(MeshingInterruption, AbortOfRemeshing)
 {
   vtkNew<vtkIsotropicRemeshFilter> filter;
-  CheckAbort(filter, LargeSphere());
+  filter->SetInputDataObject(LargeSphere());
+  ExpectAbortAndRecovery(filter, 0.06, AbortLimit);
 }
 
 TEST(MeshingInterruption, AbortOfRepair)
 {
   vtkNew<vtkSurfaceRepairFilter> filter;
-  CheckAbort(filter, LargeBrokenSphere());
+  filter->SetInputDataObject(LargeBrokenSphere());
+  ExpectAbortAndRecovery(filter, 0.06, AbortLimit);
 }
 
 TEST(MeshingReproducibility, BitsDoNotDependOnThreadsInTenRepeats)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R1 to R6 on the corpus of malformed inputs, ranges and Print.
-#include "FilterChecks.h"
+#include "FilterContract.h"
 #include "MalformedCorpus.h"
 #include "VtkSurfaces.h"
 
@@ -15,10 +15,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 using namespace surfsynthtest;
 using ::testing::HasSubstr;
@@ -55,8 +52,7 @@ TEST(Tetrahedralize, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 0) << "nothing has changed";
-  using Change = std::pair<const char*, std::function<void(Tetrahedralize*)>>;
-  const std::vector<Change> changes = {
+  const PropertyChanges<Tetrahedralize> changes = {
     { "QualityRatio", [](Tetrahedralize* f) { f->SetQualityRatio(1.8); } },
     { "MinimumDihedralAngle", [](Tetrahedralize* f) { f->SetMinimumDihedralAngle(5.0); } },
     { "MaximumVolume", [](Tetrahedralize* f) { f->SetMaximumVolume(0.1); } },
@@ -69,16 +65,7 @@ TEST(Tetrahedralize, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
     { "RegionArrayName", [](Tetrahedralize* f) { f->SetRegionArrayName("Part"); } },
     { "SurfaceArrayName", [](Tetrahedralize* f) { f->SetSurfaceArrayName("Skin"); } },
   };
-  for (const Change& change : changes)
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter)) << events.AllErrors();
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), changes, events);
   auto* grid = vtkUnstructuredGrid::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_TRUE(grid->GetCellData()->GetArray("Part"));
   EXPECT_TRUE(grid->GetPointData()->GetArray("Skin"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Failures of the process of TetGen, with the message of each, R9, R10, and no process left behind.
+#include "FilterContract.h"
 #include "TetrahedraChecks.h"
 
 #include <vtkDataObject.h>
@@ -28,7 +29,6 @@ using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 using Tetrahedralize = vtkTetrahedralizeFilter;
 
 namespace
@@ -77,13 +77,11 @@ vtkSmartPointer<Tetrahedralize> FilterOn(vtkDataObject* surface)
 /// The only error of an update, which must fail, leave the output empty and no process behind.
 std::string ErrorOf(Tetrahedralize* filter)
 {
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1)) << events.AllErrors();
+  const std::string error = surfsynthtest::ErrorOf(filter);
   auto* grid = vtkUnstructuredGrid::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_TRUE(grid && grid->GetNumberOfPoints() == 0 && grid->GetNumberOfCells() == 0);
   EXPECT_FALSE(HasChildren());
-  return events.AllErrors();
+  return error;
 }
 
 std::string ErrorOf(const Soup& soup) { return ErrorOf(FilterOn(soup.ToPolyData())); }

@@ -6,6 +6,7 @@
 //   SURFACE_SYNTHESIS_REGENERATE_BASELINES=1 bin/TestVDBSurfaceBaseline
 #include "ExampleImages.h"
 #include "FilterChecks.h"
+#include "NumberBaseline.h"
 #include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
@@ -15,14 +16,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <map>
 #include <string>
 
 using namespace surfsynthtest;
 using Filter = vtkVDBSurfaceFilter;
-using Numbers = std::map<std::string, double>;
 
 namespace
 {
@@ -75,40 +72,9 @@ Numbers ComputeNumbers()
   Describe("mesh", ofMesh, numbers);
   return numbers;
 }
-
-Numbers ReadNumbers()
-{
-  Numbers numbers;
-  std::ifstream file(BaselineFile);
-  std::string name;
-  for (double value; file >> name >> value;)
-  {
-    numbers[name] = value;
-  }
-  return numbers;
-}
 } // namespace
 
 TEST(VDBSurfaceBaseline, NumbersAreThoseOfTheFile)
 {
-  const Numbers found = ComputeNumbers();
-  if (std::getenv("SURFACE_SYNTHESIS_REGENERATE_BASELINES"))
-  {
-    std::ofstream file(BaselineFile);
-    file.precision(9);
-    for (const auto& number : found)
-    {
-      file << number.first << " " << number.second << "\n";
-    }
-    GTEST_SKIP() << "wrote " << BaselineFile;
-  }
-  const Numbers expected = ReadNumbers();
-  ASSERT_EQ(expected.size(), 50u) << BaselineFile;
-  ASSERT_EQ(found.size(), expected.size());
-  for (const auto& number : expected)
-  {
-    ASSERT_EQ(found.count(number.first), 1u) << number.first;
-    EXPECT_NEAR(found.at(number.first), number.second, Tolerance * std::max(1.0, std::abs(number.second)))
-      << number.first;
-  }
+  ExpectBaseline(ComputeNumbers(), { BaselineFile, 50, Tolerance, 9 });
 }

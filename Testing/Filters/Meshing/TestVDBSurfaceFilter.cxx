@@ -2,7 +2,7 @@
 //
 // vtkVDBSurfaceFilter as a filter: messages, executions, bits, interruption, memory limit.
 #include "ExampleImages.h"
-#include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkVDBSurfaceFilter.h"
@@ -36,11 +36,9 @@ using ::testing::HasSubstr;
 
 namespace
 {
-using Change = std::pair<const char*, std::function<void(Filter*)>>;
-
-const std::vector<Change>& Changes()
+const PropertyChanges<Filter>& Changes()
 {
-  static const std::vector<Change> changes = {
+  static const PropertyChanges<Filter> changes = {
     { "ComputeIsoValue", [](Filter* f) { f->ComputeIsoValueOff(); } },
     { "IsoValue", [](Filter* f) { f->SetIsoValue(0.5); } },
     { "InsideRule", [](Filter* f) { f->SetInsideRuleToBelow(); } },
@@ -62,16 +60,6 @@ vtkSmartPointer<vtkImageData> BallImage(int side)
   ImageGeometry geometry;
   geometry.Dimensions = { { side, side, side } };
   return MakeImage(geometry, Ball(geometry.Center(), 0.4 * side));
-}
-
-/// The only error of one update, which must fail and leave the output empty.
-std::string ErrorOf(Filter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_EQ(events.Errors.size(), 1u) << events.AllErrors();
-  EXPECT_TRUE(!filter->GetPolyDataOutput() || filter->GetPolyDataOutput()->GetNumberOfPoints() == 0);
-  return events.AllErrors();
 }
 
 std::string ErrorFor(
@@ -144,6 +132,35 @@ TEST(VDBSurfaceMessages, TooManyVoxelsAreRefusedAndTheSizeThatIsNamedFits)
   EXPECT_THAT(ErrorFor(BallImage(20), [](Filter* f) { f->SetVoxelSize(1e-4); }), HasSubstr("A VoxelSize of "));
 }
 
+TEST(VDBSurfaceMessages, AnOffsetThatCostsTooMuchIsRefusedAndTheSizeThatIsNamedFits)
+{
+  const auto sphere = Icosphere(3).ToPolyData();
+  const auto offset = [](double length, double voxelSize) {
+    return [=](Filter* f) {
+      f->SetOffset(length);
+      f->SetVoxelSize(voxelSize);
+      f->SetMaximumNumberOfVoxels(1000000);
+    };
+  };
+  for (const double length : { 5.0, 1e6 })
+  {
+    const std::string error = ErrorFor(sphere, offset(length, 0.02));
+    EXPECT_THAT(error, HasSubstr("to move the surface by"));
+    const std::string mark = "A VoxelSize of ";
+    const double fitting = std::strtod(error.c_str() + error.find(mark) + mark.size(), nullptr);
+    vtkNew<Filter> filter;
+    filter->SetInputDataObject(sphere);
+    offset(length, fitting)(filter);
+    EXPECT_TRUE(Update(filter)) << length;
+  }
+  EXPECT_THAT(ErrorFor(BallImage(20), offset(1e6, 0.5)), HasSubstr("to move the surface by"));
+  vtkNew<Filter> inwards; // nothing is left, and soon
+  inwards->SetInputDataObject(sphere);
+  offset(-1e9, 0.1)(inwards);
+  EXPECT_TRUE(Update(inwards));
+  EXPECT_EQ(inwards->GetPolyDataOutput()->GetNumberOfPolys(), 0);
+}
+
 TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
@@ -186,16 +203,7 @@ TEST(VDBSurfaceFilter, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 0) << "nothing has changed";
-  for (const Change& change : Changes())
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), Changes(), events);
 }
 
 TEST(VDBSurfaceFilter, RangesAreKept)
@@ -222,7 +230,7 @@ TEST(VDBSurfaceFilter, PrintsEveryProperty)
   vtkNew<Filter> filter;
   std::ostringstream text;
   filter->Print(text);
-  for (const Change& change : Changes())
+  for (const auto& change : Changes())
   {
     EXPECT_THAT(text.str(), HasSubstr(std::string(change.first) + ": "));
   }
@@ -312,25 +320,6 @@ namespace
 {
 /// Seconds within which an abort must end the run; a sanitizer slows everything down.
 const double AbortLimit = IsSanitized() ? 15.0 : 1.0;
-
-void CheckAbort(Filter* filter, double fraction)
-{
-  {
-    EventRecorder events(filter);
-    events.AbortAt = fraction;
-    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-    EXPECT_TRUE(events.Errors.empty()) << events.AllErrors();
-    ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-    EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-    EXPECT_LT(events.LongestSilence, AbortLimit) << "R9: no report, so no chance to stop";
-    EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end())) << "R10";
-  }
-  EXPECT_EQ(filter->GetPolyDataOutput()->GetNumberOfPoints(), 0);
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter)) << "without any change of the filter";
-  EXPECT_EQ(events.Executions, 1);
-  EXPECT_GT(filter->GetPolyDataOutput()->GetNumberOfPoints(), 0);
-}
 } // namespace
 
 TEST(VDBSurfaceInterruption, AbortWithinASecondAtEightMillionVoxels)
@@ -338,7 +327,7 @@ TEST(VDBSurfaceInterruption, AbortWithinASecondAtEightMillionVoxels)
   vtkNew<Filter> filter;
   filter->SetInputDataObject(BallImage(IsSanitized() ? 50 : 200));
   filter->SetVoxelSize(1.0);
-  CheckAbort(filter, 0.3);
+  ExpectAbortAndRecovery(filter, 0.3, AbortLimit);
 }
 
 TEST(VDBSurfaceInterruption, AbortWhileASurfaceBecomesALevelSet)
@@ -346,7 +335,7 @@ TEST(VDBSurfaceInterruption, AbortWhileASurfaceBecomesALevelSet)
   vtkNew<Filter> filter;
   filter->SetInputDataObject(IsSanitized() ? RingSphere(40, 40) : RingSphere(200, 200));
   filter->SetVoxelSize(IsSanitized() ? 0.05 : 0.02);
-  CheckAbort(filter, 0.2);
+  ExpectAbortAndRecovery(filter, 0.2, AbortLimit);
 }
 
 TEST(VDBSurfaceInterruption, ProgressIsMonotoneFrequentAndOnTheCallingThread)

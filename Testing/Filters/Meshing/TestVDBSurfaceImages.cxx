@@ -42,19 +42,6 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input, double isoValue = 0.0)
   return filter;
 }
 
-/// The output, closed and manifold and without an error or a warning.
-vtkSmartPointer<vtkPolyData> SurfaceOf(Filter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_EQ(events.AllErrors(), "");
-  EXPECT_TRUE(events.Warnings.empty()) << ::testing::PrintToString(events.Warnings);
-  vtkPolyData* output = filter->GetPolyDataOutput();
-  EXPECT_GT(output->GetNumberOfPolys(), 0);
-  EXPECT_EQ(DefectsOf(output), "");
-  return output;
-}
-
 /// Smallest and largest distance of the points from @p center.
 std::pair<double, double> Radii(vtkPolyData* surface, const Vector3d& center)
 {
@@ -88,7 +75,7 @@ TEST(VDBSurfaceImages, ASphereIsASphereInWorldCoordinatesWhateverTheImagesGeomet
     ImageGeometry geometry = Anisotropic();
     geometry.Direction.col(2) *= mirrored == 1 ? -1.0 : 1.0;
     geometry.Spacing[0] *= mirrored == 2 ? -1.0 : 1.0;
-    const auto surface = SurfaceOf(FilterOn(MakeImage(geometry, Ball(geometry.Center(), 11.0))));
+    const auto surface = ClosedSurfaceOf(FilterOn(MakeImage(geometry, Ball(geometry.Center(), 11.0))));
     const auto radii = Radii(surface, geometry.Center());
     // A point is the mean of places on the surface within one voxel, of 1.6 units at most: below it by at most the
     // height of that cap.
@@ -107,13 +94,13 @@ TEST(VDBSurfaceImages, LevelSetLengthsAreWorldUnitsInAnisotropicImages)
   {
     SCOPED_TRACE(offset);
     filter->SetOffset(offset);
-    const auto radii = Radii(SurfaceOf(filter), geometry.Center());
+    const auto radii = Radii(ClosedSurfaceOf(filter), geometry.Center());
     EXPECT_NEAR(radii.first, 9.0 + offset, 0.15); // voxels of 0.5
     EXPECT_NEAR(radii.second, 9.0 + offset, 0.15);
   }
   filter->SetOffset(0.0);
   filter->SetVoxelSize(1.0);
-  const auto radii = Radii(SurfaceOf(filter), geometry.Center());
+  const auto radii = Radii(ClosedSurfaceOf(filter), geometry.Center());
   EXPECT_NEAR(radii.first, 9.0, 0.15);
   EXPECT_NEAR(radii.second, 9.0, 0.15);
 }
@@ -126,7 +113,7 @@ TEST(VDBSurfaceImages, AFlatSurfaceLiesExactlyBetweenItsSamples)
   // Larger than 0 for x < 5: between the samples at 4 and 6, in the middle.
   const auto image = MakeImage(geometry, [](const Vector3d& x) { return 5.0 - x[0]; });
   double bounds[6];
-  SurfaceOf(FilterOn(image))->GetBounds(bounds);
+  ClosedSurfaceOf(FilterOn(image))->GetBounds(bounds);
   const double expected[6] = { -1.0, 5.0, -1.5, 22.5, -2.0, 30.0 }; // capped half a sample beyond the border
   for (int k = 0; k < 6; ++k)
   {
@@ -140,17 +127,17 @@ TEST(VDBSurfaceImages, TheWholeImageIsABoxAndItsBelowIsNothing)
   geometry.Dimensions = { { 5, 6, 7 } };
   const auto image = MakeImage(
     geometry, [](const Vector3d&) { return 3.0; }, VTK_SHORT);
-  const auto surface = SurfaceOf(FilterOn(image, 2.0));
+  const auto surface = ClosedSurfaceOf(FilterOn(image, 2.0));
   // Edges are bevelled over half a voxel: at most a quarter of a unit of volume for each unit of their length.
   EXPECT_LT(VolumeOf(surface), 5.0 * 6.0 * 7.0);
   EXPECT_GT(VolumeOf(surface), 5.0 * 6.0 * 7.0 - 0.25 * 4.0 * (5.0 + 6.0 + 7.0));
   const auto below = FilterOn(image, 2.0);
   below->SetInsideRuleToBelow();
   EventRecorder events(below);
-  EXPECT_TRUE(Update(below));
-  EXPECT_TRUE(events.Errors.empty());
-  ASSERT_EQ(events.Warnings.size(), 1u);
-  EXPECT_THAT(events.Warnings[0], HasSubstr("its values go from 3 to 3, the isovalue is 2. The output is empty."));
+  EXPECT_FALSE(Update(below));
+  ASSERT_EQ(events.Errors.size(), 1u);
+  EXPECT_THAT(events.Errors[0],
+    HasSubstr("The isovalue 2 lies outside the values of the image, which go from 3 to 3; no part of it lies inside."));
   EXPECT_EQ(below->GetPolyDataOutput()->GetNumberOfPoints(), 0);
 }
 
@@ -160,9 +147,9 @@ TEST(VDBSurfaceImages, BelowIsTheComplementOfAbove)
   geometry.Dimensions = { { 20, 20, 20 } };
   const auto image = MakeImage(geometry, Ball(geometry.Center(), 6.0));
   const auto filter = FilterOn(image);
-  const double above = VolumeOf(SurfaceOf(filter));
+  const double above = VolumeOf(ClosedSurfaceOf(filter));
   filter->SetInsideRuleToBelow();
-  const auto below = SurfaceOf(filter);
+  const auto below = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(below), 2);
   EXPECT_LT(VolumeOf(below) + above, 20.0 * 20.0 * 20.0);
   EXPECT_GT(VolumeOf(below) + above, 20.0 * 20.0 * 20.0 - 0.25 * 12.0 * 20.0) << "but for the bevelled edges";
@@ -179,7 +166,7 @@ TEST(VDBSurfaceImages, EveryScalarTypeGivesTheSameSurface)
          VTK_SIGNED_CHAR, VTK_LONG_LONG, VTK_UNSIGNED_INT })
   {
     SCOPED_TRACE(type);
-    const auto surface = SurfaceOf(FilterOn(MakeImage(geometry, positive, type), 50.5));
+    const auto surface = ClosedSurfaceOf(FilterOn(MakeImage(geometry, positive, type), 50.5));
     expected = expected ? expected : surface;
     EXPECT_TRUE(SameBits(surface->GetPoints()->GetData(), expected->GetPoints()->GetData()));
   }
@@ -189,10 +176,11 @@ TEST(VDBSurfaceImages, LargeValuesKeepTheirDifferences)
 {
   const ImageGeometry geometry;
   const auto ball = Ball(geometry.Center(), 9.0);
-  const auto plain = SurfaceOf(FilterOn(MakeImage(geometry, ball, VTK_DOUBLE)));
-  const auto shifted = SurfaceOf(FilterOn(MakeImage(
-                                            geometry, [&](const Vector3d& x) { return 1e9 + ball(x); }, VTK_DOUBLE),
-    1e9));
+  const auto plain = ClosedSurfaceOf(FilterOn(MakeImage(geometry, ball, VTK_DOUBLE)));
+  const auto shifted = ClosedSurfaceOf(
+    FilterOn(MakeImage(
+               geometry, [&](const Vector3d& x) { return 1e9 + ball(x); }, VTK_DOUBLE),
+      1e9));
   EXPECT_NEAR(VolumeOf(plain), VolumeOf(shifted), 1e-4 * VolumeOf(plain));
 }
 
@@ -204,13 +192,34 @@ TEST(VDBSurfaceImages, TheIsovalueIsFoundBetweenTwoClasses)
     geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 1.0 : 0.0; }, VTK_UNSIGNED_CHAR);
   vtkNew<Filter> filter;
   filter->SetInputDataObject(binary);
-  SurfaceOf(filter);
+  ClosedSurfaceOf(filter);
   EXPECT_NEAR(filter->GetEffectiveIsoValue(), 0.5, 1e-3);
   const auto bright = MakeImage(
     geometry, [&](const Vector3d& x) { return ball(x) > 0.0 ? 900.0 + x[0] : 100.0 + x[1]; });
   filter->SetInputDataObject(bright);
-  SurfaceOf(filter);
+  ClosedSurfaceOf(filter);
   EXPECT_NEAR(filter->GetEffectiveIsoValue(), 515.0, 20.0);
+}
+
+TEST(VDBSurfaceImages, AThresholdOfLabelsIsWarnedOf)
+{
+  const ImageGeometry geometry;
+  const auto ball = Ball(geometry.Center(), 9.0);
+  const auto labels = [&](const Vector3d& x) { return ball(x) > 4.0 ? 7.0 : ball(x) > 0.0 ? 2.0 : 0.0; };
+  const auto warnings = [&](int type, bool computes) {
+    vtkNew<Filter> filter;
+    filter->SetInputDataObject(MakeImage(geometry, labels, type));
+    filter->SetComputeIsoValue(computes);
+    filter->SetIsoValue(1.0);
+    EventRecorder events(filter);
+    EXPECT_TRUE(Update(filter));
+    return events.Warnings;
+  };
+  EXPECT_THAT(warnings(VTK_UNSIGNED_CHAR, true),
+    ::testing::ElementsAre(::testing::AllOf(
+      HasSubstr("The image holds 3 distinct integers from 0 to 7, as label images do"), HasSubstr("IsoValue (1 for"))));
+  EXPECT_TRUE(warnings(VTK_UNSIGNED_CHAR, false).empty()) << "the isovalue was chosen";
+  EXPECT_TRUE(warnings(VTK_FLOAT, true).empty()) << "real numbers are no labels";
 }
 
 TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)
@@ -225,19 +234,19 @@ TEST(VDBSurfaceImages, NaNIsOutsideAndInfinityOnItsSide)
                         : inside;
   });
   const auto filter = FilterOn(strange);
-  const auto radii = Radii(SurfaceOf(filter), center);
+  const auto radii = Radii(ClosedSurfaceOf(filter), center);
   EXPECT_GT(radii.first, 7.9);
   EXPECT_LT(radii.second, 8.01);
   const auto extreme = MakeImage(geometry, [&](const Vector3d& x) {
     return (x - center).norm() < 8.0 ? std::numeric_limits<double>::infinity()
                                      : -std::numeric_limits<double>::infinity();
   });
-  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(extreme))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
+  EXPECT_NEAR(VolumeOf(ClosedSurfaceOf(FilterOn(extreme))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
   const auto wide = MakeImage(
     geometry,
     [&](const Vector3d& x) { return ((x - center).norm() < 8.0 ? 1.0 : -1.0) * std::numeric_limits<double>::max(); },
     VTK_DOUBLE);
-  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(wide))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
+  EXPECT_NEAR(VolumeOf(ClosedSurfaceOf(FilterOn(wide))), 4.0 / 3.0 * Pi * 512.0, 0.05 * 4.0 / 3.0 * Pi * 512.0);
   const auto nothing = MakeImage(geometry, [](const Vector3d&) { return std::numeric_limits<double>::quiet_NaN(); });
   vtkNew<Filter> empty;
   empty->SetInputDataObject(nothing);
@@ -261,7 +270,7 @@ TEST(VDBSurfaceImages, VoxelsThatTouchInAnEdgeOrACornerGiveManifolds)
       SCOPED_TRACE(adaptivity);
       const auto filter = FilterOn(image, 0.5);
       filter->SetAdaptivity(adaptivity);
-      SurfaceOf(filter);
+      ClosedSurfaceOf(filter);
     }
   }
 }
@@ -278,7 +287,7 @@ TEST(VDBSurfaceImages, NoiseGivesManifoldsAtEveryAdaptivityAndPrecisionOfTheIsov
         SCOPED_TRACE(::testing::Message() << "seed " << seed << " adaptivity " << adaptivity << " iso " << isoValue);
         const auto filter = FilterOn(image, isoValue);
         filter->SetAdaptivity(adaptivity);
-        SurfaceOf(filter);
+        ClosedSurfaceOf(filter);
       }
     }
   }
@@ -295,7 +304,7 @@ TEST(VDBSurfaceImages, SmoothedNoiseGivesManifoldsAtEveryAdaptivity)
       filter->SetSmoothing(smoothing);
       filter->SetSmoothingIterations(1);
       filter->SetAdaptivity(adaptivity);
-      SurfaceOf(filter);
+      ClosedSurfaceOf(filter);
     }
   }
 }
@@ -313,9 +322,9 @@ TEST(VDBSurfaceImages, IntegersThatHitTheIsovalueGiveManifolds)
   {
     const auto filter = FilterOn(noise, 1.0);
     filter->SetAdaptivity(adaptivity);
-    SurfaceOf(filter);
+    ClosedSurfaceOf(filter);
     filter->SetInsideRuleToBelow();
-    SurfaceOf(filter);
+    ClosedSurfaceOf(filter);
   }
 }
 
@@ -336,18 +345,18 @@ TEST(VDBSurfaceImages, CavitiesStayUnlessTheyAreFilled)
     SCOPED_TRACE(voxelSize);
     const auto filter = FilterOn(image);
     filter->SetVoxelSize(voxelSize);
-    auto surface = SurfaceOf(filter);
+    auto surface = ClosedSurfaceOf(filter);
     EXPECT_EQ(ComponentsOf(surface), 3);
     EXPECT_NEAR(VolumeOf(surface), hollow, 0.02 * hollow);
     filter->LargestComponentOn();
-    surface = SurfaceOf(filter);
+    surface = ClosedSurfaceOf(filter);
     EXPECT_EQ(ComponentsOf(surface), 2) << "the shell keeps its cavity";
     filter->FillCavitiesOn();
-    surface = SurfaceOf(filter);
+    surface = ClosedSurfaceOf(filter);
     EXPECT_EQ(ComponentsOf(surface), 1);
     EXPECT_NEAR(VolumeOf(surface), full, 0.02 * full);
     filter->LargestComponentOff();
-    surface = SurfaceOf(filter);
+    surface = ClosedSurfaceOf(filter);
     EXPECT_EQ(ComponentsOf(surface), 1);
     EXPECT_NEAR(VolumeOf(surface), full, 0.02 * full);
   }
@@ -361,9 +370,9 @@ TEST(VDBSurfaceImages, OnlyTheLargestPartIsKept)
   const auto small = Ball({ 36, 12, 12 }, 6.0);
   const auto image = MakeImage(geometry, [&](const Vector3d& x) { return std::max(large(x), small(x)); });
   const auto filter = FilterOn(image);
-  EXPECT_EQ(ComponentsOf(SurfaceOf(filter)), 2);
+  EXPECT_EQ(ComponentsOf(ClosedSurfaceOf(filter)), 2);
   filter->LargestComponentOn();
-  const auto surface = SurfaceOf(filter);
+  const auto surface = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(surface), 1);
   EXPECT_LT(surface->GetBounds()[1], 24.0);
 }
@@ -376,7 +385,7 @@ TEST(VDBSurfaceImages, ThinWallsSurviveTheLevelSet)
   const auto image = MakeImage(geometry, [&](const Vector3d& x) { return 0.6 - std::abs((x - center).norm() - 9.0); });
   const auto filter = FilterOn(image);
   filter->SetVoxelSize(1.0);
-  const auto surface = SurfaceOf(filter);
+  const auto surface = ClosedSurfaceOf(filter);
   const double wall = 4.0 / 3.0 * Pi * (std::pow(9.6, 3) - std::pow(8.4, 3));
   EXPECT_NEAR(VolumeOf(surface), wall, 0.15 * wall);
   EXPECT_EQ(ComponentsOf(surface), 2);
@@ -392,11 +401,11 @@ TEST(VDBSurfaceImages, ClosingFillsGapsNarrowerThanTwiceItsRadius)
     return std::min(box, std::abs(x[0] - 19.5) - 1.5);
   });
   const auto filter = FilterOn(image);
-  EXPECT_EQ(ComponentsOf(SurfaceOf(filter)), 2);
+  EXPECT_EQ(ComponentsOf(ClosedSurfaceOf(filter)), 2);
   filter->SetClosing(0.8);
-  EXPECT_EQ(ComponentsOf(SurfaceOf(filter)), 2);
+  EXPECT_EQ(ComponentsOf(ClosedSurfaceOf(filter)), 2);
   filter->SetClosing(2.5);
-  const auto closed = SurfaceOf(filter);
+  const auto closed = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(closed), 1);
   EXPECT_NEAR(closed->GetBounds()[0], 4.25, 0.3) << "the rest stays where it is";
   EXPECT_NEAR(closed->GetBounds()[1], 34.75, 0.3);
@@ -418,18 +427,18 @@ TEST(VDBSurfaceImages, EverySmoothingLessensTheAreaOfANoisySphere)
   filter->SetVoxelSize(1.0);
   filter->LargestComponentOn();
   filter->FillCavitiesOn();
-  const double rough = AreaOf(SurfaceOf(filter));
+  const double rough = AreaOf(ClosedSurfaceOf(filter));
   for (int smoothing = Filter::GAUSSIAN; smoothing <= Filter::LAPLACIAN; ++smoothing)
   {
     SCOPED_TRACE(smoothing);
     filter->SetSmoothing(smoothing);
-    const auto surface = SurfaceOf(filter);
+    const auto surface = ClosedSurfaceOf(filter);
     EXPECT_LT(AreaOf(surface), 0.97 * rough);
     // Three Gaussians have a variance of 8 voxels together: a sphere of radius 12 shrinks by about 8 / 12.
     EXPECT_NEAR(VolumeOf(surface), 4.0 / 3.0 * Pi * 1728.0, 0.2 * 4.0 / 3.0 * Pi * 1728.0);
   }
   filter->SetSmoothingIterations(0);
-  EXPECT_EQ(AreaOf(SurfaceOf(filter)), rough);
+  EXPECT_EQ(AreaOf(ClosedSurfaceOf(filter)), rough);
 }
 
 TEST(VDBSurfaceImages, AdaptivityMakesFewerTriangles)
@@ -438,11 +447,11 @@ TEST(VDBSurfaceImages, AdaptivityMakesFewerTriangles)
   geometry.Dimensions = { { 40, 40, 40 } };
   const auto image = MakeImage(geometry, [](const Vector3d& x) { return 15.3 - (x.array() - 19.5).abs().maxCoeff(); });
   const auto filter = FilterOn(image);
-  vtkIdType before = SurfaceOf(filter)->GetNumberOfPolys();
+  vtkIdType before = ClosedSurfaceOf(filter)->GetNumberOfPolys();
   for (const double adaptivity : { 0.3, 1.0 })
   {
     filter->SetAdaptivity(adaptivity);
-    const auto surface = SurfaceOf(filter);
+    const auto surface = ClosedSurfaceOf(filter);
     EXPECT_LT(surface->GetNumberOfPolys(), before / 2);
     EXPECT_NEAR(VolumeOf(surface), std::pow(30.6, 3), 0.1 * std::pow(30.6, 3)) << "edges are cut";
     before = 2 * surface->GetNumberOfPolys() + 2;
@@ -466,7 +475,7 @@ TEST(VDBSurfaceImages, ScalarsOnCellsLieInTheMiddleOfTheCells)
   image->GetCellData()->AddArray(cells);
   const auto filter = FilterOn(image);
   filter->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_CELLS, "Cells");
-  const auto radii = Radii(SurfaceOf(filter), center);
+  const auto radii = Radii(ClosedSurfaceOf(filter), center);
   EXPECT_NEAR(radii.first, 17.0, 0.1);
   EXPECT_NEAR(radii.second, 17.0, 0.1);
 }
@@ -492,7 +501,7 @@ TEST(VDBSurfaceImages, OtherArraysAreSampledAtThePoints)
   }
   image->GetPointData()->AddArray(linear);
   image->GetPointData()->AddArray(labels);
-  const auto surface = SurfaceOf(FilterOn(image));
+  const auto surface = ClosedSurfaceOf(FilterOn(image));
   vtkDataArray* values = surface->GetPointData()->GetArray("Linear");
   vtkDataArray* label = surface->GetPointData()->GetArray("Label");
   ASSERT_TRUE(values && label);
@@ -510,7 +519,7 @@ TEST(VDBSurfaceImages, AnImageOfOneSliceIsAPlate)
 {
   ImageGeometry geometry;
   geometry.Dimensions = { { 20, 20, 1 } };
-  const auto surface = SurfaceOf(FilterOn(MakeImage(geometry, Ball({ 9.5, 9.5, 0 }, 6.0))));
+  const auto surface = ClosedSurfaceOf(FilterOn(MakeImage(geometry, Ball({ 9.5, 9.5, 0 }, 6.0))));
   EXPECT_NEAR(surface->GetBounds()[4], -0.5, 1e-6);
   EXPECT_NEAR(surface->GetBounds()[5], 0.5, 1e-6);
 }
@@ -520,7 +529,7 @@ TEST(VDBSurfaceImages, ExtentsThatDoNotBeginAtZeroAreHonored)
   ImageGeometry geometry;
   const auto image = MakeImage(geometry, Ball(geometry.Center(), 9.0));
   image->SetExtent(10, 41, -5, 26, 100, 131);
-  const auto radii = Radii(SurfaceOf(FilterOn(image)), geometry.Center() + Vector3d(10, -5, 100));
+  const auto radii = Radii(ClosedSurfaceOf(FilterOn(image)), geometry.Center() + Vector3d(10, -5, 100));
   EXPECT_NEAR(radii.first, 9.0, 0.1);
   EXPECT_NEAR(radii.second, 9.0, 0.1);
 }

@@ -37,18 +37,6 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input, double voxelSize = 0.05)
   return filter;
 }
 
-vtkSmartPointer<vtkPolyData> SurfaceOf(Filter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_EQ(events.AllErrors(), "");
-  EXPECT_TRUE(events.Warnings.empty()) << ::testing::PrintToString(events.Warnings);
-  vtkPolyData* output = filter->GetPolyDataOutput();
-  EXPECT_GT(output->GetNumberOfPolys(), 0);
-  EXPECT_EQ(DefectsOf(output), "");
-  return output;
-}
-
 /// @p other behind @p soup, moved along x and scaled; turned inside out when @p reversed.
 void Append(Soup& soup, Soup other, double dx, double scale = 1.0, bool reversed = false)
 {
@@ -81,7 +69,7 @@ Soup Bowl(double z)
 
 TEST(VDBSurfaceMeshes, ASphereStaysWhereItIs)
 {
-  const auto surface = SurfaceOf(FilterOn(Icosphere(4).ToPolyData()));
+  const auto surface = ClosedSurfaceOf(FilterOn(Icosphere(4).ToPolyData()));
   const Eigen::VectorXd radii = MeshOf(surface).Points.rowwise().norm();
   EXPECT_GT(radii.minCoeff(), 1.0 - 0.01);
   EXPECT_LT(radii.maxCoeff(), 1.0 + 0.002);
@@ -94,8 +82,8 @@ TEST(VDBSurfaceMeshes, TheVoxelSizeIsAPartOfTheLongestSideUnlessGiven)
   double bounds[6];
   sphere->GetBounds(bounds);
   const double side = std::max({ bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4] });
-  const auto automatic = SurfaceOf(FilterOn(sphere, 0.0));
-  const auto given = SurfaceOf(FilterOn(sphere, side / 128.0));
+  const auto automatic = ClosedSurfaceOf(FilterOn(sphere, 0.0));
+  const auto given = ClosedSurfaceOf(FilterOn(sphere, side / 128.0));
   EXPECT_TRUE(SameBits(automatic->GetPoints()->GetData(), given->GetPoints()->GetData()));
 }
 
@@ -105,7 +93,7 @@ TEST(VDBSurfaceMeshes, PointsKeepTheirPrecision)
   {
     Soup soup = Icosphere(3);
     std::transform(soup.Points.begin(), soup.Points.end(), soup.Points.begin(), [](double x) { return x + 1000.0; });
-    const auto surface = SurfaceOf(FilterOn(soup.ToPolyData(type)));
+    const auto surface = ClosedSurfaceOf(FilterOn(soup.ToPolyData(type)));
     EXPECT_EQ(surface->GetPoints()->GetDataType(), type);
     EXPECT_NEAR(VolumeOf(surface), Ball1, 0.03 * Ball1);
   }
@@ -115,7 +103,7 @@ TEST(VDBSurfaceMeshes, OverlappingPartsAreUnited)
 {
   Soup soup = Icosphere(3);
   Append(soup, Icosphere(3), 1.0);
-  const auto surface = SurfaceOf(FilterOn(soup.ToPolyData()));
+  const auto surface = ClosedSurfaceOf(FilterOn(soup.ToPolyData()));
   EXPECT_EQ(ComponentsOf(surface), 1);
   const double lens = Pi * (4.0 + 1.0) * 1.0 / 12.0; // two unit spheres at distance 1
   EXPECT_NEAR(VolumeOf(surface), 2.0 * Ball1 - lens, 0.04 * Ball1);
@@ -128,13 +116,13 @@ TEST(VDBSurfaceMeshes, WindingDoesNotMatterWhereItIsWrong)
   {
     std::swap(mixed.Polys[f][0], mixed.Polys[f][1]);
   }
-  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(mixed.ToPolyData()))), Ball1, 0.03 * Ball1);
+  EXPECT_NEAR(VolumeOf(ClosedSurfaceOf(FilterOn(mixed.ToPolyData()))), Ball1, 0.03 * Ball1);
   Soup inwards;
   Append(inwards, Icosphere(3), 0.0, 1.0, true);
-  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(inwards.ToPolyData()))), Ball1, 0.03 * Ball1);
+  EXPECT_NEAR(VolumeOf(ClosedSurfaceOf(FilterOn(inwards.ToPolyData()))), Ball1, 0.03 * Ball1);
   Soup beside = Icosphere(3);
   Append(beside, Icosphere(3), 3.0, 1.0, true);
-  const auto surface = SurfaceOf(FilterOn(beside.ToPolyData()));
+  const auto surface = ClosedSurfaceOf(FilterOn(beside.ToPolyData()));
   EXPECT_EQ(ComponentsOf(surface), 2);
   EXPECT_NEAR(VolumeOf(surface), 2.0 * Ball1, 0.06 * Ball1);
 }
@@ -144,16 +132,16 @@ TEST(VDBSurfaceMeshes, CavitiesStayWhereTheWindingTellsThemAndAreFilledElsewhere
   Soup hollow = Icosphere(3);
   Append(hollow, Icosphere(3), 0.0, 0.5, true);
   const auto filter = FilterOn(hollow.ToPolyData());
-  auto surface = SurfaceOf(filter);
+  auto surface = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(surface), 2);
   EXPECT_NEAR(VolumeOf(surface), 0.875 * Ball1, 0.03 * Ball1);
   filter->FillCavitiesOn();
-  surface = SurfaceOf(filter);
+  surface = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(surface), 1);
   EXPECT_NEAR(VolumeOf(surface), Ball1, 0.03 * Ball1);
   Soup nested = Icosphere(3);
   Append(nested, Icosphere(3), 0.0, 0.5);
-  surface = SurfaceOf(FilterOn(nested.ToPolyData()));
+  surface = ClosedSurfaceOf(FilterOn(nested.ToPolyData()));
   EXPECT_EQ(ComponentsOf(surface), 1);
   EXPECT_NEAR(VolumeOf(surface), Ball1, 0.03 * Ball1);
 }
@@ -163,12 +151,12 @@ TEST(VDBSurfaceMeshes, HolesNarrowerThanTwiceTheClosingAreBridged)
   const auto bowl = Bowl(0.9).ToPolyData(); // a hole of diameter 0.87
   const auto filter = FilterOn(bowl, 0.08);
   filter->SetClosing(0.5);
-  const auto closed = SurfaceOf(filter);
+  const auto closed = ClosedSurfaceOf(filter);
   EXPECT_EQ(ComponentsOf(closed), 1);
   EXPECT_NEAR(VolumeOf(closed), Ball1, 0.06 * Ball1);
   EXPECT_NEAR(closed->GetBounds()[0], -1.0, 0.04) << "the rest stays where it is";
   filter->SetClosing(0.2);
-  const auto open = SurfaceOf(filter);
+  const auto open = ClosedSurfaceOf(filter);
   EXPECT_LT(VolumeOf(open), 0.5 * Ball1) << "the hole stays, and what is left is a bowl with a thick wall";
 }
 
@@ -176,23 +164,23 @@ TEST(VDBSurfaceMeshes, AHoleOfAMissingTriangleIsBridgedAnyway)
 {
   Soup soup = Icosphere(4);
   soup.Polys.erase(soup.Polys.begin() + 100);
-  EXPECT_NEAR(VolumeOf(SurfaceOf(FilterOn(soup.ToPolyData(), 0.1))), Ball1, 0.05 * Ball1);
+  EXPECT_NEAR(VolumeOf(ClosedSurfaceOf(FilterOn(soup.ToPolyData(), 0.1))), Ball1, 0.05 * Ball1);
 }
 
 TEST(VDBSurfaceMeshes, OpenSheetsBecomePlatesTwoVoxelsThick)
 {
-  const auto plate = SurfaceOf(FilterOn(Grid(8).ToPolyData(), 0.02));
+  const auto plate = ClosedSurfaceOf(FilterOn(Grid(8).ToPolyData(), 0.02));
   double bounds[6];
   plate->GetBounds(bounds);
   EXPECT_NEAR(bounds[4], -0.02, 0.004);
   EXPECT_NEAR(bounds[5], 0.02, 0.004);
   Soup both = Icosphere(3);
   Append(both, Grid(8), 2.0);
-  const auto surface = SurfaceOf(FilterOn(both.ToPolyData()));
+  const auto surface = ClosedSurfaceOf(FilterOn(both.ToPolyData()));
   EXPECT_EQ(ComponentsOf(surface), 2) << "beside a solid too";
   Soup fin = Icosphere(3);
   Append(fin, Grid(8), 0.5);
-  EXPECT_EQ(ComponentsOf(SurfaceOf(FilterOn(fin.ToPolyData()))), 1) << "and grown together with it";
+  EXPECT_EQ(ComponentsOf(ClosedSurfaceOf(FilterOn(fin.ToPolyData()))), 1) << "and grown together with it";
 }
 
 TEST(VDBSurfaceMeshes, DefectsThatTheGateRefusesAreWelcome)
@@ -203,7 +191,7 @@ TEST(VDBSurfaceMeshes, DefectsThatTheGateRefusesAreWelcome)
   soup.Polys.push_back({ soup.Polys[9][0], soup.Polys[9][1], soup.Polys[9][1] });             // a point twice
   const vtkIdType twin = soup.AddPoint(soup.Points[0], soup.Points[1], soup.Points[2]);
   soup.Polys.push_back({ 0, twin, soup.Polys[3][0] }); // no area
-  const auto surface = SurfaceOf(FilterOn(soup.ToPolyData()));
+  const auto surface = ClosedSurfaceOf(FilterOn(soup.ToPolyData()));
   EXPECT_NEAR(VolumeOf(surface), Ball1, 0.05 * Ball1);
 }
 
@@ -213,7 +201,7 @@ TEST(VDBSurfaceMeshes, OffsetMovesTheSurfaceOutwards)
   for (const double offset : { -0.4, 0.3 })
   {
     filter->SetOffset(offset);
-    const Eigen::VectorXd radii = MeshOf(SurfaceOf(filter)).Points.rowwise().norm();
+    const Eigen::VectorXd radii = MeshOf(ClosedSurfaceOf(filter)).Points.rowwise().norm();
     EXPECT_NEAR(radii.minCoeff(), 1.0 + offset, 0.015);
     EXPECT_NEAR(radii.maxCoeff(), 1.0 + offset, 0.015);
   }
@@ -240,7 +228,7 @@ TEST(VDBSurfaceMeshes, PointArraysAreInterpolatedFromTheSurface)
   }
   sphere->GetPointData()->SetScalars(height);
   sphere->GetPointData()->AddArray(half);
-  const auto surface = SurfaceOf(FilterOn(sphere));
+  const auto surface = ClosedSurfaceOf(FilterOn(sphere));
   vtkDataArray* values = surface->GetPointData()->GetScalars();
   auto* labels = vtkStringArray::SafeDownCast(surface->GetPointData()->GetAbstractArray("Half"));
   ASSERT_TRUE(values && labels);
@@ -262,7 +250,7 @@ TEST(VDBSurfaceMeshes, ScaleAndPlaceDoNotMatter)
     Soup soup = Icosphere(3);
     std::transform(
       soup.Points.begin(), soup.Points.end(), soup.Points.begin(), [scale](double x) { return scale * (x + 100.0); });
-    const auto surface = SurfaceOf(FilterOn(soup.ToPolyData(), 0.05 * scale));
+    const auto surface = ClosedSurfaceOf(FilterOn(soup.ToPolyData(), 0.05 * scale));
     EXPECT_NEAR(VolumeOf(surface) / std::pow(scale, 3), Ball1, 0.03 * Ball1);
   }
 }
@@ -285,6 +273,6 @@ TEST(VDBSurfaceMeshes, BlocksAreProcessedByThemselves)
     auto* block = vtkPolyData::SafeDownCast(output->GetBlock(k));
     ASSERT_TRUE(block);
     const auto alone = FilterOn(blocks->GetBlock(k), 0.0);
-    EXPECT_TRUE(SameBits(block->GetPoints()->GetData(), SurfaceOf(alone)->GetPoints()->GetData()));
+    EXPECT_TRUE(SameBits(block->GetPoints()->GetData(), ClosedSurfaceOf(alone)->GetPoints()->GetData()));
   }
 }

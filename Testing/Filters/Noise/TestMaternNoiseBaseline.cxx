@@ -5,6 +5,7 @@
 // The file changes only when the noise is meant to change. To write it again, from the build folder:
 //   SURFACE_SYNTHESIS_REGENERATE_BASELINES=1 bin/TestMaternNoiseBaseline
 #include "FilterChecks.h"
+#include "NumberBaseline.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -16,13 +17,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <map>
 #include <string>
 
 using namespace surfsynthtest;
-using Numbers = std::map<std::string, double>;
 
 namespace
 {
@@ -90,40 +87,9 @@ Numbers ComputeNumbers()
   Describe("spectral", filter, numbers);
   return numbers;
 }
-
-Numbers ReadNumbers()
-{
-  Numbers numbers;
-  std::ifstream file(BaselineFile);
-  std::string name;
-  for (double value; file >> name >> value;)
-  {
-    numbers[name] = value;
-  }
-  return numbers;
-}
 } // namespace
 
 TEST(MaternNoiseBaseline, NumbersOfOneSeedAreThoseOfTheFile)
 {
-  const Numbers found = ComputeNumbers();
-  if (std::getenv("SURFACE_SYNTHESIS_REGENERATE_BASELINES"))
-  {
-    std::ofstream file(BaselineFile);
-    file.precision(17);
-    for (const auto& number : found)
-    {
-      file << number.first << " " << number.second << "\n";
-    }
-    GTEST_SKIP() << "wrote " << BaselineFile;
-  }
-  const Numbers expected = ReadNumbers();
-  ASSERT_EQ(expected.size(), 56u) << BaselineFile;
-  ASSERT_EQ(found.size(), expected.size());
-  for (const auto& number : expected)
-  {
-    ASSERT_EQ(found.count(number.first), 1u) << number.first;
-    EXPECT_NEAR(found.at(number.first), number.second, Tolerance * std::max(1.0, std::abs(number.second)))
-      << number.first;
-  }
+  ExpectBaseline(ComputeNumbers(), { BaselineFile, 56, Tolerance, 17 });
 }

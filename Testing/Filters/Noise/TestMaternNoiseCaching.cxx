@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R5 (how often the filter executes) and what an execution costs.
-#include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -21,8 +21,6 @@ using Noise = vtkMaternNoiseFilter;
 
 namespace
 {
-using Change = std::pair<const char*, std::function<void(Noise*)>>;
-
 /// Factorisations of one more update after @p change.
 int CostOf(Noise* filter, const std::function<void(Noise*)>& change)
 {
@@ -49,7 +47,7 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 0) << "nothing has changed";
-  const std::vector<Change> changes = {
+  const PropertyChanges<Noise> changes = {
     { "NoiseModel", [](Noise* f) { f->SetNoiseModelToPerVertex(); } },
     { "ScaleMode", [](Noise* f) { f->SetScaleModeToScreening(); } },
     { "CorrelationRange", [](Noise* f) { f->SetCorrelationRange(1.25); } },
@@ -63,16 +61,7 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     { "FirstSample", [](Noise* f) { f->SetFirstSample(4); } },
     { "OutputArrayName", [](Noise* f) { f->SetOutputArrayName("Bumps"); } },
   };
-  for (const Change& change : changes)
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), changes, events);
 }
 
 TEST(MaternNoiseCaching, OnlyWhatChangesTheFactorCostsAFactorization)

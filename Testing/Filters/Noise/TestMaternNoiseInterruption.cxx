@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // R9 and R10: progress and abort of long runs, on a surface of 300,000 points.
-#include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -43,37 +43,11 @@ vtkDataArray* LastSample(vtkMaternNoiseFilter* filter)
   return data->GetArray(data->GetNumberOfArrays() - 1);
 }
 
-void ExpectMonotone(const std::vector<double>& progress)
-{
-  EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end())) << "R10: progress went back";
-  EXPECT_GE(progress.front(), 0.0);
-  EXPECT_LE(progress.back(), 1.0);
-}
-
 /// Aborts at @p fraction, then expects that the next update is complete.
 void CheckAbort(vtkMaternNoiseFilter* filter, double fraction)
 {
-  {
-    EventRecorder events(filter);
-    events.AbortAt = fraction;
-    EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-    EXPECT_TRUE(events.Errors.empty()) << "an abort is no error: " << events.AllErrors();
-    ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-    EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-    EXPECT_LT(events.LongestSilence, AbortLimit) << "R9: no report, so no chance to stop";
-    EXPECT_LT(events.Progress.back(), 1.0);
-    ExpectMonotone(events.Progress);
-    ::testing::Test::RecordProperty("SecondsAfterAbort", std::to_string(events.SecondsAfterAbort));
-  }
-  EXPECT_EQ(filter->GetPolyDataOutput()->GetNumberOfPoints(), 0);
-  EXPECT_EQ(filter->GetPolyDataOutput()->GetPointData()->GetNumberOfArrays(), 0);
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter)) << "without any change of the filter";
-  EXPECT_EQ(events.Executions, 1);
-  EXPECT_TRUE(events.Errors.empty());
+  ExpectAbortAndRecovery(filter, fraction, AbortLimit);
   EXPECT_EQ(filter->GetPolyDataOutput()->GetPointData()->GetNumberOfArrays(), filter->GetNumberOfSamples());
-  EXPECT_TRUE(Update(filter));
-  EXPECT_EQ(events.Executions, 1) << "and then it is up to date";
 }
 } // namespace
 
@@ -127,17 +101,7 @@ TEST(MaternNoiseInterruption, AbortEmptiesACompositeOutput)
 
 TEST(MaternNoiseInterruption, ProgressIsMonotoneFrequentAndOnTheCallingThread)
 {
-  const auto filter = LargeFilter(80);
-  EventRecorder events(filter);
-  const double start = Now();
-  ASSERT_TRUE(Update(filter));
-  const double seconds = Now() - start;
-  RecordProperty("Seconds", std::to_string(seconds));
-  ExpectMonotone(events.Progress);
-  EXPECT_GE(events.Progress.size(), 20u) << "R10, in a run of " << seconds << " s";
-  EXPECT_EQ(events.Progress.back(), 1.0);
-  EXPECT_FALSE(events.ForeignThread);
-  EXPECT_LT(events.LongestSilence, AbortLimit);
+  ExpectSteadyProgress(LargeFilter(80), AbortLimit);
 }
 
 TEST(MaternNoiseInterruption, ProgressOfBlocksFollowsTheirShareOfTheCells)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Each thing that can be wrong, and the text that the user reads.
-#include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -26,19 +26,7 @@ using ::testing::SizeIs;
 
 namespace
 {
-/// The only error of an update, which must fail and leave the output empty.
-std::string ErrorOf(vtkMaternNoiseFilter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
-  EXPECT_TRUE(!output || output->GetNumberOfPoints() == 0);
-  EXPECT_TRUE(!output || output->GetPointData()->GetNumberOfArrays() == 0);
-  return events.AllErrors();
-}
-
-std::string ErrorOf(const Soup& soup)
+std::string ErrorOfMesh(const Soup& soup)
 {
   vtkNew<vtkMaternNoiseFilter> filter;
   filter->SetInputDataObject(soup.ToPolyData());
@@ -92,7 +80,7 @@ TEST(MaternNoiseMessages, PointsWithoutPolygons)
 {
   Soup points = Icosphere(1);
   points.Polys.clear();
-  EXPECT_THAT(ErrorOf(points), AllOf(HasSubstr("42 points"), HasSubstr("no polygon"), HasSubstr("vtkDelaunay2D")));
+  EXPECT_THAT(ErrorOfMesh(points), AllOf(HasSubstr("42 points"), HasSubstr("no polygon"), HasSubstr("vtkDelaunay2D")));
 }
 
 TEST(MaternNoiseMessages, NonManifoldEdge)
@@ -100,7 +88,7 @@ TEST(MaternNoiseMessages, NonManifoldEdge)
   Soup soup = Three({ 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0 });
   soup.Polys.push_back({ 0, 1, 3 });
   soup.Polys.push_back({ 0, 1, 4 });
-  EXPECT_THAT(ErrorOf(soup),
+  EXPECT_THAT(ErrorOfMesh(soup),
     AllOf(HasSubstr("1 non-manifold edge"), HasSubstr("first at point 0"), HasSubstr("vtkFeatureEdges")));
 }
 
@@ -111,13 +99,13 @@ TEST(MaternNoiseMessages, DegenerateTriangle)
   soup.AddPoint(6, 0, 0);
   soup.AddPoint(7, 0, 0);
   soup.Polys.push_back({ first, first + 1, first + 2 });
-  EXPECT_THAT(ErrorOf(soup),
+  EXPECT_THAT(ErrorOfMesh(soup),
     AllOf(HasSubstr("1 degenerate triangle"), HasSubstr("first cell 18"), HasSubstr("vtkCleanPolyData")));
 }
 
 TEST(MaternNoiseMessages, NaNPoint)
 {
-  EXPECT_THAT(ErrorOf(Three({ 0, 0, 0, 1, 0, 0, 0, std::nan(""), 0 })),
+  EXPECT_THAT(ErrorOfMesh(Three({ 0, 0, 0, 1, 0, 0, 0, std::nan(""), 0 })),
     AllOf(HasSubstr("1 point(s)"), HasSubstr("NaN"), HasSubstr("first point 2")));
 }
 
@@ -125,7 +113,7 @@ TEST(MaternNoiseMessages, IdOutOfRange)
 {
   Soup soup = Grid(3);
   soup.Polys[4][2] = 99;
-  EXPECT_THAT(ErrorOf(soup), AllOf(HasSubstr("1 cell(s)"), HasSubstr("does not exist"), HasSubstr("first cell 4")));
+  EXPECT_THAT(ErrorOfMesh(soup), AllOf(HasSubstr("1 cell(s)"), HasSubstr("does not exist"), HasSubstr("first cell 4")));
 }
 
 TEST(MaternNoiseMessages, PolygonThatRepeatsAVertex)
@@ -133,7 +121,7 @@ TEST(MaternNoiseMessages, PolygonThatRepeatsAVertex)
   Soup soup = Grid(3);
   soup.Polys.push_back({ 0, 1, 2, 3, 0 });
   EXPECT_THAT(
-    ErrorOf(soup), AllOf(HasSubstr("a point twice"), HasSubstr("first cell 18"), HasSubstr("vtkCleanPolyData")));
+    ErrorOfMesh(soup), AllOf(HasSubstr("a point twice"), HasSubstr("first cell 18"), HasSubstr("vtkCleanPolyData")));
 }
 
 TEST(MaternNoiseMessages, PolygonThatCrossesItself)
@@ -141,7 +129,7 @@ TEST(MaternNoiseMessages, PolygonThatCrossesItself)
   Soup soup;
   soup.Points = { 0, 0, 0, 1, 1, 0, 1, 0, 0, 0, 1, 0 };
   soup.Polys = { { 0, 1, 2, 3 } };
-  EXPECT_THAT(ErrorOf(soup),
+  EXPECT_THAT(ErrorOfMesh(soup),
     AllOf(HasSubstr("1 polygon(s)"), HasSubstr("cannot be triangulated"), HasSubstr("vtkTriangleFilter")));
 }
 

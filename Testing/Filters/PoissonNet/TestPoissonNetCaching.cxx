@@ -4,22 +4,18 @@
 // R10 (abort and progress), R12 (two filters on two threads).
 #include "PoissonNetPipelines.h"
 
-#include "Core/Common/Parallel.h"
+#include "FilterContract.h"
 
 #include <vtkFloatArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkSMPTools.h>
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <thread>
-#include <utility>
 
 using namespace surfsynth;
 using namespace surfsynthtest;
@@ -27,8 +23,6 @@ using Filter = vtkPoissonNetFilter;
 
 namespace
 {
-constexpr double AbortLimit = 1.0; // seconds
-
 /// Models read and meshes factored by one more update.
 struct Cost
 {
@@ -54,9 +48,9 @@ Cost CostOf(Filter* filter, const std::function<void(Filter*)>& change)
     filter->GetNumberOfFactorizations() - before.Factorizations };
 }
 
-vtkDataArray* PredictionOf(Filter* filter)
+vtkDataArray* PredictionOf(vtkAlgorithm* filter)
 {
-  return filter->GetPolyDataOutput()->GetPointData()->GetArray("Prediction");
+  return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPointData()->GetArray("Prediction");
 }
 
 std::string Classifier(const std::string& name, std::uint64_t seed = 1)
@@ -91,7 +85,7 @@ TEST(PoissonNetCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyOn
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 0) << "nothing has changed";
   WriteModel("two.model", SmallGradientOptions(1), 2);
-  const std::vector<std::pair<const char*, std::function<void(Filter*)>>> changes = {
+  const PropertyChanges<Filter> changes = {
     { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
     { "InputNormalization", [](Filter* f) { f->SetInputNormalizationToUnitSphere(); } },
     { "Condition", [](Filter* f) { f->SetCondition(0, 0.75); } },
@@ -102,16 +96,7 @@ TEST(PoissonNetCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyOn
     { "ClassNamesArrayName", [](Filter* f) { f->SetClassNamesArrayName("C"); } },
     { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("D"); } },
   };
-  for (const auto& change : changes)
-  {
-    events.Executions = 0;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first;
-    change.second(filter);
-    EXPECT_TRUE(Update(filter));
-    EXPECT_EQ(events.Executions, 1) << change.first << " set to what it is";
-  }
+  ExpectOneExecutionEach(filter.Get(), changes, events);
 }
 
 TEST(PoissonNetCaching, ModelAndOperatorsAreKeptWhileTheyAreTheSame)
@@ -176,21 +161,7 @@ TEST(PoissonNetCaching, BitsDoNotDependOnThreads)
 {
   const auto sphere = UnitAreaSphere(IsSanitized() ? 2 : 4).ToPolyData();
   const std::string model = Classifier("threads.model");
-  vtkSmartPointer<vtkDataArray> reference;
-  for (int threads = 1; threads <= 4; ++threads)
-  {
-    vtkSMPTools::Initialize(threads);
-    const ThreadScope scope(threads);
-    ASSERT_EQ(vtkSMPTools::GetEstimatedNumberOfThreads(), threads);
-    for (int repeat = 0; repeat < 3; ++repeat)
-    {
-      const auto filter = PoissonNetOn(sphere, model);
-      ASSERT_TRUE(Update(filter));
-      reference = reference ? reference.Get() : PredictionOf(filter);
-      EXPECT_TRUE(SameBits(PredictionOf(filter), reference)) << threads << " threads";
-    }
-  }
-  vtkSMPTools::Initialize(0);
+  ExpectSameBitsForAllThreads([&] { return PoissonNetOn(sphere, model); }, PredictionOf);
 }
 
 TEST(PoissonNetCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
@@ -198,16 +169,8 @@ TEST(PoissonNetCaching, TwoFiltersOnTwoThreadsDoNotDisturbEachOther)
   const std::string model = Classifier("two_threads.model");
   const auto first = PoissonNetOn(UnitAreaSphere(3).ToPolyData(), model);
   const auto second = PoissonNetOn(Grid(20).ToPolyData(), model);
-  bool firstDone = false;
-  bool secondDone = false;
-  std::thread one([&] { firstDone = Update(first); });
-  std::thread two([&] { secondDone = Update(second); });
-  one.join();
-  two.join();
-  ASSERT_TRUE(firstDone && secondDone);
   const auto alone = PoissonNetOn(Grid(20).ToPolyData(), model);
-  ASSERT_TRUE(Update(alone));
-  EXPECT_TRUE(SameBits(PredictionOf(second), PredictionOf(alone)));
+  ExpectIndependence(first, second, alone, PredictionOf);
 }
 
 TEST(PoissonNetCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
@@ -215,15 +178,7 @@ TEST(PoissonNetCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
   for (const double place : { 0.0, 0.2, 0.6 })
   {
     const auto filter = LargeFilter();
-    {
-      EventRecorder events(filter);
-      events.AbortAt = place;
-      EXPECT_TRUE(Update(filter)) << "an abort is no failure";
-      EXPECT_TRUE(events.Errors.empty());
-      ASSERT_GE(events.SecondsAfterAbort, 0.0) << "the run was over before it could be stopped";
-      EXPECT_LT(events.SecondsAfterAbort, AbortLimit) << "R9";
-    }
-    EXPECT_EQ(filter->GetPolyDataOutput()->GetNumberOfPoints(), 0);
+    ExpectAbort(filter, place);
     if (place > 0.5)
     {
       EXPECT_EQ(CostOf(filter, [](Filter*) {}), (Cost{ 0, 0 })) << "model and operators survive";
@@ -235,10 +190,5 @@ TEST(PoissonNetCaching, AbortEmptiesTheOutputAndTheNextUpdateIsComplete)
 TEST(PoissonNetCaching, ProgressIsMonotoneFrequentAndOnTheCallingThread)
 {
   const auto filter = LargeFilter();
-  EventRecorder events(filter);
-  ASSERT_TRUE(Update(filter));
-  EXPECT_TRUE(std::is_sorted(events.Progress.begin(), events.Progress.end()));
-  EXPECT_GE(events.Progress.size(), 20u) << "R10";
-  EXPECT_EQ(events.Progress.back(), 1.0);
-  EXPECT_FALSE(events.ForeignThread);
+  ExpectSteadyProgress(filter);
 }

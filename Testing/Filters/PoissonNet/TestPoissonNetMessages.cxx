@@ -3,6 +3,9 @@
 // Each thing that can be wrong with a model file, a mesh or a property, and the text that the user reads.
 #include "PoissonNetPipelines.h"
 
+#include "FileBytes.h"
+#include "FilterContract.h"
+
 #include "IO/Weights/SafetensorsWriter.h"
 
 #include <vtkFloatArray.h>
@@ -16,8 +19,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 using namespace surfsynth;
@@ -30,18 +31,6 @@ using ::testing::SizeIs;
 
 namespace
 {
-/// The only error of an update, which must fail and leave the output empty.
-std::string ErrorOf(vtkPoissonNetFilter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
-  EXPECT_TRUE(!output || output->GetNumberOfPoints() == 0);
-  EXPECT_TRUE(!output || output->GetPointData()->GetNumberOfArrays() == 0);
-  return events.AllErrors();
-}
-
 std::string ErrorOfModel(const std::string& path)
 {
   return ErrorOf(PoissonNetOn(UnitAreaSphere(2).ToPolyData(), path));
@@ -52,25 +41,6 @@ std::string ErrorOfMesh(const Soup& soup)
   const std::string model = WriteModel(
     "mesh.model", SmallOptions(PoissonNetDomain::Vertices, LastActivation::Identity));
   return ErrorOf(PoissonNetOn(soup.ToPolyData(), model));
-}
-
-std::vector<std::string> WarningsOf(vtkPoissonNetFilter* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_THAT(events.Errors, IsEmpty());
-  return events.Warnings;
-}
-
-std::string BytesOf(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-void WriteBytes(const std::string& path, const std::string& bytes)
-{
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
 
 /// A good model file, damaged by @p change.

@@ -102,13 +102,6 @@ surfsynth::SignalSource SourceOf(vtkPolyData* surface, const Surfaces& samples, 
   return source;
 }
 
-std::string BytesOf(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
-  return { std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>() };
-}
-
 vtkTable* TableOf(vtkAlgorithm* filter) { return vtkTable::SafeDownCast(filter->GetOutputDataObject(0)); }
 
 void FlowMatchingTrainerFilter::SetUp()

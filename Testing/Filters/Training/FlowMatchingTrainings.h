@@ -3,7 +3,8 @@
 /// Small trainings that the tests of vtkFlowMatchingTrainer share.
 #pragma once
 
-#include "FilterChecks.h"
+#include "FileBytes.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkFlowMatchingTrainer.h"
@@ -40,9 +41,6 @@ vtkSmartPointer<vtkMultiBlockDataSet> Blocks(const Surfaces& surfaces);
 
 /// Source of a dataset file with these surfaces of triangles; @p array "" for the positions.
 surfsynth::SignalSource SourceOf(vtkPolyData* surface, const Surfaces& samples, const char* array = "");
-
-/// The bytes of a file; fails the test when there is none.
-std::string BytesOf(const std::string& path);
 
 vtkTable* TableOf(vtkAlgorithm* filter);
 

@@ -88,6 +88,29 @@ void MakeTiny(Options& options)
 }
 } // namespace
 
+TEST_F(FlowMatchingTrainerEncoder, ATimeBudgetEndsTheTrainingOfTheEncoderFirst)
+{
+  const auto filter = this->OnBodies("parts");
+  filter->SetTimeBudget(1e-9); // of one iteration
+  for (int update = 1; update <= 8;
+       ++update) // four of the encoder; its last goes on with the first of five of the model
+  {
+    EventRecorder events(filter);
+    filter->Modified();
+    EXPECT_TRUE(Update(filter));
+    EXPECT_THAT(events.Errors, ::testing::IsEmpty());
+    EXPECT_EQ(filter->GetNumberOfIterationsDone(), std::max(0, update - 3));
+    ASSERT_EQ(events.Warnings.size(), update < 8 ? 1u : 0u);
+    if (update < 8)
+    {
+      EXPECT_THAT(
+        events.Warnings[0], ::testing::HasSubstr(update < 4 ? "training of the encoder" : "training of the model"));
+    }
+  }
+  this->ModelBytes(this->OnBodies("whole"));
+  EXPECT_TRUE(this->FilesOf("parts") == this->FilesOf("whole"));
+}
+
 TEST_F(FlowMatchingTrainerEncoder, OneUpdateGivesTheFilesOfTheTwoTrainingsOfTheLibrary)
 {
   const auto filter = this->OnBodies("model");

@@ -303,6 +303,47 @@ TEST_F(FlowMatchingTrainerFilter, AnAbortedTrainingGoesOnAndGivesTheSameBits)
   EXPECT_EQ(BytesOf(this->File("parts.checkpoint")), BytesOf(this->File("whole.checkpoint")));
 }
 
+TEST_F(FlowMatchingTrainerFilter, ATimeBudgetEndsUpdatesThatGoOnToTheSameBits)
+{
+  const auto filter = this->OnBlocks("parts", 4);
+  filter->SetTimeBudget(1e-9); // of one iteration
+  for (int done = 1; done <= 4; ++done)
+  {
+    EventRecorder events(filter);
+    filter->Modified();
+    EXPECT_TRUE(Update(filter));
+    EXPECT_THAT(events.Errors, IsEmpty());
+    EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), done);
+    EXPECT_EQ(filter->GetNumberOfIterationsDone(), done);
+    EXPECT_EQ(surfsynth::ReadFlowMatchingModel(this->File("parts")).Iterations, done);
+    ASSERT_EQ(events.Warnings.size(), done < 4 ? 1u : 0u);
+    if (done < 4)
+    {
+      EXPECT_THAT(
+        events.Warnings[0], HasSubstr("ended the training of the model after iteration " + std::to_string(done)));
+    }
+  }
+  EXPECT_EQ(this->ModelBytes(this->OnBlocks("whole", 4)), BytesOf(this->File("parts")));
+  EXPECT_EQ(BytesOf(this->File("parts.checkpoint")), BytesOf(this->File("whole.checkpoint")));
+}
+
+TEST_F(FlowMatchingTrainerFilter, ATimeBudgetSaysTheTimeToExpect)
+{
+  const auto filter = this->OnBlocks("model", 1000000);
+  filter->SetTimeBudget(0.2 / 60.0);
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  ASSERT_EQ(events.Warnings.size(), 1u);
+  EXPECT_THAT(events.Warnings[0], HasSubstr("of 1000000. The other iterations take about "));
+  EXPECT_GT(filter->GetNumberOfIterationsDone(), 1);
+  EXPECT_GT(filter->GetRemainingTime(), 0.0);
+  EXPECT_LT(filter->GetRemainingTime(), IsSanitized() ? 1e6 : 1e5);
+  filter->SetIterations(static_cast<int>(filter->GetNumberOfIterationsDone()));
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Warnings.size(), 1u);
+  EXPECT_EQ(filter->GetRemainingTime(), 0.0);
+}
+
 TEST_F(FlowMatchingTrainerFilter, AnAbortWhileTheSeriesIsReadStops)
 {
   vtkNew<TimeSeries> series;

@@ -209,6 +209,7 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   EXPECT_EQ(filter->GetDevice(), static_cast<int>(options.Device));
   EXPECT_EQ(filter->GetCheckpointInterval(), files.CheckpointInterval);
   EXPECT_EQ(filter->GetResume(), files.Resume);
+  EXPECT_EQ(filter->GetTimeBudget(), files.TimeBudget);
 }
 
 TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
@@ -245,7 +246,8 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "EncoderIterations: 0",
+         "Resume: 1", "TimeBudget: 0", "RemainingTime: 0",
+         "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "EncoderIterations: 0",
          "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
          "InnerProducts: 0", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
          "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",

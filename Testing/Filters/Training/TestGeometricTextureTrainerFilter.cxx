@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkGeometricTextureTrainer: the model of the plain training, its table, resuming, messages.
+#include "FileBytes.h"
+#include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
 
 #include "vtkGeometricTextureTrainer.h"
@@ -23,8 +25,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <utility>
 
@@ -33,7 +33,6 @@ using namespace surfsynthtest;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 namespace
 {
@@ -109,31 +108,14 @@ GeometricTextureTrainingOptions SameOptions()
   return options;
 }
 
-std::string BytesOf(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
 vtkTable* TableOf(vtkAlgorithm* filter) { return vtkTable::SafeDownCast(filter->GetOutputDataObject(0)); }
 
-void ExpectQuiet(vtkGeometricTextureTrainer* filter)
+std::string ErrorOfTraining(vtkGeometricTextureTrainer* filter)
 {
-  EventRecorder events(filter);
-  EXPECT_TRUE(Update(filter));
-  EXPECT_THAT(events.Errors, IsEmpty());
-  EXPECT_THAT(events.Warnings, IsEmpty());
-}
-
-std::string ErrorOf(vtkGeometricTextureTrainer* filter)
-{
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
+  const std::string error = surfsynthtest::ErrorOf(filter);
   EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
   EXPECT_EQ(filter->GetNumberOfIterationsDone(), 0);
-  return events.AllErrors();
+  return error;
 }
 } // namespace
 
@@ -141,7 +123,7 @@ TEST(GeometricTextureTrainerFilter, ModelAndTableAreThoseOfThePlainTraining)
 {
   const auto filter = TrainerFor("inputs.model");
   filter->SetLossTableFileName("inputs.csv");
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(filter->GetNumberOfIterationsDone(), 2 * Iterations);
   EXPECT_STREQ(filter->GetDeviceInUse(), "CPU");
   TrainingFiles files;
@@ -169,7 +151,7 @@ TEST(GeometricTextureTrainerFilter, ModelAndTableAreThoseOfThePlainTraining)
 
 TEST(GeometricTextureTrainerFilter, TheModelSynthesizesOnOtherSurfaces)
 {
-  ExpectQuiet(TrainerFor("grows.model"));
+  OutputOf(TrainerFor("grows.model"));
   const auto synthesizer = SynthesizerOn(Icosphere(2).ToPolyData(), "grows.model");
   EXPECT_EQ(SurfaceOf(synthesizer)->GetNumberOfPolys(), 4 * 320);
   EXPECT_THAT(synthesizer->GetModelDescription(), HasSubstr("\"dents\": 2 levels"));
@@ -179,11 +161,11 @@ TEST(GeometricTextureTrainerFilter, TheModelSynthesizesOnOtherSurfaces)
 
 TEST(GeometricTextureTrainerFilter, ADatasetFileTakesThePlaceOfTheInputs)
 {
-  ExpectQuiet(TrainerFor("from_inputs.model"));
+  OutputOf(TrainerFor("from_inputs.model"));
   WriteMultiscaleDataset("dents.dataset", Dents());
   const auto filter = TrainerFor("from_file.model", false);
   filter->SetDatasetFileName("dents.dataset");
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(BytesOf("from_file.model"), BytesOf("from_inputs.model"));
 }
 
@@ -191,7 +173,7 @@ TEST(GeometricTextureTrainerFilter, WithoutATemplateItIsTheFirstLevel)
 {
   const auto filter = TrainerFor("level0.model");
   filter->SetInputDataObject(1, nullptr);
-  ExpectQuiet(filter);
+  OutputOf(filter);
   MultiscaleDataset bare = Dents();
   bare.Template = {};
   TrainingFiles files;
@@ -202,7 +184,7 @@ TEST(GeometricTextureTrainerFilter, WithoutATemplateItIsTheFirstLevel)
 
 TEST(GeometricTextureTrainerFilter, AnInterruptedTrainingGoesOn)
 {
-  ExpectQuiet(TrainerFor("whole.model"));
+  OutputOf(TrainerFor("whole.model"));
   const auto filter = TrainerFor("parts.model");
   for (const double place : { 0.1, 0.6 })
   {
@@ -215,16 +197,16 @@ TEST(GeometricTextureTrainerFilter, AnInterruptedTrainingGoesOn)
     EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
     EXPECT_TRUE(std::filesystem::exists("parts.model.checkpoint"));
   }
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 2 * Iterations);
   EXPECT_EQ(BytesOf("parts.model"), BytesOf("whole.model"));
   EventRecorder events(filter);
   EXPECT_TRUE(Update(filter));
   EXPECT_EQ(events.Executions, 0) << "nothing has changed";
   filter->SetReconstructionWeight(4.0);
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("reconstruction_weight"));
+  EXPECT_THAT(ErrorOfTraining(filter), HasSubstr("reconstruction_weight"));
   filter->ResumeOff();
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_NE(BytesOf("parts.model"), BytesOf("whole.model"));
 }
 
@@ -242,34 +224,34 @@ TEST(GeometricTextureTrainerFilter, Messages)
 {
   const auto unnamed = TrainerFor("refused.model");
   unnamed->SetModelFileName("");
-  EXPECT_THAT(ErrorOf(unnamed), HasSubstr("ModelFileName is empty"));
+  EXPECT_THAT(ErrorOfTraining(unnamed), HasSubstr("ModelFileName is empty"));
   const auto nameless = TrainerFor("refused.model");
   nameless->SetTextureName("");
-  EXPECT_THAT(ErrorOf(nameless), HasSubstr("TextureName is empty"));
-  EXPECT_THAT(ErrorOf(TrainerFor("refused.model", false)), HasSubstr("There are no levels on port 0"));
+  EXPECT_THAT(ErrorOfTraining(nameless), HasSubstr("TextureName is empty"));
+  EXPECT_THAT(ErrorOfTraining(TrainerFor("refused.model", false)), HasSubstr("There are no levels on port 0"));
   const auto nowhere = TrainerFor("nowhere/refused.model");
-  EXPECT_THAT(ErrorOf(nowhere), HasSubstr("nowhere"));
+  EXPECT_THAT(ErrorOfTraining(nowhere), HasSubstr("nowhere"));
   const auto missing = TrainerFor("refused.model", false);
   missing->SetDatasetFileName("none.dataset");
-  EXPECT_THAT(ErrorOf(missing), HasSubstr("none.dataset"));
+  EXPECT_THAT(ErrorOfTraining(missing), HasSubstr("none.dataset"));
 
   const auto filter = TrainerFor("refused.model");
   MultiscaleDataset swapped = Dents();
   std::swap(swapped.Levels[0], swapped.Levels[1]);
   filter->SetInputDataObject(0, BlocksOf(swapped));
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("evel 1"));
+  EXPECT_THAT(ErrorOfTraining(filter), HasSubstr("evel 1"));
   Soup broken = Icosphere(1);
   broken.Polys[3] = { 0, 0, 1 };
   filter->SetInputDataObject(0, broken.ToPolyData());
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("Level 0"), HasSubstr("cell 3")));
+  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("Level 0"), HasSubstr("cell 3")));
   filter->SetInputDataObject(0, BlocksOf(Dents()));
   filter->SetInputDataObject(1, Icosphere(0).ToPolyData());
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("emplate"));
+  EXPECT_THAT(ErrorOfTraining(filter), HasSubstr("emplate"));
   vtkNew<vtkMultiBlockDataSet> grids;
   vtkNew<vtkUnstructuredGrid> grid;
   grids->SetBlock(0, grid);
   filter->SetInputDataObject(0, grids);
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("Level 0 is a vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("Level 0 is a vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
   EXPECT_FALSE(std::filesystem::exists("refused.model"));
 }
 
@@ -278,7 +260,7 @@ TEST(GeometricTextureTrainerFilter, EmptyLevelsAreNoError)
   const auto filter = TrainerFor("empty.model");
   vtkNew<vtkMultiBlockDataSet> none;
   filter->SetInputDataObject(0, none);
-  ExpectQuiet(filter);
+  OutputOf(filter);
   EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 0);
   EXPECT_FALSE(std::filesystem::exists("empty.model"));
 }
@@ -303,7 +285,7 @@ TEST(GeometricTextureTrainerFilter, TheDatasetFileIsNeverWrittenOver)
   WriteMultiscaleDataset("kept.dataset", Dents());
   const std::string dataset = BytesOf("kept.dataset");
   filter->SetDatasetFileName("kept.dataset");
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("is one that the training is made from"));
+  EXPECT_THAT(ErrorOfTraining(filter), HasSubstr("is one that the training is made from"));
   EXPECT_TRUE(BytesOf("kept.dataset") == dataset);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkMultiscaleMeshFitter: the numbers of the plain fit, what it says of them, its ports, messages, abort.
+#include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
 
 #include "vtkMultiscaleMeshFitter.h"
@@ -29,7 +30,6 @@ using namespace surfsynthtest;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 namespace
 {
@@ -78,14 +78,11 @@ vtkPolyData* LevelOf(vtkAlgorithm* filter, unsigned int k)
 
 vtkPolyData* TemplateOf(vtkAlgorithm* filter) { return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1)); }
 
-std::string ErrorOf(vtkMultiscaleMeshFitter* filter)
+std::string ErrorOfFit(vtkMultiscaleMeshFitter* filter)
 {
-  EventRecorder events(filter);
-  EXPECT_FALSE(Update(filter));
-  EXPECT_THAT(events.Errors, SizeIs(1));
-  EXPECT_EQ(filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+  const std::string error = ErrorOf(filter);
   EXPECT_EQ(TemplateOf(filter)->GetNumberOfPoints(), 0);
-  return events.AllErrors();
+  return error;
 }
 } // namespace
 
@@ -147,7 +144,38 @@ TEST(MultiscaleMeshFitterFilter, WritesADatasetForTraining)
   const PointMatrix found = ConvertPoints(LevelOf(filter, 1));
   EXPECT_EQ((dataset.Levels[1].Points - found).cwiseAbs().maxCoeff(), 0.0);
   filter->SetDatasetFileName("nowhere/egg.dataset");
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("nowhere/egg.dataset"));
+  EXPECT_THAT(ErrorOfFit(filter), HasSubstr("nowhere/egg.dataset"));
+}
+
+TEST(MultiscaleMeshFitterFilter, ATimeBudgetEndsEachLevelAndSaysTheTimeToExpect)
+{
+  const auto filter = FitterOn(Egg().ToPolyData());
+  filter->SetIterations(100000);
+  filter->SetTimeBudget(0.5 / 60.0);
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  ASSERT_EQ(events.Warnings.size(), 1u);
+  EXPECT_THAT(
+    events.Warnings[0], AllOf(HasSubstr("before their 100000 iterations"), HasSubstr("All of them take about ")));
+  // Better than the template: both levels are fitted.
+  const vtkSmartPointer<vtkPolyData> fitted = LevelOf(filter, 1);
+  filter->SetIterations(0);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(events.Warnings.size(), 1u);
+  const auto distance = [](
+                          vtkPolyData* level) { return level->GetFieldData()->GetArray("MeanDistance")->GetTuple1(0); };
+  EXPECT_LT(distance(fitted), distance(LevelOf(filter, 1)));
+}
+
+TEST(MultiscaleMeshFitterFilter, ABudgetThatIsNotUsedUpLeavesTheBits)
+{
+  const auto filter = FitterOn(Egg().ToPolyData());
+  filter->SetIterations(3);
+  OutputOf(filter);
+  const vtkSmartPointer<vtkPolyData> first = LevelOf(filter, 1);
+  filter->SetTimeBudget(600.0);
+  OutputOf(filter);
+  EXPECT_TRUE(SameBits(first->GetPoints()->GetData(), LevelOf(filter, 1)->GetPoints()->GetData()));
 }
 
 TEST(MultiscaleMeshFitterFilter, TheSeedAndTheNormalsMatter)
@@ -176,18 +204,18 @@ TEST(MultiscaleMeshFitterFilter, Messages)
   }
   Soup needle = Egg();
   needle.Polys[5] = { 0, 0, 1 };
-  EXPECT_THAT(ErrorOf(FitterOn(needle.ToPolyData())), HasSubstr("first cell 5"));
+  EXPECT_THAT(ErrorOfFit(FitterOn(needle.ToPolyData())), HasSubstr("first cell 5"));
   Soup points;
   points.AddPoint(0, 0, 0);
   points.Verts.push_back({ 0 });
-  EXPECT_THAT(ErrorOf(FitterOn(points.ToPolyData())), HasSubstr("no polygon"));
+  EXPECT_THAT(ErrorOfFit(FitterOn(points.ToPolyData())), HasSubstr("no polygon"));
   const auto filter = FitterOn(Egg().ToPolyData());
   filter->SetTemplateToGiven();
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("There is no template on port 1"));
+  EXPECT_THAT(ErrorOfFit(filter), HasSubstr("There is no template on port 1"));
   Soup turned = Icosphere(1);
   std::swap(turned.Polys[7][0], turned.Polys[7][1]);
   filter->SetInputDataObject(1, turned.ToPolyData());
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("The template on port 1"), HasSubstr("3 edge(s)")));
+  EXPECT_THAT(ErrorOfFit(filter), AllOf(HasSubstr("The template on port 1"), HasSubstr("3 edge(s)")));
 }
 
 TEST(MultiscaleMeshFitterFilter, AReferenceNeedNotBeManifoldAndMayBeEmpty)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rule 10: what the writer writes.
+#include "ThrownText.h"
+
 #include "Core/Common/Errors.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
@@ -15,6 +17,7 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::HasSubstr;
 
 namespace
@@ -43,20 +46,6 @@ int CountFiles(const std::string& stem)
     count += entry.path().filename().string().rfind(stem, 0) == 0 ? 1 : 0;
   }
   return count;
-}
-
-template <typename Call>
-std::string MessageOf(const Call& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const InvalidInput& error)
-  {
-    return error.what();
-  }
-  return "accepted";
 }
 
 } // namespace

@@ -33,9 +33,11 @@ from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files import read_mesh, read_volume, write_mesh
+from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
+from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import NOISE_MODELS, matern_noise
 from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
@@ -44,7 +46,7 @@ from .remeshing import HOLES, remesh, repair, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .vdb_surface import vdb_surface
-from .vtkSurfaceSynthesisEnsembles import vtkGaussianMixtureFilter
+from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
@@ -68,6 +70,7 @@ __all__ = [
     "__version__",
     "convert_checkpoint",
     "deform",
+    "ensemble_layout",
     "ensemble_metrics",
     "gaussian_mixtures",
     "geometric_texture",
@@ -84,6 +87,8 @@ __all__ = [
     "sample_signal",
     "topology_report",
     "vdb_surface",
+    "volume_from_numpy",
+    "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
     "vtkFlowMatchingDeformer",
     "vtkFlowMatchingSampler",

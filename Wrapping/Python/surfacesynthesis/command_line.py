@@ -7,10 +7,11 @@ import signal
 import sys
 import warnings
 
-from .commands import COMMANDS, FORMER_COMMANDS
+from .commands import COMMANDS, FORMER_COMMANDS, TRAININGS
 from .commands.common import PROGRAM, Outcome, UsageError
 from .commands.wording import in_words_of_commands
 from .deprecation import note_renamed
+from .supervision import is_supervised, run_supervised
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
@@ -45,7 +46,7 @@ def _remember_parsers(parser):
 
 def _parse(arguments):
     """The parsed arguments; a former name of a command is replaced by the new one."""
-    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    arguments = list(arguments)
     former = arguments[0] if arguments else None
     if former in FORMER_COMMANDS:
         arguments[0] = FORMER_COMMANDS[former]
@@ -69,9 +70,22 @@ def _terminate(number, _frame):
 
 def main(arguments=None):
     """Runs a command line (default: the process's own) and returns the exit status: 0 or that of the command, 1 after an
-    error, 2 for wrong usage, 130 after Ctrl-C."""
-    if arguments is None:
-        signal.signal(signal.SIGTERM, _terminate)
+    error, 2 for wrong usage, 130 after Ctrl-C.
+
+    The process's own command runs in another process, so that it ends within a second of Ctrl-C; but for trainings, which
+    keep what they have reached.
+    """
+    if arguments is not None:
+        return _run(arguments)
+    signal.signal(signal.SIGTERM, _terminate)
+    arguments = sys.argv[1:]
+    if not arguments or arguments[0] in TRAININGS:
+        return _run(arguments)
+    return run_supervised(lambda: _run(arguments), _report)
+
+
+def _run(arguments):
+    """Runs a command line in this process; returns the exit status."""
     parsed = None
 
     def worded(message):
@@ -95,7 +109,8 @@ def main(arguments=None):
         _report(str(error))
         return 2
     except KeyboardInterrupt as interruption:
-        _report(str(interruption) or "interrupted")
+        if not is_supervised():
+            _report(str(interruption) or "interrupted")
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of our output has gone

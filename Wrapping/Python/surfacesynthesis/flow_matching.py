@@ -87,28 +87,9 @@ def deform(
     initial_noise_name="InitialNoise",
     area_ratio_name="AreaRatio",
     progress=None,
+    memory_limit=None,
 ):
-    is_pair = isinstance(mesh, (tuple, list))
-    dataset = given_dataset(mesh)
-    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
-    algorithm = configured_deformer(
-        model,
-        seed=seed,
-        input_noise=input_noise,
-        samples=samples,
-        first_sample=first_sample,
-        steps=steps,
-        integrator=integrator,
-        trajectory=trajectory,
-        move_points=move_points,
-        displacement_name=displacement_name,
-        initial_noise_name=initial_noise_name,
-        area_ratio_name=area_ratio_name,
-    )
-    if not is_pair:
-        return _outputs(algorithm, mesh, progress)
-    algorithm.MovePointsOn()
-    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPoints().GetData(), 3)
+    return _generated(configured_deformer, _positions, **locals())
 
 
 deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations.
@@ -122,6 +103,9 @@ deform.__doc__ = f"""Deforms a surface at random, as a flow matching model has l
         over that of the input. Default "Displacement" and "AreaRatio".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -149,27 +133,9 @@ def sample_signal(
     name=None,
     initial_noise_name="InitialNoise",
     progress=None,
+    memory_limit=None,
 ):
-    is_pair = isinstance(mesh, (tuple, list))
-    dataset = given_dataset(mesh)
-    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
-    algorithm = configured_sampler(
-        model,
-        seed=seed,
-        input_noise=input_noise,
-        samples=samples,
-        first_sample=first_sample,
-        steps=steps,
-        integrator=integrator,
-        trajectory=trajectory,
-        name=name,
-        initial_noise_name=initial_noise_name,
-    )
-    if not is_pair:
-        return _outputs(algorithm, mesh, progress)
-    algorithm.SetSignalArrayName("Signal" if initial_noise_name != "Signal" else "_Signal")
-    wanted = algorithm.GetSignalArrayName()
-    return _stacked(algorithm, dataset, samples, progress, lambda block: block.GetPointData().GetArray(wanted), None)
+    return _generated(configured_sampler, _signal, **locals())
 
 
 sample_signal.__doc__ = f"""Generates a signal on a surface, as a flow matching model has learned it.
@@ -180,6 +146,9 @@ sample_signal.__doc__ = f"""Generates a signal on a surface, as a flow matching 
         Name of the point array with the signal. Default: that in the model file, "Position" for positions.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -223,6 +192,7 @@ def _configured(
     integrator="midpoint",
     trajectory=False,
     initial_noise_name="InitialNoise",
+    memory_limit=None,
 ):
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
@@ -231,6 +201,7 @@ def _configured(
         algorithm.SetInputNoiseArrayName(array_name("input_noise", input_noise))
     algorithm.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     algorithm.SetFirstSample(integer("first_sample", first_sample, 0))
+    algorithm.SetMemoryLimit(0 if memory_limit is None else integer("memory_limit", memory_limit, 1))
     algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
@@ -244,6 +215,34 @@ def flow_times(algorithm):
     return [k / steps for k in range(steps + 1)] if algorithm.GetOutputTrajectory() else [1.0]
 
 
+def _generated(configure, result, mesh, input_noise, samples, progress, **parameters):
+    """The result of deform() and of sample_signal(), whose arguments these are.
+
+    ``configure`` makes the filter of ``parameters``; ``result`` prepares it for a pair, and returns a function that finds
+    the array of an output, and the number of components of that of an empty one.
+    """
+    is_pair = isinstance(mesh, (tuple, list))
+    dataset = given_dataset(mesh)
+    input_noise = array_by_name(dataset, "input_noise", input_noise, _GIVEN_NOISE, is_pair, 1)
+    algorithm = configure(input_noise=input_noise, samples=samples, **parameters)
+    if not is_pair:
+        return _outputs(algorithm, mesh, progress)
+    return _stacked(algorithm, dataset, samples, progress, *result(algorithm))
+
+
+def _positions(algorithm):
+    """The moved points as the result of a vtkFlowMatchingDeformer."""
+    algorithm.MovePointsOn()
+    return lambda block: block.GetPoints().GetData(), 3
+
+
+def _signal(algorithm):
+    """The signal as the result of a vtkFlowMatchingSampler."""
+    name = "Signal" if algorithm.GetInitialNoiseArrayName() != "Signal" else "_Signal"
+    algorithm.SetSignalArrayName(name)
+    return lambda block: block.GetPointData().GetArray(name), None
+
+
 def _run(algorithm, dataset, progress):
     """The output at each flow time."""
     progress_callback(progress)
@@ -253,7 +252,7 @@ def _run(algorithm, dataset, progress):
         output, remarks = apply_filter(algorithm, dataset, progress)
         outputs = [output]
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=5)
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=6)
     return outputs
 
 

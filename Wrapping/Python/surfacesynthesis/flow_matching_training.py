@@ -40,7 +40,7 @@ _LARGEST_AVERAGING = 0.9999999
 
 
 @renamed_keywords(noise="noise_model")
-@training.documented
+@training.documented(COLUMNS)
 def train_flow_matching(source=None, samples=None, *, model, dataset=None, progress=None, **options):
     """Trains a flow matching model on deformations of a surface, or on another signal on it.
 
@@ -101,12 +101,6 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     averaging : float
         Decay of the exponential moving average of the weights, which becomes the model, below 1. Default 0.
     (shared parameters)
-
-    Returns
-    -------
-    dict of arrays
-        "iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm" and "learning_rate", with a number for each
-        iteration. Empty arrays for empty inputs, of which no model is written.
     """
     progress_callback(progress)
     signal = options.get("signal")

@@ -16,7 +16,15 @@ from .vtkSurfaceSynthesisEnsembles import vtkGaussianMixtureFilter
 
 @renamed_keywords(centres="centers", width="gaussian_width")
 def gaussian_mixtures(
-    mesh, samples, seed=0, first_sample=0, centers=3, gaussian_width=0.08, separation=4.0, progress=None
+    mesh,
+    samples,
+    seed=0,
+    first_sample=0,
+    centers=3,
+    gaussian_width=0.08,
+    separation=4.0,
+    progress=None,
+    memory_limit=None,
 ):
     """Random mixtures of Gaussians on a surface: the signals of appendix C.3 of "Matérn Noise for Triangulation-Agnostic
     Flow Matching on Meshes".
@@ -44,6 +52,9 @@ def gaussian_mixtures(
         The least distance between two centres, in units of sigma; at least 0. Default 4.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the samples may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -62,7 +73,7 @@ def gaussian_mixtures(
     """
     algorithm = configured_mixtures(seed, centers, gaussian_width, separation)
     dataset = given_dataset(mesh, (vtkPolyData,), SURFACE_TEXT)
-    parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress))
+    parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress), 8, memory_limit)
     return np.concatenate([_values(algorithm, output) for output in parts])
 
 

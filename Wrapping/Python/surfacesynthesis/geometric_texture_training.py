@@ -82,6 +82,9 @@ def fit_levels(reference, progress=None, **options):
         Default 3000.
     published_normals : bool
         Comparison of normals as in the published code. Default False.
+    time_budget : float
+        Time budget in minutes, each level with its share; 0 for no limit. A level that it ends before its last iteration is
+        coarser; a warning says the time that all iterations take. Default 0.
     seed : int
         Any integer of 32 bits with sign. Default 0.
     dataset : path, optional
@@ -123,6 +126,7 @@ def configured_fitter(
     published_normals=False,
     seed=0,
     dataset=None,
+    time_budget=0.0,
 ):
     """A vtkMultiscaleMeshFitter with the parameters of fit_levels(), which raises TypeError and ValueError."""
     algorithm = vtkMultiscaleMeshFitter()
@@ -144,6 +148,7 @@ def configured_fitter(
     algorithm.SetPublishedNormals(flag("published_normals", published_normals))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDatasetFileName(optional_path("dataset", dataset))
+    algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
     return algorithm
 
 
@@ -159,7 +164,7 @@ def fitted_levels(algorithm):
 
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
-@training.documented
+@training.documented(COLUMNS)
 def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
     """Learns a geometric texture from one surface at several scales.
 
@@ -191,12 +196,6 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     noise_amplitude : float
         Standard deviation of the noise on each coordinate, in mean edge lengths of a level. Default 0.1.
     (shared parameters)
-
-    Returns
-    -------
-    dict of arrays
-        "iteration", "level", "critic_loss", "gradient_penalty", "adversarial_loss", "reconstruction_loss" and
-        "learning_rate", with a number for each iteration of all levels.
     """
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)

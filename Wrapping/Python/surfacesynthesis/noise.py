@@ -39,6 +39,7 @@ def matern_noise(
     eigenpairs=256,
     name="MaternNoise",
     progress=None,
+    memory_limit=None,
 ):
     """Gaussian random fields on a surface, whose statistics do not depend on its triangulation.
 
@@ -90,12 +91,16 @@ def matern_noise(
         Name of the point array. Default "MaternNoise".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
     dataset of the type of ``mesh``
         The mesh with one float64 point array ``name`` or, when ``samples`` is larger than 1, the arrays ``name_k`` for
-        k = first_sample, first_sample + 1, ... Points that no polygon or strip uses get 0. An instance of a Python
+        k = first_sample, first_sample + 1, ..., the first of them active: as scalars and, with three components, as
+        vectors, where ``mesh`` has none. Points that no polygon or strip uses get 0. An instance of a Python
         subclass is returned when its constructor takes a VTK dataset, or none.
     numpy.ndarray, for a pair
         The noise, float64, of shape [V]. ``samples``, when given (even 1), adds an axis in front and ``components``
@@ -123,6 +128,7 @@ def matern_noise(
         noise_model=noise_model,
         eigenpairs=eigenpairs,
         name=name,
+        memory_limit=memory_limit,
     )
     progress_callback(progress)
     output, remarks = apply_filter(noise, given_dataset(mesh), progress)
@@ -145,6 +151,7 @@ def configured_filter(
     noise_model="matern",
     eigenpairs=256,
     name="MaternNoise",
+    memory_limit=None,
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
     model_id = choice("noise_model", noise_model, NOISE_MODELS)
@@ -171,6 +178,7 @@ def configured_filter(
     noise.SetSeed(integer("seed", seed, INT_MIN))
     noise.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     noise.SetFirstSample(integer("first_sample", first_sample, 0))
+    noise.SetMemoryLimit(0 if memory_limit is None else integer("memory_limit", memory_limit, 1))
     noise.SetNumberOfComponents(integer("components", components, 1))
     noise.SetNumberOfEigenpairs(integer("eigenpairs", eigenpairs, 1))
     noise.SetOutputArrayName(name)

@@ -33,6 +33,7 @@ def poses(
     iterations=40,
     stiffness=2e-4,
     progress=None,
+    memory_limit=None,
 ):
     """Random poses of a shape: its limbs swing, the rest follows as rigidly as possible.
 
@@ -76,6 +77,9 @@ def poses(
         Resistance to bending, from 0 to 1; larger makes limbs bend over a longer way. Default 0.0002.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the samples may take, MiB. More samples than fit raise an error before the work begins, whose text
+        names a number that fits. Default: three quarters of the memory of the machine.
 
     Returns
     -------
@@ -105,7 +109,7 @@ def poses(
         stiffness,
     )
     dataset = given_dataset(mesh, (vtkPolyData,), SURFACE_TEXT)
-    parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress))
+    parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress), 24, memory_limit)
     return np.concatenate([_positions(output) for output in parts])
 
 

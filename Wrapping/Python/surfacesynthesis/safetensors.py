@@ -5,11 +5,11 @@ import errno
 import json
 import math
 import os
-import tempfile
 
 import numpy as np
 
 from .errors import FormatError
+from .supervision import unfinished_name
 
 #: The types that are read and written, by the name that the format gives them.
 _TYPES = {"F64": "<f8", "I64": "<i8", "F32": "<f4"}
@@ -40,7 +40,8 @@ def write_safetensors(path, tensors, metadata, double=()):
     path = os.path.realpath(os.fspath(path))
     if os.path.exists(path) and not os.path.isfile(path):  # which the file would replace
         raise IsADirectoryError(errno.EISDIR, "it is a folder or a device", path)
-    handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path), prefix=".", suffix=".safetensors")
+    temporary = unfinished_name(os.path.dirname(path), ".safetensors")
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(len(text).to_bytes(8, "little") + text)
@@ -50,7 +51,7 @@ def write_safetensors(path, tensors, metadata, double=()):
             os.fsync(file.fileno())
         mask = os.umask(0)
         os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)  # mkstemp() makes a private file
+        os.chmod(temporary, 0o666 & ~mask)
         os.replace(temporary, path)
     except BaseException as error:
         os.unlink(temporary)

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Many samples of a filter, a few at a time."""
 
+import os
+import resource
 import warnings
 
 from .arguments import INT_MAX, integer
-from .errors import SurfaceSynthesisWarning
+from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .pipeline import apply_filter
 
 #: Samples that are made together, so that VTK's datasets, with all their arrays, are there for a part only.
@@ -20,10 +22,32 @@ def checked_range(samples, first_sample):
     return samples, first_sample
 
 
-def in_parts(algorithm, dataset, samples, first_sample, progress=None):
+def default_memory_limit():
+    """Three quarters of the memory of the machine, or of the limit of the process where it is smaller; MiB."""
+    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if allowed != resource.RLIM_INFINITY:
+        available = min(available, allowed)
+    return available * 3 // 4 // 2**20
+
+
+def require_memory(samples, sample_bytes, memory_limit):
+    """Raises SurfaceSynthesisError, which names a number that fits, when the samples need more than ``memory_limit`` MiB."""
+    limit = default_memory_limit() if memory_limit is None else integer("memory_limit", memory_limit, 1)
+    needed, fitting = samples * sample_bytes, limit * 2**20 // max(sample_bytes, 1)
+    if needed > limit * 2**20:
+        raise SurfaceSynthesisError(
+            f"about {needed / 2**30:.6g} GiB would be needed for {samples} samples; at most {limit / 2**10:.6g} GiB are "
+            f"allowed (MemoryLimit). A NumberOfSamples of {fitting} fits."
+        )
+
+
+def in_parts(algorithm, dataset, samples, first_sample, progress=None, point_bytes=8, memory_limit=None):
     """The outputs of a filter with NumberOfSamples and FirstSample, one after the other, which together hold so many
-    samples. Raises what apply_filter() raises, ValueError and TypeError."""
+    samples, of ``point_bytes`` bytes at each point. Raises what apply_filter() raises, ValueError and TypeError."""
     samples, first_sample = checked_range(samples, first_sample)
+    # The parts, and the array that they are joined to.
+    require_memory(samples, 2 * point_bytes * dataset.GetNumberOfPoints(), memory_limit)
     for begin in range(0, samples, TOGETHER):
         count = min(TOGETHER, samples - begin)
         algorithm.SetFirstSample(first_sample + begin)

@@ -33,6 +33,7 @@ def tetrahedralize(
     region_name="Region",
     surface_name="OnSurface",
     progress=None,
+    maximum_tetrahedra=10_000_000,
 ):
     """Fills closed surfaces with tetrahedra of bounded shape and size, by TetGen in a process of its own.
 
@@ -68,6 +69,9 @@ def tetrahedralize(
         that is 1 on the surface. Default "Region" and "OnSurface".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    maximum_tetrahedra : int
+        Limit of the tetrahedra, at least 4. A bound by which more are expected raises an error before the work begins,
+        whose text names a bound that fits. Default 10,000,000.
 
     Returns
     -------
@@ -99,6 +103,7 @@ def tetrahedralize(
         memory_limit=memory_limit,
         region_name=region_name,
         surface_name=surface_name,
+        maximum_tetrahedra=maximum_tetrahedra,
     )
     progress_callback(progress)
     is_pair = isinstance(mesh, (tuple, list))
@@ -122,6 +127,7 @@ def configured_filter(
     memory_limit=None,
     region_name="Region",
     surface_name="OnSurface",
+    maximum_tetrahedra=10_000_000,
 ):
     """A vtkTetrahedralizeFilter with the parameters of tetrahedralize(), which raises TypeError and ValueError."""
     algorithm = vtkTetrahedralizeFilter()
@@ -134,6 +140,7 @@ def configured_filter(
         algorithm.SetMaximumVolume(positive("maximum_volume", maximum_volume))
     if edge_length is not None:
         algorithm.SetTargetEdgeLength(positive("edge_length", edge_length))
+    algorithm.SetMaximumNumberOfTetrahedra(integer("maximum_tetrahedra", maximum_tetrahedra, 4))
     algorithm.SetPreserveSurface(flag("preserve_surface", preserve_surface))
     algorithm.SetInnerSurfaces(choice("inner_surfaces", inner_surfaces, INNER_SURFACES))
     algorithm.SetSurfaceTriangles(flag("surface_triangles", surface_triangles))

@@ -2,12 +2,13 @@
 """The parameters, the run and the losses that all trainings share: functions around vtkModelTrainer."""
 
 import inspect
+import textwrap
 import warnings
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, at_most, choice, flag, integer, optional_path, positive
+from .arguments import INT_MIN, at_least_0, at_most, choice, flag, integer, optional_path, positive
 from .errors import SurfaceSynthesisWarning
 from .pipeline import run_algorithm
 from .vtkSurfaceSynthesisTraining import vtkModelTrainer
@@ -35,12 +36,21 @@ _PARAMETERS = """\
         Number of iterations from one checkpoint to the next. Default 500.
     resume : bool
         Continuation of the training from the checkpoint where there is one. Default True.
+    time_budget : float
+        Time budget of the call in minutes; 0 for no limit. When it is used up, the files are written as at the end, and a
+        warning says the time that the other iterations take; the next call goes on from there. Default 0.
     learning_rate : float
         Learning rate of Adam. Default 5e-4.
     seed : int
         Any integer of 32 bits. Default 0.
     device : str
         "auto", "cpu" or "cuda". Default "auto".
+"""
+_RETURNS = """\
+
+    Returns
+    -------
+    dict of arrays
 """
 _RAISES = """\
 
@@ -55,12 +65,19 @@ _RAISES = """\
     """
 
 
-def documented(function):
-    """A decorator that adds the shared parameters and errors to the docstring of a training."""
-    if function.__doc__:  # absent with python -OO
-        before, after = function.__doc__.split(_PLACE)
-        function.__doc__ = before + _PARAMETERS + after.rstrip() + "\n" + _RAISES
-    return function
+def documented(columns):
+    """A decorator that ends the docstring of a training: shared parameters, losses in ``columns``, errors."""
+    names = ", ".join(f'"{name}"' for name in columns[:-1]) + f' and "{columns[-1]}"'
+    text = f"{names}, with a number for each iteration. Empty arrays for empty inputs, of which no model is written."
+    lines = textwrap.fill(text, 119, initial_indent=8 * " ", subsequent_indent=8 * " ")
+
+    def decorate(function):
+        if function.__doc__:  # absent with python -OO
+            before, _ = function.__doc__.split(_PLACE)
+            function.__doc__ = f"{before}{_PARAMETERS}{_RETURNS}{lines}\n{_RAISES}"
+        return function
+
+    return decorate
 
 
 def with_shared_parameters(function):
@@ -80,6 +97,7 @@ def configure(
     losses=None,
     checkpoint_interval=500,
     resume=True,
+    time_budget=0.0,
     learning_rate=5e-4,
     seed=0,
     device="auto",
@@ -91,6 +109,7 @@ def configure(
     algorithm.SetLossTableFileName(optional_path("losses", losses))
     algorithm.SetCheckpointInterval(integer("checkpoint_interval", checkpoint_interval, 1))
     algorithm.SetResume(flag("resume", resume))
+    algorithm.SetTimeBudget(at_least_0("time_budget", time_budget))
     algorithm.SetLearningRate(at_most("learning_rate", positive("learning_rate", learning_rate), LARGEST_LEARNING_RATE))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     algorithm.SetDevice(choice("device", device, DEVICES))

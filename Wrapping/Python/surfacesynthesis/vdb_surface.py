@@ -19,6 +19,7 @@ from .arguments import (
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files.polygons import from_polydata
+from .files.volumes import cells_as_points
 from .pipeline import apply_filter
 
 try:
@@ -87,7 +88,8 @@ def vdb_surface(
     maximum_voxels : int
         Number of voxels along the surface beyond which an error names a voxel size that fits; at least 1000.
     array : str, optional
-        Name of the point array of the image to use. Default: its active scalars.
+        Name of the point array of the image to use, or of the cell array, whose values then lie at the centers of the
+        cells. Default: its active scalars, those of the points first.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -123,13 +125,26 @@ def vdb_surface(
         array=array,
     )
     progress_callback(progress)
-    output, remarks = apply_filter(surface, given_dataset(volume, _INPUTS, _INPUTS_TEXT), progress)
+    given = given_dataset(volume, _INPUTS, _INPUTS_TEXT)
+    if isinstance(given, vtkImageData):
+        given = _with_values_at_points(given, array)
+    elif iso_value is not None and given.IsA("vtkPolyData"):
+        raise ValueError("iso_value is a value of a volume, and the input is a surface")
+    output, remarks = apply_filter(surface, given, progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
     if isinstance(volume, (tuple, list)):
         mesh = from_polydata(output)
         return mesh.points.astype(float), mesh.connectivity.reshape(-1, 3)
     return as_type_of(volume, output)
+
+
+def _with_values_at_points(image, array):
+    """The image, or its cells as points when ``array`` is one of cells, or no name is given and only the cells have any."""
+    points, cells = image.GetPointData(), image.GetCellData()
+    if array is None:
+        return cells_as_points(image) if points.GetNumberOfArrays() == 0 and cells.GetScalars() is not None else image
+    return cells_as_points(image) if not points.HasArray(str(array)) and cells.HasArray(str(array)) else image
 
 
 def configured_filter(

@@ -38,6 +38,9 @@ if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # fo
     COMMANDS += [train, levels]
 COMMANDS.append(convert)
 
+#: Commands that write what they have reached when they are interrupted, and need their time for it.
+TRAININGS = ("train", "levels")
+
 #: Former names of commands, and their new ones.
 FORMER_COMMANDS = {
     "predict": "poisson-net",

@@ -48,12 +48,15 @@ def _add_signal(signals, name, help, description):
         description=description,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
     samples = parser.add_argument_group("samples")
     samples.add_argument("--samples", type=int, default=1000, metavar="N", help="number of samples (default: 1000)")
     samples.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
     samples.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    samples.add_argument(
+        "--memory-limit", type=int, metavar="MIB", help="memory of the samples, MiB (default: 3/4 of the machine's)"
+    )
     if hasattr(_meshing, "vtkIsotropicRemeshFilter"):
         points = samples.add_argument("--points", type=int, metavar="V", help="remesh evenly to about V points first")
         add_former_option(parser, "--vertices", points)
@@ -165,7 +168,12 @@ def _run(arguments, signal, make):
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
     try:
         samples = make(
-            mesh, samples=arguments.samples, seed=arguments.seed, first_sample=arguments.first_sample, progress=bar
+            mesh,
+            samples=arguments.samples,
+            seed=arguments.seed,
+            first_sample=arguments.first_sample,
+            progress=bar,
+            memory_limit=arguments.memory_limit,
         )
     finally:
         bar.clear()

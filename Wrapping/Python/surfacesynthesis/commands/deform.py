@@ -49,7 +49,7 @@ def add(commands):
 
 def _add(commands, name, text, description, epilog):
     parser = add_command(commands, name, "INPUT OUTPUT --model FILE", text, description, epilog)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     flow = parser.add_argument_group("flow")
     flow.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")
@@ -59,6 +59,9 @@ def _add(commands, name, text, description, epilog):
     )
     flow.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     flow.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    flow.add_argument(
+        "--memory-limit", type=int, metavar="MIB", help="memory of the output, MiB (default: 3/4 of the machine's)"
+    )
     flow.add_argument("--steps", type=int, default=20, metavar="N", help="steps from noise to sample (default: 20)")
     flow.add_argument(
         "--integrator",
@@ -88,6 +91,7 @@ def run(arguments):
         input_noise=arguments.input_noise,
         samples=arguments.samples,
         first_sample=arguments.first_sample,
+        memory_limit=arguments.memory_limit,
         steps=arguments.steps,
         integrator=arguments.integrator,
         trajectory=arguments.trajectory,

@@ -39,7 +39,8 @@ def add(commands):
         _EPILOG,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", nargs="?", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
+    parser.add_argument("input", metavar="INPUT", nargs="?", help=f"surface to read: {formats}")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     texture = parser.add_argument_group("texture")
     texture.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")

@@ -25,7 +25,7 @@ def add(commands):
         _EXAMPLES,
     )
     parser.set_defaults(run=run)
-    formats = ".stl .ply .obj .off .vtp .vtk"
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk"
     parser.add_argument("mesh", metavar="MESH", help=f"surface to read: {formats}")
     parser.add_argument("reference", metavar="REFERENCE", help="surface to compare it with: the same formats")
     comparison = parser.add_argument_group("comparison")

@@ -27,6 +27,7 @@ _NUMBERS = (
     ("learning-rate", float, 1e-2, "R", "of Adam, in mean edge lengths of the template, halved with each level"),
     ("learning-rate-decay", float, 0.1, "R", "that of a level's last iteration over that of its first, 1e-6 to 1"),
     ("surface-samples", int, 3000, "N", "samples on each surface at level 0"),
+    ("time-budget", float, 0.0, "M", "minutes of the whole fit, 0: no limit"),
     ("seed", int, 0, "N", "any integer of 32 bits"),
 )
 
@@ -37,7 +38,7 @@ def add(commands):
         commands, "levels", "REFERENCE OUTPUT", "fit meshes at several scales to a surface", _DESCRIPTION, _EPILOG
     )
     parser.set_defaults(run=run)
-    parser.add_argument("reference", metavar="REFERENCE", help="surface to read: .stl .ply .obj .off .vtp .vtk")
+    parser.add_argument("reference", metavar="REFERENCE", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="dataset file to write (safetensors)")
     parser.add_argument(
         "--template",

@@ -28,7 +28,7 @@ def add(commands):
     )
     parser.set_defaults(run=run)
     ensembles = parser.add_argument_group("ensembles")
-    formats = ".stl .ply .obj .off .vtp .vtk .vtm"
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
     ensembles.add_argument(
         "--generated", required=True, nargs="+", metavar="FILE", help=f"the generated ensemble: {formats}"
     )

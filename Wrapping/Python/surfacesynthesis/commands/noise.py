@@ -13,6 +13,7 @@ triangulation. The output is the input with one array for each sample."""
 _FORMATS = """\
 files: the format follows from the extension.
   .vtp .vtk .ply          keep the noise as point arrays
+  .gii .glb .gltf         the same, in single precision, as triangles
   .stl .obj .off          keep the shape only: use --warp
   .vtm (.vtk)             composite datasets, processed block by block
 """
@@ -33,7 +34,7 @@ def add(commands):
         commands, "noise", "INPUT OUTPUT", "add Matérn noise to a surface", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
 
     scale = parser.add_argument_group("scale").add_mutually_exclusive_group()
@@ -68,6 +69,9 @@ def add(commands):
     noise.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
     noise.add_argument("--samples", type=int, metavar="N", help="number of samples (default: 1)")
     noise.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
+    noise.add_argument(
+        "--memory-limit", type=int, metavar="MIB", help="memory of the output, MiB (default: 3/4 of the machine's)"
+    )
     noise.add_argument("--components", type=int, default=1, metavar="C", help="components per sample (default: 1)")
     noise.add_argument(
         "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
@@ -119,6 +123,7 @@ def _filter_of(arguments):
         noise_model=arguments.noise_model,
         eigenpairs=arguments.eigenpairs,
         name=arguments.name,
+        memory_limit=arguments.memory_limit,
     )
 
 

@@ -28,7 +28,7 @@ def add(commands):
         commands, "poisson-net", "INPUT OUTPUT --model FILE", "evaluate a trained network", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     network = parser.add_argument_group("network")
     network.add_argument("--model", required=True, metavar="FILE", help="model file (safetensors)")

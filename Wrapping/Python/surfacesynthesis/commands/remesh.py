@@ -9,7 +9,7 @@ _DESCRIPTION = """\
 Remeshes a surface with triangles of even size and shape. Boundaries, creases and seams of arrays are kept, arrays are
 interpolated."""
 _EXAMPLES = """\
-files: .stl .ply .obj .off .vtp .vtk, and .vtm (.vtk) for composite datasets
+files: .stl .ply .obj .off .gii .glb .vtp .vtk, and .vtm (.vtk) for composite datasets
 
 examples:
   %(prog)s scan.stl even.vtp --edge-length 2

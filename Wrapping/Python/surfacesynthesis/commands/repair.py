@@ -10,7 +10,7 @@ _DESCRIPTION = """\
 Makes a valid, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
 meet apart, winds triangles alike, closes holes, removes components; and lists its actions."""
 _EXAMPLES = """\
-files: .stl .ply .obj .off .vtp .vtk, and .vtm (.vtk) for composite datasets
+files: .stl .ply .obj .off .gii .glb .vtp .vtk, and .vtm (.vtk) for composite datasets
 
 examples:
   %(prog)s scan.stl valid.stl

@@ -22,7 +22,7 @@ def add(commands):
     """Adds the command to the parser."""
     parser = add_command(commands, "report", "INPUT", "describe a surface and its defects", _DESCRIPTION, _EPILOG)
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     output = parser.add_argument_group("output")
     output.add_argument("--csv", action="store_true", help="all rows as comma-separated values instead of a table")
     component_rows = output.add_argument(

@@ -4,19 +4,24 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import add_command, add_running_options, as_usage, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
 Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
 The output is in the world coordinates of the input, of volumes in those of the scanner (--space)."""
 _EXAMPLES = """\
 files: the format follows from the extension.
-  .nii .nii.gz .mha .mhd .nrrd .vti       volumes
+  .nii .nii.gz .mgh .mgz                  volumes of NIfTI and FreeSurfer
+  .dcm, or a folder                       volumes of DICOM: one file, or the series in a folder
+  .mha .mhd .nrrd .vti                    volumes of ITK, NRRD and VTK
   .stl .ply .obj .off .vtp .vtk           surfaces to read, and to write
+  .gii .glb .gltf                         the same, GIFTI and glTF
+  .pial .white .inflated and others       FreeSurfer's surfaces to read
   .vtm (.vtk)                             composite datasets, processed block by block
 
 examples:
   %(prog)s head.nii.gz skin.vtp --largest-component --fill-cavities
+  %(prog)s series/ head.vtp --series 4 --iso-value 300
   %(prog)s ct.nrrd bone.stl --iso-value 300 --smoothing mean_curvature
   %(prog)s scan.ply closed.ply --voxel-size 0.5 --closing 2
 """
@@ -28,9 +33,14 @@ def add(commands):
         commands, "surface", "INPUT OUTPUT", "make a closed surface of a volume or a broken surface", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="volume or surface to read")
-    parser.add_argument("output", metavar="OUTPUT", help="surface to write: .vtp .vtk .vtm .stl .ply .obj .off")
+    parser.add_argument("input", metavar="INPUT", help="volume or surface to read; a folder is a DICOM series")
+    formats = ".vtp .vtk .vtm .stl .ply .obj .off .gii .glb .gltf"
+    parser.add_argument("output", metavar="OUTPUT", help=f"surface to write: {formats}")
+    _add_volume_options(parser)
+    _add_solid_options(parser)
 
+
+def _add_volume_options(parser):
     image = parser.add_argument_group("volumes")
     iso_value = image.add_argument(
         "--iso-value", type=float, metavar="V", help="value on the surface (default: from the histogram)"
@@ -50,8 +60,15 @@ def add(commands):
         help="coordinates of the output: RAS (default; x to the patient's right, y to the front, as NIfTI), "
         "LPS (x to the left, y to the back, as DICOM and ITK) or file (as the file has them)",
     )
-    image.add_argument("--array", metavar="NAME", help="point array to use (default: the active scalars)")
+    image.add_argument(
+        "--array", metavar="NAME", help="array of points or cells to use, of .vti files (default: the active scalars)"
+    )
+    image.add_argument("--series", metavar="N", help="number or UID of the DICOM series, in folders with several")
+    add_former_option(parser, "--iso", iso_value)
+    add_former_option(parser, "--below", inside, "below")
 
+
+def _add_solid_options(parser):
     solid = parser.add_argument_group("solid; lengths in units of the file, mm as a rule")
     solid.add_argument(
         "--voxel-size",
@@ -76,8 +93,6 @@ def add(commands):
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
     add_running_options(solid)
-    add_former_option(parser, "--iso", iso_value)
-    add_former_option(parser, "--below", inside, "below")
     add_former_option(parser, "--iterations", iterations)
     add_former_option(parser, "--largest", largest)
 
@@ -92,7 +107,9 @@ def run(arguments):
     is_volume = files.volume_extension(arguments.input) is not None
     if not is_volume:
         as_usage(_surface_extension, files, arguments.input)
-    given = files.read_volume(arguments.input, arguments.space) if is_volume else files.read_mesh(arguments.input)
+        if arguments.iso_value is not None:
+            raise UsageError(f"--iso-value is a value of a volume, and {arguments.input} is read as a surface")
+    given = as_usage(_read_volume, files, arguments) if is_volume else files.read_mesh(arguments.input)
     if given.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{arguments.input}: the file holds no points")
     output = run_filter(surface, given, arguments)
@@ -102,6 +119,12 @@ def run(arguments):
     if is_volume:
         parts.append(f"isovalue {surface.GetEffectiveIsoValue():.6g}")
     return f"{', '.join(parts)}, {time.monotonic() - started:.1f} s -> {arguments.output}"
+
+
+def _read_volume(files, arguments):
+    # names of arrays are for .vti files; elsewhere the filter says that there is none
+    array = arguments.array if files.volume_extension(arguments.input) == ".vti" else None
+    return files.read_volume(arguments.input, arguments.space, array, arguments.series)
 
 
 def _surface_extension(files, path):

@@ -26,7 +26,7 @@ def add(commands):
         commands, "tetrahedralize", "INPUT OUTPUT", "fill a closed surface with tetrahedra", _DESCRIPTION, _EPILOG
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .vtu .vtk .vtm")
 
     bounds = parser.add_argument_group("bounds")
@@ -43,6 +43,9 @@ def add(commands):
     volume = bounds.add_argument("--maximum-volume", type=float, metavar="V", help="largest volume of a tetrahedron")
     bounds.add_argument(
         "--edge-length", type=float, metavar="L", help="edge of the regular tetrahedron of the largest volume"
+    )
+    bounds.add_argument(
+        "--maximum-tetrahedra", type=int, default=10_000_000, metavar="N", help="limit of the output (default: 10000000)"
     )
     bounds.add_argument("--time-limit", type=float, default=300.0, metavar="S", help="seconds (default: 300)")
     bounds.add_argument("--memory-limit", type=int, metavar="MIB", help="MiB (default: 3/4 of the machine's)")
@@ -94,6 +97,7 @@ def _filter_of(arguments):
         minimum_dihedral_angle=arguments.minimum_dihedral_angle,
         maximum_volume=arguments.maximum_volume,
         edge_length=arguments.edge_length,
+        maximum_tetrahedra=arguments.maximum_tetrahedra,
         preserve_surface=not arguments.no_preserve_surface,
         inner_surfaces=arguments.inner_surfaces,
         surface_triangles=arguments.surface_triangles,

@@ -15,8 +15,8 @@ the seed. A training that was interrupted goes on from its checkpoint when the s
 _EXAMPLES = """\
 files:
   DATASET.safetensors     a dataset file, which holds surfaces and samples
-  SOURCE                  the surface that the samples are on: .stl .ply .obj .off .vtp .vtk .vtm; or several, the
-                          surfaces of a .vtm
+  SOURCE                  the surface that the samples are on: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm; or
+                          several, the surfaces of a .vtm
   SAMPLES                 one file for each sample, or one with a composite dataset, whose surfaces are the samples;
                           with several sources a .vtm with a block of samples for each
   MODEL                   the model file that is written; MODEL.checkpoint and MODEL.csv are written beside it
@@ -121,8 +121,10 @@ def run(arguments):
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments, _checkpoints(algorithm))
     losses = losses_of(algorithm, COLUMNS)["loss"]
-    if len(losses) == 0:
+    if len(losses) == 0 and algorithm.GetEncoderLoss() < 0:
         return "nothing to train on"
+    if len(losses) == 0:
+        return f"encoder loss {algorithm.GetEncoderLoss():.4g}, no model yet"
     encoder = f"encoder loss {algorithm.GetEncoderLoss():.4g}, " if algorithm.GetEncoderIterations() > 0 else ""
     return summary(algorithm, losses, "loss", time.monotonic() - started, encoder)
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads and writes meshes: STL, PLY, OBJ, OFF, VTK's XML and legacy formats, and VTM for composite datasets. Reads volumes:
-NIfTI, MetaImage, NRRD and VTK's XML images."""
+"""Reads and writes meshes: STL, PLY, OBJ, OFF, glTF, GIFTI, VTK's XML and legacy formats, VTM for composite datasets;
+reads FreeSurfer's surfaces. Reads volumes: NIfTI, DICOM, MGH, MetaImage, NRRD and VTK's XML images."""
 
 import os
 import shutil
 import stat
-import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
     vtkDataObjectTree,
     vtkImageData,
     vtkMultiBlockDataSet,
@@ -30,14 +30,21 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from ..pipeline import HeldSignals, silent_console
+from ..supervision import unfinished_name
+from .corners import SEAMS
+from .dicom import read_dicom
+from .freesurfer import SURFACES, VALUES, read_mgh, read_surface, read_values
+from .gifti import read_gifti, read_gifti_values, write_gifti
+from .gltf import read_gltf, write_gltf
 from .metaimage import read_metaimage
 from .nifti import read_nifti
 from .nrrd import read_nrrd
 from .obj import read_obj, write_obj
 from .off import read_off, write_off
 from .ply import read_ply, write_ply
-from .polygons import from_polydata, to_polydata
-from .volumes import SPACES, to_image
+from .optional import nibabel_of
+from .polygons import add_array, from_polydata, named_by_role, to_polydata
+from .volumes import SPACES, to_image, with_array
 from .vtk_xml import check_vtk_xml
 
 #: Extensions that read_mesh() and write_mesh() know, with their readers and writers.
@@ -50,6 +57,10 @@ FORMATS = {
     ".vtu": "VTK XML unstructured grid",
     ".vtk": "VTK legacy polydata, unstructured grid or multi-block dataset",
     ".vtm": "VTK XML multi-block dataset",
+    ".gii": "GIFTI, with nibabel",
+    ".glb": "glTF 2.0, binary",
+    ".gltf": "glTF 2.0, text",
+    **{kind: "FreeSurfer surface, with nibabel; read only" for kind in SURFACES},
 }
 #: Extensions that read_volume() knows, with their readers.
 VOLUME_FORMATS = {
@@ -59,14 +70,21 @@ VOLUME_FORMATS = {
     ".mhd": "MetaImage with the samples in a file of their own",
     ".nrrd": "NRRD",
     ".vti": "VTK XML image data",
+    ".mgh": "FreeSurfer volume, with nibabel",
+    ".mgz": "FreeSurfer volume, compressed, with nibabel",
+    ".dcm": "DICOM, one file, with GDCM; a folder is a series",
 }
-#: Formats without room for point arrays.
+#: Formats without room for point arrays (OBJ has texture coordinates, normals and colors only).
 GEOMETRY_ONLY = (".stl", ".obj", ".off")
 
-_READ = {".obj": read_obj, ".off": read_off, ".ply": read_ply}
-_WRITE = {".obj": write_obj, ".off": write_off, ".ply": write_ply}
+#: Readers and writers of a PolygonMesh; those with texture coordinates at the corners of faces.
+_READ = {".off": read_off, ".gii": read_gifti, **dict.fromkeys(SURFACES, read_surface)}
+_READ_WITH_SEAMS = {".obj": read_obj, ".ply": read_ply}
+_WRITE = {".obj": write_obj, ".off": write_off, ".ply": write_ply, ".gii": write_gifti}
+_WRITE_TRIANGLES = (".gii", ".glb", ".gltf")
 _READ_VOLUME = {
     ".nii": read_nifti, ".nii.gz": read_nifti, ".mha": read_metaimage, ".mhd": read_metaimage, ".nrrd": read_nrrd,
+    ".mgh": read_mgh, ".mgz": read_mgh,
 }  # fmt: skip
 
 
@@ -80,8 +98,11 @@ def extension(path):
 
 
 def volume_extension(path):
-    """The extension of a volume's file name in lower case, or None when it is none of VOLUME_FORMATS."""
+    """The extension of a volume's file name in lower case, ".dcm" for a folder, or None when it is none of
+    VOLUME_FORMATS."""
     name = os.fspath(path).lower()
+    if os.path.isdir(name):
+        return ".dcm"
     return next((kind for kind in VOLUME_FORMATS if name.endswith(kind)), None)
 
 
@@ -95,7 +116,7 @@ def _require_file(path):
         pass
 
 
-def read_volume(path, space="RAS"):
+def read_volume(path, space="RAS", array=None, series=None):
     """Reads a volume: a vtkImageData with the point scalars "Scalars" (.vti: its own arrays), whose origin, spacing and
     direction matrix map samples to world coordinates.
 
@@ -104,10 +125,16 @@ def read_volume(path, space="RAS"):
     that do not say whose right is meant stay as they are: .vti, and NRRD without the field ``space``. MetaImages are
     LPS, as ITK writes them.
 
-    NIfTI's sform is used where there is one, else its qform; its metres and micrometres become millimetres. The format
-    follows from the extension; VOLUME_FORMATS lists them. Warns of samples that are not finite. Raises ValueError for
-    another extension or space, OSError when the file cannot be opened, and FormatError when it does not follow its
-    format, is cut off, is no regular file, has more than one number per voxel or axes that are sheared.
+    ``array`` is the name of the array of a .vti file that becomes the scalars. Values of cells become values of points at
+    the centers of the cells; without a name those of the points come first. ``series`` is the number or the UID of a
+    DICOM series, for folders with several.
+
+    NIfTI's sform is used where there is one, else its qform; its metres and micrometres become millimetres. Slices of
+    DICOM lie by their positions, with the slope and intercept of each. The format follows from the extension;
+    VOLUME_FORMATS lists them; a folder is a DICOM series. Warns of samples that are not finite. Raises ValueError for
+    another extension, space, array or series, OSError when the file cannot be opened, SurfaceSynthesisError when nibabel or GDCM is needed
+    and not installed, and FormatError when the file does not follow its format, is cut off, is no regular file, has
+    more than one number per voxel or axes that are sheared.
     """
     path = os.fspath(path)
     if space not in SPACES:
@@ -115,26 +142,57 @@ def read_volume(path, space="RAS"):
     kind = volume_extension(path)
     if kind is None:
         known = ", ".join(VOLUME_FORMATS)
-        raise ValueError(f"{path}: this is no name of a volume; it ends with one of {known}")
+        raise ValueError(f"{path}: this is no name of a volume; it ends with one of {known}, or is a folder")
+    if array is not None and kind != ".vti":
+        raise ValueError(f"{path}: array chooses among the arrays of .vti files; this one has no names")
+    if series is not None and kind != ".dcm":
+        raise ValueError(f"{path}: series chooses among the DICOM series in a folder")
+    if kind == ".dcm":
+        if not os.path.isdir(path):
+            _require_file(path)
+        return to_image(path, read_dicom(path, series), space)
     _require_file(path)
     if kind == ".vti":
         check_vtk_xml(path)
-        return _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,))
+        return with_array(path, _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,)), array)
     return to_image(path, _READ_VOLUME[kind](path), space)
 
 
-def read_mesh(path):
-    """Reads a mesh: a vtkPolyData; a vtkUnstructuredGrid from .vtu, a vtkMultiBlockDataSet from .vtm, either from .vtk.
+def read_mesh(path, seams="join", point_data=()):
+    """Reads a mesh: a vtkPolyData; a vtkUnstructuredGrid from .vtu, a vtkMultiBlockDataSet from .vtm, either from .vtk; a
+    vtkMultiBlockDataSet from glTF with several meshes.
 
     The format follows from the extension; FORMATS lists them. Corners of STL triangles with the same coordinates become
-    one point. Raises ValueError for another extension, OSError when the file cannot be opened, and FormatError, with
-    the file and where possible the line, when it does not follow its format or is no regular file.
+    one point. Normals, texture coordinates and colors of OBJ, PLY and glTF are the point arrays "Normals", "TCoords" and
+    "RGB" or "RGBA"; of several normals at a point the mean is kept. ``seams`` says what becomes of points with several
+    texture coordinates, in OBJ and PLY: "join" (default) keeps one point with the first of them, and warns; "split" makes
+    a point of each, which opens the surface there. FreeSurfer's surfaces are moved to the scanner coordinates of the
+    volume that they describe.
+
+    ``point_data`` are files with values of the points, which become point arrays: GIFTI (.func.gii, .shape.gii,
+    .label.gii) or FreeSurfer's (.area .curv .sulc .thickness .volume).
+
+    Raises ValueError for another extension, OSError when a file cannot be opened, SurfaceSynthesisError when nibabel is
+    needed and not installed, and FormatError, with the file and where possible the line, when it does not follow its
+    format or is no regular file.
     """
     path = os.fspath(path)
-    kind = extension(path)
+    if seams not in SEAMS:
+        raise ValueError(f"seams is {seams!r}; one of {', '.join(SEAMS)} is needed")
+    mesh = _read_mesh(path, extension(path), seams)
+    for source in (point_data,) if isinstance(point_data, (str, os.PathLike)) else point_data:
+        _add_point_data(mesh, path, os.fspath(source))
+    return mesh
+
+
+def _read_mesh(path, kind, seams):
     _require_file(path)
     if kind in _READ:
         return to_polydata(_READ[kind](path))
+    if kind in _READ_WITH_SEAMS:
+        return to_polydata(_READ_WITH_SEAMS[kind](path, seams))
+    if kind in (".glb", ".gltf"):
+        return _blocks(path, read_gltf(path))
     if kind == ".stl":
         _check_binary_stl(path)
     elif kind == ".vtk":
@@ -149,6 +207,36 @@ def read_mesh(path):
         ".vtk": vtkGenericDataObjectReader,
     }[kind]()
     return _read_with_vtk(reader, path)
+
+
+def _blocks(path, meshes):
+    """The vtkPolyData of the only mesh, or a vtkMultiBlockDataSet."""
+    if not meshes:
+        raise FormatError(f"{path}: the scene has no triangles")
+    if len(meshes) == 1:
+        return to_polydata(meshes[0][1])
+    blocks = vtkMultiBlockDataSet()
+    for number, (name, mesh) in enumerate(meshes):
+        blocks.SetBlock(number, to_polydata(mesh))
+        blocks.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), name)
+    return blocks
+
+
+def _add_point_data(mesh, path, source):
+    """Adds the values of points in a file as point arrays."""
+    _require_file(source)
+    if isinstance(mesh, vtkDataObjectTree):
+        raise ValueError(f"{path}: values of points are for one surface, not for a composite dataset")
+    name = os.path.basename(source)
+    kind = os.path.splitext(name)[1].lower()
+    if kind == ".gii":
+        arrays = read_gifti_values(source, mesh.GetNumberOfPoints())
+    elif kind in VALUES:
+        arrays = {kind[1:]: read_values(source, mesh.GetNumberOfPoints())}
+    else:
+        raise ValueError(f"{source}: values of points are read from .gii, {', '.join(VALUES)}")
+    for name, values in arrays.items():
+        add_array(mesh.GetPointData(), name, values)
 
 
 def _read_with_vtk(reader, path, expected=(vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
@@ -199,6 +287,10 @@ def check_writable(mesh, path):
     format of one surface, a folder that does not exist or cannot be written to. Leaves nothing behind."""
     kind = extension(path)
     path = os.path.realpath(path)
+    if kind in SURFACES:
+        raise ValueError(f"{path}: {kind} can be read, but not written; use .gii")
+    if kind == ".gii":
+        nibabel_of("GIFTI files")
     composite = isinstance(mesh, vtkDataObjectTree)
     if composite and kind not in (".vtm", ".vtk"):
         raise ValueError(f"{path}: a composite dataset can be written to .vtm or .vtk only")
@@ -226,9 +318,10 @@ def write_mesh(mesh, path):
     """Writes a vtkPolyData, a vtkUnstructuredGrid to .vtu or .vtk, or a vtkMultiBlockDataSet to .vtm or .vtk; the format
     follows from the extension.
 
-    PLY keeps all points arrays as vertex properties; STL, OBJ and OFF keep the shape only, STL in single precision and
-    as triangles. The file appears under its name when it is complete: until then, and after a failure, a file that was
-    there before stays as it was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
+    PLY, GIFTI and glTF keep all point arrays (glTF those of up to four components), OBJ texture coordinates, normals and
+    the array "RGB"; STL and OFF keep the shape only. STL, GIFTI and glTF have triangles, in single precision. The file
+    appears under its name when it is complete: until then, and after a failure, a file that was there before stays as it
+    was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
     """
     write_meshes([(mesh, path)])
 
@@ -256,15 +349,18 @@ def write_meshes(meshes):
 
 def _temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
-    return tempfile.mkdtemp(prefix=".surfacesynthesis-", dir=folder)
+    path = unfinished_name(folder)
+    os.mkdir(path, 0o700)
+    return path
 
 
 def _write(mesh, path, folder):
     """Writes ``path`` and returns what to move into ``folder``, the pieces of a composite dataset before its index."""
     kind = extension(path)
-    if kind in _WRITE:
+    if kind in _WRITE or kind in _WRITE_TRIANGLES:
+        arrays = from_polydata(named_by_role(mesh), triangles=kind in _WRITE_TRIANGLES)
         with open(path, "wb") as file:
-            _WRITE[kind](from_polydata(mesh), file)
+            _WRITE[kind](arrays, file) if kind in _WRITE else write_gltf(arrays, file, kind == ".glb")
     elif kind == ".stl" and mesh.GetNumberOfPolys() + mesh.GetNumberOfStrips() == 0:
         with open(path, "wb") as file:  # vtkSTLWriter refuses
             file.write(bytes(84))

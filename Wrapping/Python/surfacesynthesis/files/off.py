@@ -90,6 +90,7 @@ def write_off(mesh, file):
 
 
 def write_rows(file, points, prefix):
-    """Writes points so that reading gives the same numbers again: 9 digits for single precision, 17 for double."""
+    """Writes points, or other vectors, so that reading gives the same numbers again: 9 digits for single precision, 17 for
+    double."""
     digits = "%.9g" if points.dtype == np.float32 else "%.17g"
-    np.savetxt(file, points, fmt=prefix.decode() + " ".join([digits] * 3))
+    np.savetxt(file, points, fmt=prefix.decode() + " ".join([digits] * points.shape[1]))

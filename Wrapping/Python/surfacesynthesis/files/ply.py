@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""PLY, text or binary, of either byte order. Vertex properties other than x, y, z are point arrays: ``nx, ny, nz`` is
-"Normals", ``red, green, blue`` is "RGB", the others keep their names. Elements other than vertices and faces, and
-further properties of faces, are not kept."""
+"""PLY, text or binary, of either byte order. Vertex properties other than x, y, z are point arrays, properties of faces
+cell arrays: ``nx, ny, nz`` is "Normals", ``red, green, blue`` is "RGB", ``u, v``, ``s, t`` or ``texture_u, texture_v``
+and the list ``texcoord`` of faces are "TCoords", the others keep their names. Other lists and elements are not kept."""
 
 import re
 from typing import NamedTuple, Optional
@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import FormatError
 from . import text
+from .corners import with_texture
 from .polygons import PolygonMesh
 
 _TYPES = {
@@ -19,7 +20,14 @@ _TYPES = {
 }  # fmt: skip
 _NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint", "f4": "float",
           "f8": "double"}  # fmt: skip
-_GROUPS = {"Normals": ("nx", "ny", "nz"), "RGBA": ("red", "green", "blue", "alpha"), "RGB": ("red", "green", "blue")}
+_GROUPS = [
+    ("Normals", ("nx", "ny", "nz")), ("RGBA", ("red", "green", "blue", "alpha")), ("RGB", ("red", "green", "blue")),
+    ("TCoords", ("u", "v")), ("TCoords", ("s", "t")), ("TCoords", ("texture_u", "texture_v")),
+]  # fmt: skip
+#: Words that a line of the header begins with; other lines are left out.
+_KEYWORDS = ("format", "element", "property")
+#: The key of the line numbers of an element in text.
+_LINES = 0
 
 
 class _Property(NamedTuple):
@@ -44,44 +52,76 @@ class _Header(NamedTuple):
     lines: int
 
 
-def read_ply(path):
-    """Reads a PLY file. Raises FormatError with file (and line, in text), or OSError."""
+def read_ply(path, seams="join"):
+    """Reads a PLY file; ``seams`` as for with_texture(). Raises FormatError with file (and line, in text), or OSError."""
     with open(path, "rb") as file:
         data = file.read()
     header = _header(path, data)
     body = _TextBody(path, data, header) if header.form == "ascii" else _BinaryBody(path, data, header)
-    columns, faces = None, None
-    for element in header.elements:
-        if element.name == "vertex":
-            columns = body.columns(element)
-        elif element.name == "face":
-            faces = body.polygons(element)
-        else:
-            body.skip(element)
+    found = {element.name: (element, body.read(element)) for element in header.elements}
     body.finish()
-    if columns is None:
+    if "vertex" not in found:
         raise FormatError(f"{path}: the file has no element 'vertex'")
+    columns = _single(*found["vertex"])
     for axis in "xyz":
         if axis not in columns:
             raise FormatError(f"{path}: the vertices have no property '{axis}'")
     points = np.stack([columns.pop(axis) for axis in "xyz"], axis=1)
     if points.dtype.kind != "f":
         points = points.astype(np.float64)
-    offsets, ids = faces if faces is not None else (np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64))
-    wrong = np.flatnonzero((ids < 0) | (ids >= len(points)))
+    if "face" not in found:
+        return PolygonMesh(points, np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64), _grouped(columns))
+    return _with_faces(path, *found["face"], PolygonMesh(points, None, None, _grouped(columns)), seams)
+
+
+def _with_faces(path, element, read, mesh, seams):
+    """The PolygonMesh with the polygons of the element, their arrays, and their texture coordinates."""
+    offsets, ids = _polygons(path, element, read)
+    wrong = np.flatnonzero((ids < 0) | (ids >= len(mesh.points)))
     if len(wrong):
         face = np.searchsorted(offsets, wrong[0], side="right") - 1
         raise FormatError(
-            f"{path}: face {face} names point {ids[wrong[0]]}; the file has points 0 to {len(points) - 1}"
+            f"{path}: face {face} names point {ids[wrong[0]]}; the file has points 0 to {len(mesh.points) - 1}"
         )
-    return PolygonMesh(points, offsets, ids, _grouped(columns))
+    mesh = mesh._replace(offsets=offsets, connectivity=ids, cell_arrays=_grouped(_single(element, read)))
+    lengths, values = next((read[p.name] for p in element.lists() if p.name == "texcoord"), (None, None))
+    if lengths is None or "TCoords" in mesh.arrays or (lengths != 2 * np.diff(offsets)).any():
+        return mesh
+    values = values.astype(np.float64).reshape(-1, 2)
+    return with_texture(path, mesh, values, np.ones(len(values), dtype=bool), seams)
+
+
+def _single(element, read):
+    """The properties with one value for each item."""
+    return {p.name: read[p.name] for p in element.properties if p.count is None}
+
+
+def _polygons(path, element, read):
+    """Offsets and connectivity."""
+    names = ("vertex_indices", "vertex_index")
+    wanted = next((p.name for p in element.lists() if p.name in names), None)
+    if wanted is None:
+        raise FormatError(f"{path}: the faces have no list 'vertex_indices'")
+    lengths, values = read[wanted]
+    lines = read.get(_LINES)
+    offsets = np.concatenate(([0], np.cumsum(lengths)))
+    broken = np.flatnonzero(~(np.abs(values) < 2**53) | (values != np.floor(values)))
+    if values.dtype.kind == "f" and len(broken):
+        row = np.searchsorted(offsets, broken[0], side="right") - 1
+        where = f"{path}:{lines[row]}" if lines else f"{path}: face {row}"
+        raise FormatError(f"{where}: '{values[broken[0]]:g}' is not the number of a point")
+    small = np.flatnonzero(lengths < 3)
+    if len(small):
+        where = f"{path}:{lines[small[0]]}: a face" if lines else f"{path}: face {small[0]}"
+        raise FormatError(f"{where} has {lengths[small[0]]} points, fewer than 3")
+    return offsets, values.astype(np.int64)
 
 
 def _grouped(columns):
-    """Point arrays of the vertex properties: normals and colours become arrays with several components."""
+    """Arrays of properties: normals, colors and texture coordinates become arrays with several components."""
     arrays = dict(columns)
-    for group, names in _GROUPS.items():
-        if all(name in arrays for name in names):
+    for group, names in _GROUPS:
+        if group not in arrays and all(name in arrays for name in names):
             arrays[group] = np.stack([arrays.pop(name) for name in names], axis=1)
     return arrays
 
@@ -98,7 +138,7 @@ def _header(path, data):
     lines = data[: match.start()].decode("latin-1").splitlines()
     for number, line in enumerate(lines[1:], start=2):
         words = line.split()
-        if not words or words[0] in ("comment", "obj_info"):
+        if not words:
             continue
         if words[0] == "format" and len(words) == 3:
             form = words[1]
@@ -106,7 +146,7 @@ def _header(path, data):
             elements.append(_Element(words[1], int(words[2]), []))
         elif words[0] == "property" and elements:
             elements[-1].properties.append(_property(path, number, words))
-        else:
+        elif words[0] in _KEYWORDS:
             raise FormatError(f"{path}:{number}: '{line.strip()[:60]}' is not understood in a PLY header")
     if form not in ("ascii", "binary_little_endian", "binary_big_endian"):
         raise FormatError(f"{path}: the PLY header has no valid format line")
@@ -120,14 +160,6 @@ def _property(path, number, words):
         if _TYPES[words[2]][0] != "f":
             return _Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
     raise FormatError(f"{path}:{number}: '{' '.join(words)[:60]}' is not a PLY property")
-
-
-def _polygon_list(path, element):
-    """The property with the point ids of faces."""
-    for item in element.properties:
-        if item.count is not None and item.name in ("vertex_indices", "vertex_index") and item.kind[0] != "f":
-            return item
-    raise FormatError(f"{path}: the faces have no list 'vertex_indices'")
 
 
 class _TextBody:
@@ -147,43 +179,37 @@ class _TextBody:
             raise FormatError(f"{self._path}: the file ends after {found} of {element.count} elements '{element.name}'")
         return self._rows[start : self._next], self._lines[start : self._next]
 
-    def skip(self, element):
-        self._take(element)
-
-    def columns(self, element):
-        if element.lists():
-            raise FormatError(f"{self._path}: lists in vertices cannot be read from PLY")
+    def read(self, element):
+        """By the names of properties, the values of all items, for lists with their lengths in front; and the lines."""
         rows, lines = self._take(element)
-        values = text.table(self._path, rows, lines, len(element.properties), f"an element '{element.name}'")
-        return {p.name: values[:, k].astype(p.kind) for k, p in enumerate(element.properties)}
-
-    def polygons(self, element):
-        wanted = _polygon_list(self._path, element)
-        rows, lines = self._take(element)
+        if not element.lists():
+            values = text.table(self._path, rows, lines, len(element.properties), f"an element '{element.name}'")
+            return {p.name: values[:, k].astype(p.kind) for k, p in enumerate(element.properties)}
         values, counts = text.numbers(self._path, rows, lines)
-        starts = np.cumsum(counts) - counts
-        # walk to the wanted list, over the properties in front of it, in all rows at once
-        position, remaining = starts, counts
-        for item in element.properties:
-            if item is wanted:
-                break
-            if item.count is None:
-                step = np.ones(element.count, dtype=np.int64)
-            else:
-                step = 1 + self._list_lengths(values, position, remaining, lines)
+        position, remaining = np.cumsum(counts) - counts, counts
+        read = {_LINES: lines}
+        for item in element.properties:  # each in all rows at once
+            step = self._step(values, position, remaining, lines, item)
+            begin = position if item.count is None else position + 1
+            lengths = step - (begin - position)
+            offsets = np.cumsum(lengths) - lengths
+            found = values[np.repeat(begin - offsets, lengths) + np.arange(lengths.sum())]
+            read[item.name] = found.astype(item.kind) if item.count is None else (lengths, found)
             position, remaining = position + step, remaining - step
-        lengths = self._list_lengths(values, position, remaining, lines)
-        short = np.flatnonzero(remaining < 1 + lengths)
+        return read
+
+    def _step(self, values, position, remaining, lines, item):
+        """The number of numbers of a property in each row."""
+        if item.count is None:
+            needed = np.ones(len(position), dtype=np.int64)
+            what = "its properties"
+        else:
+            needed = 1 + self._list_lengths(values, position, remaining, lines)
+            what = "its list announces"
+        short = np.flatnonzero(remaining < needed)
         if len(short):
-            raise FormatError(f"{self._path}:{lines[short[0]]}: a face has fewer numbers than its list announces")
-        offsets = np.concatenate(([0], np.cumsum(lengths)))
-        where = np.repeat(position + 1 - offsets[:-1], lengths) + np.arange(offsets[-1])
-        ids = values[where]
-        broken = np.flatnonzero(~(np.abs(ids) < 2**53) | (ids != np.floor(ids)))
-        if len(broken):
-            row = np.searchsorted(offsets, broken[0], side="right") - 1
-            raise FormatError(f"{self._path}:{lines[row]}: '{ids[broken[0]]:g}' is not the number of a point")
-        return _checked_sizes(self._path, offsets, ids.astype(np.int64), lines)
+            raise FormatError(f"{self._path}:{lines[short[0]]}: a face has fewer numbers than {what}")
+        return needed
 
     def _list_lengths(self, values, position, remaining, lines):
         short = np.flatnonzero(remaining < 1)
@@ -228,28 +254,25 @@ class _BinaryBody:
                 fields.append((f"p{k}", self._order + item.kind, (lengths[k],)))
         return np.dtype(fields)
 
-    def columns(self, element):
-        if element.lists():
-            raise FormatError(f"{self._path}: lists in vertices cannot be read from PLY")
-        values = self._take(self._kind(element.properties, {}), element.count, element)
-        return {p.name: values[f"p{k}"].astype(p.kind) for k, p in enumerate(element.properties)}
+    def read(self, element):
+        """By the names of properties, the values of all items, for lists with their lengths in front."""
+        if not element.lists():
+            values = self._take(self._kind(element.properties, {}), element.count, element)
+            return {p.name: values[f"p{k}"].astype(p.kind) for k, p in enumerate(element.properties)}
+        runs = list(self._runs(element))
+        read = {}
+        for k, item in enumerate(element.properties):
+            empty = [np.zeros(0, dtype=item.kind)]
+            values = np.concatenate([run[f"p{k}"].astype(item.kind).reshape(-1) for run in runs] or empty)
+            if item.count is not None:
+                lengths = [np.full(len(run), run.dtype[f"p{k}"].shape[0], dtype=np.int64) for run in runs]
+                values = (np.concatenate(lengths or [np.zeros(0, dtype=np.int64)]), values)
+            read[item.name] = values
+        return read
 
-    def polygons(self, element):
-        wanted = _polygon_list(self._path, element)
-        lengths, ids = self._lists(element, element.properties.index(wanted))
-        offsets = np.concatenate(([0], np.cumsum(lengths)))
-        return _checked_sizes(self._path, offsets, ids, None)
-
-    def skip(self, element):
-        if element.lists():
-            self._lists(element, None)
-        else:
-            self._take(self._kind(element.properties, {}), element.count, element)
-
-    def _lists(self, element, wanted):
-        """Lengths and values of the list with index ``wanted``: as long as items have the same lengths (nearly always:
-        all triangles), they are read at once."""
-        lengths, ids, done, chunk = [], [], 0, 64
+    def _runs(self, element):
+        """The items, in arrays of those whose lists have the same lengths (nearly always: all triangles)."""
+        done, chunk = 0, 64
         while done < element.count:
             kind = self._kind(element.properties, self._lengths_of_next(element))
             if kind.itemsize == 0:
@@ -263,15 +286,10 @@ class _BinaryBody:
             run = most if same.all() else int(np.argmin(same))
             if run == 0:
                 raise FormatError(f"{self._path}: the file ends within the {element.count} elements '{element.name}'")
-            if wanted is not None:
-                values = block[f"p{wanted}"][:run].astype(np.int64)
-                lengths.append(np.full(run, values.shape[1], dtype=np.int64))
-                ids.append(values.reshape(-1))
+            yield block[:run]
             self._next += run * kind.itemsize
             done += run
             chunk = 2 * chunk if run == most else 64
-        empty = np.zeros(0, dtype=np.int64)
-        return np.concatenate(lengths or [empty]), np.concatenate(ids or [empty])
 
     def _lengths_of_next(self, element):
         lengths, position = {}, self._next
@@ -293,14 +311,6 @@ class _BinaryBody:
 
     def finish(self):
         """Bytes after the last element are allowed: some programs pad their files."""
-
-
-def _checked_sizes(path, offsets, ids, lines):
-    small = np.flatnonzero(np.diff(offsets) < 3)
-    if len(small):
-        where = f"{path}:{lines[small[0]]}: a face" if lines else f"{path}: face {small[0]}"
-        raise FormatError(f"{where} has {np.diff(offsets)[small[0]]} points, fewer than 3")
-    return offsets, ids
 
 
 def write_ply(mesh, file):
@@ -343,7 +353,8 @@ def _kind_to_write(values):
 
 
 def _property_names(name, components):
-    if name in _GROUPS and components == len(_GROUPS[name]):
-        return list(_GROUPS[name])
+    names = next((names for group, names in _GROUPS if group == name and len(names) == components), None)
+    if names is not None:
+        return list(names)
     name = re.sub(r"\s+", "_", name.strip()) or "array"
     return [name] if components == 1 else [f"{name}_{k}" for k in range(components)]

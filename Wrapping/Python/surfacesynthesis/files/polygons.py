@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Polygon meshes as NumPy arrays, the form between the text formats and vtkPolyData."""
 
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Mapping, NamedTuple
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
@@ -12,12 +13,13 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 class PolygonMesh(NamedTuple):
     """``points`` [V, 3] float; polygon p has the points ``connectivity[offsets[p]:offsets[p + 1]]`` (int64);
-    ``arrays`` maps names to point arrays [V] or [V, C]."""
+    ``arrays`` maps names to point arrays [V] or [V, C], ``cell_arrays`` to those of polygons."""
 
     points: np.ndarray
     offsets: np.ndarray
     connectivity: np.ndarray
     arrays: dict
+    cell_arrays: Mapping = MappingProxyType({})
 
 
 def mesh_of_triangles(points, triangles):
@@ -26,10 +28,19 @@ def mesh_of_triangles(points, triangles):
     return PolygonMesh(points, offsets, np.ascontiguousarray(triangles, dtype=np.int64).reshape(-1), {})
 
 
+def add_array(data, name, values):
+    """Adds a copy of the values [N] or [N, C] to point or cell data."""
+    values = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("="))
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName(name)
+    data.AddArray(array)
+
+
 def to_polydata(mesh):
     """A vtkPolyData that owns copies of the arrays of a PolygonMesh."""
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(mesh.points), deep=True))
+    coordinates = np.ascontiguousarray(mesh.points, dtype=mesh.points.dtype.newbyteorder("="))
+    points.SetData(numpy_to_vtk(coordinates, deep=True))
     cells = vtkCellArray()
     cells.SetData(
         numpy_to_vtkIdTypeArray(np.ascontiguousarray(mesh.offsets, dtype=np.int64), deep=True),
@@ -38,11 +49,29 @@ def to_polydata(mesh):
     polydata = vtkPolyData()
     polydata.SetPoints(points)
     polydata.SetPolys(cells)
-    for name, values in mesh.arrays.items():
-        array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-        array.SetName(name)
-        polydata.GetPointData().AddArray(array)
+    for data, arrays in ((polydata.GetPointData(), mesh.arrays), (polydata.GetCellData(), mesh.cell_arrays)):
+        for name, values in arrays.items():
+            add_array(data, name, values)
+    data = polydata.GetPointData()
+    if "TCoords" in mesh.arrays:
+        data.SetActiveTCoords("TCoords")
+    if "Normals" in mesh.arrays:
+        data.SetActiveNormals("Normals")
     return polydata
+
+
+def named_by_role(polydata):
+    """A shallow copy whose active normals and texture coordinates are called "Normals" and "TCoords"."""
+    result = polydata.NewInstance()
+    result.ShallowCopy(polydata)
+    data = result.GetPointData()
+    for name, array in (("Normals", data.GetNormals()), ("TCoords", data.GetTCoords())):
+        if array is not None and array.GetName() != name:
+            renamed = array.NewInstance()
+            renamed.DeepCopy(array)
+            renamed.SetName(name)
+            data.AddArray(renamed)
+    return result
 
 
 def from_polydata(polydata, triangles=False):

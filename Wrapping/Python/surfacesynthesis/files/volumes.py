@@ -18,7 +18,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from ..errors import FormatError, SurfaceSynthesisWarning
 
 #: Bytes that a compressed byte can stand for at most (a property of the deflate format).
-_LARGEST_RATIO = 1032
+LARGEST_RATIO = 1032
 #: Tolerance of the orthogonality of axes: headers store them in single precision.
 _ORTHOGONAL = 1e-3
 
@@ -67,6 +67,65 @@ def to_image(path, volume, space):
     return image
 
 
+def volume_from_numpy(array, affine, space="RAS", name="Scalars"):
+    """A vtkImageData of samples in memory, in "RAS" as read_volume() returns them by default.
+
+    ``array`` [I, J, K] or [I, J] of numbers: sample (i, j, k) lies at ``affine @ (i, j, k, 1)``, as in nibabel; arrays of
+    SimpleITK and pydicom, which have the slices first, are transposed first (``array.transpose(2, 1, 0)``). ``affine``
+    [4, 4] or [3, 4] maps to the world coordinates ``space``: "RAS" (default; NIfTI, nibabel) or "LPS" (DICOM, ITK). Its
+    axes are orthogonal. ``name`` is that of the scalars. The samples are copied. Raises ValueError.
+    """
+    array, affine = np.asarray(array), np.asarray(affine, dtype=np.float64)
+    if SPACES.get(space) is None:
+        raise ValueError(f"space is {space!r}; RAS or LPS is needed")
+    if array.ndim not in (2, 3) or array.size == 0 or array.dtype.kind not in "iufb" or array.dtype.itemsize > 8:
+        raise ValueError(f"array has the shape {array.shape} and the type {array.dtype}; [I, J, K] real numbers are needed")
+    if affine.shape not in ((4, 4), (3, 4)) or (len(affine) == 4 and (affine[3] != (0, 0, 0, 1)).any()):
+        raise ValueError("affine is no matrix [4, 4] with the last row 0, 0, 0, 1, and none [3, 4]")
+    kind = {np.dtype(bool): np.uint8, np.dtype(np.float16): np.float32}.get(array.dtype, array.dtype.newbyteorder("="))
+    values = array.astype(kind).reshape(-1, order="F")
+    affine = np.vstack([affine[:3], [0, 0, 0, 1]])
+    try:
+        image = to_image("array", Volume((array.shape + (1,))[:3], affine, values, SPACES[space]), "RAS")
+    except FormatError as error:
+        raise ValueError(str(error)) from None
+    image.GetPointData().GetScalars().SetName(name)
+    return image
+
+
+def with_array(path, image, name):
+    """The image with the point array or cell array ``name`` as its scalars, cells as points; None: the image, or its cells
+    when its points have no values. Raises ValueError when there is no such array."""
+    points, cells = image.GetPointData(), image.GetCellData()
+    if name is None:
+        has_cells_only = points.GetNumberOfArrays() == 0 and cells.GetNumberOfArrays() > 0
+        return cells_as_points(image) if has_cells_only else image
+    if points.GetArray(name) is not None:
+        points.SetActiveScalars(name)
+        return image
+    if cells.GetArray(name) is None:
+        names = [data.GetArrayName(k) for data in (points, cells) for k in range(data.GetNumberOfArrays())]
+        raise ValueError(f"{path}: there is no array '{name}'; there are {', '.join(map(str, names)) or 'none'}")
+    image = cells_as_points(image)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def cells_as_points(image):
+    """A vtkImageData with a point at the center of each cell and the cell arrays as point arrays."""
+    extent, flat = list(image.GetExtent()), image.GetDimensions()
+    center = [0.0, 0.0, 0.0]
+    first = [extent[2 * axis] + (0.5 if flat[axis] > 1 else 0.0) for axis in range(3)]
+    image.TransformContinuousIndexToPhysicalPoint(first, center)
+    result = vtkImageData()
+    result.SetDimensions(*(max(size - 1, 1) for size in flat))
+    result.SetSpacing(image.GetSpacing())
+    result.SetDirectionMatrix(image.GetDirectionMatrix())
+    result.SetOrigin(center)
+    result.GetPointData().ShallowCopy(image.GetCellData())
+    return result
+
+
 def _warn_of_values_that_are_not_finite(path, values):
     if values.dtype.kind == "f" and not np.isfinite(values.sum(dtype=np.float64)):  # quick; a sum may also overflow
         count = int(np.count_nonzero(~np.isfinite(values)))
@@ -97,7 +156,7 @@ def read_samples(path, count, kind, offset, compressed):
     needed = count * kind.itemsize
     begin = offset if compressed != "gzip" else 0
     stored = os.path.getsize(path) - begin
-    available = stored if compressed is None else stored * _LARGEST_RATIO - (offset if compressed == "gzip" else 0)
+    available = stored if compressed is None else stored * LARGEST_RATIO - (offset if compressed == "gzip" else 0)
     if needed > available:
         raise _too_short(path, needed, max(stored, 0), compressed)
     with open(path, "rb") as file:

@@ -3,6 +3,8 @@
 /// Texts of exceptions.
 #pragma once
 
+#include "Core/Common/Errors.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -24,6 +26,21 @@ std::string TextOf(const Call& call)
   }
   ADD_FAILURE() << "nothing was thrown";
   return {};
+}
+
+/// The text of the InvalidInput that @p call throws; "accepted" when there is none.
+template <typename Call>
+std::string MessageOf(const Call& call)
+{
+  try
+  {
+    call();
+  }
+  catch (const surfsynth::InvalidInput& error)
+  {
+    return error.what();
+  }
+  return "accepted";
 }
 
 } // namespace surfsynthtest

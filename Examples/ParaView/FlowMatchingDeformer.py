@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""State of ParaView: eight deformations of a figure, by a shipped model that was trained on poses. Needs no other file."""
+
+import os
+import sys
+
+from paraview.simple import *  # noqa: F403: as state files of ParaView do
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import demo  # noqa: E402
+
+shape = IsotropicRemesh(registrationName="Even", Input=demo.figure(50), TargetNumberOfPoints=2500)
+deformed = FlowMatchingDeformer(registrationName="Deformed", Input=shape, ModelFileName=demo.model("armadillo_poses"))
+deformed.NumberOfSamples = 8
+layout = EnsembleLayout(registrationName="Side by side", Input=deformed)
+
+view = demo.picture(None)
+demo.show(demo.smooth(layout), view, "Displacement", preset="Viridis (matplotlib)")
+view.ResetCamera(True)

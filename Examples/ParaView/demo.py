@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the demo states share: surfaces that need no file, the shipped models, and the look of the pictures."""
+
+import os
+
+from paraview.simple import (  # pylint: disable=import-error
+    ColorBy,
+    Contour,
+    CreateLayout,
+    CreateView,
+    GenerateSurfaceNormals,
+    GetColorTransferFunction,
+    ProgrammableSource,
+    SetActiveView,
+    Show,
+)
+
+#: Color of surfaces without an array.
+CLAY = [0.86, 0.80, 0.72]
+
+# A figure with a head, arms, legs and a tail: balls along bones, by the sum of which an isosurface is drawn.
+_FIGURE = """
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+n = {resolution}
+lower, upper = np.array([-1.75, -1.75, -1.1]), np.array([1.75, 1.75, 0.9])
+spacing = (upper[0] - lower[0]) / (n - 1)
+dimensions = [n, n, int(round((upper[2] - lower[2]) / spacing)) + 1]
+x, y, z = np.meshgrid(*(lower[k] + spacing * np.arange(dimensions[k]) for k in range(3)), indexing="ij")
+bones = [  # from, to, radius at both ends
+    ((0, -0.35, 0), (0, 0.45, 0), 0.40, 0.42), ((0, 0.5, 0), (0, 1.05, 0.08), 0.24, 0.33),
+    ((0.3, 0.5, 0), (0.95, 0.75, 0.1), 0.22, 0.15), ((0.95, 0.75, 0.1), (1.35, 1.15, 0.3), 0.15, 0.17),
+    ((-0.3, 0.5, 0), (-0.95, 0.75, 0.1), 0.22, 0.15), ((-0.95, 0.75, 0.1), (-1.35, 1.15, 0.3), 0.15, 0.17),
+    ((0.25, -0.4, 0), (0.55, -1.0, 0.1), 0.28, 0.2), ((0.55, -1.0, 0.1), (0.65, -1.5, 0.05), 0.2, 0.19),
+    ((-0.25, -0.4, 0), (-0.55, -1.0, 0.1), 0.28, 0.2), ((-0.55, -1.0, 0.1), (-0.65, -1.5, 0.05), 0.2, 0.19),
+    ((0, -0.4, -0.2), (0, -0.75, -0.8), 0.2, 0.1),
+]
+field = np.zeros(x.shape)
+for a, b, ra, rb in bones:
+    a, b = np.array(a, float), np.array(b, float)
+    d = b - a
+    t = np.clip(((x - a[0]) * d[0] + (y - a[1]) * d[1] + (z - a[2]) * d[2]) / d.dot(d), 0, 1)
+    r2 = (x - a[0] - t * d[0]) ** 2 + (y - a[1] - t * d[1]) ** 2 + (z - a[2] - t * d[2]) ** 2
+    field += np.exp(4 * (1 - r2 / (ra + t * (rb - ra)) ** 2))
+output.SetDimensions(dimensions)
+output.SetOrigin(*lower)
+output.SetSpacing(spacing, spacing, spacing)
+values = numpy_to_vtk(np.log(field + 1e-30).ravel(order="F"), deep=True)
+values.SetName("Figure")
+output.GetPointData().SetScalars(values)
+"""
+_EXTENT = """
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
+n = {resolution}
+depth = int(round(2.0 / (3.5 / (n - 1)))) + 1
+info = self.GetOutputInformation(0)
+info.Set(pipeline.WHOLE_EXTENT(), 0, n - 1, 0, n - 1, 0, depth - 1)
+"""
+
+
+def figure(resolution=70):
+    """A closed surface with six limbs, about 3 units high; ``resolution`` samples across."""
+    volume = ProgrammableSource(registrationName="Volume", OutputDataSetType="vtkImageData")
+    volume.Script = _FIGURE.format(resolution=resolution)
+    volume.ScriptRequestInformation = _EXTENT.format(resolution=resolution)
+    surface = Contour(registrationName="Figure", Input=volume, ContourBy=["POINTS", "Figure"], Isosurfaces=[0.0])
+    surface.ComputeScalars = 0
+    surface.ComputeNormals = 0
+    return surface
+
+
+def model(name):
+    """The path of a shipped model."""
+    folder = os.environ.get("SURFACE_SYNTHESIS_MODELS") or os.path.join(
+        os.path.dirname(os.path.abspath(__file__)), os.pardir, "Models"
+    )
+    return os.path.normpath(os.path.join(folder, name + ".safetensors"))
+
+
+def smooth(surface, name="Normals"):
+    """The surface with normals, for shading."""
+    return GenerateSurfaceNormals(registrationName=name, Input=surface, FeatureAngle=180.0)
+
+
+def picture(camera, kind="RenderView"):
+    """An active view on white; ``camera``: position, focal point and view up, or None for the whole scene."""
+    view = CreateView(kind)
+    CreateLayout(name="Layout #1").AssignView(0, view)
+    SetActiveView(view)
+    if kind == "RenderView":
+        view.UseColorPaletteForBackground = 0
+        view.Background = [1.0, 1.0, 1.0]
+        view.OrientationAxesVisibility = 0
+        if camera is not None:
+            view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = camera
+            view.CameraViewAngle = 30.0
+    return view
+
+
+def show(source, view, array=None, association="POINTS", bar=True, preset=None, limits=None, title=None):
+    """Shows a surface in clay, or colored by an array."""
+    display = Show(source, view)
+    display.SetRepresentationType("Surface")
+    if array is None:
+        display.ColorArrayName = ["POINTS", ""]
+        display.AmbientColor = display.DiffuseColor = CLAY
+    else:
+        ColorBy(display, (association, array))
+        colors = GetColorTransferFunction(array)
+        if preset is not None:
+            colors.ApplyPreset(preset, True)
+        if limits is not None:
+            colors.RescaleTransferFunction(*limits)
+        display.SetScalarBarVisibility(view, bar)
+        if bar:
+            _dress_bar(colors, view, title or array)
+    display.Specular = 0.25
+    display.SpecularPower = 30.0
+    return display
+
+
+def edges(display, color=(0.25, 0.25, 0.3)):
+    """Draws the edges of the cells."""
+    display.SetRepresentationType("Surface With Edges")
+    display.EdgeColor = list(color)
+    display.LineWidth = 1.0
+
+
+def _dress_bar(colors, view, title):
+    """Black text, which is seen on white."""
+    from paraview.simple import GetScalarBar
+
+    scale = GetScalarBar(colors, view)
+    scale.Title = title
+    scale.ComponentTitle = ""
+    scale.TitleColor = scale.LabelColor = [0.0, 0.0, 0.0]
+    scale.TitleFontSize = scale.LabelFontSize = 18
+
+
+def rows_of(table):
+    """The columns of a table by name, fetched to the client."""
+    from paraview import servermanager
+
+    table.UpdatePipeline()
+    data = servermanager.Fetch(table)
+    names = [data.GetColumnName(k) for k in range(data.GetNumberOfColumns())]
+    return {name: [data.GetValueByName(row, name) for row in range(data.GetNumberOfRows())] for name in names}
+
+
+def lines_of(table):
+    """The rows of a table with a name and a number, as text."""
+    columns = list(rows_of(table).values())
+    return "\n".join("  ".join(value.ToString() for value in row) for row in zip(*columns))
+
+
+def losses(training, view, columns):
+    """Draws losses over the iterations, on a logarithmic axis."""
+    display = Show(training, view)
+    display.UseIndexForXAxis = 0
+    display.XArrayName = "iteration"
+    display.SeriesVisibility = columns
+    palette = ([0.12, 0.35, 0.65], [0.85, 0.37, 0.16], [0.25, 0.6, 0.3])
+    display.SeriesColor = [text for name, color in zip(columns, palette) for text in (name, *map(str, color))]
+    display.SeriesLineThickness = [text for name in columns for text in (name, "3")]
+    view.ChartTitle = "Losses"
+    view.LeftAxisTitle, view.BottomAxisTitle = "Loss", "Iteration"
+    view.LeftAxisLogScale = 1
+    return display
+
+
+def bars(tables, view, columns, title):
+    """Draws the first row of each table as a group of bars; ``columns``: those to draw, by default the numbers."""
+    source = ProgrammableSource(registrationName="Bars", OutputDataSetType="vtkTable")
+    groups = []
+    names = [proxy.GetXMLLabel() for proxy in tables]
+    for table in tables:
+        row = {name: values[0].ToDouble() for name, values in rows_of(table).items() if values}
+        groups.append({name: value for name, value in row.items() if columns is None or name in columns})
+    drawn = columns or list(groups[0])
+    source.Script = (
+        "from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkStringArray\n"
+        f"groups, drawn = {groups!r}, {drawn!r}\n"
+        "for name in drawn:\n"
+        "    array = vtkDoubleArray()\n"
+        "    array.SetName(name)\n"
+        "    for group in groups:\n"
+        "        array.InsertNextValue(group.get(name, 0.0))\n"
+        "    output.AddColumn(array)\n"
+    )
+    display = Show(source, view)
+    display.SeriesVisibility = drawn
+    view.ChartTitle = title
+    del names
+    return display

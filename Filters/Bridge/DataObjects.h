@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Properties of VTK's data objects, and new ones.
+#pragma once
+
+#include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
+
+#include <vtkDataObject.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace surfsynth
+{
+
+using DataObjectList = std::vector<vtkSmartPointer<vtkDataObject>>;
+
+/// Number of points and cells of @p data together; 0 for null.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::int64_t SizeOf(vtkDataObject* data);
+
+/// True for null, and for what has neither points nor cells.
+VTKSURFACESYNTHESISBRIDGE_EXPORT bool IsEmpty(vtkDataObject* data);
+
+/// Makes an empty object of the class with that name: "vtkPolyData".
+VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className);
+
+} // namespace surfsynth

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "CoarseSurfaces.h"
+
+#include <vtkAdaptiveSubdivisionFilter.h>
+#include <vtkBoundingBox.h>
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
+#include <vtkMath.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkTriangleFilter.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr vtkIdType MaximumNumberOfTriangles = 4000000;
+/// The default correlation range over the longest side of the box, as in MaternField.
+constexpr double DefaultRange = 0.2;
+
+/// The longest edge of the triangles of @p surface; not finite where a point is not.
+double LongestEdge(vtkPolyData* surface)
+{
+  double longest = 0.0;
+  const auto cell = vtkSmartPointer<vtkCellArrayIterator>::Take(surface->GetPolys()->NewIterator());
+  for (cell->GoToFirstCell(); !cell->IsDoneWithTraversal(); cell->GoToNextCell())
+  {
+    vtkIdType size = 0;
+    const vtkIdType* ids = nullptr;
+    cell->GetCurrentCell(size, ids);
+    for (vtkIdType k = 0; k < size; ++k)
+    {
+      std::array<double, 3> a{};
+      std::array<double, 3> b{};
+      surface->GetPoint(ids[k], a.data());
+      surface->GetPoint(ids[(k + 1) % size], b.data());
+      const double squared = vtkMath::Distance2BetweenPoints(a.data(), b.data());
+      longest = squared <= longest ? longest : squared; // a NaN stays
+    }
+  }
+  return std::sqrt(longest);
+}
+
+/// True when all ids of cells are those of points: what else is wrong, the check of the input says.
+bool HasValidIds(vtkPolyData* surface)
+{
+  const auto areValid = [count = surface->GetNumberOfPoints()](vtkCellArray* cells) {
+    const auto cell = vtkSmartPointer<vtkCellArrayIterator>::Take(cells->NewIterator());
+    for (cell->GoToFirstCell(); !cell->IsDoneWithTraversal(); cell->GoToNextCell())
+    {
+      vtkIdType size = 0;
+      const vtkIdType* ids = nullptr;
+      cell->GetCurrentCell(size, ids);
+      if (std::any_of(ids, ids + size, [count](vtkIdType id) { return id < 0 || id >= count; }))
+      {
+        return false;
+      }
+    }
+    return true;
+  };
+  return areValid(surface->GetPolys()) && areValid(surface->GetStrips());
+}
+
+/// The refined surface, or null when it is fine enough, or broken.
+vtkSmartPointer<vtkPolyData> Refined(vtkPolyData* surface, double range)
+{
+  if (surface->GetNumberOfPoints() == 0 || !HasValidIds(surface))
+  {
+    return nullptr;
+  }
+  if (range <= 0.0)
+  {
+    range = DefaultRange * vtkBoundingBox(surface->GetBounds()).GetMaxLength();
+  }
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->SetInputData(surface);
+  triangles->PassVertsOff();
+  triangles->PassLinesOff();
+  triangles->Update();
+  const double longest = LongestEdge(triangles->GetOutput());
+  if (!std::isfinite(longest) || !std::isfinite(range) || longest <= range / 3.0)
+  {
+    return nullptr;
+  }
+  vtkNew<vtkAdaptiveSubdivisionFilter> subdivision;
+  subdivision->SetInputConnection(triangles->GetOutputPort());
+  subdivision->SetMaximumEdgeLength(range / 4.0);
+  subdivision->SetMaximumTriangleArea(VTK_DOUBLE_MAX);
+  subdivision->SetMaximumNumberOfTriangles(MaximumNumberOfTriangles);
+  subdivision->Update();
+  auto refined = vtkSmartPointer<vtkPolyData>::New();
+  refined->ShallowCopy(subdivision->GetOutput());
+  return refined;
+}
+} // namespace
+
+vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range)
+{
+  if (auto* surface = vtkPolyData::SafeDownCast(input))
+  {
+    const vtkSmartPointer<vtkPolyData> refined = Refined(surface, range);
+    return refined ? vtkSmartPointer<vtkDataObject>(refined) : vtkSmartPointer<vtkDataObject>(input);
+  }
+  auto* tree = vtkDataObjectTree::SafeDownCast(input);
+  if (!tree)
+  {
+    return input;
+  }
+  const auto copy = vtkSmartPointer<vtkDataObjectTree>::Take(tree->NewInstance());
+  copy->ShallowCopy(tree);
+  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+  {
+    auto* leaf = vtkPolyData::SafeDownCast(place->GetCurrentDataObject());
+    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? Refined(leaf, range) : nullptr)
+    {
+      copy->SetDataSet(place, refined);
+    }
+  }
+  return copy;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Refinement of surfaces that are too coarse to carry a random field. Private to the module.
+#pragma once
+
+#include <vtkSmartPointer.h>
+
+class vtkDataObject;
+
+namespace surfsynth
+{
+
+/// Divides the triangles of surfaces whose longest edge is longer than a third of the correlation range until no edge is
+/// longer than a quarter of it, at midpoints of edges (vtkAdaptiveSubdivisionFilter), with at most 4 million triangles.
+/// Arrays are interpolated linearly.
+/// @param input a vtkPolyData or a composite dataset; not modified
+/// @param range the correlation range, world units; 0 for 0.2 times the longest side of the box of each surface
+/// @return @p input itself when nothing is too coarse; else a copy in which those surfaces are refined
+vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range);
+
+} // namespace surfsynth
