@@ -52,6 +52,7 @@
  *
  * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and
  * Integrator alone: it has the same bits for every number of threads, and alone or in a batch.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
  */

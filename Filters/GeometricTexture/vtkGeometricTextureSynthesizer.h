@@ -56,6 +56,7 @@
  * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names and, once all
  * levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives the same bits for
  * every number of threads.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkPolyDataNormals
  */

@@ -50,6 +50,7 @@
  * One sparse factorisation for each mesh and normalisation, kept until one of them changes. An evaluation is linear in
  * the number of triangles, the number of blocks and the square of the width, but for a solve in each block. The same
  * model, mesh and conditions give the same bits for every number of threads.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkSurfaceRepairFilter, vtkPolyDataNormals, vtkWarpVector, vtkMaternNoiseFilter
  */
