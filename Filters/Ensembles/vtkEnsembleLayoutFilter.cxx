@@ -151,7 +151,7 @@ vtkSmartPointer<vtkDataObject> MovedLeaf(vtkDataObject* leaf, const Eigen::Vecto
   {
     MoveLeafPoints(vtkPointSet::SafeDownCast(moved), translation);
   }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 3, 1);
+  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
   array->SetTuple(0, translation.data());
   vtkNew<vtkFieldData> fields; // the copy shares that of the input
   fields->ShallowCopy(leaf->GetFieldData());
