@@ -18,13 +18,17 @@ const char* const WriteAgain = "the dataset is inconsistent: write it again with
 class RowWriter
 {
 public:
-  RowWriter(unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics)
+  RowWriter(unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics,
+    const IntersectingTriangles& intersecting)
     : Block(block)
     , Surface(surface)
     , Statistics(statistics)
+    , Intersecting(intersecting)
   {}
 
   void Defects();
+  void Validity();
+  void Intersections();
   void Counts();
   void Topology();
   void Sizes();
@@ -67,6 +71,7 @@ private:
   int Component = -1;
   const InspectedSurface& Surface;
   const MeshStatistics& Statistics;
+  const IntersectingTriangles& Intersecting;
 };
 
 /// Adds a kind of defect of the triangles, with the cells that already had it as polygons.
@@ -84,10 +89,34 @@ void RowWriter::AddFinding(const std::string& property, MeshDefect defect, CellF
   this->AddFault(property, fault, RepairOf(defect));
 }
 
+void RowWriter::Validity()
+{
+  if (!IsValid(this->Surface, this->Statistics, this->Intersecting))
+  {
+    this->AddYesOrNo("Valid", false, "no: the rows below with a remark name the defects");
+    return;
+  }
+  this->AddYesOrNo(
+    "Valid", true, this->Statistics.Closed() ? "" : "yes, as an open surface: tetrahedra need a closed one");
+}
+
+void RowWriter::Intersections()
+{
+  const MeshFinding& needles = this->Statistics.NeedleTriangles;
+  this->AddDefect("NeedleTriangles", needles.Count, needles.Count > 0 ? this->CellOf(needles.First) : -1,
+    "an angle below 1 degree; vtkIsotropicRemeshFilter makes triangles of even shape.");
+  if (this->Intersecting)
+  {
+    const auto count = static_cast<std::int64_t>(this->Intersecting->size());
+    this->AddDefect("IntersectingTriangles", count, count > 0 ? this->CellOf(this->Intersecting->front()) : -1,
+      "vtkSurfaceRepairFilter with RemoveSelfIntersectionsOn() replaces them, vtkVDBSurfaceFilter makes a closed "
+      "surface without them.");
+  }
+}
+
 void RowWriter::Defects()
 {
-  const bool valid = IsValid(this->Surface, this->Statistics);
-  this->AddYesOrNo("Valid", valid, valid ? "" : "no: the rows below with a remark name the defects");
+  this->Validity();
   if (this->Surface.PointComponents != 3)
   {
     this->Add("PointComponents", static_cast<std::int64_t>(this->Surface.PointComponents),
@@ -108,6 +137,7 @@ void RowWriter::Defects()
   const MeshFinding& duplicates = this->Statistics.DuplicateTriangles;
   this->AddDefect("DuplicateTriangles", duplicates.Count, duplicates.Count > 0 ? this->CellOf(duplicates.First) : -1,
     "vtkSurfaceRepairFilter or vtkCleanPolyData removes duplicate cells.");
+  this->Intersections();
   this->AddFinding("NonManifoldEdges", MeshDefect::NonManifoldEdge);
   this->AddFinding("NonManifoldPoints", MeshDefect::NonManifoldVertex);
   this->AddFinding("InconsistentWindingEdges", MeshDefect::InconsistentWinding);
@@ -245,19 +275,21 @@ void RowWriter::Components(int count)
 }
 } // namespace
 
-bool IsValid(const InspectedSurface& surface, const MeshStatistics& statistics)
+bool IsValid(
+  const InspectedSurface& surface, const MeshStatistics& statistics, const IntersectingTriangles& intersecting)
 {
   const std::int64_t faults = surface.Unreadable.Count + surface.OutOfRange.Count + surface.TooFewPoints.Count +
     surface.RepeatedPoint.Count + surface.Uncut.Count;
-  const auto breaks = [](const MeshFinding& finding) { return finding.Defect <= MeshDefect::NonManifoldEdge; };
-  return faults == 0 && surface.PointComponents == 3 && statistics.ProperTriangles > 0 &&
+  const auto breaks = [](const MeshFinding& finding) { return finding.Defect < MeshDefect::BoundaryEdge; };
+  return faults == 0 && statistics.DuplicateTriangles.Count == 0 && !(intersecting && !intersecting->empty()) &&
+    surface.PointComponents == 3 && statistics.ProperTriangles > 0 &&
     std::none_of(statistics.Findings.begin(), statistics.Findings.end(), breaks);
 }
 
-std::vector<ReportRow> ReportRows(
-  unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics, int components)
+std::vector<ReportRow> ReportRows(unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics,
+  const IntersectingTriangles& intersecting, int components)
 {
-  RowWriter writer(block, surface, statistics);
+  RowWriter writer(block, surface, statistics, intersecting);
   writer.Defects();
   writer.Counts();
   writer.Topology();

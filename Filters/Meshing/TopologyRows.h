@@ -6,6 +6,7 @@
 #include "Core/Mesh/MeshStatistics.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,12 +26,16 @@ struct ReportRow
   std::string Remark;
 };
 
+/// Ids of the triangles that intersect others, ascending; absent where the library is built without CGAL.
+using IntersectingTriangles = std::optional<std::vector<Index>>;
+
 /// Returns all rows of one surface.
 /// @param components number of components with rows of their own, the largest first, in a surface of more than one
-std::vector<ReportRow> ReportRows(
-  unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics, int components);
+std::vector<ReportRow> ReportRows(unsigned int block, const InspectedSurface& surface, const MeshStatistics& statistics,
+  const IntersectingTriangles& intersecting, int components);
 
-/// Returns true when ConvertSurface() and CheckSurface() accept the surface for a filter without further requirements.
-bool IsValid(const InspectedSurface& surface, const MeshStatistics& statistics);
+/// Returns true when the remesher accepts the surface and no triangles intersect.
+bool IsValid(
+  const InspectedSurface& surface, const MeshStatistics& statistics, const IntersectingTriangles& intersecting);
 
 } // namespace surfsynth

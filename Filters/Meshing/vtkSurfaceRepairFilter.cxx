@@ -9,6 +9,7 @@
 #include "Core/Common/Errors.h"
 
 #include <vtkCellData.h>
+#include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkIdTypeArray.h>
 #include <vtkIndent.h>
@@ -20,6 +21,7 @@
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 
@@ -58,6 +60,25 @@ void AddReport(const surfsynth::RepairReport& report, vtkPolyData* output)
   output->GetFieldData()->AddArray(counts);
 }
 
+void AddMeasures(const std::vector<surfsynth::RepairMeasure>& measures, vtkPolyData* output)
+{
+  vtkNew<vtkStringArray> names;
+  names->SetName("RepairMeasure");
+  vtkNew<vtkDoubleArray> before;
+  before->SetName("RepairBefore");
+  vtkNew<vtkDoubleArray> after;
+  after->SetName("RepairAfter");
+  for (const surfsynth::RepairMeasure& measure : measures)
+  {
+    names->InsertNextValue(measure.Name);
+    before->InsertNextValue(measure.Before);
+    after->InsertNextValue(measure.After);
+  }
+  output->GetFieldData()->AddArray(names);
+  output->GetFieldData()->AddArray(before);
+  output->GetFieldData()->AddArray(after);
+}
+
 /// Fills @p output with the repaired mesh and the arrays of @p input.
 void Fill(vtkPolyData* input, const UncheckedSurface& surface, const RepairedSurface& repaired, vtkPolyData* output)
 {
@@ -73,6 +94,7 @@ void Fill(vtkPolyData* input, const UncheckedSurface& surface, const RepairedSur
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
   AddFillingArray(repaired.IsFilling, output);
   AddReport(repaired.Report, output);
+  AddMeasures(repaired.Outcome.Measures, output);
 }
 } // namespace
 
@@ -89,7 +111,7 @@ public:
     auto* input = vtkPolyData::SafeDownCast(block.Input);
     // Shared with the work, which outlives this call when it is cancelled.
     const auto surface = std::make_shared<const UncheckedSurface>(surfsynth::ConvertUnchecked(input));
-    const auto options = std::make_shared<const RepairOptions>(this->Options(surface->Usable.Mesh));
+    const auto options = std::make_shared<const RepairOptions>(this->Options(input));
     const auto repaired = std::make_shared<RepairedSurface>();
     const auto work = [surface, options, repaired](const std::atomic<bool>& stop) {
       *repaired = surfsynth::RepairSurface(surface->Usable.Mesh, surface->Losses, *options, &stop);
@@ -102,10 +124,27 @@ public:
       this->Self->Report += block.Where + (block.Where.empty() ? "" : ": ") + std::to_string(entry.second) + ": " +
         entry.first + "\n";
     }
+    this->Tell(repaired->Outcome, block.Where);
   }
 
 private:
-  RepairOptions Options(const surfsynth::TriangleMesh& mesh) const
+  /// Adds the outcome of a block to that of the filter, and issues its warnings.
+  void Tell(const surfsynth::RepairOutcome& outcome, const std::string& where) const
+  {
+    vtkSurfaceRepairFilter* self = this->Self;
+    self->Complete = self->Complete && outcome.Warnings.empty();
+    self->NumberOfIntersectingTriangles += static_cast<vtkIdType>(outcome.IntersectingTriangles);
+    self->NumberOfOpenHoles += static_cast<vtkIdType>(outcome.OpenHoles);
+    self->AreaLoss = std::max(self->AreaLoss, outcome.AreaLoss);
+    self->VolumeLoss = std::max(self->VolumeLoss, outcome.VolumeLoss);
+    self->ComponentChange = std::max(self->ComponentChange, outcome.ComponentChange);
+    for (const std::string& warning : outcome.Warnings)
+    {
+      vtkWarningWithObjectMacro(self, << where << (where.empty() ? "" : ": ") << warning);
+    }
+  }
+
+  RepairOptions Options(vtkPolyData* input) const
   {
     const vtkSurfaceRepairFilter* self = this->Self;
     RepairOptions options;
@@ -116,10 +155,13 @@ private:
     options.SmallestComponent = self->MinimumComponentFraction;
     options.OrientOutward = self->OrientOutward;
     options.Finder = surfsynth::FindNearestPlaces;
+    options.MaximumLoss = self->MaximumLoss;
+    options.Strict = self->Strict;
+    options.SinglePrecision = !surfsynth::HasDoublePoints(input);
     if (self->HoleFilling == SMALL_HOLES)
     {
-      const surfsynth::BoundingBox box = surfsynth::ComputeBoundingBox(mesh);
-      options.LargestHole = self->MaximumHoleSize > 0.0 ? self->MaximumHoleSize : 0.1 * (box.Upper - box.Lower).norm();
+      options.LargestHole = self->MaximumHoleSize;
+      options.LargestHoleFraction = 0.1;
     }
     else if (self->HoleFilling == ALL_HOLES)
     {
@@ -150,9 +192,17 @@ int vtkSurfaceRepairFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   this->Report.clear();
+  this->Complete = true;
+  this->NumberOfIntersectingTriangles = 0;
+  this->NumberOfOpenHoles = 0;
+  this->AreaLoss = 0.0;
+  this->VolumeLoss = 0.0;
+  this->ComponentChange = 0.0;
   const Internals repair(this);
-  return surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface,
     [&](const surfsynth::Block& block, const surfsynth::Progress& progress) { repair.Repair(block, progress); });
+  this->Complete = this->Complete && success != 0;
+  return success;
 }
 
 void vtkSurfaceRepairFilter::PrintSelf(ostream& os, vtkIndent indent)
@@ -166,5 +216,13 @@ void vtkSurfaceRepairFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MinimumComponentFraction: " << this->MinimumComponentFraction << "\n";
   os << indent << "RemoveSelfIntersections: " << this->RemoveSelfIntersections << "\n";
   os << indent << "OrientOutward: " << this->OrientOutward << "\n";
+  os << indent << "MaximumLoss: " << this->MaximumLoss << "\n";
+  os << indent << "Strict: " << this->Strict << "\n";
+  os << indent << "Complete: " << this->Complete << "\n";
+  os << indent << "NumberOfIntersectingTriangles: " << this->NumberOfIntersectingTriangles << "\n";
+  os << indent << "NumberOfOpenHoles: " << this->NumberOfOpenHoles << "\n";
+  os << indent << "AreaLoss: " << this->AreaLoss << "\n";
+  os << indent << "VolumeLoss: " << this->VolumeLoss << "\n";
+  os << indent << "ComponentChange: " << this->ComponentChange << "\n";
   os << indent << "Report: " << this->Report << "\n";
 }

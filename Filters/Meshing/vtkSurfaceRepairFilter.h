@@ -20,13 +20,22 @@
  * arrays are kept (interpolated on new points: floating-point arrays linearly, labels from the nearest point), cell
  * arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
  * hole; the field data arrays RepairAction (text) and RepairCount, one entry for each repair, in order; both are empty
- * when the surface was valid.
+ * when the surface was valid; the field data arrays RepairMeasure (text), RepairBefore and RepairAfter (float64) with
+ * Area, Volume (when closed before and after), Components, and IntersectingTriangles with RemoveSelfIntersections.
  *
  * @par Order
  * Unusable cells are removed; points are merged; duplicate triangles are removed; sheets that meet in an edge or a
  * point are separated; triangles get the winding of the larger part of their neighbours; flat triangles are collapsed
  * or flipped; self-intersections are removed, with RemoveSelfIntersections; holes are filled [Liepa2003]; components
- * are removed, with KeepLargestComponent or MinimumComponentFraction; a closed surface is oriented outward.
+ * are removed, with KeepLargestComponent or MinimumComponentFraction; a closed surface is oriented outward. These steps
+ * are repeated until they change nothing: a repair of the output returns it as it is. (With a MergeTolerance it may
+ * merge points that the repair separated or added within that tolerance.)
+ *
+ * @par Warnings
+ * A warning, or with Strict an error, says in numbers what is left and what was lost: triangles that still intersect
+ * others, holes that could not be closed, and a loss of area or volume or a change of the number of components beyond
+ * MaximumLoss. Triangles that close holes do not make up for lost area, and components that are removed on request are
+ * no loss. GetComplete() and the methods beside it return the same numbers.
  *
  * @sa vtkTopologyReport, vtkIsotropicRemeshFilter, vtkVDBSurfaceFilter, vtkCleanPolyData, vtkFillHolesFilter
  */
@@ -51,7 +60,7 @@ public:
   {
     NO_HOLES = 0,    ///< none: boundaries are kept
     SMALL_HOLES = 1, ///< holes up to MaximumHoleSize
-    ALL_HOLES = 2    ///< all holes: the output is closed
+    ALL_HOLES = 2    ///< all holes, except the outlines of flat pieces
   };
 
   ///@{
@@ -114,8 +123,10 @@ public:
 
   ///@{
   /**
-   * Replaces triangles that intersect each other by patches without intersections, as far as possible; slow on large
-   * intersections. The report counts the remaining ones. Default off.
+   * Replaces triangles that intersect each other by patches without intersections, and closes holes only by triangles
+   * that intersect no others; slow on large intersections. A removal that would lose more than MaximumLoss, beside
+   * the area of the intersecting triangles, is refused, and so is one where more than half of the triangles intersect
+   * others; a warning counts those that are left. Default off.
    */
   vtkSetMacro(RemoveSelfIntersections, bool);
   vtkGetMacro(RemoveSelfIntersections, bool);
@@ -130,6 +141,40 @@ public:
   vtkSetMacro(OrientOutward, bool);
   vtkGetMacro(OrientOutward, bool);
   vtkBooleanMacro(OrientOutward, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Largest fraction of the area, of the volume or of the number of components that a repair may lose (or, of
+   * components, gain) without a warning; from 0 to 1. Default 0.05.
+   */
+  vtkSetClampMacro(MaximumLoss, double, 0.0, 1.0);
+  vtkGetMacro(MaximumLoss, double);
+  ///@}
+
+  ///@{
+  /**
+   * Reports an error, with empty output, in place of each warning about defects that are left and losses beyond
+   * MaximumLoss. Default off.
+   */
+  vtkSetMacro(Strict, bool);
+  vtkGetMacro(Strict, bool);
+  vtkBooleanMacro(Strict, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Outcome of the last update: Complete is true when nothing is left and no loss exceeds MaximumLoss; the numbers of
+   * triangles that still intersect others (0 without RemoveSelfIntersections) and of holes that were to be closed and
+   * are open, of all blocks; the fractions of area and volume lost and the fraction by which the number of components
+   * changed, from 0 to 1 or more, the largest of all blocks. The volume counts for surfaces closed before and after.
+   */
+  bool GetComplete() const { return this->Complete; }
+  vtkIdType GetNumberOfIntersectingTriangles() const { return this->NumberOfIntersectingTriangles; }
+  vtkIdType GetNumberOfOpenHoles() const { return this->NumberOfOpenHoles; }
+  double GetAreaLoss() const { return this->AreaLoss; }
+  double GetVolumeLoss() const { return this->VolumeLoss; }
+  double GetComponentChange() const { return this->ComponentChange; }
   ///@}
 
   /**
@@ -162,6 +207,14 @@ private:
   double MinimumComponentFraction = 0.0;
   bool RemoveSelfIntersections = false;
   bool OrientOutward = true;
+  double MaximumLoss = 0.05;
+  bool Strict = false;
+  bool Complete = false;
+  vtkIdType NumberOfIntersectingTriangles = 0;
+  vtkIdType NumberOfOpenHoles = 0;
+  double AreaLoss = 0.0;
+  double VolumeLoss = 0.0;
+  double ComponentChange = 0.0;
   std::string Report;
 };
 

@@ -5,6 +5,10 @@
 #include "SurfaceInspection.h"
 #include "TopologyRows.h"
 
+#ifdef SURFACE_SYNTHESIS_CGAL
+#include "MeshProcessing/Repair/SelfIntersections.h"
+#endif
+
 #include <vtkDataObject.h>
 #include <vtkDemandDrivenPipeline.h>
 #include <vtkDoubleArray.h>
@@ -20,8 +24,11 @@
 #include <vtkStringArray.h>
 #include <vtkTable.h>
 
+#include <atomic>
 #include <cstring>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 using surfsynth::Block;
@@ -67,6 +74,24 @@ void AddReport(vtkTable* table, const std::vector<ReportRow>& rows)
     table->AddColumn(column);
   }
 }
+
+surfsynth::IntersectingTriangles FindIntersections(
+  const std::shared_ptr<const surfsynth::InspectedSurface>& surface, const surfsynth::Progress& progress)
+{
+#ifdef SURFACE_SYNTHESIS_CGAL
+  const auto found = std::make_shared<std::vector<surfsynth::Index>>();
+  const auto work = [surface, found](const std::atomic<bool>& stop) {
+    *found = surfsynth::FindIntersectingTriangles(surface->Mesh, &stop);
+  };
+  const double expectedSeconds = 0.05 + 2e-6 * surface->Mesh.NumberOfTriangles();
+  surfsynth::RunCancellable(work, expectedSeconds, progress);
+  return std::move(*found);
+#else
+  static_cast<void>(surface);
+  surfsynth::Report(progress, 1.0);
+  return {};
+#endif
+}
 } // namespace
 
 class vtkTopologyReport::Internals
@@ -74,10 +99,13 @@ class vtkTopologyReport::Internals
 public:
   void AddSurface(const Block& block, int components, const surfsynth::Progress& progress)
   {
-    const auto surface = surfsynth::InspectSurface(vtkPolyData::SafeDownCast(block.Input));
+    // Shared with the search, which outlives this call when it is cancelled.
+    const auto surface = std::make_shared<const surfsynth::InspectedSurface>(
+      surfsynth::InspectSurface(vtkPolyData::SafeDownCast(block.Input)));
     surfsynth::Report(progress, 0.1);
-    const auto statistics = surfsynth::ComputeMeshStatistics(surface.Mesh, surfsynth::SubProgress(progress, 0.1, 1.0));
-    const auto rows = surfsynth::ReportRows(block.FlatIndex, surface, statistics, components);
+    const auto statistics = surfsynth::ComputeMeshStatistics(surface->Mesh, surfsynth::SubProgress(progress, 0.1, 0.5));
+    const auto intersecting = FindIntersections(surface, surfsynth::SubProgress(progress, 0.5, 1.0));
+    const auto rows = surfsynth::ReportRows(block.FlatIndex, *surface, statistics, intersecting, components);
     this->Rows.insert(this->Rows.end(), rows.begin(), rows.end());
   }
 

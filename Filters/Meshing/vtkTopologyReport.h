@@ -20,14 +20,16 @@
  * - Remark (string): the repair of a defect, units, explanations.
  *
  * @par Properties
- * Valid: 1 when filters that need no more than finite points, triangles with an area and at most two triangles at an
- * edge accept the surface.
+ * Valid: 1 when vtkIsotropicRemeshFilter accepts the surface and, where it is closed, vtkTetrahedralizeFilter: finite
+ * points, triangles with an area and without duplicates, manifold edges and points, consistent winding, no
+ * intersecting triangles. Other filters need less.
  * @par
  * Defects, with a row even when there are none: UnreadableCells, CellsWithMissingPoints, CellsWithTooFewPoints,
- * BrokenVerticesAndLines, CellsWithRepeatedPoints, UncuttablePolygons, DegenerateTriangles and DuplicateTriangles
- * (First is a cell); NonFinitePoints, NonManifoldEdges, NonManifoldPoints, InconsistentWindingEdges, BoundaryEdges,
+ * BrokenVerticesAndLines, CellsWithRepeatedPoints, UncuttablePolygons, DegenerateTriangles, DuplicateTriangles,
+ * NeedleTriangles (with an angle below 1 degree) and IntersectingTriangles (that meet others in more than shared points
+ * and edges; points of equal coordinates count as one; only where the library is built with CGAL) (First is a cell); NonFinitePoints, NonManifoldEdges, NonManifoldPoints, InconsistentWindingEdges, BoundaryEdges,
  * CoincidentPoints, UnreferencedPoints and SmallComponents (First is a point). An open surface has boundary edges and
- * need not be wrong.
+ * need not be wrong, nor are needles.
  * @par
  * Counts: Points, UsedPoints, VertexCells, LineCells, TriangleCells, QuadCells, PolygonCells, StripCells, Triangles
  * (into which polygons and strips are cut), Edges.
@@ -46,7 +48,7 @@
  * ones only, angles for triangles with an area only.
  *
  * @par Cost
- * About a second for a million triangles. The same bits for every number of threads.
+ * Some seconds for a million triangles. The same bits for every number of threads.
  *
  * @sa vtkSurfaceRepairFilter, vtkFeatureEdges, vtkCleanPolyData, vtkMassProperties
  */

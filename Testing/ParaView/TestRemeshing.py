@@ -31,6 +31,8 @@ REPAIR = {
     "MinimumComponentFraction": (0.0, 0.25, 0.25),
     "RemoveSelfIntersections": (0, 1, True),
     "OrientOutward": (1, 0, False),
+    "MaximumLoss": (0.05, 0.25, 0.25),
+    "Strict": (0, 1, True),
 }
 
 

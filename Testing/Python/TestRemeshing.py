@@ -7,7 +7,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 import surfacesynthesis
-from surfacesynthesis import remesh, repair, repair_report
+from surfacesynthesis import remesh, repair, repair_measures, repair_report
 from surfacesynthesis.command_line import main
 
 pytestmark = pytest.mark.skipif(
@@ -83,6 +83,38 @@ def test_repair_reports_what_it_did(ball):
     assert repair_report(repair(mesh)) == {}
     with pytest.raises(ValueError, match="was not made by repair"):
         repair_report(ball)
+    with pytest.raises(ValueError, match="was not made by repair"):
+        repair_measures(ball)
+
+
+def overlapping_balls(ball):
+    """Points and triangles of two balls that intersect."""
+    points = vtk_to_numpy(ball.GetPoints().GetData()).astype(np.float64)
+    triangles = vtk_to_numpy(ball.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return np.vstack([points, points + [0.6, 0.01, 0.02]]), np.vstack([triangles, triangles + len(points)])
+
+
+def test_repair_says_what_it_leaves_and_measures(ball):
+    mesh = surfacesynthesis.datasets.dataset_of_pair(overlapping_balls(ball))
+    with pytest.warns(surfacesynthesis.SurfaceSynthesisWarning, match="triangle.s. still intersect others"):
+        result = repair(mesh, self_intersections=True, maximum_loss=0.0)
+    measures = repair_measures(result)
+    assert list(measures) == ["area", "volume", "components", "intersecting_triangles"]
+    assert measures["area"][0] == measures["area"][1] and measures["components"] == (2, 2)
+    assert measures["intersecting_triangles"][1] == surfacesynthesis.topology_report(result)["intersecting_triangles"] > 0
+    with pytest.raises(surfacesynthesis.SurfaceSynthesisError, match="still intersect others"):
+        repair(mesh, self_intersections=True, maximum_loss=0.0, strict=True)
+
+
+def test_repair_command_says_what_is_left_in_its_own_words(ball, tmp_path, capsys):
+    source, result = str(tmp_path / "balls.off"), str(tmp_path / "result.off")
+    surfacesynthesis.write_mesh(surfacesynthesis.datasets.dataset_of_pair(overlapping_balls(ball)), source)
+    assert main(["repair", source, result, "--self-intersections", "--maximum-loss", "0"]) == 0
+    printed = capsys.readouterr()
+    assert "lost: 0 % of the area, 0 % of the volume; left: " in printed.out and "intersecting triangles" in printed.out
+    assert "still intersect others" in printed.err and "more than --maximum-loss" in printed.err
+    assert main(["repair", source, str(tmp_path / "x.off"), "--self-intersections", "--maximum-loss", "0", "--strict"]) == 1
+    assert "still intersect others" in capsys.readouterr().err and not (tmp_path / "x.off").exists()
 
 
 @pytest.mark.parametrize(
@@ -91,6 +123,8 @@ def test_repair_reports_what_it_did(ball):
         ({"holes": "some"}, ValueError, "unknown holes 'some'; choose one of none, small, all"),
         ({"holes": "all", "hole_size": 1.0}, ValueError, "hole_size goes with holes='small'"),
         ({"minimum_component": 2.0}, ValueError, "minimum_component must be from 0 to 1"),
+        ({"maximum_loss": 1.5}, ValueError, "maximum_loss must be from 0 to 1"),
+        ({"strict": 1}, TypeError, "strict must be True or False"),
         ({"merge_tolerance": -1.0}, ValueError, "merge_tolerance must be at least 0"),
         ({"merge_points": 1}, TypeError, "merge_points must be True or False"),
     ],

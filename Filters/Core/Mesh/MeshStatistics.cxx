@@ -303,6 +303,7 @@ MeshStatistics ComputeMeshStatistics(const TriangleMesh& mesh, const Progress& p
   statistics.SmallestAngle = shapes.SmallestAngle;
   statistics.LargestAngle = shapes.LargestAngle;
   statistics.AspectRatio = shapes.AspectRatio;
+  statistics.NeedleTriangles = shapes.Needles;
   Report(progress, 1.0);
   return statistics;
 }

@@ -62,6 +62,8 @@ struct MeshStatistics
   };                                                           ///< count and first of the points in no proper triangle
   MeshFinding CoincidentPoints{ MeshDefect::IndexOutOfRange }; ///< used points with the coordinates of an earlier one
   MeshFinding DuplicateTriangles{ MeshDefect::IndexOutOfRange }; ///< triangles with the corners of an earlier one
+  MeshFinding NeedleTriangles{ MeshDefect::DegenerateTriangle }; ///< triangles with an angle below NeedleAngle
+  static constexpr double NeedleAngle = 1.0;                     ///< degrees
   MeshFinding SmallComponents{ MeshDefect::SeveralComponents };  ///< small components; the first one's lowest point
   /// Limit of small components: they have fewer triangles than this fraction of those of the largest one.
   static constexpr double SmallComponentFraction = 0.01;

@@ -154,6 +154,7 @@ TriangleShapes MeasureTriangles(const TriangleMesh& mesh, const std::vector<Inde
   });
   std::vector<Index> measured;
   std::vector<double> smallest, largest, aspect;
+  MeshFinding needles{ MeshDefect::DegenerateTriangle };
   for (std::int64_t f = 0; f < triangles; ++f)
   {
     if (shapes[f].AspectRatio >= 0.0 && std::isfinite(shapes[f].AspectRatio))
@@ -162,10 +163,15 @@ TriangleShapes MeasureTriangles(const TriangleMesh& mesh, const std::vector<Inde
       smallest.push_back(shapes[f].SmallestAngle);
       largest.push_back(shapes[f].LargestAngle);
       aspect.push_back(shapes[f].AspectRatio);
+      if (shapes[f].SmallestAngle < MeshStatistics::NeedleAngle)
+      {
+        needles.First = needles.Count == 0 ? ids[f] : needles.First;
+        ++needles.Count;
+      }
     }
   }
   return { Summarize(std::move(smallest), measured), Summarize(std::move(largest), measured),
-    Summarize(std::move(aspect), measured) };
+    Summarize(std::move(aspect), measured), needles };
 }
 
 } // namespace surfsynth

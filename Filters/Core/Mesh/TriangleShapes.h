@@ -26,9 +26,10 @@ Distribution EdgeLengths(const TriangleMesh& mesh, const MeshTopology& topology)
 /// Shapes of the triangles with finite corners that are not degenerate.
 struct TriangleShapes
 {
-  Distribution SmallestAngle; ///< degrees
-  Distribution LargestAngle;  ///< degrees
-  Distribution AspectRatio;   ///< see MeshStatistics::AspectRatio
+  Distribution SmallestAngle;                            ///< degrees
+  Distribution LargestAngle;                             ///< degrees
+  Distribution AspectRatio;                              ///< see MeshStatistics::AspectRatio
+  MeshFinding Needles{ MeshDefect::DegenerateTriangle }; ///< see MeshStatistics::NeedleTriangles
 };
 
 /// Measures the triangles of @p mesh.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "MeshProcessing/Repair/HoleFilling.h"
 
+#include "MeshProcessing/Repair/FlatTriangles.h"
+#include "MeshProcessing/Repair/SelfIntersections.h"
+
 #include "Core/Common/Errors.h"
 
 #include <CGAL/Polygon_mesh_processing/border.h>
@@ -72,6 +75,33 @@ public:
     return piece.diagonal().norm() <= (1.0 + 1e-9) * boundary.diagonal().norm();
   }
 
+  /// True when the piece of @p start lies in a plane: closing its outline would double it.
+  bool IsFlat(CgalHalfedge start) const
+  {
+    const std::size_t piece = this->Component[this->Mesh.face(this->Mesh.opposite(start)).idx()];
+    const Eigen::Vector3d origin = FromCgalPoint(this->Mesh.point(this->Mesh.target(start)));
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Vector3d> offsets;
+    for (const CgalFace f : this->Mesh.faces())
+    {
+      if (f.idx() < this->Component.size() && this->Component[f.idx()] == piece)
+      {
+        Eigen::Vector3d corners[3];
+        std::size_t k = 0;
+        for (const CgalVertex v : this->Mesh.vertices_around_face(this->Mesh.halfedge(f)))
+        {
+          corners[k++] = FromCgalPoint(this->Mesh.point(v)) - origin;
+        }
+        normal += (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        offsets.insert(offsets.end(), corners, corners + 3);
+      }
+    }
+    normal.normalize();
+    const double tolerance = 1e-9 * this->Boxes[piece].diagonal().norm();
+    return std::all_of(offsets.begin(), offsets.end(),
+      [&](const Eigen::Vector3d& offset) { return std::abs(offset.dot(normal)) <= tolerance; });
+  }
+
 private:
   const CgalMesh& Mesh;
   std::vector<std::size_t> Component; ///< by face
@@ -97,144 +127,194 @@ std::vector<CgalFace> CloseByFan(CgalMesh& mesh, const std::vector<CgalHalfedge>
   return faces;
 }
 
-std::vector<CgalFace> CloseHole(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary)
+/// Shapes of the triangles that close a hole, in the order in which they are tried.
+enum class Filling
+{
+  Faired,  ///< with points inside that continue the curvature
+  Refined, ///< with points inside
+  Plain,   ///< without points inside
+  None     ///< left open
+};
+
+std::vector<CgalFace> CloseHole(CgalMesh& mesh, const std::vector<CgalHalfedge>& boundary, Filling filling)
 {
   namespace PMP = CGAL::Polygon_mesh_processing;
   std::vector<CgalFace> faces;
   std::vector<CgalVertex> vertices;
+  const CgalHalfedge start = boundary.front();
   if (boundary.size() > VeryLongBoundary)
   {
     return CloseByFan(mesh, boundary);
   }
   if (boundary.size() > LongBoundary)
   {
-    PMP::triangulate_hole(
-      mesh, boundary.front(), std::back_inserter(faces), CGAL::parameters::do_not_use_cubic_algorithm(true));
+    PMP::triangulate_hole(mesh, start, std::back_inserter(faces), CGAL::parameters::do_not_use_cubic_algorithm(true));
+  }
+  else if (filling == Filling::Faired)
+  {
+    PMP::triangulate_refine_and_fair_hole(mesh, start, std::back_inserter(faces), std::back_inserter(vertices));
+  }
+  else if (filling == Filling::Refined)
+  {
+    PMP::triangulate_and_refine_hole(mesh, start, std::back_inserter(faces), std::back_inserter(vertices));
   }
   else
   {
-    PMP::triangulate_refine_and_fair_hole(
-      mesh, boundary.front(), std::back_inserter(faces), std::back_inserter(vertices));
+    PMP::triangulate_hole(mesh, start, std::back_inserter(faces));
   }
   return faces.empty() ? CloseByFan(mesh, boundary) : faces;
 }
 
-struct Corner
+/// A boundary, and the triangles that close it.
+struct Hole
 {
-  CgalHalfedge Longest; ///< the halfedge of the longest side
-  CgalHalfedge Shortest;
-  double Ratio = 0.0; ///< of the squared shortest to the squared longest side
-  bool IsFlat = false;
+  CgalHalfedge Start;
+  std::size_t Length = 0; ///< number of edges
+  std::vector<CgalFace> Patch;
+  Filling Shape = Filling::Faired;
 };
 
-/// The sides of a triangle, and the test of the mesh check for a degenerate one.
-Corner Look(const CgalMesh& mesh, CgalFace f)
+/// Closes holes, and replaces the patches that do not meet the requirements.
+class HoleFiller
 {
-  Corner corner;
-  double longest = -1.0;
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const CgalHalfedge h : mesh.halfedges_around_face(mesh.halfedge(f)))
-  {
-    const double length = CGAL::squared_distance(mesh.point(mesh.source(h)), mesh.point(mesh.target(h)));
-    if (length > longest)
-    {
-      longest = length;
-      corner.Longest = h;
-    }
-    if (length < shortest)
-    {
-      shortest = length;
-      corner.Shortest = h;
-    }
-  }
-  const CgalHalfedge h = corner.Longest;
-  const Eigen::Vector3d a = FromCgalPoint(mesh.point(mesh.source(h)));
-  const Eigen::Vector3d b = FromCgalPoint(mesh.point(mesh.target(h)));
-  const Eigen::Vector3d c = FromCgalPoint(mesh.point(mesh.target(mesh.next(h))));
-  const double doubleArea = (b - a).cross(c - a).norm();
-  corner.Ratio = longest > 0.0 ? shortest / longest : 0.0;
-  corner.IsFlat = !(doubleArea > 4e-12 * longest && doubleArea > 1e-290); // twice the bound of the check
-  return corner;
-}
+public:
+  HoleFiller(CgalMesh& mesh, const FillingRequirements& requirements, const std::atomic<bool>* stop)
+    : Mesh(mesh)
+    , Requirements(requirements)
+    , Stop(stop)
+  {}
 
-/// Takes one flat triangle away. @return false when nothing is possible
-bool RemoveFlat(CgalMesh& mesh, CgalFace f, const Corner& corner)
-{
-  if (corner.Ratio < 1e-10 && CGAL::Euler::does_satisfy_link_condition(mesh.edge(corner.Shortest), mesh))
+  void Close(Hole& hole)
   {
-    CGAL::Euler::collapse_edge(mesh.edge(corner.Shortest), mesh);
-    return true;
-  }
-  const CgalHalfedge opposite = mesh.opposite(corner.Longest);
-  if (mesh.is_border(opposite))
-  {
-    CGAL::Euler::remove_face(mesh.halfedge(f), mesh);
-    return true;
-  }
-  const CgalVertex apex = mesh.target(mesh.next(corner.Longest));
-  const CgalVertex other = mesh.target(mesh.next(opposite));
-  if (apex != other && mesh.halfedge(apex, other) == CgalMesh::null_halfedge())
-  {
-    CGAL::Euler::flip_edge(corner.Longest, mesh);
-    return true;
-  }
-  if (CGAL::Euler::does_satisfy_link_condition(mesh.edge(corner.Shortest), mesh))
-  {
-    CGAL::Euler::collapse_edge(mesh.edge(corner.Shortest), mesh);
-    return true;
-  }
-  return false;
-}
-} // namespace
-
-FilledHoles FillHoles(
-  CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling, const std::atomic<bool>* stop)
-{
-  std::vector<CgalHalfedge> starts;
-  CGAL::Polygon_mesh_processing::extract_boundary_cycles(mesh, std::back_inserter(starts));
-  const Outlines outlines(mesh);
-  FilledHoles holes;
-  for (const CgalHalfedge start : starts)
-  {
-    if (stop && stop->load())
+    if (this->Stop && this->Stop->load())
     {
       throw Cancelled("Stopped on request.");
     }
+    hole.Patch = CloseHole(this->Mesh, BoundaryOf(this->Mesh, hole.Start), hole.Shape);
+  }
+
+  void ReplaceUnsuitable(std::vector<Hole>& holes)
+  {
+    constexpr int Rounds = 4; // a patch for each shape, and one more for those that the new ones of others meet
+    for (int round = 0; round < Rounds && this->RequiresMore(); ++round)
+    {
+      const std::vector<bool> isUnsuitable = this->FindUnsuitable(holes);
+      if (std::none_of(isUnsuitable.begin(), isUnsuitable.end(), [](bool is) { return is; }))
+      {
+        return;
+      }
+      for (std::size_t k = 0; k < holes.size(); ++k)
+      {
+        if (isUnsuitable[k])
+        {
+          const bool isLast = round + 1 == Rounds || holes[k].Length > LongBoundary;
+          this->Replace(holes[k], isLast ? Filling::None : static_cast<Filling>(static_cast<int>(holes[k].Shape) + 1));
+        }
+      }
+    }
+  }
+
+private:
+  bool RequiresMore() const { return this->Requirements.NoFlatTriangles || this->Requirements.NoIntersections; }
+
+  void Replace(Hole& hole, Filling shape)
+  {
+    for (const CgalFace f : hole.Patch)
+    {
+      CGAL::Euler::remove_face(this->Mesh.halfedge(f), this->Mesh);
+    }
+    hole.Patch.clear();
+    hole.Shape = shape;
+    if (shape != Filling::None)
+    {
+      this->Close(hole);
+    }
+  }
+
+  std::vector<bool> FindUnsuitable(const std::vector<Hole>& holes) const
+  {
+    std::vector<bool> isUnsuitable(holes.size(), false);
+    std::vector<std::size_t> holeOf(this->Mesh.num_faces(), holes.size());
+    for (std::size_t k = 0; k < holes.size(); ++k)
+    {
+      for (const CgalFace f : holes[k].Patch)
+      {
+        holeOf[f.idx()] = k;
+        isUnsuitable[k] = isUnsuitable[k] || (this->Requirements.NoFlatTriangles && IsFlatTriangle(this->Mesh, f));
+      }
+    }
+    if (this->Requirements.NoIntersections)
+    {
+      const std::vector<CgalFace> faces(this->Mesh.faces().begin(), this->Mesh.faces().end());
+      for (const Index f : FindIntersectingTriangles(FromCgalMesh(this->Mesh), this->Stop))
+      {
+        const std::size_t hole = holeOf[faces[static_cast<std::size_t>(f)].idx()];
+        if (hole < holes.size())
+        {
+          isUnsuitable[hole] = true;
+        }
+      }
+    }
+    return isUnsuitable;
+  }
+
+  CgalMesh& Mesh;
+  const FillingRequirements& Requirements;
+  const std::atomic<bool>* Stop;
+};
+
+/// The boundaries to close; counts the others.
+std::vector<Hole> FindHoles(const CgalMesh& mesh, double largest, FilledHoles& holes)
+{
+  std::vector<CgalHalfedge> starts;
+  CGAL::Polygon_mesh_processing::extract_boundary_cycles(mesh, std::back_inserter(starts));
+  std::vector<Hole> found;
+  if (starts.empty())
+  {
+    return found;
+  }
+  const Outlines outlines(mesh);
+  for (const CgalHalfedge start : starts)
+  {
     const std::vector<CgalHalfedge> boundary = BoundaryOf(mesh, start);
     const Eigen::AlignedBox3d box = Box(mesh, boundary);
     if (box.diagonal().norm() > largest || (std::isfinite(largest) && outlines.Holds(start, box)))
     {
       ++holes.LeftOpen;
-      continue;
     }
-    for (const CgalFace f : CloseHole(mesh, boundary))
+    else if (outlines.Holds(start, box) && outlines.IsFlat(start))
+    {
+      ++holes.FlatOutlines;
+    }
+    else
+    {
+      found.push_back({ start, boundary.size(), {}, Filling::Faired });
+    }
+  }
+  return found;
+}
+} // namespace
+
+FilledHoles FillHoles(CgalMesh& mesh, double largest, CgalMesh::Property_map<CgalFace, bool>& isFilling,
+  const std::atomic<bool>* stop, const FillingRequirements& requirements)
+{
+  FilledHoles result;
+  std::vector<Hole> holes = FindHoles(mesh, largest, result);
+  HoleFiller filler(mesh, requirements, stop);
+  for (Hole& hole : holes)
+  {
+    filler.Close(hole);
+  }
+  filler.ReplaceUnsuitable(holes);
+  for (const Hole& hole : holes)
+  {
+    ++(hole.Patch.empty() ? result.Unsuitable : result.Closed);
+    for (const CgalFace f : hole.Patch)
     {
       isFilling[f] = true;
     }
-    ++holes.Closed;
   }
-  return holes;
-}
-
-std::int64_t CountFlatTriangles(const CgalMesh& mesh)
-{
-  const auto faces = mesh.faces();
-  return std::count_if(faces.begin(), faces.end(), [&](CgalFace f) { return Look(mesh, f).IsFlat; });
-}
-
-void RemoveFlatTriangles(CgalMesh& mesh)
-{
-  bool found = true;
-  for (int round = 0; round < 20 && found; ++round)
-  {
-    found = false;
-    const std::vector<CgalFace> faces(mesh.faces().begin(), mesh.faces().end());
-    for (const CgalFace f : faces)
-    {
-      const Corner corner = mesh.is_removed(f) ? Corner() : Look(mesh, f);
-      found = (corner.IsFlat && RemoveFlat(mesh, f, corner)) || found;
-    }
-  }
+  return result;
 }
 
 } // namespace surfsynth

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -43,23 +44,6 @@ std::int64_t KeepTriangles(Soup& soup, const Predicate& keep)
   triangles.conservativeResize(kept, 3);
   soup.OriginOfTriangle.resize(kept);
   return dropped;
-}
-
-/// Lowest of the points with the same coordinates, for each point.
-std::vector<Index> EqualPoints(const PointMatrix& points)
-{
-  std::vector<Index> order(static_cast<std::size_t>(points.rows()));
-  std::iota(order.begin(), order.end(), 0);
-  const auto key = [&](Index p) { return std::make_tuple(points(p, 0), points(p, 1), points(p, 2)); };
-  std::sort(order.begin(), order.end(),
-    [&](Index a, Index b) { return std::make_tuple(key(a), a) < std::make_tuple(key(b), b); });
-  std::vector<Index> map(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k)
-  {
-    const bool equal = k > 0 && key(order[k - 1]) == key(order[k]);
-    map[order[k]] = equal ? map[order[k - 1]] : order[k];
-  }
-  return map;
 }
 
 /// Target of the merge for each point: in the order of their ids, points that are still there take those within
@@ -160,6 +144,23 @@ struct TurnRecorder : CGAL::Polygon_mesh_processing::Default_orientation_visitor
   std::vector<bool>* IsTurned;
 };
 } // namespace
+
+std::vector<Index> EqualPoints(const PointMatrix& points)
+{
+  std::vector<Index> map(static_cast<std::size_t>(points.rows()));
+  std::iota(map.begin(), map.end(), 0);
+  std::vector<Index> order;
+  order.reserve(map.size());
+  std::copy_if(map.begin(), map.end(), std::back_inserter(order), [&](Index p) { return points.row(p).allFinite(); });
+  const auto key = [&](Index p) { return std::make_tuple(points(p, 0), points(p, 1), points(p, 2)); };
+  std::sort(order.begin(), order.end(),
+    [&](Index a, Index b) { return std::make_tuple(key(a), a) < std::make_tuple(key(b), b); });
+  for (std::size_t k = 1; k < order.size(); ++k)
+  {
+    map[order[k]] = key(order[k - 1]) == key(order[k]) ? map[order[k - 1]] : order[k];
+  }
+  return map;
+}
 
 std::int64_t MergePoints(Soup& soup, double tolerance)
 {

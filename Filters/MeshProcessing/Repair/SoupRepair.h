@@ -19,6 +19,9 @@ struct Soup
   std::vector<Index> OriginOfTriangle; ///< [F], triangle of the first mesh that each one comes from
 };
 
+/// Lowest of the points of the same coordinates, for each point; points that are not finite stand for themselves.
+std::vector<Index> EqualPoints(const PointMatrix& points);
+
 /// Merges points within @p tolerance of each other (0: of equal coordinates), and removes triangles that lose a corner.
 /// @param tolerance world units, at least 0
 /// @return number of points that were merged into another

@@ -1,40 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "MeshProcessing/Repair/SurfaceRepair.h"
 
-#include "MeshProcessing/Cgal/CgalMesh.h"
-#include "MeshProcessing/Repair/HoleFilling.h"
-#include "MeshProcessing/Repair/SoupRepair.h"
+#include "MeshProcessing/Repair/RepairPass.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
-
-#include <CGAL/Polygon_mesh_processing/connected_components.h>
-#include <CGAL/Polygon_mesh_processing/manifoldness.h>
-#include <CGAL/Polygon_mesh_processing/measure.h>
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
-#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
-
-#include <Eigen/Geometry>
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
-#include <limits>
-#include <map>
 #include <numeric>
-#include <tuple>
 
 namespace surfsynth
 {
 
 namespace
 {
-namespace PMP = CGAL::Polygon_mesh_processing;
-
 constexpr double LargestCoordinate = 1e90;
+constexpr int MaximumPasses = 10;
+
+/// Percentage with at most two significant digits.
+std::string Percent(double fraction)
+{
+  const double percent = 100.0 * fraction;
+  return FormatNumber(percent < 1.0 ? std::round(100.0 * percent) / 100.0 : std::round(10.0 * percent) / 10.0) + " %";
+}
 
 /// One run of RepairSurface().
 class SurfaceRepairer
@@ -52,13 +44,9 @@ public:
   {
     this->RequireModestCoordinates();
     this->ReportConversion();
-    this->BuildHalfedges();
-    this->RemoveDegenerateTriangles();
-    this->RemoveSelfIntersections();
-    this->CloseHoles();
-    this->RemoveComponents();
-    this->OrientOutward();
-    this->Note("points copied because several fans met there", PMP::duplicate_non_manifold_vertices(this->Mesh));
+    this->RunPasses();
+    this->MeasureOutcome();
+    this->Warn();
     this->Collect();
     return std::move(this->Surface);
   }
@@ -66,13 +54,9 @@ public:
 private:
   void Note(const char* what, std::int64_t count)
   {
-    if (this->Stop && this->Stop->load())
-    {
-      throw Cancelled("Stopped on request.");
-    }
     if (count > 0)
     {
-      this->Surface.Report.emplace_back(what, count);
+      this->Lines.push_back({ what, count, false });
     }
   }
 
@@ -86,95 +70,42 @@ private:
     this->Note("polygons without a simple outline cut into triangles", this->Losses.PolygonsNotSimple);
   }
 
-  void BuildHalfedges()
+  /// Repeats the steps until they change nothing.
+  void RunPasses()
   {
-    Soup soup{ this->Input, {} };
-    soup.OriginOfTriangle.resize(static_cast<std::size_t>(soup.Mesh.Triangles.rows()));
-    std::iota(soup.OriginOfTriangle.begin(), soup.OriginOfTriangle.end(), 0);
-    this->RequireTriangles(soup.Mesh.NumberOfTriangles());
-    if (this->Options.MergePoints)
+    this->State.Mesh = this->Input;
+    this->State.IsFilling.assign(static_cast<std::size_t>(this->Input.Triangles.rows()), false);
+    for (int pass = 0; pass < MaximumPasses && !this->IsSettled; ++pass)
     {
-      this->Note("points merged", MergePoints(soup, this->Options.MergeTolerance));
-    }
-    this->Note("duplicate triangles removed", RemoveDuplicateTriangles(soup));
-    this->RequireTriangles(soup.Mesh.NumberOfTriangles());
-    const ManifoldChanges changes = MakeManifold(soup);
-    this->Note("triangles turned around", changes.FlippedTriangles);
-    this->Note("points copied because sheets met there", changes.AddedPoints);
-    this->Mesh = ToCgalMesh(soup.Mesh);
-    if (changes.AddedPoints > 0 && this->Options.MergePoints)
-    {
-      // Two sheets that remain at an edge, after a third one was cut off, are joined again.
-      this->Note("edges sewn together again", PMP::stitch_borders(this->Mesh));
-    }
-    if (changes.AddedPoints > 0)
-    {
-      this->Note("of these points moved apart", this->MoveApart());
-    }
-    this->IsFilling = this->Mesh.add_property_map<CgalFace, bool>("f:filling", false).first;
-    this->Compact();
-  }
-
-  /// Moves points of equal coordinates, at which sheets were taken apart, a little towards their own sheet: in files
-  /// without connectivity they would become one point again, and so would the patches of holes beside them.
-  std::int64_t MoveApart()
-  {
-    std::map<std::tuple<double, double, double>, std::vector<CgalVertex>> places;
-    for (const CgalVertex v : this->Mesh.vertices())
-    {
-      if (!this->Mesh.is_isolated(v))
+      const TriangleMesh before = pass > 0 ? this->State.Mesh : TriangleMesh();
+      // Points that a pass separated by less than the tolerance stay apart.
+      const double tolerance = pass == 0 ? this->Options.MergeTolerance : 0.0;
+      PassReport report = RunRepairPass(this->State, this->Options, tolerance, this->Stop);
+      this->IsSettled = !report.NeedsAnother || (pass > 0 && IsSameMesh(before, this->State.Mesh));
+      this->Add(report);
+      if (pass == 0)
       {
-        const CgalPoint& point = this->Mesh.point(v);
-        places[{ point.x(), point.y(), point.z() }].push_back(v);
+        this->First = report;
       }
+      this->Last = std::move(report);
     }
-    std::vector<std::pair<CgalVertex, CgalPoint>> moves;
-    for (const auto& place : places)
-    {
-      for (const CgalVertex v : place.second)
-      {
-        if (place.second.size() > 1)
-        {
-          moves.emplace_back(v, this->TowardsItsSheet(v));
-        }
-      }
-    }
-    for (const auto& move : moves)
-    {
-      this->Mesh.point(move.first) = move.second;
-    }
-    return static_cast<std::int64_t>(moves.size());
   }
 
-  /// The point a hundredth of an edge from @p v in the direction in which, on the whole, its neighbours lie.
-  CgalPoint TowardsItsSheet(CgalVertex v) const
+  /// Adds the lines of a pass: changes are summed up, and what is left is that of the last pass.
+  void Add(const PassReport& report)
   {
-    const Eigen::Vector3d at = FromCgalPoint(this->Mesh.point(v));
-    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-    double shortest = std::numeric_limits<double>::infinity();
-    for (const CgalHalfedge h : this->Mesh.halfedges_around_target(this->Mesh.halfedge(v)))
+    this->Lines.erase(
+      std::remove_if(this->Lines.begin(), this->Lines.end(), [](const auto& line) { return line.IsLeft; }),
+      this->Lines.end());
+    for (const RepairLine& line : report.Lines)
     {
-      const Eigen::Vector3d edge = FromCgalPoint(this->Mesh.point(this->Mesh.source(h))) - at;
-      shortest = std::min(shortest, edge.norm());
-      direction += edge.normalized();
+      const auto same = std::find_if(
+        this->Lines.begin(), this->Lines.end(), [&](const RepairLine& other) { return other.Text == line.Text; });
+      same == this->Lines.end() ? this->Lines.push_back(line) : static_cast<void>(same->Count += line.Count);
     }
-    return ToCgalPoint(at + 0.01 * shortest * direction.normalized());
-  }
-
-  /// Renumbers the rest without gaps, in the same order: much of CGAL relies on that.
-  void Compact()
-  {
-    std::vector<bool> isFilling;
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      isFilling.push_back(this->IsFilling[f]);
-    }
-    this->Mesh = ToCgalMesh(FromCgalMesh(this->Mesh));
-    this->IsFilling = this->Mesh.add_property_map<CgalFace, bool>("f:filling", false).first;
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      this->IsFilling[f] = isFilling[f.idx()];
-    }
+    this->Removed.Area += report.Removed.Area;
+    this->Removed.Volume += report.Removed.Volume;
+    this->Removed.Components += report.Removed.Components;
   }
 
   /// Squares and cubes of coordinates must be finite numbers.
@@ -188,130 +119,121 @@ private:
     }
   }
 
-  void RequireTriangles(std::int64_t count) const
+  void MeasureOutcome()
   {
-    if (count == 0)
+    const SurfaceExtent& before = this->First.Before;
+    SurfaceExtent after = MeasureExtent(this->State.Mesh, this->State.IsClosed);
+    after.Area -= this->FillingArea();
+    RepairOutcome& outcome = this->Surface.Outcome;
+    outcome.Measures.push_back({ "Area", before.Area, after.Area });
+    outcome.AreaLoss = LostFraction(before.Area - this->Removed.Area, after.Area);
+    if (before.IsClosed && after.IsClosed)
     {
-      throw InvalidInput("No valid triangle is left of the " + std::to_string(this->Input.NumberOfTriangles()) +
-        " triangles of the input; a surface needs polygons with three different, finite points.");
+      outcome.Measures.push_back({ "Volume", before.Volume, after.Volume });
+      outcome.VolumeLoss = LostFraction(before.Volume - this->Removed.Volume, after.Volume);
     }
+    const auto kept = static_cast<double>(before.Components - this->Removed.Components);
+    const auto components = static_cast<double>(after.Components);
+    outcome.Measures.push_back({ "Components", static_cast<double>(before.Components), components });
+    outcome.ComponentChange = kept > 0.0 ? std::abs(components - kept) / kept : 0.0;
+    outcome.IntersectingTriangles = this->Last.Removal.Left;
+    if (this->Options.RemoveSelfIntersections)
+    {
+      outcome.Measures.push_back({ "IntersectingTriangles", static_cast<double>(this->First.Removal.Before),
+        static_cast<double>(outcome.IntersectingTriangles) });
+    }
+    outcome.OpenHoles = this->Last.FlatOutlines + this->Last.Unsuitable;
+    this->WasClosed = before.IsClosed;
   }
 
-  void RemoveDegenerateTriangles()
+  double FillingArea() const
   {
-    const std::int64_t flat = CountFlatTriangles(this->Mesh);
-    if (flat > 0)
+    TriangleMesh filling{ this->State.Mesh.Points, {} };
+    const auto count = std::count(this->State.IsFilling.begin(), this->State.IsFilling.end(), true);
+    filling.Triangles.resize(count, 3);
+    for (Index f = 0, k = 0; f < this->State.Mesh.NumberOfTriangles(); ++f)
     {
-      PMP::remove_degenerate_faces(this->Mesh);
-      this->Compact();
-      RemoveFlatTriangles(this->Mesh);
-      this->Compact();
-    }
-    this->Note("triangles without area removed", flat);
-    this->RequireTriangles(static_cast<std::int64_t>(this->Mesh.number_of_faces()));
-  }
-
-  void RemoveSelfIntersections()
-  {
-    if (!this->Options.RemoveSelfIntersections)
-    {
-      return;
-    }
-    const std::int64_t before = this->CountSelfIntersections();
-    if (before > 0)
-    {
-      PMP::experimental::remove_self_intersections(this->Mesh, CGAL::parameters::preserve_genus(false));
-      this->Compact();
-      const std::int64_t after = this->CountSelfIntersections();
-      this->Note("self-intersections removed", std::max<std::int64_t>(before - after, 0));
-      this->Note("self-intersections that could not be removed", after);
-    }
-  }
-
-  std::int64_t CountSelfIntersections() const
-  {
-    std::vector<std::pair<CgalFace, CgalFace>> pairs;
-    PMP::self_intersections(this->Mesh, std::back_inserter(pairs));
-    return static_cast<std::int64_t>(pairs.size());
-  }
-
-  void CloseHoles()
-  {
-    const FilledHoles holes = FillHoles(this->Mesh, this->Options.LargestHole, this->IsFilling, this->Stop);
-    this->Compact();
-    this->Note("holes closed", holes.Closed);
-    this->Note("boundaries left open because they are larger than the limit", holes.LeftOpen);
-  }
-
-  void RemoveComponents()
-  {
-    if (!this->Options.KeepLargestComponent && !(this->Options.SmallestComponent > 0.0))
-    {
-      return;
-    }
-    auto component = this->Mesh.add_property_map<CgalFace, std::size_t>("f:component", 0).first;
-    const std::size_t count = PMP::connected_components(this->Mesh, component);
-    std::vector<double> area(count, 0.0);
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      area[component[f]] += PMP::face_area(f, this->Mesh);
-    }
-    const auto largest = std::max_element(area.begin(), area.end());
-    std::vector<std::size_t> kept;
-    for (std::size_t c = 0; c < count; ++c)
-    {
-      const bool isLargest = c == static_cast<std::size_t>(largest - area.begin());
-      if (isLargest || (!this->Options.KeepLargestComponent && area[c] >= this->Options.SmallestComponent * *largest))
+      if (this->State.IsFilling[f])
       {
-        kept.push_back(c);
+        filling.Triangles.row(k++) = this->State.Mesh.Triangles.row(f);
       }
     }
-    PMP::keep_connected_components(this->Mesh, kept, component);
-    this->Compact();
-    this->Note("components removed", static_cast<std::int64_t>(count - kept.size()));
+    return SurfaceArea(filling);
   }
 
-  void OrientOutward()
+  void Warn()
   {
-    if (!this->Options.OrientOutward || !CGAL::is_closed(this->Mesh))
+    this->WarnOfDefects();
+    this->WarnOfLosses();
+    const std::vector<std::string>& warnings = this->Surface.Outcome.Warnings;
+    if (this->Options.Strict && !warnings.empty())
     {
-      return;
+      throw SolverFailure(std::accumulate(std::next(warnings.begin()), warnings.end(), warnings.front(),
+        [](const std::string& all, const std::string& text) { return all + " " + text; }));
     }
-    auto before = this->Mesh.add_property_map<CgalFace, CgalVertex>("f:before").first;
-    const auto secondCorner = [&](CgalFace f) {
-      // The vertex after the lowest one, which tells one winding from the other.
-      CgalHalfedge lowest = this->Mesh.halfedge(f);
-      for (const CgalHalfedge h : this->Mesh.halfedges_around_face(lowest))
-      {
-        lowest = this->Mesh.target(h) < this->Mesh.target(lowest) ? h : lowest;
-      }
-      return this->Mesh.target(this->Mesh.next(lowest));
-    };
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      before[f] = secondCorner(f);
-    }
-    // Nesting is only defined without self-intersections; with them each component is oriented by itself.
-    try
-    {
-      PMP::does_self_intersect(this->Mesh) ? PMP::orient(this->Mesh) : PMP::orient_to_bound_a_volume(this->Mesh);
-    }
-    catch (const CGAL::Failure_exception&)
-    {
-      // A component without volume, such as a flat piece whose boundary was closed, has no outside: the winding stays.
-    }
-    std::int64_t turned = 0;
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      turned += before[f] != secondCorner(f) ? 1 : 0;
-    }
-    this->Mesh.remove_property_map(before);
-    this->Note("triangles turned to face outward", turned);
   }
+
+  void WarnOfDefects()
+  {
+    const RepairOutcome& outcome = this->Surface.Outcome;
+    if (outcome.IntersectingTriangles > 0)
+    {
+      const double refused = this->Last.Removal.RefusedLoss;
+      this->AddWarning(std::to_string(outcome.IntersectingTriangles) + " triangle(s) still intersect others" +
+        (refused > 0.0 ? ": their removal would change area, volume or number of components by " + Percent(refused) +
+              ", more than MaximumLoss (" + Percent(this->Options.MaximumLoss) + ")"
+                       : "") +
+        ". vtkVDBSurfaceFilter makes a closed surface without intersections of any triangles.");
+    }
+    if (this->Last.Unsuitable > 0)
+    {
+      this->AddWarning(std::to_string(this->Last.Unsuitable) +
+        " hole(s) are left open, because triangles that close them would intersect others or have no area.");
+    }
+    if (this->Last.FlatOutlines > 0)
+    {
+      this->AddWarning(std::to_string(this->Last.FlatOutlines) +
+        " outline(s) of flat pieces are left open, because closing them would double the pieces.");
+    }
+    if (!this->IsSettled)
+    {
+      this->AddWarning("The surface still changed in pass " + std::to_string(MaximumPasses) +
+        " of the repair; another repair may change it again.");
+    }
+  }
+
+  void WarnOfLosses()
+  {
+    const RepairOutcome& outcome = this->Surface.Outcome;
+    const double bound = this->Options.MaximumLoss;
+    const std::string more = ", more than MaximumLoss (" + Percent(bound) + ").";
+    for (const RepairMeasure& measure : outcome.Measures)
+    {
+      const std::string change = FormatNumber(measure.Before) + " to " + FormatNumber(measure.After);
+      if (measure.Name == "Area" && outcome.AreaLoss > bound)
+      {
+        this->AddWarning("The repair lost " + Percent(outcome.AreaLoss) + " of the area, from " + change + more);
+      }
+      if (measure.Name == "Volume" && outcome.VolumeLoss > bound)
+      {
+        this->AddWarning("The repair lost " + Percent(outcome.VolumeLoss) + " of the volume, from " + change + more);
+      }
+      if (measure.Name == "Components" && outcome.ComponentChange > bound)
+      {
+        this->AddWarning("The repair changed the number of components from " + change + more);
+      }
+    }
+    if (this->WasClosed && !this->State.IsClosed)
+    {
+      this->AddWarning("The surface was closed before the repair and is open after it.");
+    }
+  }
+
+  void AddWarning(const std::string& text) { this->Surface.Outcome.Warnings.push_back(text); }
 
   void Collect()
   {
-    this->Surface.Mesh = FromCgalMesh(this->Mesh);
+    this->Surface.Mesh = std::move(this->State.Mesh);
     MeshRequirements requirements;
     requirements.ManifoldVertices = true;
     requirements.ConsistentWinding = true;
@@ -321,10 +243,9 @@ private:
       throw SolverFailure("The surface could not be repaired. What is left has " + DescribeFindings(findings) +
         " vtkVDBSurfaceFilter makes a closed surface of any triangles.");
     }
-    for (const CgalFace f : this->Mesh.faces())
-    {
-      this->Surface.IsFilling.push_back(this->IsFilling[f]);
-    }
+    this->Surface.IsFilling = std::move(this->State.IsFilling);
+    std::transform(this->Lines.begin(), this->Lines.end(), std::back_inserter(this->Surface.Report),
+      [](const RepairLine& line) { return std::make_pair(line.Text, line.Count); });
     this->Locate();
   }
 
@@ -350,8 +271,13 @@ private:
   const ConversionLosses& Losses;
   const RepairOptions& Options;
   const std::atomic<bool>* Stop;
-  CgalMesh Mesh;
-  CgalMesh::Property_map<CgalFace, bool> IsFilling;
+  RepairState State;
+  bool IsSettled = false;
+  bool WasClosed = false;
+  PassReport First;
+  PassReport Last;
+  SurfaceExtent Removed; ///< components removed on request, in all passes
+  std::vector<RepairLine> Lines;
   RepairedSurface Surface;
 };
 } // namespace

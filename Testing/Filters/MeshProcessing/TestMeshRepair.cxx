@@ -5,7 +5,9 @@
 #include "MeshChecks.h"
 
 #include "Core/Common/Errors.h"
+#include "MeshProcessing/Repair/FlatTriangles.h"
 #include "MeshProcessing/Repair/HoleFilling.h"
+#include "MeshProcessing/Repair/SelfIntersections.h"
 #include "MeshProcessing/Repair/SoupRepair.h"
 #include "MeshProcessing/Repair/SurfaceRepair.h"
 
@@ -278,8 +280,54 @@ TEST(FillHoles, OutlineOfAPieceIsNoHole)
     CgalMesh mesh = ToCgalMesh(PlanePatch(4, 4));
     auto marks = AddMarks(mesh);
     const FilledHoles holes = FillHoles(mesh, largest, marks, nullptr);
-    EXPECT_EQ(holes.Closed, std::isfinite(largest) ? 0 : 1);
+    EXPECT_EQ(holes.Closed, 0);
     EXPECT_EQ(holes.LeftOpen, std::isfinite(largest) ? 1 : 0);
+    EXPECT_EQ(holes.FlatOutlines, std::isfinite(largest) ? 0 : 1);
+  }
+}
+
+/// Two open boxes, one upside down over the other, so that lids of both would cross the walls of the other.
+TriangleMesh InterlockedBoxes()
+{
+  TriangleMesh mesh;
+  mesh.Points.resize(16, 3);
+  mesh.Triangles.resize(20, 3);
+  const int walls[10][3] = { { 0, 2, 1 }, { 0, 3, 2 }, { 0, 1, 5 }, { 0, 5, 4 }, { 1, 2, 6 }, { 1, 6, 5 }, { 2, 3, 7 },
+    { 2, 7, 6 }, { 3, 0, 4 }, { 3, 4, 7 } };
+  for (Index box = 0; box < 2; ++box)
+  {
+    for (Index k = 0; k < 8; ++k)
+    {
+      // The second box is narrower, and its opening lies inside the first one.
+      const double x = k % 4 == 1 || k % 4 == 2 ? 1.0 : -1.0;
+      const double y = k % 4 >= 2 ? 1.0 : -1.0;
+      const double width = box == 0 ? 1.0 : 0.5;
+      const double z = box == 0 ? (k < 4 ? 0.0 : 2.0) : (k < 4 ? 3.0 : 1.0);
+      mesh.Points.row(8 * box + k) << width * x, width * y, z;
+    }
+    for (Index f = 0; f < 10; ++f)
+    {
+      const auto& t = walls[f];
+      mesh.Triangles.row(10 * box + f) << 8 * box + t[0], 8 * box + t[box == 0 ? 1 : 2], 8 * box + t[box == 0 ? 2 : 1];
+    }
+  }
+  return mesh;
+}
+
+TEST(FillHoles, TrianglesThatWouldIntersectAreLeftOutWhereRequired)
+{
+  const TriangleMesh boxes = InterlockedBoxes();
+  ASSERT_THAT(FindIntersectingTriangles(boxes), IsEmpty());
+  for (const bool required : { false, true })
+  {
+    CgalMesh mesh = ToCgalMesh(boxes);
+    auto marks = AddMarks(mesh);
+    FillingRequirements requirements;
+    requirements.NoIntersections = required;
+    const FilledHoles holes = FillHoles(mesh, Infinity, marks, nullptr, requirements);
+    EXPECT_EQ(holes.Closed, required ? 1 : 2) << "the opening of the inner box can be closed";
+    EXPECT_EQ(holes.Unsuitable, required ? 1 : 0);
+    EXPECT_EQ(FindIntersectingTriangles(FromCgalMesh(mesh)).empty(), required);
   }
 }
 

@@ -5,7 +5,9 @@
 
 #include "MalformedCorpus.h"
 
+#include "vtkIsotropicRemeshFilter.h"
 #include "vtkSurfaceRepairFilter.h"
+#include "vtkTopologyReport.h"
 
 #include <vtkCellData.h>
 #include <vtkDataObjectTree.h>
@@ -172,7 +174,7 @@ TEST_P(RepairOfCorpus, GivesAValidSurfaceOrAnError)
     auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
     if (succeeded && output && output->GetNumberOfCells() > 0)
     {
-      ExpectValid(output, holes == Repair::ALL_HOLES);
+      ExpectValid(output, holes == Repair::ALL_HOLES && filter->GetNumberOfOpenHoles() == 0);
     }
   }
 }
@@ -325,10 +327,187 @@ TEST(SurfaceRepair, SelfIntersectionsGoWhenAsked)
   filter->RemoveSelfIntersectionsOn();
   const auto output = OutputOf(filter, soup.ToPolyData());
   ExpectValid(output, true);
-  EXPECT_NE(std::string(filter->GetReport()).find("self-intersections removed"), std::string::npos)
+  EXPECT_NE(std::string(filter->GetReport()).find("intersecting triangles removed"), std::string::npos)
     << filter->GetReport();
   EXPECT_EQ(std::string(filter->GetReport()).find("could not be removed"), std::string::npos) << filter->GetReport();
   EXPECT_LT(LargestDistance(output, Icosphere(3).ToPolyData()), 0.5) << "the spike is gone";
+}
+
+/// Points and triangles of a dataset are those of another one, bit for bit.
+void ExpectSame(vtkPolyData* a, vtkPolyData* b)
+{
+  EXPECT_TRUE(SameBits(a->GetPoints()->GetData(), b->GetPoints()->GetData()));
+  ASSERT_EQ(a->GetNumberOfCells(), b->GetNumberOfCells());
+  EXPECT_EQ(MeshOf(a).Triangles, MeshOf(b).Triangles);
+}
+
+/// A sphere without its cap, and with a spike through the other side.
+Soup SphereWithDefects()
+{
+  Soup soup = Icosphere(3);
+  soup.Polys.erase(std::remove_if(soup.Polys.begin(), soup.Polys.end(),
+                     [&](const auto& cell) { return soup.Points[3 * cell[0] + 2] > 0.6; }),
+    soup.Polys.end());
+  for (int k = 0; k < 3; ++k)
+  {
+    soup.Points[300 + k] *= -1.2;
+  }
+  return soup;
+}
+
+TEST(SurfaceRepair, ASecondRepairChangesNothing)
+{
+  for (const int type : { VTK_FLOAT, VTK_DOUBLE })
+  {
+    vtkNew<Repair> filter;
+    filter->SetHoleFillingToAll();
+    filter->RemoveSelfIntersectionsOn();
+    EventRecorder events(filter);
+    const vtkSmartPointer<vtkPolyData> first = OutputOf(filter, SphereWithDefects().ToPolyData(type));
+    ExpectValid(first, true);
+    EXPECT_EQ(filter->GetNumberOfIntersectingTriangles(), 0);
+    EXPECT_EQ(filter->GetNumberOfOpenHoles(), 0);
+    vtkNew<vtkPolyData> kept;
+    kept->DeepCopy(first);
+    const auto second = OutputOf(filter, kept);
+    ExpectSame(second, kept);
+    EXPECT_STREQ(filter->GetReport(), "");
+    EXPECT_TRUE(filter->GetComplete());
+  }
+}
+
+TEST(SurfaceRepair, AreaLostBeyondTheBoundIsSaid)
+{
+  vtkNew<Repair> filter;
+  filter->RemoveSelfIntersectionsOn();
+  EventRecorder events(filter);
+  filter->SetInputData(SphereWithDefects().ToPolyData());
+  ASSERT_TRUE(Update(filter));
+  EXPECT_GT(filter->GetAreaLoss(), 0.05) << "the spike";
+  EXPECT_FALSE(filter->GetComplete());
+  ASSERT_EQ(events.Warnings.size(), 1u);
+  EXPECT_NE(events.Warnings[0].find("of the area, from "), std::string::npos) << events.Warnings[0];
+  filter->SetMaximumLoss(0.2);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(filter->GetComplete());
+  EXPECT_EQ(events.Warnings.size(), 1u);
+  filter->SetMaximumLoss(0.05);
+  filter->StrictOn();
+  ExpectRefusal(filter, SphereWithDefects().ToPolyData(), { "of the area, from ", "more than MaximumLoss (5 %)" });
+}
+
+/// Two spheres that overlap: CGAL's local removal cuts their common part away.
+Soup OverlappingSpheres()
+{
+  Soup soup = Icosphere(1);
+  const Soup other = Icosphere(1);
+  const vtkIdType shift = soup.NumberOfPoints();
+  for (vtkIdType p = 0; p < other.NumberOfPoints(); ++p)
+  {
+    soup.AddPoint(other.Points[3 * p] + 1.3, other.Points[3 * p + 1] + 0.01, other.Points[3 * p + 2] + 0.02);
+  }
+  for (auto cell : other.Polys)
+  {
+    std::transform(cell.begin(), cell.end(), cell.begin(), [&](vtkIdType id) { return id + shift; });
+    soup.Polys.push_back(cell);
+  }
+  return soup;
+}
+
+TEST(SurfaceRepair, RemovalsBeyondTheBoundAreRefusedAndSaid)
+{
+  const auto input = OverlappingSpheres().ToPolyData();
+  vtkNew<Repair> filter;
+  filter->RemoveSelfIntersectionsOn();
+  filter->SetMaximumLoss(0.0);
+  EventRecorder events(filter);
+  filter->SetInputData(input);
+  ASSERT_TRUE(Update(filter));
+  ASSERT_EQ(events.Warnings.size(), 1u);
+  EXPECT_NE(events.Warnings[0].find("still intersect others: their removal would change"), std::string::npos)
+    << events.Warnings[0];
+  EXPECT_FALSE(filter->GetComplete());
+  EXPECT_GT(filter->GetNumberOfIntersectingTriangles(), 0);
+  EXPECT_EQ(filter->GetAreaLoss(), 0.0) << "nothing was removed";
+  EXPECT_EQ(filter->GetVolumeLoss(), 0.0);
+  EXPECT_EQ(filter->GetComponentChange(), 0.0);
+  filter->StrictOn();
+  ExpectRefusal(filter, input, { "still intersect others" });
+  EXPECT_FALSE(filter->GetComplete());
+}
+
+TEST(SurfaceRepair, RemovedComponentsAreNoLoss)
+{
+  Soup soup = Icosphere(2);
+  const Soup other = Icosphere(1);
+  for (vtkIdType p = 0; p < other.NumberOfPoints(); ++p)
+  {
+    soup.AddPoint(other.Points[3 * p] + 5.0, other.Points[3 * p + 1], other.Points[3 * p + 2]);
+  }
+  const vtkIdType shift = soup.NumberOfPoints() - other.NumberOfPoints();
+  for (const auto& cell : other.Polys)
+  {
+    soup.Polys.push_back({ cell[0] + shift, cell[1] + shift, cell[2] + shift });
+  }
+  vtkNew<Repair> filter;
+  filter->KeepLargestComponentOn();
+  EXPECT_EQ(OutputOf(filter, soup.ToPolyData())->GetNumberOfCells(), 320);
+  EXPECT_TRUE(filter->GetComplete());
+  EXPECT_NEAR(filter->GetAreaLoss(), 0.0, 1e-12);
+  EXPECT_NEAR(filter->GetVolumeLoss(), 0.0, 1e-12);
+  EXPECT_EQ(filter->GetComponentChange(), 0.0);
+}
+
+TEST(SurfaceRepair, MeasuresAreFieldData)
+{
+  vtkNew<Repair> filter;
+  filter->RemoveSelfIntersectionsOn();
+  const auto output = OutputOf(filter, Icosphere(2).ToPolyData());
+  auto* names = vtkStringArray::SafeDownCast(output->GetFieldData()->GetAbstractArray("RepairMeasure"));
+  vtkDataArray* before = output->GetFieldData()->GetArray("RepairBefore");
+  vtkDataArray* after = output->GetFieldData()->GetArray("RepairAfter");
+  ASSERT_TRUE(names && before && after);
+  const char* const expected[] = { "Area", "Volume", "Components", "IntersectingTriangles" };
+  ASSERT_EQ(names->GetNumberOfValues(), 4);
+  for (vtkIdType k = 0; k < 4; ++k)
+  {
+    EXPECT_EQ(names->GetValue(k), expected[k]);
+    EXPECT_EQ(before->GetTuple1(k), after->GetTuple1(k));
+  }
+  EXPECT_NEAR(after->GetTuple1(1), VolumeOf(output), 1e-9);
+}
+
+TEST(SurfaceRepair, ReportRepairAndRemeshAgreeOnOneTriangleAndOnTwoOppositeOnes)
+{
+  Soup one;
+  one.AddPoint(0, 0, 0);
+  one.AddPoint(1, 0, 0);
+  one.AddPoint(0, 1, 0);
+  one.Polys.push_back({ 0, 1, 2 });
+  Soup two = one;
+  two.Polys.push_back({ 0, 2, 1 });
+  vtkNew<vtkTopologyReport> report;
+  vtkNew<vtkIsotropicRemeshFilter> remesh;
+  for (const bool isDouble : { false, true })
+  {
+    const auto input = (isDouble ? two : one).ToPolyData();
+    report->SetInputData(input);
+    report->Update();
+    EXPECT_EQ(report->GetValid(), !isDouble);
+    isDouble ? ExpectRefusal(remesh, input, { "the same three points" }) : static_cast<void>(OutputOf(remesh, input));
+    for (const int holes : { Repair::NO_HOLES, Repair::SMALL_HOLES, Repair::ALL_HOLES })
+    {
+      vtkNew<Repair> filter;
+      filter->SetHoleFilling(holes);
+      const auto output = OutputOf(filter, input);
+      EXPECT_EQ(output->GetNumberOfCells(), 1);
+      EXPECT_EQ(filter->GetNumberOfOpenHoles(), holes == Repair::ALL_HOLES ? 1 : 0);
+      report->SetInputData(output);
+      report->Update();
+      EXPECT_TRUE(report->GetValid());
+      OutputOf(remesh, output);
+    }
+  }
 }
 
 TEST(SurfaceRepair, ReportIsFieldDataAndText)
@@ -395,7 +574,8 @@ TEST(SurfaceRepair, ParametersAreClampedAndPrinted)
   std::ostringstream text;
   filter->Print(text);
   for (const char* name : { "MergePoints: 1", "MergeTolerance: 0", "HoleFilling: 2", "MaximumHoleSize: 0",
-         "KeepLargestComponent: 0", "MinimumComponentFraction: 1", "RemoveSelfIntersections: 0", "OrientOutward: 1" })
+         "KeepLargestComponent: 0", "MinimumComponentFraction: 1", "RemoveSelfIntersections: 0", "OrientOutward: 1",
+         "MaximumLoss: 0.05", "Strict: 0", "Complete: 0" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;
   }

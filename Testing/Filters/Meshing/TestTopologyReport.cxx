@@ -88,12 +88,15 @@ void ExpectWellFormed(vtkTable* table)
   }
 }
 
-/// True when filters without requirements of their own accept the surface.
+/// True when the gate of the remesher accepts the surface.
 bool PassesTheGate(vtkPolyData* input)
 {
+  surfsynth::MeshRequirements requirements;
+  requirements.ManifoldVertices = true;
+  requirements.ConsistentWinding = true;
   try
   {
-    surfsynth::ToSurface(input, {});
+    surfsynth::ToSurface(input, requirements);
     return true;
   }
   catch (const std::exception&)
@@ -137,8 +140,10 @@ TEST_P(ReportOfMalformedInput, IsATableAndValidMeansWhatTheGateSays)
   }
   if (surface && (surface->GetNumberOfPoints() > 0 || surface->GetNumberOfCells() > 0))
   {
-    EXPECT_EQ(report->GetValue("Valid") == 1.0, PassesTheGate(surface));
-    EXPECT_EQ(report->GetValid(), PassesTheGate(surface));
+    const bool isValid = PassesTheGate(surface) && report->GetValue("DuplicateTriangles") == 0.0 &&
+      report->GetValue("IntersectingTriangles") == 0.0;
+    EXPECT_EQ(report->GetValue("Valid") == 1.0, isValid);
+    EXPECT_EQ(report->GetValid(), isValid);
   }
 }
 
@@ -207,6 +212,65 @@ TEST(TopologyReport, EachDefectHasItsCountFirstIdAndRepair)
   EXPECT_EQ(RowOf(table, "Valid").Value, 0);
   EXPECT_FALSE(report->GetValid());
   EXPECT_THAT(RowOf(table, "Triangles").Remark, HasSubstr("broken cells are left out"));
+}
+
+/// A unit square in x and y at height @p z, of two triangles.
+void AddSquare(Soup& soup, double z)
+{
+  const vtkIdType first = soup.AddPoint(0, 0, z);
+  soup.AddPoint(1, 0, z);
+  soup.AddPoint(1, 1, z);
+  soup.AddPoint(0, 1, z);
+  soup.Polys.push_back({ first, first + 1, first + 2 });
+  soup.Polys.push_back({ first, first + 2, first + 3 });
+}
+
+TEST(TopologyReport, TrianglesThatIntersectAreCountedAndNotValid)
+{
+  Soup soup;
+  AddSquare(soup, 0.0);
+  AddSquare(soup, 1.0);
+  EXPECT_EQ(ReportOn(soup.ToPolyData())->GetValue("IntersectingTriangles"), 0);
+  EXPECT_TRUE(ReportOn(soup.ToPolyData())->GetValid());
+  const vtkIdType first = soup.AddPoint(0.9, 0.1, 0.5); // through the first triangle of the upper square
+  soup.AddPoint(0.8, 0.1, 1.5);
+  soup.AddPoint(0.8, 0.15, 1.5);
+  soup.Polys.push_back({ first, first + 1, first + 2 });
+  const auto report = ReportOn(soup.ToPolyData());
+  const Row row = RowOf(report->GetOutput(), "IntersectingTriangles");
+  EXPECT_EQ(row.Value, 2);
+  EXPECT_EQ(row.First, 2);
+  EXPECT_THAT(row.Remark, HasSubstr("RemoveSelfIntersectionsOn()"));
+  EXPECT_FALSE(report->GetValid());
+}
+
+TEST(TopologyReport, PointsOfEqualCoordinatesAreOneWhereTrianglesTouch)
+{
+  Soup soup = Icosphere(1);
+  Soup torn;
+  for (const auto& cell : soup.Polys)
+  {
+    std::vector<vtkIdType> ids;
+    for (const vtkIdType id : cell)
+    {
+      ids.push_back(torn.AddPoint(soup.Points[3 * id], soup.Points[3 * id + 1], soup.Points[3 * id + 2]));
+    }
+    torn.Polys.emplace_back(ids.begin(), ids.end());
+  }
+  EXPECT_EQ(ReportOn(torn.ToPolyData())->GetValue("IntersectingTriangles"), 0);
+}
+
+TEST(TopologyReport, NeedlesAreCountedAndValid)
+{
+  Soup soup;
+  soup.AddPoint(0, 0, 0);
+  soup.AddPoint(100, 0, 0);
+  soup.AddPoint(50, 0.5, 0);
+  soup.Polys.push_back({ 0, 1, 2 });
+  const auto report = ReportOn(soup.ToPolyData());
+  EXPECT_EQ(RowOf(report->GetOutput(), "NeedleTriangles").Value, 1);
+  EXPECT_EQ(RowOf(report->GetOutput(), "NeedleTriangles").First, 0);
+  EXPECT_TRUE(report->GetValid());
 }
 
 TEST(TopologyReport, BrokenVerticesAndLinesDoNotMakeASurfaceInvalid)

@@ -42,7 +42,7 @@ from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import NOISE_MODELS, matern_noise
 from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
-from .remeshing import HOLES, remesh, repair, repair_report
+from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .vdb_surface import vdb_surface
@@ -83,6 +83,7 @@ __all__ = [
     "read_volume",
     "remesh",
     "repair",
+    "repair_measures",
     "repair_report",
     "sample_signal",
     "topology_report",

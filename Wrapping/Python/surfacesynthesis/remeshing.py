@@ -20,6 +20,7 @@ from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .files.polygons import from_polydata
 from .pipeline import apply_filter
+from .vocabulary import snake
 
 try:
     from .vtkSurfaceSynthesisMeshing import vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter
@@ -150,6 +151,8 @@ def repair(
     minimum_component=0.0,
     self_intersections=False,
     orient_outward=True,
+    maximum_loss=0.05,
+    strict=False,
     progress=None,
 ):
     """Makes a valid, manifold surface of a broken one.
@@ -173,9 +176,17 @@ def repair(
     minimum_component : float
         Components with less than this fraction of the largest one's area go; from 0 to 1. Default 0: all stay.
     self_intersections : bool
-        True replaces triangles that cross each other by patches that do not, as far as possible. Default False.
+        True replaces triangles that intersect each other by patches without intersections, as far as possible, and
+        closes holes only by triangles that intersect no others. Default False.
     orient_outward : bool
         True turns a closed surface so that its normals point out of the solid that it encloses. Default True.
+    maximum_loss : float
+        Largest fraction of the area, of the volume or of the number of components that a repair may lose (or, of
+        components, gain) without a warning; from 0 to 1. A removal of intersections that would lose more, beside
+        the area of the intersecting triangles, is refused. Default 0.05.
+    strict : bool
+        True raises an error in place of each warning about defects that are left and losses beyond ``maximum_loss``.
+        Default False.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -183,19 +194,25 @@ def repair(
     -------
     dataset of the type of ``mesh``
         Triangles with manifold edges and points and consistent winding. The cell array ``FilledHole`` is 1 on triangles
-        that close a hole; the field data arrays ``RepairAction`` and ``RepairCount`` say what was done, and so does
-        repair_report().
+        that close a hole. Field data arrays list the repairs and the measures before and after, which repair_report()
+        and repair_measures() return. A repair of the result changes nothing.
     pair of numpy.ndarray, for a pair
         points [V', 3] float64 and triangles [F', 3] int64.
 
     Raises
     ------
     SurfaceSynthesisError
-        No valid triangle is left, or a defect cannot be removed. Also when the package was built without CGAL.
+        No valid triangle is left, or a defect cannot be removed; with ``strict``, a defect is left or too much was lost.
+        Also when the package was built without CGAL.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError
         An argument has a value out of its range, contradicts another, or is of a wrong type.
+
+    Warns
+    -----
+    SurfaceSynthesisWarning
+        Triangles still intersect, holes could not be closed, or more than ``maximum_loss`` was lost.
     """
     algorithm = configured_repair(
         merge_points,
@@ -206,6 +223,8 @@ def repair(
         minimum_component,
         self_intersections,
         orient_outward,
+        maximum_loss,
+        strict,
     )
     return _processed(algorithm, mesh, progress)
 
@@ -219,6 +238,8 @@ def configured_repair(
     minimum_component=0.0,
     self_intersections=False,
     orient_outward=True,
+    maximum_loss=0.05,
+    strict=False,
 ):
     """A vtkSurfaceRepairFilter with the parameters of repair(), which raises TypeError and ValueError."""
     algorithm = _new(vtkSurfaceRepairFilter, "repair()")
@@ -233,6 +254,8 @@ def configured_repair(
     algorithm.SetMinimumComponentFraction(in_range("minimum_component", minimum_component, 0.0, 1.0))
     algorithm.SetRemoveSelfIntersections(flag("self_intersections", self_intersections))
     algorithm.SetOrientOutward(flag("orient_outward", orient_outward))
+    algorithm.SetMaximumLoss(in_range("maximum_loss", maximum_loss, 0.0, 1.0))
+    algorithm.SetStrict(flag("strict", strict))
     return algorithm
 
 
@@ -244,6 +267,21 @@ def repair_report(mesh):
         raise ValueError("mesh was not made by repair(): it has no field data arrays RepairAction and RepairCount")
     values = vtk_to_numpy(counts).tolist() if counts.GetNumberOfTuples() > 0 else []
     return {actions.GetValue(k): count for k, count in enumerate(values)}
+
+
+def repair_measures(mesh):
+    """Measures of ``mesh``, a vtkPolyData that repair() made: a dictionary of names and pairs (before, after).
+
+    ``area`` (without triangles that close holes), ``volume`` (of surfaces closed before and after), ``components``, and
+    with ``self_intersections`` ``intersecting_triangles``. Before: after duplicate triangles were removed and sheets
+    separated.
+    """
+    data = mesh.GetFieldData()
+    names, before, after = (data.GetAbstractArray("Repair" + part) for part in ("Measure", "Before", "After"))
+    if names is None or before is None or after is None:
+        raise ValueError("mesh was not made by repair(): it has no field data array RepairMeasure")
+    rows = range(names.GetNumberOfValues())
+    return {snake(names.GetValue(k)): (before.GetValue(k), after.GetValue(k)) for k in rows}
 
 
 def _new(algorithm, function):

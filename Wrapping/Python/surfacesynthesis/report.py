@@ -25,6 +25,8 @@ DEFECTS = (
     "uncuttable_polygons",
     "degenerate_triangles",
     "duplicate_triangles",
+    "needle_triangles",
+    "intersecting_triangles",
     "non_manifold_edges",
     "non_manifold_points",
     "inconsistent_winding_edges",
@@ -145,8 +147,9 @@ class TopologyReport(collections.abc.Mapping):
 
     @property
     def valid(self):
-        """True for finite points, triangles with an area and at most two triangles at an edge, which is what filters
-        without further requirements accept; False for an empty surface."""
+        """True when remesh() accepts the surface and, where it is closed, tetrahedralize(): finite points, triangles with
+        an area and without duplicates, manifold edges and points, consistent winding, no intersecting triangles. False
+        for an empty surface."""
         return self.get("valid", False)
 
     @property

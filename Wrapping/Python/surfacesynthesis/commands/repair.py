@@ -16,6 +16,10 @@ examples:
   %(prog)s scan.stl valid.stl
   %(prog)s scan.ply closed.ply --holes all --largest-component
   %(prog)s scan.obj valid.vtp --merge-tolerance 0.01
+  %(prog)s scan.off solid.off --holes all --self-intersections --strict
+
+exit status: 0 when a surface was written, with warnings about defects that are left and losses beyond --maximum-loss; 1
+for an error, also with --strict and such a warning; 2 for wrong usage.
 """
 
 
@@ -43,6 +47,15 @@ def add(commands):
     holes.add_argument(
         "--minimum-component", type=float, default=0.0, metavar="F", help="drop components below this share of the area"
     )
+    losses = parser.add_argument_group("losses")
+    losses.add_argument(
+        "--maximum-loss",
+        type=float,
+        default=0.05,
+        metavar="F",
+        help="fraction of area, volume or components that may be lost without a warning (default: 0.05)",
+    )
+    losses.add_argument("--strict", action="store_true", help="an error in place of a warning about defects and losses")
     running = parser.add_argument_group("running")
     running.add_argument("--self-intersections", action="store_true", help="remove self-intersections")
     orient = running.add_argument(
@@ -69,6 +82,8 @@ def run(arguments):
         minimum_component=arguments.minimum_component,
         self_intersections=arguments.self_intersections,
         orient_outward=not arguments.no_orient_outward,
+        maximum_loss=arguments.maximum_loss,
+        strict=arguments.strict,
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
@@ -76,5 +91,14 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    done = algorithm.GetReport() or "the surface was valid\n"
+    done = algorithm.GetReport() + _outcome(algorithm) if algorithm.GetReport() else "the surface was valid\n"
     return done + surface_summary(output, arguments.output, time.monotonic() - started)
+
+
+def _outcome(algorithm):
+    """The line about what was lost and what is left."""
+    return (
+        f"lost: {100 * algorithm.GetAreaLoss():.3g} % of the area, {100 * algorithm.GetVolumeLoss():.3g} % of the volume; "
+        f"left: {algorithm.GetNumberOfIntersectingTriangles():,} intersecting triangles, "
+        f"{algorithm.GetNumberOfOpenHoles():,} open holes\n"
+    )

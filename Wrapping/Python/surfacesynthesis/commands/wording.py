@@ -28,6 +28,7 @@ COMMANDS_OF_CLASSES = {
 PHRASES = {
     "HoleFilling ALL_HOLES": "--holes all",
     "KeepLargestComponentOn()": "--largest-component",
+    "RemoveSelfIntersectionsOn()": "--self-intersections",
     "a MinimumComponentFraction": "--minimum-component",
     "EncoderIterations": "--encoder-iterations",
 }
