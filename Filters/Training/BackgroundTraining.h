@@ -19,7 +19,7 @@
 namespace surfsynth
 {
 
-/// Receives what a training reports of itself.
+/// Receiver of the reports of a training.
 class TrainingWatch
 {
 public:
@@ -37,7 +37,7 @@ public:
 /// All stages of a training, without VTK; owns what it reads.
 using TrainingJob = std::function<void(TrainingWatch& watch)>;
 
-/// What a training in the background has reported so far.
+/// Reports of a training in the background so far.
 struct BackgroundReport
 {
   LossHistory History;
