@@ -92,7 +92,7 @@ void Translate(vtkPolyData* pose, const Eigen::Vector3d& translation)
       points->SetComponent(k, axis, points->GetComponent(k, axis) + translation[axis]);
     }
   }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 3, 1);
+  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
   array->SetTuple(0, translation.data());
   vtkNew<vtkFieldData> fields; // the pose shares that of the input
   fields->ShallowCopy(pose->GetFieldData());

@@ -104,8 +104,11 @@ public:
       return;
     }
     const auto iterations = static_cast<std::int64_t>(dataset.Levels.size()) * this->Self->IterationsPerLevel;
-    run.Finish(surfsynth::TrainGeometricTexture(
-      std::move(dataset), this->Options(run), files, run.ShowProgress(iterations), run.GetProgress()));
+    const auto data = std::make_shared<MultiscaleDataset>(std::move(dataset));
+    run.Train([data, iterations, files, options = this->Options(run)](surfsynth::TrainingWatch& watch) {
+      watch.Finish(surfsynth::TrainGeometricTexture(
+        std::move(*data), options, files, watch.ShowProgress(iterations), watch.GetProgress()));
+    });
   }
 
 private:
