@@ -19,4 +19,4 @@ layout = EnsembleLayout(registrationName="Layout", Input=ensemble)
 
 view = demo.picture(None)
 demo.show(layout, view, "Bumps", preset="Cool to Warm", limits=(-0.6, 0.6))
-view.ResetCamera(True)
+demo.fill(view, layout, right=0.14)

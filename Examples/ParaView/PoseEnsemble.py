@@ -15,4 +15,4 @@ poses.Seed = 1
 
 view = demo.picture(None)
 demo.show(demo.smooth(poses), view, "Displacement", preset="Viridis (matplotlib)", title="Displacement")
-view.ResetCamera(True)
+demo.fill(view, poses, right=0.14)

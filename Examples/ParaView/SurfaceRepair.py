@@ -9,8 +9,12 @@ from paraview.simple import *  # noqa: F403: as state files of ParaView do
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import demo  # noqa: E402
 
-damaged = demo.figure(60)
-for name, center, radius in (("Belly", (0.1, 0.1, 0.4), 0.26), ("Hand", (1.4, 1.2, 0.3), 0.25), ("Leg", (-0.6, -0.9, 0.3), 0.17)):
+damaged = demo.figure(44)
+for name, center, radius in (
+    ("Belly", (0.1, 0.1, 0.4), 0.26),
+    ("Hand", (1.4, 1.2, 0.3), 0.25),
+    ("Leg", (-0.6, -0.9, 0.3), 0.17),
+):
     damaged = Clip(registrationName=name, Input=damaged, ClipType="Sphere", Invert=0)
     damaged.ClipType.Center = center
     damaged.ClipType.Radius = radius
@@ -26,4 +30,4 @@ colors = GetColorTransferFunction("FilledHole")
 colors.RGBPoints = [0.0, *demo.CLAY, 1.0, 0.85, 0.25, 0.15]
 colors.NanColor = demo.CLAY
 demo.edges(display)
-view.ResetCamera(True)
+demo.fill(view, pair)

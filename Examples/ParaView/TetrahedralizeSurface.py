@@ -17,5 +17,6 @@ cut.ClipType.Origin = [0.0, 0.0, 0.06]
 cut.ClipType.Normal = [0.0, 0.0, 1.0]
 
 view = demo.picture(((2.0, 1.4, 6.4), (0.0, -0.2, 0.0), (0.0, 1.0, 0.0)))
-display = demo.show(cut, view, "Quality", "CELLS", preset="Viridis (matplotlib)", limits=(1.0, 3.0), title="Radius ratio")
-demo.edges(display)
+demo.edges(
+    demo.show(cut, view, "Quality", "CELLS", preset="Viridis (matplotlib)", limits=(1.0, 3.0), title="Radius ratio")
+)

@@ -14,16 +14,16 @@ hole.ClipType.Center = [0.1, 0.1, 0.4]
 hole.ClipType.Radius = 0.26
 surface = ExtractSurface(registrationName="Damaged", Input=hole)
 report = TopologyReport(registrationName="Report", Input=surface)
-borders = FeatureEdges(registrationName="Open edges", Input=surface, FeatureEdges=0, NonManifoldEdges=0, ManifoldEdges=0)
+borders = FeatureEdges(registrationName="Open edges", Input=surface)
+borders.FeatureEdges = borders.NonManifoldEdges = borders.ManifoldEdges = 0
 
 view = demo.picture(((-1.3, 0.5, 7.6), (-1.3, -0.2, 0.0), (0.0, 1.0, 0.0)))
 demo.show(surface, view)
 edges = demo.show(borders, view)
 edges.AmbientColor = edges.DiffuseColor = [0.85, 0.15, 0.1]
 edges.LineWidth = 5.0
-text = Text(registrationName="Text", Text=demo.lines_of(report))
-display = Show(text, view)
-display.Color = [0.0, 0.0, 0.0]
-display.FontSize = 20
-display.Justification = "Left"
-display.WindowLocation = "Upper Left Corner"
+columns = demo.rows_of(report)
+found = dict(zip((value.ToString() for value in columns["Property"]), columns["Value"]))
+lines = [f"{name}: {found[name].ToDouble():.6g}" for name in ("Points", "Triangles", "Components", "Genus",
+         "BoundaryLoops", "BoundaryEdges", "NonManifoldEdges", "DegenerateTriangles", "Area")]
+demo.write("\n".join(lines), view, (0.02, 0.55))

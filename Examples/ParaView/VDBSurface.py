@@ -11,11 +11,11 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import demo  # noqa: E402
 
 wavelet = Wavelet(registrationName="Wavelet", WholeExtent=[-20, 20, -20, 20, -20, 20])
-open_surface = Contour(registrationName="Contour", Input=wavelet, ContourBy=["POINTS", "RTData"], Isosurfaces=[150.0])
-closed = VDBSurface(registrationName="Closed", Input=wavelet, Scalars=["POINTS", "RTData"], ComputeIsoValue=0, IsoValue=150.0)
-pair = EnsembleLayout(
-    registrationName="Before and after", Input=GroupDatasets(Input=[open_surface, closed]), Arrangement="Row", Spacing=0.1
-)
+open_surface = Contour(registrationName="Open", Input=wavelet, ContourBy=["POINTS", "RTData"], Isosurfaces=[150.0])
+closed = VDBSurface(registrationName="Closed", Input=wavelet, Scalars=["POINTS", "RTData"])
+closed.ComputeIsoValue = 0
+closed.IsoValue = 150.0
+pair = EnsembleLayout(registrationName="Both", Input=GroupDatasets(Input=[open_surface, closed]), Arrangement="Row")
 
 view = demo.picture(((22.0, 55.0, 150.0), (22.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
 demo.show(demo.smooth(pair), view)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the demo states share: surfaces that need no file, the shipped models, and the look of the pictures."""
+"""Common parts of the demo states: surfaces that need no file, the shipped models, and the look of the pictures."""
 
+import math
 import os
 
 from paraview.simple import (  # pylint: disable=import-error
@@ -10,11 +11,15 @@ from paraview.simple import (  # pylint: disable=import-error
     CreateView,
     GenerateSurfaceNormals,
     GetColorTransferFunction,
+    ProgrammableFilter,
     ProgrammableSource,
     SetActiveView,
     Show,
+    Text,
 )
 
+#: Small meshes and short trainings, for tests.
+QUICK = bool(os.environ.get("SURFACE_SYNTHESIS_QUICK"))
 #: Color of surfaces without an array.
 CLAY = [0.86, 0.80, 0.72]
 
@@ -60,6 +65,7 @@ info.Set(pipeline.WHOLE_EXTENT(), 0, n - 1, 0, n - 1, 0, depth - 1)
 
 def figure(resolution=70):
     """A closed surface with six limbs, about 3 units high; ``resolution`` samples across."""
+    resolution = min(resolution, 28) if QUICK else resolution
     volume = ProgrammableSource(registrationName="Volume", OutputDataSetType="vtkImageData")
     volume.Script = _FIGURE.format(resolution=resolution)
     volume.ScriptRequestInformation = _EXTENT.format(resolution=resolution)
@@ -75,6 +81,11 @@ def model(name):
         os.path.dirname(os.path.abspath(__file__)), os.pardir, "Models"
     )
     return os.path.normpath(os.path.join(folder, name + ".safetensors"))
+
+
+def minutes(budget):
+    """A time budget in minutes."""
+    return min(budget, 0.01) if QUICK else budget
 
 
 def smooth(surface, name="Normals"):
@@ -119,11 +130,11 @@ def show(source, view, array=None, association="POINTS", bar=True, preset=None, 
     return display
 
 
-def edges(display, color=(0.25, 0.25, 0.3)):
+def edges(display, color=(0.45, 0.42, 0.4)):
     """Draws the edges of the cells."""
     display.SetRepresentationType("Surface With Edges")
     display.EdgeColor = list(color)
-    display.LineWidth = 1.0
+    display.LineWidth = 0.6
 
 
 def _dress_bar(colors, view, title):
@@ -147,48 +158,61 @@ def rows_of(table):
     return {name: [data.GetValueByName(row, name) for row in range(data.GetNumberOfRows())] for name in names}
 
 
-def lines_of(table):
-    """The rows of a table with a name and a number, as text."""
-    columns = list(rows_of(table).values())
-    return "\n".join("  ".join(value.ToString() for value in row) for row in zip(*columns))
-
-
-def losses(training, view, columns):
-    """Draws losses over the iterations, on a logarithmic axis."""
-    display = Show(training, view)
-    display.UseIndexForXAxis = 0
-    display.XArrayName = "iteration"
-    display.SeriesVisibility = columns
-    palette = ([0.12, 0.35, 0.65], [0.85, 0.37, 0.16], [0.25, 0.6, 0.3])
-    display.SeriesColor = [text for name, color in zip(columns, palette) for text in (name, *map(str, color))]
-    display.SeriesLineThickness = [text for name in columns for text in (name, "3")]
-    view.ChartTitle = "Losses"
-    view.LeftAxisTitle, view.BottomAxisTitle = "Loss", "Iteration"
-    view.LeftAxisLogScale = 1
+def write(text, view, place, size=20):
+    """Writes text at a place of the view, (0, 0) at the lower left and (1, 1) at the upper right."""
+    display = Show(Text(registrationName=text.splitlines()[0], Text=text), view)
+    display.WindowLocation = "Any Location"
+    display.Position = list(place)
+    display.Color = [0.0, 0.0, 0.0]
+    display.FontSize = size
+    display.Justification = "Left"
     return display
 
 
-def bars(tables, view, columns, title):
-    """Draws the first row of each table as a group of bars; ``columns``: those to draw, by default the numbers."""
-    source = ProgrammableSource(registrationName="Bars", OutputDataSetType="vtkTable")
-    groups = []
-    names = [proxy.GetXMLLabel() for proxy in tables]
-    for table in tables:
-        row = {name: values[0].ToDouble() for name, values in rows_of(table).items() if values}
-        groups.append({name: value for name, value in row.items() if columns is None or name in columns})
-    drawn = columns or list(groups[0])
-    source.Script = (
-        "from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkStringArray\n"
-        f"groups, drawn = {groups!r}, {drawn!r}\n"
-        "for name in drawn:\n"
-        "    array = vtkDoubleArray()\n"
-        "    array.SetName(name)\n"
-        "    for group in groups:\n"
-        "        array.InsertNextValue(group.get(name, 0.0))\n"
-        "    output.AddColumn(array)\n"
-    )
-    display = Show(source, view)
-    display.SeriesVisibility = drawn
-    view.ChartTitle = title
-    del names
+def fill(view, source, right=0.0, top=0.0, aspect=900 / 700):
+    """Moves the camera so that a source fills the view from the front, but for parts of it at the right and the top."""
+    source.UpdatePipeline()
+    x0, x1, y0, y1, z0, z1 = source.GetDataInformation().GetBounds()
+    width, height = (x1 - x0) / (1.0 - right), (y1 - y0) / (1.0 - top)
+    distance = 0.54 * max(height, width / aspect) / math.tan(math.radians(15.0)) + z1 - 0.5 * (z0 + z1)
+    center = [x0 + 0.5 * width, y0 + 0.5 * height, 0.5 * (z0 + z1)]
+    view.CameraViewAngle = 30.0
+    view.CameraFocalPoint, view.CameraViewUp = center, [0.0, 1.0, 0.0]
+    view.CameraPosition = [center[0], center[1], center[2] + distance]
+
+
+_SMOOTHED = """
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+table = self.GetInputDataObject(0, 0)
+output.ShallowCopy(table)
+values = vtk_to_numpy(table.GetColumnByName("{column}")) if table.GetNumberOfRows() else np.zeros(0)
+window = np.ones(len(values) // 10 + 1)
+smoothed = values
+if len(values):
+    smoothed = np.convolve(values, window, "same") / np.convolve(np.ones(len(values)), window, "same")
+array = numpy_to_vtk(smoothed, deep=True)
+array.SetName("{column}, smoothed")
+output.AddColumn(array)
+"""
+
+
+def losses(training, view, column):
+    """Draws a loss over the iterations, as it is and smoothed, on a logarithmic axis."""
+    smoothed = ProgrammableFilter(registrationName="Smoothed", Input=training, OutputDataSetType="vtkTable")
+    smoothed.Script = _SMOOTHED.format(column=column)
+    display = Show(smoothed, view)
+    display.UseIndexForXAxis = 0
+    display.XArrayName = "iteration"
+    names = [column, f"{column}, smoothed"]
+    display.SeriesVisibility = names
+    display.SeriesColor = [names[0], "0.75", "0.8", "0.88", names[1], "0.12", "0.35", "0.65"]
+    display.SeriesLineThickness = [names[0], "1", names[1], "4"]
+    view.ChartTitle = "Loss of the training"
+    view.LeftAxisTitle, view.BottomAxisTitle = column, "iteration"
+    view.LeftAxisLogScale = 1
+    for axis in ("Left", "Bottom"):
+        setattr(view, f"{axis}AxisTitleFontSize", 18)
+        setattr(view, f"{axis}AxisLabelFontSize", 16)
+    view.LegendFontSize = 16
     return display

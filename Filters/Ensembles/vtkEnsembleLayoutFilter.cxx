@@ -33,11 +33,11 @@ namespace
 using surfsynth::BoundingBox;
 
 /// @throws InvalidInput for a leaf of a class that has no places to move.
-void RequireMovable(vtkDataSet* leaf, vtkDataObject* found, unsigned int flatIndex)
+void RequireMovable(vtkDataSet* leaf, vtkDataObject* found, const std::string& name)
 {
   if (!leaf || !(leaf->IsA("vtkPointSet") || leaf->IsA("vtkImageData")))
   {
-    throw surfsynth::InvalidInput(surfsynth::BlockName(flatIndex) + " is a " + found->GetClassName() +
+    throw surfsynth::InvalidInput(name + " is a " + found->GetClassName() +
       ", which cannot be moved; blocks with points (vtkPointSet) or images (vtkImageData) are needed.");
   }
 }
@@ -76,7 +76,7 @@ std::vector<LeafBox> BoxesOf(vtkDataObjectTree* tree)
       return;
     }
     auto* leaf = vtkDataSet::SafeDownCast(found);
-    RequireMovable(leaf, found, flatIndex);
+    RequireMovable(leaf, found, surfsynth::PlaceOf(place).Name);
     boxes.push_back({ flatIndex, static_cast<int>(child), vtkBoundingBox(leaf->GetBounds()) });
   });
   return boxes;

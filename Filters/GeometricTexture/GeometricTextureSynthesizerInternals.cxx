@@ -181,7 +181,7 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsig
 {
   const vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureRequest request;
-  request.StartLevel = self->StartLevel;
+  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel : std::min(1, self->GetNumberOfInputConnections(0));
   request.EndLevel = self->EndLevel;
   request.Seed = static_cast<std::uint64_t>(self->Seed);
   request.SecondSeed = static_cast<std::uint64_t>(self->SecondSeed);

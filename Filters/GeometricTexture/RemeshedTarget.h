@@ -16,7 +16,7 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// Computes the ratio to the mean edge length of @p target of that with which about 7000 even triangles cover it, within
+/// Computes the ratio of the edges of about 7000 even triangles that cover @p target to its own mean edge length, within
 /// [0.001, 1000]; 1 for a mesh without area.
 double AutomaticTextureScale(const TriangleMesh& target);
 

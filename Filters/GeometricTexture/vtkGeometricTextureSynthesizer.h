@@ -103,10 +103,11 @@ public:
 
   ///@{
   /**
-   * Generator level that works on the target at its own resolution, at least 0; values above the last level stand for
-   * the last level. Coarse levels make large shapes: begin above 0 to keep the shape of the target. Default 0.
+   * Generator level that works on the target at its own resolution, at least -1; values above the last level stand for
+   * the last level. Coarse levels make large shapes: begin above 0 to keep the shape of the target. -1
+   * stands for level 1 on a target, and for level 0 without input. Default 0.
    */
-  vtkSetClampMacro(StartLevel, int, 0, VTK_INT_MAX);
+  vtkSetClampMacro(StartLevel, int, -1, VTK_INT_MAX);
   vtkGetMacro(StartLevel, int);
   ///@}
 
@@ -174,12 +175,12 @@ public:
 
   ///@{
   /**
-   * Ratio of the size of the texture to that on the unprepared target, from 0.001 to 1000, or 0; used with SUBDIVIDE
-   * and REMESH. Each subdivision of the target halves it: 0.5 and 0.25 are met exactly, other values by the nearest power
+   * Ratio of the size of the texture to that on the unprepared target, from 0.001 to 1000, or 0; used with SUBDIVIDE and
+   * REMESH. Each subdivision of the target halves it: 0.5 and 0.25 are met exactly, other values by the nearest power
    * of a half; 1 and above leave the target unchanged. Remeshing multiplies the mean edge length of the target by it,
    * within 2 per cent where shape, boundaries and creases allow it: 1 makes triangles even; above 1 the texture gets
-   * larger, and the shape of the target coarser. 0 chooses it so that about 7000 triangles begin the synthesis, which carry a
-   * shape with limbs and the texture on it. Values between 0 and 0.001 stand for 0.001. Default 1.
+   * larger, and the shape of the target coarser. 0 chooses it so that about 7000 triangles begin the synthesis, which
+   * carry a shape with limbs and the texture on it; values between 0 and 0.001 stand for 0.001. Default 1.
    */
   vtkSetClampMacro(TextureScale, double, 0.0, 1000.0);
   vtkGetMacro(TextureScale, double);

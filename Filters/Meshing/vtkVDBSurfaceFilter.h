@@ -91,7 +91,7 @@ public:
 
   ///@{
   /**
-   * Value of the image on the surface, in units of the scalars; finite. Used when ComputeIsoValue is off. Default 0.
+   * Value on the surface, within those of the image, in their units. Used when ComputeIsoValue is off. Default 0.
    */
   vtkSetMacro(IsoValue, double);
   vtkGetMacro(IsoValue, double);
@@ -187,7 +187,7 @@ public:
   ///@{
   /**
    * Largest number of voxels along the surface, at least 1000. More are an error, before memory is allocated; the
-   * message names a possible VoxelSize. A voxel takes about 20 bytes. Default 200000000.
+   * message names a possible VoxelSize. A voxel takes about 20 bytes; Offset may visit each ten times. Default 2e8.
    */
   vtkSetClampMacro(MaximumNumberOfVoxels, int, 1000, VTK_INT_MAX);
   vtkGetMacro(MaximumNumberOfVoxels, int);

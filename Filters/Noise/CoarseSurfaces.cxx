@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "CoarseSurfaces.h"
 
+#include "SurfaceBridge.h"
+
+#include "Core/Common/Errors.h"
+
 #include <vtkAdaptiveSubdivisionFilter.h>
 #include <vtkBoundingBox.h>
 #include <vtkCellArray.h>
@@ -49,30 +53,24 @@ double LongestEdge(vtkPolyData* surface)
   return std::sqrt(longest);
 }
 
-/// True when all ids of cells are those of points: what else is wrong, the check of the input says.
-bool HasValidIds(vtkPolyData* surface)
+/// True for a surface that the filter accepts: what is wrong with another one is said with the ids of the caller's cells.
+bool IsValid(vtkPolyData* surface)
 {
-  const auto areValid = [count = surface->GetNumberOfPoints()](vtkCellArray* cells) {
-    const auto cell = vtkSmartPointer<vtkCellArrayIterator>::Take(cells->NewIterator());
-    for (cell->GoToFirstCell(); !cell->IsDoneWithTraversal(); cell->GoToNextCell())
-    {
-      vtkIdType size = 0;
-      const vtkIdType* ids = nullptr;
-      cell->GetCurrentCell(size, ids);
-      if (std::any_of(ids, ids + size, [count](vtkIdType id) { return id < 0 || id >= count; }))
-      {
-        return false;
-      }
-    }
+  try
+  {
+    ToSurface(surface, MeshRequirements());
     return true;
-  };
-  return areValid(surface->GetPolys()) && areValid(surface->GetStrips());
+  }
+  catch (const InvalidInput&)
+  {
+    return false;
+  }
 }
 
 /// The refined surface, or null when it is fine enough, or broken.
 vtkSmartPointer<vtkPolyData> Refined(vtkPolyData* surface, double range)
 {
-  if (surface->GetNumberOfPoints() == 0 || !HasValidIds(surface))
+  if (surface->GetNumberOfPoints() == 0 || !IsValid(surface))
   {
     return nullptr;
   }

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
+#include "IO/Datasets/DatasetFiles.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
 
@@ -13,23 +14,11 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Content = "multiscale_surface";
-constexpr const char* FormatVersion = "1";
-constexpr double CopiesInMemory = 2.0; ///< numbers of the file, and the meshes made of them
+constexpr const char* MultiscaleContent = "multiscale_surface";
+constexpr const char* MultiscaleKind = "as in files of one surface at several scales";
 constexpr const char* TemplatePoints = "template.points";
 
-std::string TensorName(std::size_t level, const char* part) { return "levels." + std::to_string(level) + "." + part; }
-
-void RequireMetadata(const SafetensorsFile& file, const std::string& key, const std::string& expected)
-{
-  const auto found = file.Metadata().find(key);
-  if (found == file.Metadata().end() || found->second != expected)
-  {
-    throw ModelMismatch(file.Name() + ": the metadata \"" + key + "\" is " +
-      (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected \"" + expected +
-      "\", as in files of one surface at several scales.");
-  }
-}
+std::string LevelTensor(std::size_t level, const char* part) { return "levels." + std::to_string(level) + "." + part; }
 
 /// Number of rows of a tensor that must be [rows, 3].
 std::int64_t RequireRows(const SafetensorsFile& file, const std::string& name)
@@ -48,12 +37,12 @@ std::int64_t RequireRows(const SafetensorsFile& file, const std::string& name)
 std::size_t RequireLevels(const SafetensorsFile& file)
 {
   std::size_t level = 0;
-  for (std::int64_t before = 0; level == 0 || file.Contains(TensorName(level, "points")); ++level)
+  for (std::int64_t before = 0; level == 0 || file.Contains(LevelTensor(level, "points")); ++level)
   {
-    const std::string triangles = TensorName(level, "triangles");
-    RequireRows(file, TensorName(level, "points"));
+    const std::string triangles = LevelTensor(level, "triangles");
+    RequireRows(file, LevelTensor(level, "points"));
     const std::int64_t rows = RequireRows(file, triangles);
-    file.RequireFloatingPoint(TensorName(level, "points"));
+    file.RequireFloatingPoint(LevelTensor(level, "points"));
     file.RequireIntegers(triangles);
     if (level > 0 && rows != 4 * before)
     {
@@ -81,8 +70,8 @@ PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& name)
 TriangleMesh ReadLevel(const SafetensorsFile& file, std::size_t level)
 {
   TriangleMesh mesh;
-  mesh.Points = ReadPoints(file, TensorName(level, "points"));
-  const std::string name = TensorName(level, "triangles");
+  mesh.Points = ReadPoints(file, LevelTensor(level, "points"));
+  const std::string name = LevelTensor(level, "triangles");
   mesh.Triangles.resize(RequireRows(file, name), 3);
   const std::vector<std::int64_t> ids = file.Integers(name);
   for (std::size_t k = 0; k < ids.size(); ++k)
@@ -176,8 +165,8 @@ std::uint64_t ContentHash(const MultiscaleDataset& dataset)
 MultiscaleDataset ReadMultiscaleDataset(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireMetadata(file, "content", Content);
-  RequireMetadata(file, "format_version", FormatVersion);
+  RequireMetadata(file, "content", MultiscaleContent, MultiscaleKind);
+  RequireMetadata(file, "format_version", DatasetFormatVersion, MultiscaleKind);
   MultiscaleDataset dataset;
   const std::size_t levels = RequireLevels(file);
   file.RequireMemory(CopiesInMemory);
@@ -208,16 +197,17 @@ void WriteMultiscaleDataset(const std::string& path, const MultiscaleDataset& da
   for (std::size_t k = 0; k < dataset.Levels.size(); ++k)
   {
     const TriangleMatrix& triangles = dataset.Levels[k].Triangles;
-    tensors[TensorName(k, "points")] = PointData(dataset.Levels[k].Points);
-    tensors[TensorName(k, "triangles")] = TensorData::FromInt64(
+    tensors[LevelTensor(k, "points")] = PointData(dataset.Levels[k].Points);
+    tensors[LevelTensor(k, "triangles")] = TensorData::FromInt64(
       { triangles.rows(), 3 }, std::vector<std::int64_t>(triangles.data(), triangles.data() + triangles.size()));
   }
   if (dataset.HasTemplate())
   {
     tensors[TemplatePoints] = PointData(dataset.Template.Points);
   }
-  WriteSafetensors(
-    path, tensors, { { "content", Content }, { "format_version", FormatVersion }, { "producer", "SurfaceSynthesis" } });
+  WriteSafetensors(path, tensors,
+    { { "content", MultiscaleContent }, { "format_version", DatasetFormatVersion },
+      { "producer", "SurfaceSynthesis" } });
 }
 
 } // namespace surfsynth

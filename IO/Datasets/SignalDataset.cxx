@@ -2,6 +2,7 @@
 #include "IO/Datasets/SignalDataset.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Datasets/DatasetFiles.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
 
@@ -15,26 +16,12 @@ namespace
 {
 using Shape = std::vector<std::int64_t>;
 
-constexpr const char* Content = "surface_signals";
-constexpr const char* FormatVersion = "1";
-constexpr double CopiesInMemory = 2.0; ///< numbers of the file, and the samples made of them
+constexpr const char* SignalContent = "surface_signals";
+constexpr const char* SignalKind = "as in the dataset files that \"python3 -m surfacesynthesis dataset\" writes";
 
-std::string TensorName(std::size_t source, const char* part)
+std::string SourceTensor(std::size_t source, const char* part)
 {
   return "sources." + std::to_string(source) + "." + part;
-}
-
-const std::string& RequireMetadata(const SafetensorsFile& file, const std::string& key, const std::string& expected)
-{
-  const auto found = file.Metadata().find(key);
-  if (found == file.Metadata().end() || (!expected.empty() && found->second != expected))
-  {
-    throw ModelMismatch(file.Name() + ": the metadata \"" + key + "\" is " +
-      (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected " +
-      (expected.empty() ? "a name" : "\"" + expected + "\"") +
-      ", as in the dataset files that \"python3 -m surfacesynthesis dataset\" writes.");
-  }
-  return found->second;
 }
 
 /// The shape of a tensor that must have @p rank dimensions, the last of them @p columns (0: any).
@@ -62,9 +49,9 @@ std::int64_t RequireVertices(const SafetensorsFile& file, const std::string& nam
 /// Checks shapes and types of the tensors of a source, before they are read.
 void RequireSource(const SafetensorsFile& file, std::size_t number)
 {
-  const std::string pointsName = TensorName(number, "points");
-  const std::string trianglesName = TensorName(number, "triangles");
-  const std::string signalsName = TensorName(number, "signals");
+  const std::string pointsName = SourceTensor(number, "points");
+  const std::string trianglesName = SourceTensor(number, "triangles");
+  const std::string signalsName = SourceTensor(number, "signals");
   const std::int64_t vertices = RequireVertices(file, pointsName, RequireShape(file, pointsName, 2, 3)[0]);
   RequireVertices(file, trianglesName, RequireShape(file, trianglesName, 2, 3)[0]);
   const Shape& shape = RequireShape(file, signalsName, 3, 0);
@@ -80,13 +67,13 @@ void RequireSource(const SafetensorsFile& file, std::size_t number)
 
 SignalSource ReadSource(const SafetensorsFile& file, std::size_t number)
 {
-  const std::string trianglesName = TensorName(number, "triangles");
-  const std::string signalsName = TensorName(number, "signals");
+  const std::string trianglesName = SourceTensor(number, "triangles");
+  const std::string signalsName = SourceTensor(number, "signals");
   const Shape& shape = file.Entry(signalsName).Shape;
   const std::int64_t vertices = shape[1];
   const std::int64_t faces = file.Entry(trianglesName).Shape[0];
   SignalSource source;
-  const std::vector<double> points = file.Float64(TensorName(number, "points"));
+  const std::vector<double> points = file.Float64(SourceTensor(number, "points"));
   source.Mesh.Points = Eigen::Map<const PointMatrix>(points.data(), vertices, 3);
   source.Mesh.Triangles.resize(faces, 3);
   const std::vector<std::int64_t> ids = file.Integers(trianglesName);
@@ -152,12 +139,12 @@ void CheckDataset(const SignalDataset& dataset)
 SignalDataset ReadSignalDataset(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireMetadata(file, "content", Content);
-  RequireMetadata(file, "format_version", FormatVersion);
+  RequireMetadata(file, "content", SignalContent, SignalKind);
+  RequireMetadata(file, "format_version", DatasetFormatVersion, SignalKind);
   SignalDataset dataset;
-  dataset.SignalName = RequireMetadata(file, "signal_name", "");
+  dataset.SignalName = RequireMetadata(file, "signal_name", "", SignalKind);
   std::size_t sources = 0;
-  for (; sources == 0 || file.Contains(TensorName(sources, "points")); ++sources)
+  for (; sources == 0 || file.Contains(SourceTensor(sources, "points")); ++sources)
   {
     RequireSource(file, sources);
   }
@@ -187,16 +174,16 @@ void WriteSignalDataset(const std::string& path, const SignalDataset& dataset)
     const auto begin = [](const auto& matrix) { return matrix.data(); };
     const auto end = [](const auto& matrix) { return matrix.data() + matrix.size(); };
     const std::int64_t vertices = source.Mesh.NumberOfPoints();
-    tensors[TensorName(k, "points")] = TensorData::FromFloat64(
+    tensors[SourceTensor(k, "points")] = TensorData::FromFloat64(
       { vertices, 3 }, std::vector<double>(begin(source.Mesh.Points), end(source.Mesh.Points)));
-    tensors[TensorName(k, "triangles")] = TensorData::FromInt64({ source.Mesh.NumberOfTriangles(), 3 },
+    tensors[SourceTensor(k, "triangles")] = TensorData::FromInt64({ source.Mesh.NumberOfTriangles(), 3 },
       std::vector<std::int64_t>(begin(source.Mesh.Triangles), end(source.Mesh.Triangles)));
-    tensors[TensorName(k, "signals")] = TensorData::FromFloat32(
+    tensors[SourceTensor(k, "signals")] = TensorData::FromFloat32(
       { source.NumberOfSamples(), vertices, source.NumberOfComponents() },
       std::vector<float>(begin(source.Samples), end(source.Samples)));
   }
   WriteSafetensors(path, tensors,
-    { { "content", Content }, { "format_version", FormatVersion }, { "signal_name", dataset.SignalName },
+    { { "content", SignalContent }, { "format_version", DatasetFormatVersion }, { "signal_name", dataset.SignalName },
       { "producer", "SurfaceSynthesis" } });
 }
 

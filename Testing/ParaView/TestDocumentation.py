@@ -48,7 +48,7 @@ DEFAULTS_OF_PARAVIEW = {
     ("vtkMaternNoiseFilter", "ActiveResult"): "1",
     ("vtkGaussianMixtureFilter", "ActiveResult"): "1",
     ("vtkPoseEnsembleFilter", "Spread"): "1.25",
-    ("vtkGeometricTextureSynthesizer", "StartLevel"): "1",
+    ("vtkGeometricTextureSynthesizer", "StartLevel"): "-1",
     ("vtkGeometricTextureSynthesizer", "TargetPreparation"): "2",
     ("vtkGeometricTextureSynthesizer", "TextureScale"): "0",
     # the window is frozen during an update

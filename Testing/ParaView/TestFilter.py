@@ -25,6 +25,8 @@ PROPERTIES = {
     "Seed": (0, -7, -7),
     "NumberOfSamples": (1, 3, 3),
     "FirstSample": (0, 5, 5),
+    "Refinement": (1, 0, False),
+    "ActiveResult": (1, 0, False),
     "MemoryLimit": (0, 500, 500),
     "NumberOfComponents": (1, 3, 3),
     "OutputArrayName": ("MaternNoise", "Bumps", "Bumps"),

@@ -17,6 +17,7 @@ PROPERTIES = {
     "Seed": (0, 7, 7),
     "NumberOfSamples": (1, 3, 3),
     "FirstSample": (0, 2, 2),
+    "ActiveResult": (1, 0, False),
     "MemoryLimit": (0, 500, 500),
     "OutputArrayName": ("Mixture", "Bumps", "Bumps"),
 }

@@ -20,15 +20,15 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 # property: (default, another value, what GetX() of the VTK class then returns)
 SYNTHESIZER = {
     "ModelFileName": ("", "net.safetensors", "net.safetensors"),
-    "StartLevel": (0, 1, 1),
+    "StartLevel": (-1, 1, 1),
     "EndLevel": (-1, 2, 2),
     "Seed": (0, 7, 7),
     "SecondSeed": (1, 8, 8),
     "Interpolation": (0.0, 0.5, 0.5),
     "NoiseAmplitude": (-1.0, 0.2, 0.2),
     "LevelsWithoutNoise": ("", "0 2", "0 2"),
-    "TargetPreparation": ("As Is", "Remesh", vtkGeometricTextureSynthesizer.REMESH),
-    "TextureScale": (1.0, 0.5, 0.5),
+    "TargetPreparation": ("Remesh", "Subdivide", vtkGeometricTextureSynthesizer.SUBDIVIDE),
+    "TextureScale": (0.0, 0.5, 0.5),
     "MaskArrayName": ("", "Mask", "Mask"),
     "MaskFalloff": (0.0, 0.3, 0.3),
     "RandomFromLevel": (0, 1, 1),
@@ -57,6 +57,7 @@ FITTER = {
     "PublishedNormals": (0, 1, True),
     "Seed": (0, 7, 7),
     "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
+    "TimeBudget": (2.0, 5.0, 5.0),
 }
 TRAINER = {
     **TRAINING_PROPERTIES,
@@ -75,6 +76,8 @@ TRAINER = {
     "NoiseAmplitude": (0.1, 0.2, 0.2),
     "Device": ("Auto", "CUDA", vtkGeometricTextureTrainer.CUDA),
 }
+#: The defaults of the class where those of ParaView differ.
+OF_THE_CLASS = {"StartLevel": 0, "TargetPreparation": "As Is"}
 FIT = {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 3, "Samples": 100}
 TRAINING = {"IterationsPerLevel": 2, "Layers": 3, "StartChannels": 4, "MinimumChannels": 4, "MaximumChannels": 4}
 
@@ -106,7 +109,7 @@ def properties_have_the_defaults_of_the_classes_and_reach_them():
 def textures_are_those_of_the_class():
     path = model("texture.safetensors")
     options = dict(ModelFileName=path, Seed=3, MaskArrayName="Mask", MaskFalloff=0.2)
-    found = output_of(GeometricTextureSynthesizer(Input=source_of(masked_ball()), **options))
+    found = output_of(GeometricTextureSynthesizer(Input=source_of(masked_ball()), **OF_THE_CLASS, **options))
     expected = made_by(vtkGeometricTextureSynthesizer(), masked_ball(), **options)
     assert np.array_equal(points_of(found), points_of(expected))
     displacement = vtk_to_numpy(found.GetPointData().GetArray("Displacement"))
@@ -116,7 +119,9 @@ def textures_are_those_of_the_class():
 
 def levels_are_blocks():
     path = model("levels.safetensors")
-    found = output_of(GeometricTextureSynthesizer(Input=source_of(surfaces.ball()), ModelFileName=path, OutputLevels=1))
+    ball = source_of(surfaces.ball())
+    made = GeometricTextureSynthesizer(Input=ball, ModelFileName=path, OutputLevels=1, **OF_THE_CLASS)
+    found = output_of(made)
     assert found.GetNumberOfBlocks() == 2
     expected = made_by(vtkGeometricTextureSynthesizer(), surfaces.ball(), ModelFileName=path)
     assert np.array_equal(points_of(found.GetBlock(1)), points_of(expected))
@@ -124,7 +129,7 @@ def levels_are_blocks():
 
 def the_animation_goes_through_the_levels_without_synthesizing_them_again():
     made = GeometricTextureSynthesizer(Input=source_of(surfaces.ball()), ModelFileName=model("animated.safetensors"),
-                                       Animation="Levels")  # fmt: skip
+                                       Animation="Levels", **OF_THE_CLASS)  # fmt: skip
     made.UpdatePipeline()
     assert list(made.TimestepValues) == [0.0, 1.0, 2.0]
     GetAnimationScene().UpdateAnimationUsingDataTimeSteps()

@@ -13,6 +13,7 @@ PROPERTIES = {
     "Seed": (0, 7, 7),
     "NumberOfSamples": (12, 3, 3),
     "FirstSample": (0, 2, 2),
+    "Spread": (1.25, 0.5, 0.5),
     "MemoryLimit": (0, 500, 500),
     "NumberOfHandles": (6, 4, 4),
     "MaximumAngle": (60.0, 30.0, 30.0),
@@ -49,7 +50,7 @@ def properties_have_the_defaults_of_the_class_and_reach_it():
 
 
 def poses_are_those_of_the_class():
-    proxy = PoseEnsemble(Input=source_of(surfaces.long_ball()), **QUICK)
+    proxy = PoseEnsemble(Input=source_of(surfaces.long_ball()), Spread=0.0, **QUICK)
     found = output_of(proxy)
     assert_same_poses(found, poses_of_the_class(surfaces.long_ball()))
     moved = surfaces.array(found.GetBlock(0), "Displacement")
@@ -59,7 +60,8 @@ def poses_are_those_of_the_class():
 
 
 def a_template_can_be_given_and_taken_away():
-    proxy = PoseEnsemble(Input=source_of(surfaces.long_ball()), Template=source_of(surfaces.long_ball(14)), **QUICK)
+    proxy = PoseEnsemble(Input=source_of(surfaces.long_ball()), Template=source_of(surfaces.long_ball(14)), Spread=0.0,
+                         **QUICK)  # fmt: skip
     assert_same_poses(output_of(proxy), poses_of_the_class(surfaces.long_ball(), surfaces.long_ball(14)))
     proxy.Template = None
     assert_same_poses(output_of(proxy), poses_of_the_class(surfaces.long_ball()))

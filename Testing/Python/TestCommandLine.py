@@ -21,7 +21,7 @@ from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.commands import FORMER_COMMANDS
 from surfacesynthesis.commands.common import ProgressBar
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet, vtkUnstructuredGrid
 
 
 @pytest.fixture
@@ -264,6 +264,41 @@ def test_all_bad_blocks_are_in_the_one_line(pair, tmp_path):
     write_mesh(blocks, tmp_path / "in.vtm")
     done = fails(["noise", "in.vtm", "out.vtm"], 1, "Block 2: ", tmp_path)
     assert "Block 3: " in done.stderr and "Block 1" not in done.stderr
+
+
+def test_bad_blocks_are_named(pair, tmp_path):
+    broken = pair[0].copy()
+    broken[5, 2] = np.nan
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, polydata_of(broken, pair[1]))
+    blocks.GetMetaData(0).Set(vtkMultiBlockDataSet.NAME(), "LeftHand")
+    write_mesh(blocks, tmp_path / "in.vtm")
+    fails(["noise", "in.vtm", "out.vtm"], 1, 'Block 1 "LeftHand": ', tmp_path)
+
+
+@pytest.mark.parametrize("command", ["remesh", "tetrahedralize", "repair", "noise", "surface", "report"])
+def test_a_volume_mesh_has_the_same_message_whatever_the_output(command, tmp_path):
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(polydata_of(np.eye(4)[:, :3], np.zeros((0, 3), int)).GetPoints())
+    grid.InsertNextCell(VTK_TETRA, 4, [0, 1, 2, 3])
+    write_mesh(grid, tmp_path / "in.vtu")
+    write_mesh(grid, tmp_path / "in.vtk")
+    for name in ("in.vtu", "in.vtk"):
+        for output in [[]] if command == "report" else [["out.vtu"], ["out.vtk"]]:
+            words = f"surfacesynthesis: {name}: a volume mesh was found where a surface is needed; "
+            fails([command, name, *output], 1, words, tmp_path)
+
+
+def test_an_isovalue_for_a_surface_is_wrong_usage(surface, tmp_path):
+    fails(["surface", surface, "out.vtp", "--iso-value", "3"], 2, "--iso-value is a value of a volume", tmp_path)
+
+
+def test_samples_and_tetrahedra_that_do_not_fit_are_refused_in_words_of_options(surface, tmp_path):
+    fails(["noise", surface, "out.vtp", "--samples", str(2**31 - 1)], 1, "A --samples of ", tmp_path)
+    fails(["dataset", "mixtures", surface, "o.safetensors", "--samples", str(10**9)], 1, "A --samples of ", tmp_path)
+    words = "at most 1000 (--maximum-tetrahedra) are allowed. A --edge-length of "
+    arguments = ["tetrahedralize", surface, "out.vtu", "--edge-length", "1e-3", "--maximum-tetrahedra", "1000"]
+    fails(arguments, 1, words, tmp_path)
 
 
 def test_unwritable_outputs(surface, tmp_path):

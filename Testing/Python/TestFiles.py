@@ -18,7 +18,7 @@ from conftest import add_array, files_in, polydata_of
 from surfacesynthesis import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning, read_mesh, write_mesh
 from surfacesynthesis.files.polygons import PolygonMesh, from_polydata, to_polydata
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkIOGeometry import vtkGLTFReader, vtkOBJReader, vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
@@ -133,6 +133,18 @@ def test_vtks_own_readers_read_ply_and_obj(quads, tmp_path):
         reader.SetFileName(str(tmp_path / f"cube{kind}"))
         reader.Update()
         assert polygons_of(reader.GetOutput()) == polygons_of(quads)
+
+
+@pytest.mark.parametrize("kind", [".glb", ".gltf"])
+def test_vtks_own_reader_reads_gltf(kind, sphere, tmp_path):
+    write_mesh(sphere, tmp_path / f"s{kind}")
+    reader = vtkGLTFReader()
+    reader.SetFileName(str(tmp_path / f"s{kind}"))
+    reader.Update()
+    iterator = reader.GetOutput().NewIterator()
+    found = iterator.GetCurrentDataObject()
+    assert polygons_of(found) == polygons_of(sphere)
+    assert found.GetPointData().HasArray("_height")
 
 
 @pytest.mark.parametrize("binary", [True, False])
@@ -513,6 +525,19 @@ def test_gltf_scenes(tmp_path):
         assert found[0].tolist() == [0, 1, 2]
 
 
+def test_composite_datasets_become_scenes(tmp_path, sphere, quads):
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, sphere)
+    blocks.SetBlock(2, quads)
+    write_mesh(blocks, tmp_path / "s.glb")
+    result = read_mesh(tmp_path / "s.glb")
+    assert [result.GetBlock(k).GetNumberOfPolys() for k in range(2)] == [sphere.GetNumberOfPolys(), 13]
+    assert result.GetBlock(0).GetPointData().HasArray("height")
+    blocks.SetBlock(1, vtkUnstructuredGrid())
+    with pytest.raises(ValueError, match="only those of vtkPolyData can be written to .glb"):
+        write_mesh(blocks, tmp_path / "s.glb")
+
+
 def test_gltf_with_its_buffer_in_a_file(tmp_path):
     (tmp_path / "b.bin").write_bytes(np.eye(3, dtype=np.float32).tobytes() + np.arange(4, dtype=np.uint16).tobytes())
     mesh = read_text(tmp_path, "t.gltf", gltf(**{"buffers.0.uri": "b.bin", "scenes.0.nodes": [2]}))
@@ -714,7 +739,7 @@ def test_unwritable_places(sphere, tmp_path):
     with pytest.raises(OSError):
         write_mesh(sphere, "/proc/s.vtp")
     blocks = vtkMultiBlockDataSet()
-    with pytest.raises(ValueError, match="composite dataset can be written to .vtm or .vtk only"):
+    with pytest.raises(ValueError, match="composite dataset can be written to .vtm, .vtk, .glb or .gltf only"):
         write_mesh(blocks, tmp_path / "s.stl")
     with pytest.raises(ValueError, match="use .vtp"):
         write_mesh(sphere, tmp_path / "s.vtm")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfacesynthesis.matern_noise() and the wrapped filter."""
 
+import resource
 import subprocess
 import sys
 import warnings
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
-from surfacesynthesis import matern_noise
+from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, matern_noise
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkCommonDataModel import (
@@ -18,6 +19,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
     vtkUnstructuredGrid,
 )
+from vtkmodules.vtkFiltersGeneral import vtkWarpVector
 
 
 def values_of(mesh, name="MaternNoise"):
@@ -405,3 +407,33 @@ def test_existing_array_of_that_name_is_replaced_in_the_output_only(sphere):
     result = matern_noise(sphere, range=1.0)
     assert names_of(result.GetPointData()).count("MaternNoise") == 1
     assert (values_of(sphere) == 7.0).all() and not (values_of(result) == 7.0).any()
+
+
+def test_warp_vector_takes_noise_of_three_components_unasked(sphere):
+    noise = matern_noise(sphere, range=1.0, components=3, standard_deviation=0.1)
+    warp = vtkWarpVector()
+    warp.SetInputData(noise)
+    warp.Update()
+    moved = vtk_to_numpy(warp.GetOutput().GetPoints().GetData())
+    assert np.allclose(moved, vtk_to_numpy(sphere.GetPoints().GetData()) + values_of(noise), atol=1e-6)
+    assert matern_noise(sphere, range=1.0).GetPointData().GetVectors() is None
+    add_array(sphere.GetPointData(), "Velocity", np.ones((sphere.GetNumberOfPoints(), 3)))
+    sphere.GetPointData().SetActiveVectors("Velocity")
+    assert matern_noise(sphere, range=1.0, components=3).GetPointData().GetVectors().GetName() == "Velocity"
+
+
+def test_more_samples_than_fit_are_refused_before_memory_is_taken(sphere):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for make in (
+        lambda **limit: matern_noise(sphere, range=1.0, samples=2**31 - 1, **limit),
+        lambda **limit: surfacesynthesis.gaussian_mixtures(sphere, 2**31 - 1, **limit),
+    ):
+        for limit in ({}, {"memory_limit": 1}):
+            with pytest.raises(SurfaceSynthesisError, match=r"A NumberOfSamples of \d+ fits"):
+                make(**limit)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 100_000  # KiB
+
+
+def test_a_range_of_many_surfaces_is_warned_of(sphere):
+    with pytest.warns(SurfaceSynthesisWarning, match="times the longest side of the surface"):
+        matern_noise(sphere, range=100.0)

@@ -166,6 +166,33 @@ def test_dicom_types(tmp_path, kind):
     assert (samples_of(image) == VALUES).all() and samples_of(image).dtype == np.dtype(kind)
 
 
+def rle(values):
+    """Samples [columns, rows] of 16 bits in DICOM's run length encoding, as one run without repetition for each byte."""
+    raw = values.astype("<i2").ravel(order="F").view(np.uint8).reshape(-1, 2)
+    segments = [bytes([len(raw) - 1]) + raw[:, k].tobytes() for k in (1, 0)]
+    segments = [segment + b"\0" * (len(segment) % 2) for segment in segments]
+    head = struct.pack("<16I", 2, 64, 64 + len(segments[0]), *[0] * 13)
+    frame = head + b"".join(segments)
+    items = struct.pack("<HHI", 0xFFFE, 0xE000, 0) + struct.pack("<HHI", 0xFFFE, 0xE000, len(frame)) + frame
+    items += struct.pack("<HHI", 0xFFFE, 0xE0DD, 0)
+    return struct.pack("<HH2s2xI", 0x7FE0, 0x0010, b"OB", 0xFFFFFFFF) + items
+
+
+@gdcm
+def test_compressed_samples_and_samples_of_12_bits(tmp_path):
+    values = VALUES[:, :, 3] - 40  # of both signs
+    (tmp_path / "a.dcm").write_bytes(dicom(values, oblique(), syntax="1.2.840.10008.1.2.5", pixels=rle(values)))
+    assert (samples_of(read_volume(tmp_path / "a.dcm"))[:, :, 0] == values).all()
+    for kind in ("i2", "u2"):
+        bits = {
+            "stored": element(0x00280101, "US", struct.pack("<H", 12)), "high": element(0x00280102, "US", struct.pack("<H", 11)),
+            "pixels": element(0x7FE00010, "OW", (values.astype("u2") & 0x0FFF | 0x5000).tobytes(order="F")),
+        }  # fmt: skip
+        (tmp_path / "a.dcm").write_bytes(dicom(values.astype(kind), oblique(), **bits))
+        expected = values if kind == "i2" else values.astype("u2") & 0x0FFF
+        assert (samples_of(read_volume(tmp_path / "a.dcm"))[:, :, 0] == expected).all()
+
+
 @gdcm
 def test_one_dicom_file_and_one_with_many_frames(tmp_path):
     thickness = [element(0x00180050, "DS", "2.5")]

@@ -109,6 +109,11 @@ def test_errors_warnings_and_cancellation(pair):
         vdb_surface(ball_image(), iso_value=100.0)
     with pytest.raises(ValueError, match="iso_value is a value of a volume, and the input is a surface"):
         vdb_surface(pair, iso_value=0.5)
+    labels = ball_image()
+    values = vtk_to_numpy(labels.GetPointData().GetScalars())
+    add_array(labels.GetPointData(), "Labels", np.digitize(values, [0.0, 2.0]).astype(np.uint8))
+    with pytest.warns(SurfaceSynthesisWarning, match="The image holds 3 distinct integers from 0 to 2, as label images"):
+        vdb_surface(labels, array="Labels")
     with pytest.raises(SurfaceSynthesisError, match="A VoxelSize of .* fits"):
         vdb_surface(pair, voxel_size=1e-6)
     with pytest.raises(Cancelled):

@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import textwrap
+import tracemalloc
 import warnings
 import zlib
 
@@ -251,6 +252,17 @@ def test_an_oblique_flipped_scan_lies_where_nibabel_puts_it(tmp_path):
     assert (samples_of(found) == np.asarray(expected.dataobj)).all()
     for index in np.ndindex(SHAPE):
         assert np.abs(world_of(found, index) - nibabel.affines.apply_affine(expected.affine, index)).max() < 1e-5
+
+
+def test_compressed_volumes_are_not_inflated_beyond_their_samples(tmp_path):
+    packed = gzip.compress(nifti() + bytes(1 << 27), 1)
+    (tmp_path / "v.nii.gz").write_bytes(packed)
+    tracemalloc.start()
+    try:
+        assert (samples_of(read_volume(tmp_path / "v.nii.gz")) == VALUES).all()
+        assert tracemalloc.get_traced_memory()[1] < 40e6  # a block of 16 MiB, twice
+    finally:
+        tracemalloc.stop()
 
 
 def test_units_of_nifti_become_millimetres(tmp_path):

@@ -95,7 +95,8 @@ void RequireFewVoxels(
   const double side = ComputeBoundingBox(mesh).LongestSide() + 2.0 * motion.Outwards;
   // The area of a sphere of radius r grows by 8 pi r d + 4 pi d^2 over a distance d.
   const double grown = 4.0 * 3.14159265358979 * motion.Outwards * (side - motion.Outwards);
-  const double voxels = 2.0 * (halfWidth + 1.0) * (SurfaceArea(mesh) + grown) / (voxelSize * voxelSize) + side / voxelSize;
+  const double voxels = 2.0 * (halfWidth + 1.0) * (SurfaceArea(mesh) + grown) / (voxelSize * voxelSize) +
+    side / voxelSize;
   const double visits = StepsOfVoxel * motion.Way / voxelSize * voxels;
   const double mostVisits = VisitsOfVoxel * options.MaximumNumberOfVoxels;
   if (voxels <= options.MaximumNumberOfVoxels && side / voxelSize <= LargestSide && visits <= mostVisits)

@@ -225,3 +225,20 @@ TEST(AttributeClasses, SplitPointsOfOnePlaceAtSeams)
   surface->GetPointData()->AddArray(Column<vtkDoubleArray>("Chart", { 0.0, 1.0, 0.0, 0.0, 1.0, 1e-9, 1.0 }));
   EXPECT_THAT(AttributeClasses(surface, points), ElementsAre(0, 1, 2, 3, 4, 0, 1)) << "up to a millionth of the range";
 }
+
+TEST(SetActiveWhereNone, ChoosesScalarsAndVectorsThatTheInputHasNot)
+{
+  const auto surface = Grid(1, 4).ToPolyData();
+  vtkPointData* data = surface->GetPointData();
+  data->AddArray(surfsynth::NewArray<vtkDoubleArray>("One", 4, 1));
+  data->AddArray(surfsynth::NewArray<vtkDoubleArray>("Three", 4, 3));
+  data->AddArray(surfsynth::NewArray<vtkDoubleArray>("Other", 4, 3));
+  surfsynth::SetActiveWhereNone(data, "One");
+  EXPECT_STREQ(data->GetScalars()->GetName(), "One");
+  EXPECT_EQ(data->GetVectors(), nullptr) << "one component makes no vectors";
+  surfsynth::SetActiveWhereNone(data, "Three");
+  EXPECT_STREQ(data->GetScalars()->GetName(), "One");
+  EXPECT_STREQ(data->GetVectors()->GetName(), "Three");
+  surfsynth::SetActiveWhereNone(data, "Other");
+  EXPECT_STREQ(data->GetVectors()->GetName(), "Three");
+}

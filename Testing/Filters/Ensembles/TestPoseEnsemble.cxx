@@ -11,6 +11,7 @@
 #include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
@@ -329,6 +330,35 @@ TEST(PoseEnsemble, KeepsArraysAndPrecisionAndDropsNormals)
   }
 }
 
+TEST(PoseEnsemble, SpreadMovesTheSamplesApartAndNothingElse)
+{
+  const auto creature = Creature(2);
+  vtkNew<Poses> filter;
+  filter->SetNumberOfSamples(3);
+  filter->SetNumberOfIterations(2);
+  const auto piled = PosesOf(filter, creature);
+  EXPECT_EQ(Sample(piled, 1)->GetFieldData()->GetArray("Translation"), nullptr);
+  filter->SetSpread(1.5);
+  const auto spread = PosesOf(filter, creature);
+  double box[6];
+  creature->GetBounds(box);
+  for (unsigned int k = 0; k < 3; ++k)
+  {
+    vtkDataArray* translation = Sample(spread, k)->GetFieldData()->GetArray("Translation");
+    ASSERT_NE(translation, nullptr);
+    const Eigen::RowVector3d moved(translation->GetTuple3(0));
+    const Eigen::RowVector3d size(box[1] - box[0], box[3] - box[2], 0.0);
+    const Eigen::RowVector3d cells = moved.cwiseQuotient((1.5 * size).cwiseMax(1e-9));
+    EXPECT_LT((cells - cells.array().round().matrix()).cwiseAbs().maxCoeff(), 1e-9) << cells;
+    EXPECT_EQ(moved.isZero(), k == 0);
+    const PointMatrix back = PointsOf(Sample(spread, k)).rowwise() - moved;
+    EXPECT_LT((back - PointsOf(Sample(piled, k))).cwiseAbs().maxCoeff(), 1e-5);
+    EXPECT_TRUE(SameBits(Sample(spread, k)->GetPointData()->GetArray("Displacement"),
+      Sample(piled, k)->GetPointData()->GetArray("Displacement")));
+  }
+  EXPECT_EQ(creature->GetFieldData()->GetArray("Translation"), nullptr);
+}
+
 TEST(PoseEnsemble, PointsWithoutTrianglesStay)
 {
   auto creature = Creature(2);
@@ -439,9 +469,9 @@ TEST(PoseEnsemble, PrintsItsProperties)
   std::ostringstream text;
   filter->Print(text);
   for (const char* name :
-    { "Seed: 0", "NumberOfSamples: 12", "FirstSample: 0", "NumberOfHandles: 6", "MaximumAngle: 60", "MaximumTwist: 20",
-      "HandleRadius: 0.08", "AnchorRadius: 0.12", "PivotPosition: 0.8", "NumberOfIterations: 40", "Stiffness: 0.0002",
-      "DisplacementArrayName: Displacement", "RegionArrayName: PoseRegion" })
+    { "Seed: 0", "NumberOfSamples: 12", "FirstSample: 0", "Spread: 0", "NumberOfHandles: 6", "MaximumAngle: 60",
+      "MaximumTwist: 20", "HandleRadius: 0.08", "AnchorRadius: 0.12", "PivotPosition: 0.8", "NumberOfIterations: 40",
+      "Stiffness: 0.0002", "DisplacementArrayName: Displacement", "RegionArrayName: PoseRegion" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;
   }

@@ -109,6 +109,20 @@ Cost CostOf(Filter* filter)
 #endif
 } // namespace
 
+TEST(GeometricTextureRemeshing, TheAutomaticStartIsLevelOneOnATargetAndLevelZeroWithoutInput)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  for (const bool hasTarget : { true, false })
+  {
+    const auto filter = Remeshing(hasTarget ? target.Get() : nullptr);
+    filter->SetTargetPreparationToAsIs();
+    filter->SetStartLevel(-1);
+    const vtkSmartPointer<vtkPolyData> automatic = SurfaceOf(filter);
+    filter->SetStartLevel(hasTarget ? 1 : 0);
+    EXPECT_TRUE(SameBits(automatic->GetPoints()->GetData(), SurfaceOf(filter)->GetPoints()->GetData()));
+  }
+}
+
 TEST(GeometricTextureRemeshing, LeavesTheTemplateAsItIs)
 {
   const auto filter = Remeshing(nullptr, 0.3);
@@ -154,6 +168,17 @@ TEST(GeometricTextureRemeshing, EdgesAreAsLongAsTheScaleSays)
   }
   EXPECT_GT(Unevenness(given), 0.4);
   EXPECT_EQ(HashOf(target), before);
+}
+
+TEST(GeometricTextureRemeshing, TheAutomaticScaleBeginsWithTheSameTrianglesOnEveryTarget)
+{
+  for (const int levels : { 2, 5 })
+  {
+    const auto filter = Remeshing(Icosphere(levels).ToPolyData(), 0.0);
+    filter->SetEndLevel(0);
+    const auto output = SurfaceOf(filter);
+    EXPECT_NEAR(static_cast<double>(output->GetNumberOfPolys()), 7000.0, 700.0) << levels;
+  }
 }
 
 TEST(GeometricTextureRemeshing, ArraysAreCarriedOver)

@@ -57,6 +57,7 @@ TEST(Tetrahedralize, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
     { "MinimumDihedralAngle", [](Tetrahedralize* f) { f->SetMinimumDihedralAngle(5.0); } },
     { "MaximumVolume", [](Tetrahedralize* f) { f->SetMaximumVolume(0.1); } },
     { "TargetEdgeLength", [](Tetrahedralize* f) { f->SetTargetEdgeLength(1.0); } },
+    { "MaximumNumberOfTetrahedra", [](Tetrahedralize* f) { f->SetMaximumNumberOfTetrahedra(100000); } },
     { "PreserveSurface", [](Tetrahedralize* f) { f->PreserveSurfaceOff(); } },
     { "InnerSurfaces", [](Tetrahedralize* f) { f->SetInnerSurfacesToHoles(); } },
     { "SurfaceTriangles", [](Tetrahedralize* f) { f->SurfaceTrianglesOn(); } },
@@ -69,6 +70,39 @@ TEST(Tetrahedralize, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
   auto* grid = vtkUnstructuredGrid::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_TRUE(grid->GetCellData()->GetArray("Part"));
   EXPECT_TRUE(grid->GetPointData()->GetArray("Skin"));
+}
+
+TEST(Tetrahedralize, BoundsThatAskForTooManyAreRefusedAndTheOneThatIsNamedFits)
+{
+  vtkNew<Tetrahedralize> filter;
+  filter->SetInputDataObject(Icosphere(2).ToPolyData());
+  filter->SetMaximumNumberOfTetrahedra(20000);
+  const auto refused = [&](const std::string& mark) {
+    EventRecorder events(filter);
+    EXPECT_FALSE(Update(filter));
+    const std::string error = events.AllErrors();
+    EXPECT_THAT(error, HasSubstr("at most 20000 (MaximumNumberOfTetrahedra) are allowed"));
+    const std::size_t place = error.find(mark);
+    EXPECT_NE(place, std::string::npos) << error;
+    return place == std::string::npos ? 1.0 : std::stod(error.substr(place + mark.size()));
+  };
+  const auto made = [&] {
+    EXPECT_TRUE(Update(filter));
+    return filter->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::CELL);
+  };
+  for (const bool preserve : { true, false })
+  {
+    filter->SetPreserveSurface(preserve);
+    filter->SetTargetEdgeLength(1e-4);
+    filter->SetTargetEdgeLength(refused("A TargetEdgeLength of "));
+    EXPECT_GT(made(), 5000) << "and is not far too large";
+    EXPECT_LT(made(), 40000);
+    filter->SetTargetEdgeLength(0.0);
+    filter->SetMaximumVolume(1e-12);
+    filter->SetMaximumVolume(refused("A MaximumVolume of "));
+    EXPECT_GT(made(), 5000);
+    filter->SetMaximumVolume(0.0);
+  }
 }
 
 TEST(Tetrahedralize, RangesAndPrint)
@@ -84,9 +118,9 @@ TEST(Tetrahedralize, RangesAndPrint)
   EXPECT_EQ(filter->GetMemoryLimit(), 0);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* property :
-    { "QualityRatio", "MinimumDihedralAngle", "MaximumVolume", "TargetEdgeLength", "PreserveSurface", "InnerSurfaces",
-      "SurfaceTriangles", "TimeLimit", "MemoryLimit", "RegionArrayName: Region", "SurfaceArrayName: OnSurface" })
+  for (const char* property : { "QualityRatio", "MinimumDihedralAngle", "MaximumVolume", "TargetEdgeLength",
+         "MaximumNumberOfTetrahedra", "PreserveSurface", "InnerSurfaces", "SurfaceTriangles", "TimeLimit",
+         "MemoryLimit", "RegionArrayName: Region", "SurfaceArrayName: OnSurface" })
   {
     EXPECT_THAT(text.str(), HasSubstr(property));
   }

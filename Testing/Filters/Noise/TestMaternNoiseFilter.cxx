@@ -277,6 +277,101 @@ TEST(MaternNoiseFilter, ActiveScalarsAreOnlySetWhereThereAreNone)
   EXPECT_EQ(filter->GetPolyDataOutput()->GetPointData()->GetScalars(), pressure.Get());
 }
 
+TEST(MaternNoiseFilter, TheActiveResultIsActiveAlsoWhereThereAreScalars)
+{
+  const auto input = Icosphere(1).ToPolyData();
+  vtkNew<vtkDoubleArray> pressure;
+  pressure->SetName("Pressure");
+  pressure->SetNumberOfTuples(input->GetNumberOfPoints());
+  pressure->Fill(1.0);
+  input->GetPointData()->SetScalars(pressure);
+  const auto filter = Filter(input, 2.0);
+  filter->ActiveResultOn();
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetPolyDataOutput()->GetPointData()->GetScalars(), NoiseOf(filter->GetOutput()));
+  EXPECT_EQ(input->GetPointData()->GetScalars(), pressure.Get());
+}
+
+TEST(MaternNoiseFilter, RefinementDividesEdgesThatAreTooLongForTheRange)
+{
+  const auto input = Icosphere(0).ToPolyData();
+  vtkNew<vtkDoubleArray> height;
+  height->SetName("Height");
+  for (vtkIdType p = 0; p < input->GetNumberOfPoints(); ++p)
+  {
+    height->InsertNextValue(input->GetPoint(p)[2]);
+  }
+  input->GetPointData()->AddArray(height);
+  const std::uint64_t before = HashOf(input);
+  const auto filter = Filter(input, 0.8);
+  {
+    EventRecorder events(filter);
+    ASSERT_TRUE(Update(filter));
+    ASSERT_EQ(events.Warnings.size(), 1u);
+    EXPECT_THAT(events.Warnings[0], ::testing::HasSubstr("Switch Refinement on"));
+  }
+  filter->RefinementOn();
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(events.Warnings.empty());
+  vtkPolyData* refined = filter->GetPolyDataOutput();
+  EXPECT_GT(refined->GetNumberOfPoints(), 200);
+  EXPECT_EQ(HashOf(input), before);
+  vtkDataArray* heights = refined->GetPointData()->GetArray("Height");
+  ASSERT_EQ(heights->GetNumberOfTuples(), refined->GetNumberOfPoints());
+  for (vtkIdType p = 0; p < refined->GetNumberOfPoints(); ++p)
+  {
+    EXPECT_NEAR(heights->GetTuple1(p), refined->GetPoint(p)[2], 1e-6);
+  }
+  const vtkTypeInt64 factorizations = filter->GetNumberOfFactorizations();
+  filter->SetSeed(5);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), factorizations);
+}
+
+TEST(MaternNoiseFilter, RefinementLeavesFineMeshesAndOtherScalesAsTheyAre)
+{
+  const auto fine = Icosphere(3).ToPolyData();
+  const auto plain = Filter(fine);
+  const auto filter = Filter(fine);
+  filter->RefinementOn();
+  ASSERT_TRUE(Update(plain) && Update(filter));
+  EXPECT_TRUE(SameBits(NoiseOf(plain->GetOutput()), NoiseOf(filter->GetOutput())));
+  const auto coarse = Filter(Icosphere(0).ToPolyData());
+  coarse->RefinementOn();
+  coarse->SetScaleModeToScreening();
+  ASSERT_TRUE(Update(coarse));
+  EXPECT_EQ(coarse->GetPolyDataOutput()->GetNumberOfPoints(), 12);
+}
+
+TEST(MaternNoiseFilter, DefectsAreThoseOfTheMeshBeforeTheRefinement)
+{
+  Soup soup = Icosphere(0);
+  const vtkIdType tip = soup.AddPoint(3.0, 0.0, 0.0);
+  soup.Polys.push_back({ soup.Polys[0][0], soup.Polys[0][1], tip }); // a third triangle on an edge
+  const auto filter = Filter(soup.ToPolyData(), 0.5);
+  filter->RefinementOn();
+  EventRecorder events(filter);
+  EXPECT_FALSE(Update(filter));
+  ASSERT_EQ(events.Errors.size(), 1u);
+  EXPECT_THAT(events.Errors[0], ::testing::HasSubstr("1 non-manifold edge"));
+}
+
+TEST(MaternNoiseFilter, RefinementWorksBlockByBlock)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, Icosphere(3).ToPolyData());
+  blocks->SetBlock(2, Icosphere(0).ToPolyData());
+  const auto filter = Filter(blocks);
+  filter->RefinementOn();
+  ASSERT_TRUE(Update(filter));
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  EXPECT_EQ(vtkPolyData::SafeDownCast(output->GetBlock(0))->GetNumberOfPoints(), 642);
+  EXPECT_EQ(output->GetBlock(1), nullptr);
+  EXPECT_GT(vtkPolyData::SafeDownCast(output->GetBlock(2))->GetNumberOfPoints(), 100);
+  EXPECT_EQ(vtkPolyData::SafeDownCast(blocks->GetBlock(2))->GetNumberOfPoints(), 12);
+}
+
 TEST(MaternNoiseFilter, AnArrayOfTheSameNameIsReplacedInTheOutputOnly)
 {
   const auto input = Icosphere(1).ToPolyData();
@@ -330,8 +425,9 @@ TEST(MaternNoiseFilter, PrintsEveryProperty)
   filter->Print(text);
   for (const char* line : { "NoiseModel: 0", "ScaleMode: 0", "CorrelationRange: 0", "StandardDeviation: 1",
          "Screening: 100", "NormalizedScreening: 0.0001", "NumberOfEigenpairs: 256", "Seed: 0", "NumberOfComponents: 1",
-         "NumberOfSamples: 1", "FirstSample: 0", "OutputArrayName: Bumps", "EffectiveScreening: 0",
-         "EffectiveCorrelationRange: 0", "Gamma: 0", "RelativeResidual: 0", "NumberOfFactorizations: 0" })
+         "NumberOfSamples: 1", "FirstSample: 0", "Refinement: 0", "ActiveResult: 0", "OutputArrayName: Bumps",
+         "EffectiveScreening: 0", "EffectiveCorrelationRange: 0", "Gamma: 0", "RelativeResidual: 0",
+         "NumberOfFactorizations: 0" })
   {
     EXPECT_THAT(text.str(), ::testing::HasSubstr(line));
   }

@@ -209,6 +209,43 @@ TEST(MaternNoiseMessages, BlocksAreNamedInMessages)
     AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter"), HasSubstr("Block 3: ")));
 }
 
+TEST(MaternNoiseMessages, ARangeOfManySurfacesIsAWarning)
+{
+  vtkNew<vtkMaternNoiseFilter> filter;
+  filter->SetInputDataObject(Icosphere(2).ToPolyData());
+  filter->SetCorrelationRange(50.0);
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  ASSERT_THAT(events.Warnings, SizeIs(1));
+  EXPECT_THAT(events.Warnings[0],
+    AllOf(HasSubstr("correlation range 50 is 25 times the longest side of the surface, 2"), HasSubstr("below 2")));
+  filter->SetCorrelationRange(9.0);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_THAT(events.Warnings, SizeIs(1)) << "a field that varies little";
+}
+
+TEST(MaternNoiseMessages, MoreSamplesThanFitAreRefusedAndTheNumberThatIsNamedFits)
+{
+  vtkNew<vtkMaternNoiseFilter> filter;
+  filter->SetInputDataObject(Icosphere(2).ToPolyData());
+  filter->SetCorrelationRange(1.5);
+  filter->SetNumberOfComponents(3);
+  filter->SetMemoryLimit(1);
+  filter->SetNumberOfSamples(VTK_INT_MAX);
+  EventRecorder events(filter);
+  EXPECT_FALSE(Update(filter));
+  ASSERT_THAT(events.Errors, SizeIs(1));
+  const std::string mark = "A NumberOfSamples of ";
+  const std::size_t place = events.Errors[0].find(mark);
+  ASSERT_NE(place, std::string::npos) << events.Errors[0];
+  const int fitting = std::stoi(events.Errors[0].substr(place + mark.size()));
+  EXPECT_GT(fitting, 10);
+  filter->SetNumberOfSamples(fitting);
+  EXPECT_TRUE(Update(filter));
+  filter->SetNumberOfSamples(fitting + 1);
+  EXPECT_FALSE(Update(filter));
+}
+
 TEST(MaternNoiseMessages, EdgesTooLongForTheRangeAreAWarning)
 {
   vtkNew<vtkMaternNoiseFilter> filter;

@@ -64,7 +64,8 @@ def vdb_surface(
         a surface with holes, self-intersections, non-manifold edges, wrong winding: solid is what it encloses, and open
         sheets become plates two voxels thick. Never modified.
     iso_value : float, optional
-        The value of the image on the surface. Default: Otsu's threshold of the histogram.
+        The value of the image on the surface, within its values; not for a surface. Default: Otsu's threshold of the
+        histogram, with a warning for labels.
     inside : str
         The solid side of the isovalue: "above" (default) or "below".
     voxel_size : float, optional
@@ -86,7 +87,8 @@ def vdb_surface(
     largest_component : bool
         True keeps only the part of the solid with the largest volume. Default False.
     maximum_voxels : int
-        Number of voxels along the surface beyond which an error names a voxel size that fits; at least 1000.
+        Number of voxels along the surface beyond which an error names a voxel size that fits; at least 1000. Moving the
+        surface by ``offset`` may visit each ten times.
     array : str, optional
         Name of the point array of the image to use, or of the cell array, whose values then lie at the centers of the
         cells. Default: its active scalars, those of the points first.

@@ -107,7 +107,26 @@ def read_surface(path):
     mesh = files.read_mesh(path)
     if mesh.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{path}: the file holds no points")
+    require_surface(mesh, path)
     return mesh
+
+
+def require_surface(mesh, path):
+    """Raises FormatError when the mesh from a file has cells of three dimensions."""
+    if not mesh.IsA("vtkUnstructuredGrid"):
+        return
+    from vtkmodules.vtkCommonDataModel import vtkCellTypes, vtkGenericCell
+
+    from ..errors import FormatError
+
+    types = vtkCellTypes()
+    mesh.GetCellTypes(types)
+    for k in range(types.GetNumberOfTypes()):
+        if vtkGenericCell.InstantiateCell(types.GetCellType(k)).GetCellDimension() == 3:
+            raise FormatError(
+                f"{path}: a volume mesh was found where a surface is needed; vtkDataSetSurfaceFilter, in ParaView Extract "
+                "Surface, makes a surface of it"
+            )
 
 
 def run_filter(algorithm, dataset, arguments, times=None):

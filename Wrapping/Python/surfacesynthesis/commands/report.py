@@ -2,7 +2,7 @@
 """The command ``report``."""
 
 from ..deprecation import add_former_option
-from .common import Outcome, add_command, add_running_options, as_usage, run_filter
+from .common import Outcome, add_command, add_running_options, as_usage, require_surface, run_filter
 
 _DESCRIPTION = """\
 Describes a surface and every defect of it, with the first cell or point of each kind of defect and what repairs it."""
@@ -45,6 +45,7 @@ def run(arguments):
     algorithm = as_usage(configured_filter, arguments.component_rows)
     as_usage(files.extension, arguments.input)
     mesh = files.read_mesh(arguments.input)
+    require_surface(mesh, arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
     text = report.to_csv().rstrip("\n") if arguments.csv else str(report)
     return Outcome(text, 0 if report.valid else INVALID)

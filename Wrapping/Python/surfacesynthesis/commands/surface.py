@@ -4,7 +4,7 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, require_surface, run_filter
 
 _DESCRIPTION = """\
 Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
@@ -112,6 +112,7 @@ def run(arguments):
     given = as_usage(_read_volume, files, arguments) if is_volume else files.read_mesh(arguments.input)
     if given.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{arguments.input}: the file holds no points")
+    require_surface(given, arguments.input)
     output = run_filter(surface, given, arguments)
     as_usage(files.check_writable, output, arguments.output)
     files.write_mesh(output, arguments.output)

@@ -5,6 +5,7 @@ reads FreeSurfer's surfaces. Reads volumes: NIfTI, DICOM, MGH, MetaImage, NRRD a
 import os
 import shutil
 import stat
+import tempfile
 import warnings
 
 from vtkmodules.vtkCommonDataModel import (
@@ -81,7 +82,7 @@ GEOMETRY_ONLY = (".stl", ".obj", ".off")
 _READ = {".off": read_off, ".gii": read_gifti, **dict.fromkeys(SURFACES, read_surface)}
 _READ_WITH_SEAMS = {".obj": read_obj, ".ply": read_ply}
 _WRITE = {".obj": write_obj, ".off": write_off, ".ply": write_ply, ".gii": write_gifti}
-_WRITE_TRIANGLES = (".gii", ".glb", ".gltf")
+_WRITE_SCENE = (".glb", ".gltf")
 _READ_VOLUME = {
     ".nii": read_nifti, ".nii.gz": read_nifti, ".mha": read_metaimage, ".mhd": read_metaimage, ".nrrd": read_nrrd,
     ".mgh": read_mgh, ".mgz": read_mgh,
@@ -292,8 +293,10 @@ def check_writable(mesh, path):
     if kind == ".gii":
         nibabel_of("GIFTI files")
     composite = isinstance(mesh, vtkDataObjectTree)
-    if composite and kind not in (".vtm", ".vtk"):
-        raise ValueError(f"{path}: a composite dataset can be written to .vtm or .vtk only")
+    if composite and kind not in (".vtm", ".vtk", *_WRITE_SCENE):
+        raise ValueError(f"{path}: a composite dataset can be written to .vtm, .vtk, .glb or .gltf only")
+    if composite and kind in _WRITE_SCENE and not all(isinstance(item, vtkPolyData) for item in _leaves(mesh)):
+        raise ValueError(f"{path}: of composite datasets only those of vtkPolyData can be written to {kind}")
     grid = isinstance(mesh, vtkUnstructuredGrid)
     if grid and kind not in (".vtu", ".vtk"):
         raise ValueError(f"{path}: an unstructured grid can be written to .vtu or .vtk only")
@@ -315,8 +318,8 @@ def check_writable(mesh, path):
 
 
 def write_mesh(mesh, path):
-    """Writes a vtkPolyData, a vtkUnstructuredGrid to .vtu or .vtk, or a vtkMultiBlockDataSet to .vtm or .vtk; the format
-    follows from the extension.
+    """Writes a vtkPolyData, a vtkUnstructuredGrid to .vtu or .vtk, or a vtkMultiBlockDataSet to .vtm, .vtk, .glb or .gltf;
+    the format follows from the extension.
 
     PLY, GIFTI and glTF keep all point arrays (glTF those of up to four components), OBJ texture coordinates, normals and
     the array "RGB"; STL and OFF keep the shape only. STL, GIFTI and glTF have triangles, in single precision. The file
@@ -357,10 +360,15 @@ def _temporary_folder(folder):
 def _write(mesh, path, folder):
     """Writes ``path`` and returns what to move into ``folder``, the pieces of a composite dataset before its index."""
     kind = extension(path)
-    if kind in _WRITE or kind in _WRITE_TRIANGLES:
-        arrays = from_polydata(named_by_role(mesh), triangles=kind in _WRITE_TRIANGLES)
+    if kind in _WRITE:
+        arrays = from_polydata(named_by_role(mesh), triangles=kind == ".gii")
         with open(path, "wb") as file:
-            _WRITE[kind](arrays, file) if kind in _WRITE else write_gltf(arrays, file, kind == ".glb")
+            _WRITE[kind](arrays, file)
+    elif kind in _WRITE_SCENE:
+        leaves = _leaves(mesh) if isinstance(mesh, vtkDataObjectTree) else [mesh]
+        arrays = [from_polydata(named_by_role(item), triangles=True) for item in leaves]
+        with open(path, "wb") as file:
+            write_gltf([(f"Mesh {k}", item) for k, item in enumerate(arrays)], file, kind == ".glb")
     elif kind == ".stl" and mesh.GetNumberOfPolys() + mesh.GetNumberOfStrips() == 0:
         with open(path, "wb") as file:  # vtkSTLWriter refuses
             file.write(bytes(84))
@@ -380,6 +388,17 @@ def _write(mesh, path, folder):
             os.fsync(file.fileno())
     written.sort(key=lambda name: name == path)
     return [(name, os.path.join(folder, os.path.relpath(name, os.path.dirname(path)))) for name in written]
+
+
+def _leaves(mesh):
+    """The datasets in a composite dataset."""
+    iterator = mesh.NewTreeIterator()
+    iterator.InitTraversal()
+    found = []
+    while not iterator.IsDoneWithTraversal():
+        found.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    return found
 
 
 def _require_space(folder, size):

@@ -229,34 +229,56 @@ def _values(path, headers, slices, dimensions, kind):
     """The values of the slices, with slope and intercept of each."""
     count_samples(path, dimensions)
     size = dimensions[0] * dimensions[1]
-    for header in headers:
-        needed = size * _integer(header, "frames", "1") * kind.itemsize
-        stored = os.path.getsize(header["file"]) - header["begin"] * (not header["encapsulated"])
-        if needed > stored * (LARGEST_RATIO if header["encapsulated"] else 1):
+    headers = {header["file"]: header for header in headers}
+    lengths = {name: size * _integer(header, "frames", "1") * kind.itemsize for name, header in headers.items()}
+    for name, header in headers.items():
+        stored = os.path.getsize(name) - header["begin"] * (not header["encapsulated"])
+        if lengths[name] > stored * (LARGEST_RATIO if header["encapsulated"] else 1):
             raise FormatError(
-                f"{header['file']}: the file is cut off: its header announces {needed} bytes of samples, {stored} follow"
+                f"{name}: the file is cut off: its header announces {lengths[name]} bytes of samples, {stored} follow"
             )
     wanted = {}
     for place, item in enumerate(slices):
         wanted.setdefault(item.file, []).append((item.frame, place))
-    frames = {header["file"]: _integer(header, "frames", "1") for header in headers}
     values = np.empty((dimensions[2], size), dtype=kind)
 
     def take(name, length, stream):
-        if length != frames[name] * size * kind.itemsize:
-            raise FormatError(f"{name}: there are {length} bytes of samples, not {frames[name] * size * kind.itemsize}")
-        found = np.frombuffer(stream.read(length), dtype=kind)
-        if len(found) * kind.itemsize != length:
-            raise FormatError(f"{name}: GDCM failed at this file; it is damaged")
+        if length != lengths[name]:
+            raise FormatError(f"{name}: there are {length} bytes of samples, not {lengths[name]}")
+        data = stream.read(length)
+        if len(data) != length:
+            raise FormatError(f"{name}: the file is damaged: its samples end early")
+        found = np.frombuffer(data, dtype=kind.newbyteorder("<")).reshape(-1, size)
         for frame, place in wanted[name]:
-            values[place] = found.reshape(-1, size)[frame]
+            values[place] = found[frame]
 
-    for _ in _answers("samples", list(wanted), take, max(frames.values()) * size * kind.itemsize):
+    others = []
+    for name in wanted:
+        unused = _unused_bits(headers[name], kind)
+        if unused is None:
+            others.append(name)
+            continue
+        with open(name, "rb") as file:
+            file.seek(headers[name]["begin"])
+            take(name, lengths[name], file)
+        for _, place in wanted[name]:  # shifted there and back, which also extends the sign
+            values[place] = values[place] << unused >> unused
+    for _ in _answers("samples", others, take, max(lengths.values())) if others else ():
         pass
-    scales = np.array([item.scale for item in slices])
-    if (scales == (1.0, 0.0)).all():
+    return _scaled(values, [item.scale for item in slices])
+
+
+def _unused_bits(header, kind):
+    """The bits in front of each sample that are no part of it, for samples that lie in the file as they are; else None."""
+    stored, allocated = _integer(header, "stored", header["bits"]), 8 * kind.itemsize
+    plain = header["plain"] and 1 <= stored <= allocated and _integer(header, "high", str(stored - 1)) == stored - 1
+    return kind.type(allocated - stored) if plain else None
+
+
+def _scaled(values, scales):
+    if (np.array(scales) == (1.0, 0.0)).all():
         return values.reshape(-1)
-    scaled = np.empty(values.shape, dtype=np.float32 if kind.itemsize <= 2 else np.float64)
+    scaled = np.empty(values.shape, dtype=np.float32 if values.dtype.itemsize <= 2 else np.float64)
     for place, (slope, intercept) in enumerate(scales):
         scaled[place] = values[place] * slope + intercept
     return scaled.reshape(-1)

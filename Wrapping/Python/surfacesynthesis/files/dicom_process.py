@@ -25,9 +25,11 @@ _TEXTS = {
     "uid": _UID, "number": _NUMBER, "description": _DESCRIPTION, "instance": (0x0020, 0x0013),
     "acquisition": (0x0020, 0x0012), "rows": (0x0028, 0x0010), "columns": (0x0028, 0x0011), "frames": (0x0028, 0x0008),
     "channels": (0x0028, 0x0002), "bits": (0x0028, 0x0100), "signed": (0x0028, 0x0103),
-    "photometric": (0x0028, 0x0004), "thickness": (0x0018, 0x0050), "between": (0x0018, 0x0088),
+    "stored": (0x0028, 0x0101), "high": (0x0028, 0x0102), "photometric": (0x0028, 0x0004), "thickness": (0x0018, 0x0050), "between": (0x0018, 0x0088),
     "position": _POSITION, "orientation": _ORIENTATION, "spacing": _SPACING, "slope": _SLOPE, "intercept": _INTERCEPT,
 }  # fmt: skip
+#: Transfer syntaxes of little endian samples as they are: with implicit and explicit types.
+_PLAIN = ("1.2.840.10008.1.2", "1.2.840.10008.1.2.1")
 _SHARED_GROUPS, _FRAME_GROUPS = (0x5200, 0x9229), (0x5200, 0x9230)
 #: Attributes of a frame in files with several: the sequence that holds them, and the attribute in it.
 _OF_FRAMES = {
@@ -84,7 +86,9 @@ def _header(gdcm, name):
     for key, tag in _TEXTS.items():
         found = data.FindDataElement(gdcm.Tag(*tag)) and not data.GetDataElement(gdcm.Tag(*tag)).IsEmpty()
         header[key] = _printable(texts.ToString(gdcm.Tag(*tag))) if found else ""
-    header["encapsulated"] = file.GetHeader().GetDataSetTransferSyntax().IsEncapsulated()
+    syntax = file.GetHeader().GetDataSetTransferSyntax()
+    header["encapsulated"] = syntax.IsEncapsulated()
+    header["plain"] = syntax.GetString() in _PLAIN
     header["begin"] = reader.GetStreamCurrentPosition()
     header["groups"] = _groups(gdcm, data)
     _say(**header)

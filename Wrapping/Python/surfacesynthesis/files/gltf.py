@@ -19,7 +19,7 @@ from .polygons import mesh_of_triangles
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 _TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _VERTICES, _INDICES = 34962, 34963
 #: Levels of nodes, and the points that a scene may have beyond one for each byte: a mesh may stand in it many times.
 _DEEPEST, _MOST_POINTS = 100, 1 << 24
@@ -235,32 +235,26 @@ def _array(name, values, matrix):
     return name.removeprefix("_"), values
 
 
-def write_gltf(mesh, file, binary):
-    """Writes a PolygonMesh of triangles to a binary file object: points, "Normals", "TCoords", "RGB" or "RGBA", and arrays
-    of up to four components under their names behind an underscore, in single precision."""
+def write_gltf(meshes, file, binary):
+    """Writes pairs of a name and a PolygonMesh of triangles to a binary file object: points, "Normals", "TCoords", "RGB" or
+    "RGBA", and arrays of up to four components under their names behind an underscore, in single precision."""
     writer = _Buffer()
-    points = mesh.points.astype(np.float32)
-    attributes = {"POSITION": writer.add(points, _VERTICES)}
-    if len(points):
-        writer.accessors[0].update(min=points.min(axis=0).tolist(), max=points.max(axis=0).tolist())
-    for name, values in mesh.arrays.items():
-        attribute = _attribute(name, values)
-        if attribute is not None and attribute[0] not in attributes:
-            attributes[attribute[0]] = writer.add(attribute[1], _VERTICES)
-    primitive = {"attributes": attributes, "mode": _TRIANGLES}
-    if len(mesh.connectivity):
-        primitive["indices"] = writer.add(mesh.connectivity.astype(np.uint32), _INDICES)
-    document = {
-        "asset": {"version": "2.0", "generator": "SurfaceSynthesis"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}], "accessors": writer.accessors,
-        "bufferViews": writer.views, "buffers": [{"byteLength": len(writer.data)}],
-    }  # fmt: skip
-    if not binary:
+    parts = [{"name": name, "primitives": [writer.add_mesh(mesh)]} for name, mesh in meshes if len(mesh.points)]
+    document = {"asset": {"version": "2.0", "generator": "SurfaceSynthesis"}}
+    if parts:  # empty lists are not allowed
+        places = range(len(parts))
+        document |= {
+            "scene": 0, "scenes": [{"nodes": list(places)}], "nodes": [{"mesh": place} for place in places],
+            "meshes": parts, "accessors": writer.accessors, "bufferViews": writer.views,
+            "buffers": [{"byteLength": len(writer.data)}],
+        }  # fmt: skip
+    if not binary and parts:
         encoded = base64.b64encode(writer.data).decode()
         document["buffers"][0]["uri"] = f"{_DATA}application/octet-stream;base64,{encoded}"
-        file.write(json.dumps(document).encode())
-        return
     text = json.dumps(document).encode()
+    if not binary:
+        file.write(text)
+        return
     text += b" " * (-len(text) % 4)
     length = 12 + 8 + len(text) + 8 + len(writer.data)
     file.write(struct.pack("<4sII", b"glTF", 2, length) + struct.pack("<I4s", len(text), b"JSON") + text)
@@ -272,6 +266,20 @@ class _Buffer:
 
     def __init__(self):
         self.data, self.views, self.accessors = bytearray(), [], []
+
+    def add_mesh(self, mesh):
+        """Adds points, triangles and arrays; returns the primitive."""
+        points = mesh.points.astype(np.float32)
+        attributes = {"POSITION": self.add(points, _VERTICES)}
+        self.accessors[-1].update(min=points.min(axis=0).tolist(), max=points.max(axis=0).tolist())
+        for name, values in mesh.arrays.items():
+            attribute = _attribute(name, values)
+            if attribute is not None and attribute[0] not in attributes:
+                attributes[attribute[0]] = self.add(attribute[1], _VERTICES)
+        if len(mesh.connectivity) == 0:
+            return {"attributes": attributes, "mode": _POINTS}
+        indices = self.add(mesh.connectivity.astype(np.uint32), _INDICES)
+        return {"attributes": attributes, "mode": _TRIANGLES, "indices": indices}
 
     def add(self, values, target):
         kind = next(code for code, name in _KINDS.items() if name == values.dtype.str[1:])

@@ -22,7 +22,7 @@ _NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int
           "f8": "double"}  # fmt: skip
 _GROUPS = [
     ("Normals", ("nx", "ny", "nz")), ("RGBA", ("red", "green", "blue", "alpha")), ("RGB", ("red", "green", "blue")),
-    ("TCoords", ("u", "v")), ("TCoords", ("s", "t")), ("TCoords", ("texture_u", "texture_v")),
+    ("RGB", ("diffuse_red", "diffuse_green", "diffuse_blue")), ("TCoords", ("u", "v")), ("TCoords", ("s", "t")), ("TCoords", ("texture_u", "texture_v")),
 ]  # fmt: skip
 #: Words that a line of the header begins with; other lines are left out.
 _KEYWORDS = ("format", "element", "property")
@@ -157,8 +157,7 @@ def _property(path, number, words):
     if len(words) == 3 and words[1] in _TYPES:
         return _Property(words[2], _TYPES[words[1]], None)
     if len(words) == 5 and words[1] == "list" and words[2] in _TYPES and words[3] in _TYPES:
-        if _TYPES[words[2]][0] != "f":
-            return _Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
+        return _Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
     raise FormatError(f"{path}:{number}: '{' '.join(words)[:60]}' is not a PLY property")
 
 
@@ -299,10 +298,10 @@ class _BinaryBody:
                 kind = np.dtype(self._order + item.count)
                 if position + kind.itemsize > len(self._data):
                     break
-                number = int(np.frombuffer(self._data, dtype=kind, count=1, offset=position)[0])
-                if number < 0:
+                number = np.frombuffer(self._data, dtype=kind, count=1, offset=position)[0].item()
+                if not 0 <= number < 2**53 or number % 1 != 0:
                     raise FormatError(f"{self._path}: a list in the elements '{element.name}' has {number} values")
-                lengths[k] = number
+                lengths[k] = number = int(number)
                 position += kind.itemsize
             position += number * np.dtype(item.kind).itemsize
         if position > len(self._data) or len(lengths) < len(element.lists()):
