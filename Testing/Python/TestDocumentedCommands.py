@@ -216,7 +216,7 @@ INPUTS = {
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
-    "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball},
+    "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
     "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
     "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
