@@ -180,10 +180,9 @@ surfsynth::GeometricTextureLevelRange vtkGeometricTextureSynthesizer::Internals:
 
 GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsigned int flatIndex) const
 {
-  const vtkGeometricTextureSynthesizer* self = this->Self;
+  vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureRequest request;
-  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel
-                                             : std::min(1, this->Self->GetNumberOfInputConnections(0));
+  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel : std::min(1, self->GetNumberOfInputConnections(0));
   request.EndLevel = self->EndLevel;
   request.Seed = static_cast<std::uint64_t>(self->Seed);
   request.SecondSeed = static_cast<std::uint64_t>(self->SecondSeed);
