@@ -175,7 +175,8 @@ TEST(TetrahedralizeProcess, ABoundThatCannotBeMetEndsAtTheTimeLimit)
 {
   const double start = Now();
   const std::string error = ErrorWith([](auto* f) {
-    f->SetMaximumVolume(1e-9);
+    f->SetMaximumVolume(1e-8);
+    f->SetMaximumNumberOfTetrahedra(VTK_INT_MAX); // so that TetGen is asked
     f->SetTimeLimit(0.5);
   });
   EXPECT_THAT(error, AllOf(HasSubstr("TimeLimit of 0.5 s"), HasSubstr("MaximumVolume")));
@@ -185,7 +186,8 @@ TEST(TetrahedralizeProcess, ABoundThatCannotBeMetEndsAtTheTimeLimit)
 TEST(TetrahedralizeProcess, TheMemoryLimitIsAnErrorAndNotTheEnd)
 {
   const std::string error = ErrorWith([](auto* f) {
-    f->SetMaximumVolume(1e-9);
+    f->SetMaximumVolume(1e-8);
+    f->SetMaximumNumberOfTetrahedra(VTK_INT_MAX); // so that TetGen is asked
     f->SetMemoryLimit(64);
     f->SetTimeLimit(10.0);
   });
