@@ -12,6 +12,7 @@ because what they ask for takes long; a text that no example contains any more f
 
 import argparse
 import gzip
+import importlib.util
 import json
 import os
 import pathlib
@@ -26,6 +27,7 @@ import tarfile
 import numpy as np
 import pytest
 import surfacesynthesis
+import TestScannerFiles
 from conftest import add_array, icosphere, polydata_of
 from surfacesynthesis import write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
@@ -160,6 +162,13 @@ def volume(path):
         path.write_bytes(nifti(values, pixdim=(1, 5, 5, 5)))
 
 
+def dicom_series(folder):
+    """Series 4: the same ball in slices."""
+    grid = np.indices((20, 20, 20)) - 9.5
+    values = (1000 - 100 * np.sqrt((grid**2).sum(axis=0))).astype(np.int16)
+    TestScannerFiles.series(folder, np.diag([5.0, 5.0, 5.0, 1.0]), values, order=range(20))
+
+
 def zipped_volume(path):
     volume(path)
     path.write_bytes(gzip.compress(path.read_bytes()))
@@ -208,9 +217,10 @@ INPUTS = {
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
-    "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball},
+    "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
-    "surface": {"head.nii.gz": zipped_volume, "ct.nrrd": volume, "scan.ply": small_ball},
+    "surface": {"head.nii.gz": zipped_volume, "ct.nrrd": volume, "scan.ply": small_ball,
+                "series": dicom_series},
     "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
     "train flow-matching": {"poses.safetensors": signals("Position"), "neutral.ply": ball,
                             "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,
@@ -247,6 +257,8 @@ def skip_without(command):
     needed = NEEDS.get(command.split()[0])
     if needed is not None and not hasattr(surfacesynthesis, needed):
         pytest.skip(f"built without {needed}")
+    if command == "surface" and importlib.util.find_spec("gdcm") is None:
+        pytest.skip("python3-gdcm, which reads DICOM, is not installed")
 
 
 # -- running -----------------------------------------------------------------------------------------------------------
