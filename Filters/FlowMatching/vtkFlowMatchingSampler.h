@@ -70,6 +70,7 @@
 
 class vtkDoubleArray;
 class vtkPolyData;
+class vtkStringArray;
 
 class VTKSURFACESYNTHESISFLOWMATCHING_EXPORT vtkFlowMatchingSampler : public vtkPassInputTypeAlgorithm
 {
@@ -88,11 +89,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**

@@ -71,6 +71,8 @@
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
 
+class vtkStringArray;
+
 class VTKSURFACESYNTHESISGEOMETRICTEXTURE_EXPORT vtkGeometricTextureSynthesizer : public vtkDataObjectAlgorithm
 {
 public:
@@ -96,11 +98,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**

@@ -66,6 +66,8 @@
 #include <string> // For std::string
 #include <vector> // For std::vector
 
+class vtkStringArray;
+
 class VTKSURFACESYNTHESISPOISSONNET_EXPORT vtkPoissonNetFilter : public vtkPassInputTypeAlgorithm
 {
 public:
@@ -84,11 +86,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**
