@@ -12,6 +12,7 @@ because what they ask for takes long; a text that no example contains any more f
 
 import argparse
 import gzip
+import importlib.util
 import json
 import os
 import pathlib
@@ -255,6 +256,8 @@ def skip_without(command):
     needed = NEEDS.get(command.split()[0])
     if needed is not None and not hasattr(surfacesynthesis, needed):
         pytest.skip(f"built without {needed}")
+    if command == "surface" and importlib.util.find_spec("gdcm") is None:
+        pytest.skip("python3-gdcm, which reads DICOM, is not installed")
 
 
 # -- running -----------------------------------------------------------------------------------------------------------
