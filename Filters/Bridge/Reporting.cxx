@@ -60,6 +60,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkDataObjectTree", "Composite Dataset" },
     { "vtkImageData", "Image" },
     { "vtkMultiBlockDataSet", "Multi-block Dataset" },
+    { "vtkPointSet", "Point Set" },
     { "vtkPolyData", "Polygonal Mesh" },
     { "vtkRectilinearGrid", "Rectilinear Grid" },
     { "vtkStructuredGrid", "Structured Grid" },

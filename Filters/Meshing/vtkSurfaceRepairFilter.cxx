@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "MeshProcessing/Repair/SurfaceRepair.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "UncheckedSurface.h"
 
@@ -140,7 +141,7 @@ private:
     self->ComponentChange = std::max(self->ComponentChange, outcome.ComponentChange);
     for (const std::string& warning : outcome.Warnings)
     {
-      vtkWarningWithObjectMacro(self, << where << (where.empty() ? "" : ": ") << warning);
+      surfsynth::ReportWarning(self, where, warning);
     }
   }
 
