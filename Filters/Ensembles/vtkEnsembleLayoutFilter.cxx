@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkEnsembleLayoutFilter.h"
 
+#include "Reporting.h"
+
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "ProcessingSupport.h"
@@ -172,7 +174,7 @@ int vtkEnsembleLayoutFilter::RequestDataObject(
 {
   if (!vtkDataObject::GetData(inputVector[0]))
   {
-    vtkErrorMacro("There is no input; a composite dataset is needed.");
+    surfsynth::ReportError(this, "", "There is no input; a composite dataset is needed.");
     return 0;
   }
   return this->Superclass::RequestDataObject(request, inputVector, outputVector);

@@ -4,6 +4,7 @@
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
+#include "Reporting.h"
 #include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
@@ -16,6 +17,7 @@
 #include <vtkInformationVector.h>
 #include <vtkTable.h>
 
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -117,12 +119,13 @@ bool vtkModelTrainer::Run::EndsEarly(const surfsynth::ModelTrainer& trainer, con
   const std::string expected = seconds > 0.0
     ? " The other iterations take about " + surfsynth::FormatDuration(seconds) + "."
     : "";
-  vtkWarningWithObjectMacro(this->Self,
-    "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended the training of the "
-                         << what << " after iteration " << trainer.Iteration() << " of " << trainer.Iterations() << "."
-                         << expected << " The file of the " << what
-                         << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
-                            "0 for no limit, trains longer.");
+  std::ostringstream text;
+  text << "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget)
+       << " minutes ended the training of the " << what << " after iteration " << trainer.Iteration() << " of "
+       << trainer.Iterations() << "." << expected << " The file of the " << what
+       << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
+          "0 for no limit, trains longer.";
+  surfsynth::ReportWarning(this->Self, "", text.str());
   return true;
 }
 

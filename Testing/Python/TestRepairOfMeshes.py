@@ -137,7 +137,7 @@ def expected_rows():
 
 
 def faults_of_row(row, expected):
-    """What is worse than in the table: more is left, or more is lost."""
+    """Defects and losses beyond those in the table."""
     faults = []
     for column in ("intersecting_after", "boundaries_after", "warnings"):
         if row[column] > int(expected[column]):

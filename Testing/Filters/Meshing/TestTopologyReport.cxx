@@ -214,6 +214,7 @@ TEST(TopologyReport, EachDefectHasItsCountFirstIdAndRepair)
   EXPECT_THAT(RowOf(table, "Triangles").Remark, HasSubstr("broken cells are left out"));
 }
 
+#ifdef SURFACE_SYNTHESIS_CGAL
 /// A unit square in x and y at height @p z, of two triangles.
 void AddSquare(Soup& soup, double z)
 {
@@ -243,6 +244,7 @@ TEST(TopologyReport, TrianglesThatIntersectAreCountedAndNotValid)
   EXPECT_THAT(row.Remark, HasSubstr("RemoveSelfIntersectionsOn()"));
   EXPECT_FALSE(report->GetValid());
 }
+#endif
 
 TEST(TopologyReport, PointsOfEqualCoordinatesAreOneWhereTrianglesTouch)
 {
