@@ -171,12 +171,12 @@ public:
    * Number of triangles that still intersect others after the last update, of all blocks; 0 without
    * RemoveSelfIntersections.
    */
-  vtkIdType GetNumberOfIntersectingTriangles() const { return this->NumberOfIntersectingTriangles; }
+  vtkTypeInt64 GetNumberOfIntersectingTriangles() const { return this->NumberOfIntersectingTriangles; }
 
   /**
    * Number of holes that were to be closed and are open after the last update, of all blocks.
    */
-  vtkIdType GetNumberOfOpenHoles() const { return this->NumberOfOpenHoles; }
+  vtkTypeInt64 GetNumberOfOpenHoles() const { return this->NumberOfOpenHoles; }
 
   /**
    * Largest fraction of its area that a block lost in the last update, from 0 to 1.
@@ -184,7 +184,7 @@ public:
   double GetAreaLoss() const { return this->AreaLoss; }
 
   /**
-   * Largest fraction of its volume that a block lost in the last update, from 0 to 1; surfaces that are closed before and
+   * Largest fraction of its volume that a block lost in the last update, from 0 to 1; surfaces closed before and
    * after count.
    */
   double GetVolumeLoss() const { return this->VolumeLoss; }
@@ -227,8 +227,8 @@ private:
   double MaximumLoss = 0.05;
   bool Strict = false;
   bool Complete = false;
-  vtkIdType NumberOfIntersectingTriangles = 0;
-  vtkIdType NumberOfOpenHoles = 0;
+  vtkTypeInt64 NumberOfIntersectingTriangles = 0;
+  vtkTypeInt64 NumberOfOpenHoles = 0;
   double AreaLoss = 0.0;
   double VolumeLoss = 0.0;
   double ComponentChange = 0.0;
