@@ -28,6 +28,6 @@ view = demo.picture(None)
 display = demo.show(pair, view, "FilledHole", "CELLS", bar=False, limits=(0.0, 1.0))
 colors = GetColorTransferFunction("FilledHole")
 colors.RGBPoints = [0.0, *demo.CLAY, 1.0, 0.85, 0.25, 0.15]
-colors.NanColor = demo.CLAY
+display.AmbientColor = display.DiffuseColor = demo.CLAY
 demo.edges(display)
 demo.fill(view, pair)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Common parts of the demo states: surfaces that need no file, the shipped models, and the look of the pictures."""
+"""Surfaces that need no file, the shipped models, and the look of the pictures: shared by the demo states."""
 
 import math
 import os

@@ -4,6 +4,7 @@
 #include "DataObjects.h"
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 
@@ -50,12 +51,13 @@ public:
   /// @return false after an error, which is reported here. Collective on several ranks.
   bool Dataset(vtkDataObject* input, const DataObjectList& outputs)
   {
-    if (!this->Accepts(input))
+    const Ranks ranks(this->Controller);
+    const std::string rejection = ranks.FirstText(this->Accepts(input) ? "" : this->OtherType(input));
+    if (!rejection.empty())
     {
-      this->RejectType(input, {});
+      ReportError(this->Self, "", rejection);
       return false;
     }
-    const Ranks ranks(this->Controller);
     const auto sizes = ranks.Gather({ SizeOf(input) });
     const auto owners = std::count_if(sizes.begin(), sizes.end(), [](const auto& size) { return size[0] > 0; });
     if (owners > 1)
@@ -119,7 +121,7 @@ private:
     }
     if (!this->Accepts(input))
     {
-      this->RejectType(input, at);
+      ReportError(this->Self, at.Name, this->OtherType(input));
       return;
     }
     DataObjectList results;
@@ -169,11 +171,10 @@ private:
     return false;
   }
 
-  void RejectType(vtkDataObject* input, const BlockPlace& at) const
+  std::string OtherType(vtkDataObject* input) const
   {
-    ReportError(this->Self, at.Name,
-      std::string("A ") + input->GetClassName() + " was found where " + Alternatives(this->Types.Input) +
-        " is needed; " + this->Types.Advice + ".");
+    return "A" + DescribeInput(input).substr(1) + " was found where " + Alternatives(this->Types.Input) +
+      " is needed; " + this->Types.Advice + ".";
   }
 
   void RejectPieces(std::int64_t owners, const BlockPlace& at) const
@@ -181,7 +182,7 @@ private:
     ReportError(this->Self, at.Name,
       "The dataset lies in pieces on " + std::to_string(owners) + (at.FlatIndex > 0 ? " or more" : "") +
         " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
-        "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).");
+        "together on one rank first (vtkAggregateDataSetFilter).");
   }
 
   vtkAlgorithm* Self;
@@ -198,6 +199,10 @@ int AcceptBlocks(vtkInformation* info, const BlockTypes& types)
   for (const std::string& type : types.Input)
   {
     info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), type.c_str());
+    if (type == "vtkPolyData")
+    {
+      info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+    }
   }
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
   return 1;
@@ -221,7 +226,7 @@ int ProcessBlocks(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInf
   const BlockTypes& types, const BlockWorker& worker, const OutputSeries& series)
 {
   return RunGuarded(self, outputVector, [&] {
-    vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+    const auto input = AsSurfaces(vtkDataObject::GetData(inputVector[0]));
     const DataObjectList outputs = MakeOutputs(input, series, types.Output, vtkDataObject::GetData(outputVector));
     BlockProcessing processing(self, types, worker);
     auto* tree = vtkDataObjectTree::SafeDownCast(input);

@@ -3,6 +3,7 @@
 
 #include "DataObjects.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -152,7 +153,7 @@ bool SameTriangulation(vtkPolyData* a, vtkPolyData* b)
 
 [[noreturn]] void RefuseLeaf(vtkDataObject* leaf, const std::string& place, const std::string& role)
 {
-  throw InvalidInput(place + " of the " + role + " ensemble is a " + leaf->GetClassName() +
+  throw InvalidInput(place + " of the " + role + " ensemble is " + DescribeInput(leaf) +
     " where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.");
 }
 } // namespace
@@ -185,7 +186,7 @@ Ensemble ReadEnsemble(vtkDataObject* input, const std::string& role, const std::
   Ensemble ensemble;
   ensemble.Role = role;
   const auto add = [&](vtkDataObject* data, const std::string& place) {
-    auto* surface = vtkPolyData::SafeDownCast(data);
+    const auto surface = vtkSmartPointer<vtkPolyData>(vtkPolyData::SafeDownCast(AsSurfaces(data)));
     if (!surface)
     {
       RefuseLeaf(data, place, role);

@@ -8,13 +8,13 @@
 #include "Core/Statistics/EnsembleMetrics.h"
 
 #include <vtkDataArray.h>
+#include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
 #include <string>
 #include <vector>
 
 class vtkDataObject;
-class vtkPolyData;
 
 namespace surfsynth
 {
@@ -23,7 +23,7 @@ namespace surfsynth
 struct EnsembleSample
 {
   std::string Name;                     ///< "Block 3", "Noise_2", "Block 3: Noise_2", or "Points" for the only surface
-  vtkPolyData* Surface = nullptr;       ///< belongs to the input
+  vtkSmartPointer<vtkPolyData> Surface; ///< of the input; of an unstructured grid as AsSurfaces() makes it
   vtkSmartPointer<vtkDataArray> Values; ///< [V, C] float32 or float64, tuple after tuple; a copy of what is neither
 };
 
@@ -39,11 +39,11 @@ struct VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble
   std::vector<SampleValues> Values() const;
 };
 
-/// Reads the samples of a vtkPolyData or of the leaves of a composite dataset, in order; null and empty leaves are left
+/// Reads the samples of a vtkPolyData, of an unstructured grid of polygons or of the leaves of a composite dataset, in order; null and empty leaves are left
 /// out.
 /// With an empty @p arrayName the sample of a surface is its points. Else it is the point array of that name where the
 /// surface has one, and otherwise the arrays <arrayName>_0, <arrayName>_1 and so on, in order of these numbers.
-/// @throws InvalidInput when a leaf is no vtkPolyData or lacks the array, or an array is too short
+/// @throws InvalidInput when a leaf is no surface or lacks the array, or an array is too short
 VTKSURFACESYNTHESISBRIDGE_EXPORT Ensemble ReadEnsemble(
   vtkDataObject* input, const std::string& role, const std::string& arrayName);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FilterSupport.h"
 
+#include "Reporting.h"
+
 #include <vtkAlgorithm.h>
 #include <vtkDataObject.h>
 #include <vtkInformationVector.h>
@@ -24,7 +26,7 @@ bool RequireSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector)
   const bool isPresent = vtkDataObject::GetData(inputVector[0]) != nullptr;
   if (!isPresent)
   {
-    vtkErrorWithObjectMacro(self, "There is no input; a vtkPolyData or a composite dataset of them is needed.");
+    ReportError(self, "", "There is no input; a vtkPolyData or a composite dataset of them is needed.");
   }
   return isPresent;
 }

@@ -58,7 +58,7 @@ std::string WorkWhereInputsLie(
   {
     return "The inputs lie on " + std::to_string(count) +
       " ranks, and what this filter makes of a part is no part of what it makes of the whole; bring the datasets "
-      "together on one rank first (vtkAggregateDataSetFilter, in ParaView: Aggregate Dataset).";
+      "together on one rank first (vtkAggregateDataSetFilter).";
   }
   std::string error;
   bool cancelled = false;

@@ -74,11 +74,6 @@ BlockPlace PlaceOf(vtkDataObjectTreeIterator* place)
   return result;
 }
 
-void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text)
-{
-  vtkErrorWithObjectMacro(self, << (where.empty() ? text : where + ": " + text));
-}
-
 std::string Attempt(vtkDataObject* input, const std::function<void()>& work)
 {
   try

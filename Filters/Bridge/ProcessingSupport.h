@@ -3,6 +3,8 @@
 /// Parts that the frames around RequestData share. Private to the bridge.
 #pragma once
 
+#include "Reporting.h"
+
 #include "Core/Common/Progress.h"
 
 #include <vtkDataObject.h>
@@ -48,9 +50,6 @@ struct BlockPlace
 
 /// Returns the place of the dataset at which the iterator stands.
 BlockPlace PlaceOf(vtkDataObjectTreeIterator* place);
-
-/// Reports one error of @p self: @p text, after @p where when that is not empty.
-void ReportError(vtkAlgorithm* self, const std::string& where, const std::string& text);
 
 /// Calls @p work on @p input, which may be null, and returns the text of what went wrong; empty when nothing did.
 /// @throws Cancelled

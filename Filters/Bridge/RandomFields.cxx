@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RandomFields.h"
 
+#include "Reporting.h"
+
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
 
@@ -69,7 +71,7 @@ bool RequireSeries(vtkAlgorithm* self, const SampleSeries& series, vtkInformatio
   {
     return true;
   }
-  vtkErrorWithObjectMacro(self, << problem);
+  ReportError(self, "", problem);
   vtkDataObject::GetData(outputVector)->Initialize();
   return false;
 }

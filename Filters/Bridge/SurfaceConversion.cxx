@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "SurfaceBridge.h"
 
+#include "CellReading.h"
 #include "PolygonTriangulation.h"
 
 #include "Core/Common/Errors.h"
@@ -84,11 +85,6 @@ struct Cells
   const Id* Begin(std::int64_t cell) const { return this->Ids + this->Offsets[cell]; }
   std::int64_t Size(std::int64_t cell) const { return this->Offsets[cell + 1] - this->Offsets[cell]; }
 };
-
-std::int64_t CountCells(vtkCellArray* cells)
-{
-  return cells ? std::max<std::int64_t>(cells->GetNumberOfCells(), 0) : 0;
-}
 
 /// The cells of a storage whose offsets and ids have been found sound: everything below may follow them blindly.
 /// @throws InvalidInput

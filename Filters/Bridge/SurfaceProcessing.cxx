@@ -5,6 +5,7 @@
 #include "DistributedSurfaces.h"
 #include "ProcessingSupport.h"
 #include "SurfaceArrays.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 
@@ -110,7 +111,7 @@ public:
       }
       if (!block)
       {
-        this->Fail(std::string("A ") + place->GetCurrentDataObject()->GetClassName() +
+        this->Fail("A" + DescribeInput(place->GetCurrentDataObject()).substr(1) +
             " was found where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.",
           PlaceOf(place).Name);
         return;
@@ -389,23 +390,24 @@ bool Process(
     several ? processing.DistributedBlocks(Ranks(several), tree, outputs) : processing.Blocks(tree, outputs);
     return true;
   }
-  if (auto* polygons = vtkPolyData::SafeDownCast(input))
+  auto* polygons = vtkPolyData::SafeDownCast(input);
+  const std::string error = Ranks(several).FirstText(polygons ? ""
+                                                              : "The input is " + DescribeInput(input) +
+        "; a vtkPolyData or a composite dataset of them is needed, and vtkDataSetSurfaceFilter extracts a surface.");
+  if (!error.empty())
   {
-    PolyDataList results;
-    for (const auto& made : MakeOutputs(polygons, series, "vtkPolyData", output))
-    {
-      results.push_back(vtkPolyData::SafeDownCast(made));
-    }
-    const Progress progress = processing.Steps.Within(0.0, 1.0);
-    return several || RepeatsGlobalIds(polygons)
-      ? processing.DistributedPolygons(Ranks(several), polygons, results, {}, progress)
-      : processing.Polygons(polygons, results, {}, progress);
+    ReportError(self, "", error);
+    return false;
   }
-  vtkErrorWithObjectMacro(self, << "The input is "
-                                << (input ? std::string("a ") + input->GetClassName() : std::string("missing"))
-                                << "; a vtkPolyData or a composite dataset of them is needed, and "
-                                   "vtkDataSetSurfaceFilter extracts a surface.");
-  return false;
+  PolyDataList results;
+  for (const auto& made : MakeOutputs(polygons, series, "vtkPolyData", output))
+  {
+    results.push_back(vtkPolyData::SafeDownCast(made));
+  }
+  const Progress progress = processing.Steps.Within(0.0, 1.0);
+  return several || RepeatsGlobalIds(polygons)
+    ? processing.DistributedPolygons(Ranks(several), polygons, results, {}, progress)
+    : processing.Polygons(polygons, results, {}, progress);
 }
 
 int ProcessParts(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
@@ -413,8 +415,8 @@ int ProcessParts(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInfo
 {
   return RunGuarded(self, outputVector, [&] {
     Processing processing(self, requirements, series, isKnownValid, parts);
-    return Process(
-      processing, self, series.Outputs, vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(outputVector));
+    const auto input = AsSurfaces(vtkDataObject::GetData(inputVector[0]));
+    return Process(processing, self, series.Outputs, input, vtkDataObject::GetData(outputVector));
   });
 }
 } // namespace
@@ -423,6 +425,7 @@ int AcceptSurfaces(vtkInformation* info)
 {
   info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
   return 1;
 }

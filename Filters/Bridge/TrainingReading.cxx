@@ -4,6 +4,7 @@
 #include "DataObjects.h"
 #include "EnsembleReading.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
@@ -79,10 +80,10 @@ TrainingReader::TrainingReader(vtkDataObject* sources, const std::string& arrayN
 void TrainingReader::AddSource(vtkDataObject* data, const std::string& place, std::size_t number)
 {
   const std::string name = place.empty() ? "the source" : "source " + std::to_string(number) + " (" + place + ")";
-  auto* surface = vtkPolyData::SafeDownCast(data);
+  const auto surface = vtkSmartPointer<vtkPolyData>(vtkPolyData::SafeDownCast(AsSurfaces(data)));
   if (!surface)
   {
-    throw InvalidInput("What should be " + name + " is a " + data->GetClassName() +
+    throw InvalidInput("What should be " + name + " is " + DescribeInput(data) +
       " where a vtkPolyData is needed; vtkDataSetSurfaceFilter extracts a surface.");
   }
   try

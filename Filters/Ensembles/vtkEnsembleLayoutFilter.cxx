@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkEnsembleLayoutFilter.h"
 
+#include "Reporting.h"
+
 #include "JointProcessing.h"
 #include "NewArray.h"
 #include "ProcessingSupport.h"
@@ -43,7 +45,7 @@ void RequireMovable(vtkDataSet* leaf, vtkDataObject* found, const std::string& n
 }
 
 /// A leaf with points.
-struct LeafBox
+struct LayoutLeaf
 {
   unsigned int FlatIndex;
   int Child; ///< of the root
@@ -51,9 +53,9 @@ struct LeafBox
 };
 
 /// The leaves with points, in order.
-std::vector<LeafBox> BoxesOf(vtkDataObjectTree* tree)
+std::vector<LayoutLeaf> LayoutLeavesOf(vtkDataObjectTree* tree)
 {
-  std::vector<LeafBox> boxes;
+  std::vector<LayoutLeaf> boxes;
   std::vector<unsigned int> children; // their flat indices, which are those of the tree in preorder
   const auto top = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
   top->TraverseSubTreeOff();
@@ -82,7 +84,7 @@ std::vector<LeafBox> BoxesOf(vtkDataObjectTree* tree)
   return boxes;
 }
 
-BoundingBox Convert(const vtkBoundingBox& box)
+BoundingBox ConvertBox(const vtkBoundingBox& box)
 {
   BoundingBox converted;
   box.GetMinPoint(converted.Lower.data());
@@ -91,8 +93,8 @@ BoundingBox Convert(const vtkBoundingBox& box)
 }
 
 /// The translation of each of @p leaves; those of one group are moved as one.
-std::map<unsigned int, Eigen::Vector3d> Translations(
-  const std::vector<LeafBox>& leaves, bool children, const surfsynth::GridLayoutOptions& options)
+std::map<unsigned int, Eigen::Vector3d> LayoutTranslations(
+  const std::vector<LayoutLeaf>& leaves, bool children, const surfsynth::GridLayoutOptions& options)
 {
   std::vector<vtkBoundingBox> groups;
   std::vector<std::size_t> groupOf;
@@ -108,7 +110,7 @@ std::map<unsigned int, Eigen::Vector3d> Translations(
   std::vector<BoundingBox> boxes;
   for (const vtkBoundingBox& group : groups)
   {
-    boxes.push_back(Convert(group));
+    boxes.push_back(ConvertBox(group));
   }
   const std::vector<Eigen::Vector3d> moves = surfsynth::LayOutInGrid(boxes, options);
   std::map<unsigned int, Eigen::Vector3d> translations;
@@ -119,7 +121,7 @@ std::map<unsigned int, Eigen::Vector3d> Translations(
   return translations;
 }
 
-void MovePoints(vtkPointSet* set, const Eigen::Vector3d& translation)
+void MoveLeafPoints(vtkPointSet* set, const Eigen::Vector3d& translation)
 {
   vtkPoints* points = set->GetPoints();
   vtkNew<vtkPoints> moved;
@@ -136,7 +138,7 @@ void MovePoints(vtkPointSet* set, const Eigen::Vector3d& translation)
 }
 
 /// A copy of @p leaf that shares all but the points.
-vtkSmartPointer<vtkDataObject> Moved(vtkDataObject* leaf, const Eigen::Vector3d& translation)
+vtkSmartPointer<vtkDataObject> MovedLeaf(vtkDataObject* leaf, const Eigen::Vector3d& translation)
 {
   const auto moved = vtkSmartPointer<vtkDataObject>::Take(leaf->NewInstance());
   moved->ShallowCopy(leaf);
@@ -149,9 +151,9 @@ vtkSmartPointer<vtkDataObject> Moved(vtkDataObject* leaf, const Eigen::Vector3d&
   }
   else
   {
-    MovePoints(vtkPointSet::SafeDownCast(moved), translation);
+    MoveLeafPoints(vtkPointSet::SafeDownCast(moved), translation);
   }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 3, 1);
+  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
   array->SetTuple(0, translation.data());
   vtkNew<vtkFieldData> fields; // the copy shares that of the input
   fields->ShallowCopy(leaf->GetFieldData());
@@ -172,7 +174,7 @@ int vtkEnsembleLayoutFilter::RequestDataObject(
 {
   if (!vtkDataObject::GetData(inputVector[0]))
   {
-    vtkErrorMacro("There is no input; a composite dataset is needed.");
+    surfsynth::ReportError(this, "", "There is no input; a composite dataset is needed.");
     return 0;
   }
   return this->Superclass::RequestDataObject(request, inputVector, outputVector);
@@ -190,8 +192,8 @@ int vtkEnsembleLayoutFilter::RequestData(
   return surfsynth::ProcessJointly(this, inputVector, outputVector, [&](const surfsynth::Progress& progress) {
     auto* input = vtkDataObjectTree::GetData(inputVector[0]);
     auto* output = vtkDataObjectTree::GetData(outputVector);
-    const std::vector<LeafBox> leaves = BoxesOf(input);
-    const auto translations = Translations(leaves, this->Unit == CHILDREN, options);
+    const std::vector<LayoutLeaf> leaves = LayoutLeavesOf(input);
+    const auto translations = LayoutTranslations(leaves, this->Unit == CHILDREN, options);
     output->CopyStructure(input);
     output->SetFieldData(input->GetFieldData());
     double done = 0.0;
@@ -201,7 +203,7 @@ int vtkEnsembleLayoutFilter::RequestData(
       if (found != translations.end())
       {
         surfsynth::Report(progress, done++ / static_cast<double>(leaves.size()));
-        output->SetDataSet(place, Moved(leaf, found->second));
+        output->SetDataSet(place, MovedLeaf(leaf, found->second));
       }
       else if (leaf)
       {

@@ -4,6 +4,7 @@
 #include "FilterSupport.h"
 #include "RandomFields.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Noise/GaussianMixtures.h"
 
@@ -98,10 +99,10 @@ int vtkGaussianMixtureFilter::FillInputPortInformation(int, vtkInformation* info
 }
 
 int vtkGaussianMixtureFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   return surfsynth::RequireSurfaces(this, inputVector)
-    ? this->Superclass::RequestDataObject(request, inputVector, outputVector)
+    ? surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector)
     : 0;
 }
 

@@ -29,6 +29,7 @@
  * Two sparse factorisations for each mesh, kept until it changes; two solves for each centre: some thousand centres a
  * second for 2,000 points. The same seed gives the same bits for every number of threads, and sample k is the same
  * alone or in a batch.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkMaternNoiseFilter, vtkIsotropicRemeshFilter
  */

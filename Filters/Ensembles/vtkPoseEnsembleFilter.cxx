@@ -6,9 +6,11 @@
 #include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
 #include "NewArray.h"
+#include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/GridLayout.h"
@@ -90,7 +92,7 @@ void Translate(vtkPolyData* pose, const Eigen::Vector3d& translation)
       points->SetComponent(k, axis, points->GetComponent(k, axis) + translation[axis]);
     }
   }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 3, 1);
+  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
   array->SetTuple(0, translation.data());
   vtkNew<vtkFieldData> fields; // the pose shares that of the input
   fields->ShallowCopy(pose->GetFieldData());
@@ -129,9 +131,9 @@ public:
   {}
 
   /// Starts an update with a template, or null.
-  void Begin(vtkPolyData* shape)
+  void Begin(vtkSmartPointer<vtkPolyData> shape)
   {
-    this->Template = shape;
+    this->Template = std::move(shape);
     this->ConvertedTemplate.reset();
     this->Blocks.Begin();
   }
@@ -275,7 +277,7 @@ private:
   }
 
   vtkPoseEnsembleFilter* Self;
-  vtkPolyData* Template = nullptr;
+  vtkSmartPointer<vtkPolyData> Template;
   std::shared_ptr<const Surface> ConvertedTemplate; ///< of this update
 };
 
@@ -307,9 +309,8 @@ int vtkPoseEnsembleFilter::FillInputPortInformation(int port, vtkInformation* in
   {
     return surfsynth::AcceptBlocks(info, SurfaceToPoses);
   }
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkPoseEnsembleFilter::RequestDataObject(
@@ -328,11 +329,11 @@ int vtkPoseEnsembleFilter::RequestData(
         vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
   if (!problem.empty())
   {
-    vtkErrorMacro(<< problem);
+    surfsynth::ReportError(this, "", problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  this->Impl->Begin(vtkPolyData::GetData(inputVector[1]));
+  this->Impl->Begin(surfsynth::SurfaceOn(inputVector[1]));
   const auto makePoses = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakePoses(block, progress);
   };

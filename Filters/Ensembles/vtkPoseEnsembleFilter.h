@@ -33,6 +33,7 @@
  * About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000; samples are made in parallel.
  * Equations and their factors are kept until the input, the template or another parameter than the seed and the samples
  * changes. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a batch.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @par Failure
  * A pose that is not finite, or in which more than a twentieth of the surface lies in triangles whose area has become

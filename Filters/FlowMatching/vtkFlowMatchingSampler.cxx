@@ -5,12 +5,16 @@
 #include "FileCache.h"
 #include "FilterSupport.h"
 #include "FlowSamples.h"
+#include "InstalledModelList.h"
 #include "PointRows.h"
+#include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/InstalledModels.h"
 
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
@@ -64,7 +68,7 @@ public:
     {
       throw surfsynth::InvalidInput("ModelFileName is empty; the path of a flow matching model is needed.");
     }
-    this->Model = this->File.Get(this->Self->ModelFileName);
+    this->Model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
     if (this->Self->GeneratesDisplacements() && !this->Model->GeneratesPositions())
     {
       throw surfsynth::InvalidInput("The model generates \"" + this->Model->SignalName + "\", " +
@@ -150,6 +154,7 @@ public:
   surfsynth::BlockCache<PreparedSamples> Blocks;
   surfsynth::FileCache<surfsynth::FlowMatchingModel> File{ surfsynth::ReadFlowMatchingModel,
     "A flow matching model in safetensors format is needed, as vtkFlowMatchingTrainer writes it." };
+  surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfFactorizations = 0;
   vtkTypeInt64 NumberOfEvaluations = 0;
 
@@ -221,7 +226,7 @@ private:
     ++this->NumberOfFactorizations;
     for (const std::string& text : prepared.Samples->Sampler().Warnings())
     {
-      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
+      surfsynth::ReportWarning(this->Self, surface.Where, text);
     }
     return *this->Blocks.Insert(surface, std::move(prepared)).Samples;
   }
@@ -289,7 +294,7 @@ int vtkFlowMatchingSampler::FillInputPortInformation(int, vtkInformation* info)
 }
 
 int vtkFlowMatchingSampler::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   if (!surfsynth::RequireSurfaces(this, inputVector))
   {
@@ -297,7 +302,7 @@ int vtkFlowMatchingSampler::RequestDataObject(
   }
   if (this->NumberOfSamples == 1)
   {
-    return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+    return surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector);
   }
   surfsynth::SetOutputClass(outputVector, "vtkMultiBlockDataSet");
   return 1;
@@ -364,7 +369,7 @@ int vtkFlowMatchingSampler::RequestData(
   }
   if (!problem.empty())
   {
-    vtkErrorMacro(<< problem);
+    surfsynth::ReportError(this, "", problem);
   }
   output->Initialize();
   return 0;
@@ -401,6 +406,14 @@ std::string vtkFlowMatchingSampler::GetModelDescription() const
 {
   return this->Impl->Model ? this->Impl->Model->Description() : "";
 }
+
+vtkStringArray* vtkFlowMatchingSampler::GetInstalledModels()
+{
+  return this->Impl->Installed.Names(
+    "flow_matching", this->GeneratesDisplacements() ? R"("signal_name":"Position")" : "");
+}
+
+const char* vtkFlowMatchingSampler::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
 
 vtkTypeInt64 vtkFlowMatchingSampler::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 

@@ -52,6 +52,7 @@
  *
  * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and
  * Integrator alone: it has the same bits for every number of threads, and alone or in a batch.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
  */
@@ -69,6 +70,7 @@
 
 class vtkDoubleArray;
 class vtkPolyData;
+class vtkStringArray;
 
 class VTKSURFACESYNTHESISFLOWMATCHING_EXPORT vtkFlowMatchingSampler : public vtkPassInputTypeAlgorithm
 {
@@ -87,11 +89,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**

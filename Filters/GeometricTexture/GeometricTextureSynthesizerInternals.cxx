@@ -7,6 +7,7 @@
 #include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
+#include "IO/Weights/InstalledModels.h"
 
 #include <vtkDataObject.h>
 #include <vtkNew.h>
@@ -42,7 +43,7 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   }
   this->CheckNames();
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
-  this->Model = this->File.Get(this->Self->ModelFileName);
+  this->Model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
   this->Targets.Begin();
   this->Textures.Begin();
 }
@@ -157,7 +158,7 @@ std::vector<double> vtkGeometricTextureSynthesizer::Internals::AnimationTimes()
   }
   try
   {
-    const auto model = this->File.Get(this->Self->ModelFileName);
+    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
     for (int k = 0; k <= this->Range(*model).Count(); ++k)
     {
       times.push_back(k);
@@ -181,7 +182,8 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsig
 {
   const vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureRequest request;
-  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel : std::min(1, self->GetNumberOfInputConnections(0));
+  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel
+                                             : std::min(1, this->Self->GetNumberOfInputConnections(0));
   request.EndLevel = self->EndLevel;
   request.Seed = static_cast<std::uint64_t>(self->Seed);
   request.SecondSeed = static_cast<std::uint64_t>(self->SecondSeed);

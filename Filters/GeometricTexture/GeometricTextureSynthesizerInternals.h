@@ -9,6 +9,7 @@
 #include "BlockCache.h"
 #include "FileCache.h"
 #include "GeometricTextureResult.h"
+#include "InstalledModelList.h"
 #include "OutputSeries.h"
 #include "RemeshedTarget.h"
 #include "SurfaceBridge.h"
@@ -57,6 +58,7 @@ public:
   std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update
   surfsynth::FileCache<surfsynth::GeometricTextureModel> File{ surfsynth::ReadGeometricTexture,
     "A geometric texture in safetensors format is needed, as its training writes it." };
+  surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfSyntheses = 0;
   vtkTypeInt64 NumberOfRemeshings = 0;
 

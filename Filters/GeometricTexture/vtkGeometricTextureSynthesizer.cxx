@@ -4,6 +4,7 @@
 #include "BlockBridge.h"
 #include "FilterSupport.h"
 #include "GeometricTextureSynthesizerInternals.h"
+#include "Reporting.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -144,7 +145,7 @@ int vtkGeometricTextureSynthesizer::RequestData(
   }
   if (!problem.empty())
   {
-    vtkErrorMacro(<< problem);
+    surfsynth::ReportError(this, "", problem);
   }
   vtkDataObject::GetData(info)->Initialize();
   return 0;
@@ -166,6 +167,13 @@ std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
 {
   return this->Impl->Model ? this->Impl->Model->Description() : "";
 }
+
+vtkStringArray* vtkGeometricTextureSynthesizer::GetInstalledModels()
+{
+  return this->Impl->Installed.Names("geometric_texture");
+}
+
+const char* vtkGeometricTextureSynthesizer::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
 
 vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 

@@ -56,6 +56,7 @@
  * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names and, once all
  * levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives the same bits for
  * every number of threads.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkPolyDataNormals
  */
@@ -69,6 +70,8 @@
 
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
+
+class vtkStringArray;
 
 class VTKSURFACESYNTHESISGEOMETRICTEXTURE_EXPORT vtkGeometricTextureSynthesizer : public vtkDataObjectAlgorithm
 {
@@ -95,11 +98,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**

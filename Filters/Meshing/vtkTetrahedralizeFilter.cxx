@@ -4,6 +4,7 @@
 #include "BlockBridge.h"
 #include "FilterSupport.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
+#include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -101,7 +102,7 @@ int vtkTetrahedralizeFilter::RequestData(
 {
   if (this->RegionArrayName.empty() || this->SurfaceArrayName.empty())
   {
-    vtkErrorMacro("RegionArrayName or SurfaceArrayName is empty; names for the arrays are needed.");
+    surfsynth::ReportError(this, "", "RegionArrayName or SurfaceArrayName is empty; names for the arrays are needed.");
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }

@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "MeshProcessing/LevelSets/VolumeSurface.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
 #include "VolumeImages.h"
@@ -26,6 +27,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <sstream>
 #include <vector>
 
 using surfsynth::Block;
@@ -230,19 +232,18 @@ private:
                                                                    : std::vector<double>();
     if (labels.size() > 2)
     {
-      vtkWarningWithObjectMacro(
-        this->Self, << (block.Where.empty() ? "" : block.Where + ": ") << "The image holds " << labels.size()
-                    << " distinct integers from " << labels.front() << " to " << labels.back()
-                    << ", as label images do, and the isovalue " << this->EffectiveIsoValue
-                    << " separates some labels from others. Choose an IsoValue (" << 0.5 * (labels[0] + labels[1])
-                    << " for all labels above " << labels.front() << "), or one label with vtkImageThreshold first.");
+      std::ostringstream text;
+      text << "The image holds " << labels.size() << " distinct integers from " << labels.front() << " to "
+           << labels.back() << ", as label images do, and the isovalue " << this->EffectiveIsoValue
+           << " separates some labels from others. Choose an IsoValue (" << 0.5 * (labels[0] + labels[1])
+           << " for all labels above " << labels.front() << "), or one label with vtkImageThreshold first.";
+      surfsynth::ReportWarning(this->Self, block.Where, text.str());
     }
   }
 
   void WarnOfNothing(const Block& block, const std::string& what) const
   {
-    vtkWarningWithObjectMacro(
-      this->Self, << (block.Where.empty() ? "" : block.Where + ": ") << what << ". The output is empty.");
+    surfsynth::ReportWarning(this->Self, block.Where, what + ". The output is empty.");
   }
 
   vtkVDBSurfaceFilter* Self;

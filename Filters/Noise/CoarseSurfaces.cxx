@@ -26,12 +26,12 @@ namespace surfsynth
 
 namespace
 {
-constexpr vtkIdType MaximumNumberOfTriangles = 4000000;
+constexpr vtkIdType MaximumNumberOfRefinedTriangles = 4000000;
 /// The default correlation range over the longest side of the box, as in MaternField.
-constexpr double DefaultRange = 0.2;
+constexpr double DefaultRangeOverSize = 0.2;
 
 /// The longest edge of the triangles of @p surface; not finite where a point is not.
-double LongestEdge(vtkPolyData* surface)
+double LongestPolygonEdge(vtkPolyData* surface)
 {
   double longest = 0.0;
   const auto cell = vtkSmartPointer<vtkCellArrayIterator>::Take(surface->GetPolys()->NewIterator());
@@ -54,7 +54,7 @@ double LongestEdge(vtkPolyData* surface)
 }
 
 /// True for a surface that the filter accepts: what is wrong with another one is said with the ids of the caller's cells.
-bool IsValid(vtkPolyData* surface)
+bool IsValidSurface(vtkPolyData* surface)
 {
   try
   {
@@ -68,22 +68,22 @@ bool IsValid(vtkPolyData* surface)
 }
 
 /// The refined surface, or null when it is fine enough, or broken.
-vtkSmartPointer<vtkPolyData> Refined(vtkPolyData* surface, double range)
+vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range)
 {
-  if (surface->GetNumberOfPoints() == 0 || !IsValid(surface))
+  if (surface->GetNumberOfPoints() == 0 || !IsValidSurface(surface))
   {
     return nullptr;
   }
   if (range <= 0.0)
   {
-    range = DefaultRange * vtkBoundingBox(surface->GetBounds()).GetMaxLength();
+    range = DefaultRangeOverSize * vtkBoundingBox(surface->GetBounds()).GetMaxLength();
   }
   vtkNew<vtkTriangleFilter> triangles;
   triangles->SetInputData(surface);
   triangles->PassVertsOff();
   triangles->PassLinesOff();
   triangles->Update();
-  const double longest = LongestEdge(triangles->GetOutput());
+  const double longest = LongestPolygonEdge(triangles->GetOutput());
   if (!std::isfinite(longest) || !std::isfinite(range) || longest <= range / 3.0)
   {
     return nullptr;
@@ -92,7 +92,7 @@ vtkSmartPointer<vtkPolyData> Refined(vtkPolyData* surface, double range)
   subdivision->SetInputConnection(triangles->GetOutputPort());
   subdivision->SetMaximumEdgeLength(range / 4.0);
   subdivision->SetMaximumTriangleArea(VTK_DOUBLE_MAX);
-  subdivision->SetMaximumNumberOfTriangles(MaximumNumberOfTriangles);
+  subdivision->SetMaximumNumberOfTriangles(MaximumNumberOfRefinedTriangles);
   subdivision->Update();
   auto refined = vtkSmartPointer<vtkPolyData>::New();
   refined->ShallowCopy(subdivision->GetOutput());
@@ -104,7 +104,7 @@ vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double
 {
   if (auto* surface = vtkPolyData::SafeDownCast(input))
   {
-    const vtkSmartPointer<vtkPolyData> refined = Refined(surface, range);
+    const vtkSmartPointer<vtkPolyData> refined = RefinedSurface(surface, range);
     return refined ? vtkSmartPointer<vtkDataObject>(refined) : vtkSmartPointer<vtkDataObject>(input);
   }
   auto* tree = vtkDataObjectTree::SafeDownCast(input);
@@ -118,7 +118,7 @@ vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double
   for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
   {
     auto* leaf = vtkPolyData::SafeDownCast(place->GetCurrentDataObject());
-    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? Refined(leaf, range) : nullptr)
+    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? RefinedSurface(leaf, range) : nullptr)
     {
       copy->SetDataSet(place, refined);
     }

@@ -4,7 +4,9 @@
 #include "CoarseSurfaces.h"
 #include "FilterSupport.h"
 #include "RandomFields.h"
+#include "Reporting.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -19,6 +21,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 using surfsynth::MaternField;
 using surfsynth::MaternFieldOptions;
@@ -109,7 +112,8 @@ public:
     vtkNew<vtkInformation> information;
     information->Copy(input->GetInformationObject(0));
     information->Set(vtkDataObject::DATA_OBJECT(),
-      surfsynth::RefineCoarseSurfaces(vtkDataObject::GetData(input), this->Self->CorrelationRange));
+      surfsynth::RefineCoarseSurfaces(
+        surfsynth::AsSurfaces(vtkDataObject::GetData(input)), this->Self->CorrelationRange));
     refined->Append(information);
     return true;
   }
@@ -172,13 +176,12 @@ private:
     const double range = field.EffectiveCorrelationRange();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
     {
-      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ")
-                                            << "The longest edge is " << field.LongestEdge()
-                                            << ", more than a third of the correlation range " << range
-                                            << ": the mesh is too coarse to carry the field. Switch Refinement on, "
-                                               "refine it with vtkAdaptiveSubdivisionFilter, or choose a range "
-                                               "of at least "
-                                            << 3.0 * field.LongestEdge() << ".");
+      std::ostringstream text;
+      text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range " << range
+           << ": the mesh is too coarse to carry the field. Switch Refinement on, refine it with "
+              "vtkAdaptiveSubdivisionFilter, or choose a range of at least "
+           << 3.0 * field.LongestEdge() << ".";
+      surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
 
@@ -189,11 +192,12 @@ private:
     const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
     {
-      vtkWarningWithObjectMacro(this->Self,
-        << (surface.Where.empty() ? "" : surface.Where + ": ") << "The correlation range " << range << " is "
-        << range / side << " times the longest side of the surface, " << side
-        << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
-        << side << ".");
+      std::ostringstream text;
+      text << "The correlation range " << range << " is " << range / side << " times the longest side of the surface, "
+           << side
+           << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
+           << side << ".";
+      surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
 
@@ -217,10 +221,10 @@ int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
 }
 
 int vtkMaternNoiseFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   return surfsynth::RequireSurfaces(this, inputVector)
-    ? this->Superclass::RequestDataObject(request, inputVector, outputVector)
+    ? surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector)
     : 0;
 }
 

@@ -33,6 +33,7 @@
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
  * component. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
  * batch.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkWarpScalar, vtkWarpVector, vtkTriangleFilter, vtkCleanPolyData
  */

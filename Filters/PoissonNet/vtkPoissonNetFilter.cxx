@@ -4,12 +4,16 @@
 #include "BlockCache.h"
 #include "FileCache.h"
 #include "FilterSupport.h"
+#include "InstalledModelList.h"
 #include "NetworkInput.h"
 #include "PredictionArrays.h"
+#include "Reporting.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "IO/Weights/InstalledModels.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -76,7 +80,7 @@ public:
         "ModelFileName is empty; the path of a PoissonNet in safetensors format is needed.");
     }
     this->Model.reset();
-    this->Model = this->File.Get(this->Self->ModelFileName);
+    this->Model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
     this->Blocks.Begin();
   }
 
@@ -115,6 +119,7 @@ public:
                                                         },
     "A PoissonNet in safetensors format is needed; \"python3 -m surfacesynthesis convert\" makes one of a PyTorch "
     "checkpoint." };
+  surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfFactorizations = 0;
 
 private:
@@ -166,7 +171,7 @@ private:
     ++this->NumberOfFactorizations;
     for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalization()))
     {
-      vtkWarningWithObjectMacro(this->Self, << (surface.Where.empty() ? "" : surface.Where + ": ") << text);
+      surfsynth::ReportWarning(this->Self, surface.Where, text);
     }
     return this->Blocks.Insert(surface, std::move(prepared));
   }
@@ -255,13 +260,13 @@ double vtkPoissonNetFilter::GetCondition(int index) const
 int vtkPoissonNetFilter::FillInputPortInformation(int, vtkInformation* info) { return surfsynth::AcceptSurfaces(info); }
 
 int vtkPoissonNetFilter::RequestDataObject(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   if (!surfsynth::RequireSurfaces(this, inputVector))
   {
     return 0;
   }
-  return this->Superclass::RequestDataObject(request, inputVector, outputVector);
+  return surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector);
 }
 
 int vtkPoissonNetFilter::RequestData(
@@ -282,7 +287,7 @@ int vtkPoissonNetFilter::RequestData(
   }
   catch (const std::exception& error)
   {
-    vtkErrorMacro(<< error.what());
+    surfsynth::ReportError(this, "", error.what());
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
@@ -303,6 +308,10 @@ std::string vtkPoissonNetFilter::GetModelDescription() const
 {
   return this->Impl->Model ? Described(*this->Impl->Model) : "";
 }
+
+vtkStringArray* vtkPoissonNetFilter::GetInstalledModels() { return this->Impl->Installed.Names("poissonnet"); }
+
+const char* vtkPoissonNetFilter::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
 
 vtkTypeInt64 vtkPoissonNetFilter::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 

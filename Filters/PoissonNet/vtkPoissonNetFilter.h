@@ -50,6 +50,7 @@
  * One sparse factorisation for each mesh and normalisation, kept until one of them changes. An evaluation is linear in
  * the number of triangles, the number of blocks and the square of the width, but for a solve in each block. The same
  * model, mesh and conditions give the same bits for every number of threads.
+ * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkSurfaceRepairFilter, vtkPolyDataNormals, vtkWarpVector, vtkMaternNoiseFilter
  */
@@ -64,6 +65,8 @@
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
 #include <vector> // For std::vector
+
+class vtkStringArray;
 
 class VTKSURFACESYNTHESISPOISSONNET_EXPORT vtkPoissonNetFilter : public vtkPassInputTypeAlgorithm
 {
@@ -83,11 +86,21 @@ public:
 
   ///@{
   /**
-   * Path of the model file. Must be set. Default "".
+   * Path of the model file, or name of an installed model (GetInstalledModels()). Must be set. Default "".
    */
   void SetModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(ModelFileName);
   ///@}
+
+  /**
+   * Names of the installed models that suit this filter.
+   */
+  vtkStringArray* GetInstalledModels();
+
+  /**
+   * Folder of the installed models; empty without one.
+   */
+  const char* GetInstalledModelsFolder() const;
 
   ///@{
   /**

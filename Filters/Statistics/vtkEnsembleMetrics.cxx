@@ -5,6 +5,7 @@
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 #include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
@@ -104,7 +105,7 @@ public:
     {
       return;
     }
-    vtkPolyData* source = vtkPolyData::GetData(inputVector[2]);
+    const auto source = surfsynth::SurfaceOn(inputVector[2]);
     const surfsynth::SharedSurface shared = source
       ? surfsynth::SharedSurface{ source, "the source" }
       : surfsynth::SharedSurface{ reference.Samples[0].Surface, "the " + reference.NameOf(0) };
@@ -150,9 +151,8 @@ int vtkEnsembleMetrics::FillInputPortInformation(int port, vtkInformation* info)
   {
     return surfsynth::AcceptSurfaces(info);
   }
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkEnsembleMetrics::RequestData(

@@ -4,6 +4,7 @@
 #include "DataObjects.h"
 #include "JointProcessing.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 #include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
@@ -33,15 +34,18 @@ namespace
 struct Pair
 {
   explicit Pair(vtkInformationVector** inputVector)
-    : Surface(NotEmpty(vtkPolyData::GetData(inputVector[0])))
-    , Reference(NotEmpty(vtkPolyData::GetData(inputVector[1])))
+    : Surface(NotEmpty(surfsynth::SurfaceOn(inputVector[0])))
+    , Reference(NotEmpty(surfsynth::SurfaceOn(inputVector[1])))
   {}
 
-  vtkPolyData* Surface;
-  vtkPolyData* Reference;
+  vtkSmartPointer<vtkPolyData> Surface;
+  vtkSmartPointer<vtkPolyData> Reference;
 
 private:
-  static vtkPolyData* NotEmpty(vtkPolyData* given) { return surfsynth::IsEmpty(given) ? nullptr : given; }
+  static vtkSmartPointer<vtkPolyData> NotEmpty(const vtkSmartPointer<vtkPolyData>& given)
+  {
+    return surfsynth::IsEmpty(given) ? nullptr : given;
+  }
 };
 
 /// @param name beginning of messages
@@ -85,8 +89,7 @@ vtkGeometricTextureDistance::~vtkGeometricTextureDistance() = default;
 
 int vtkGeometricTextureDistance::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkGeometricTextureDistance::RequestData(

@@ -3,6 +3,7 @@
 /// The training of one update of a vtkModelTrainer. Private to the module.
 #pragma once
 
+#include "BackgroundTraining.h"
 #include "vtkModelTrainer.h"
 
 #include "Core/Common/Progress.h"
@@ -15,15 +16,20 @@
 
 class vtkTable;
 
-class vtkModelTrainer::Run
+class vtkModelTrainer::Run : public surfsynth::TrainingWatch
 {
 public:
   /// @param table takes the losses; empty so far.
   Run(vtkModelTrainer* self, vtkTable* table, const surfsynth::Progress& progress);
 
-  const surfsynth::Progress& GetProgress() const { return this->Progress; }
+  /// Runs @p job within this update, or starts it in the background; the output then has what it has reported so far.
+  void Train(const surfsynth::TrainingJob& job);
+  /// Gives what the training in the background has reported to the filter and its output. @throws its error.
+  void ShowBackground();
 
-  /// The files of the shared properties; the dataset file is an input.
+  const surfsynth::Progress& GetProgress() const override { return this->Progress; }
+
+  /// The files of the shared properties; the dataset file is an input. In the background there is no time budget.
   /// @throws InvalidInput when ModelFileName is empty.
   surfsynth::TrainingFiles Files() const;
 
@@ -32,14 +38,14 @@ public:
 
   /// Shows iteration, loss and remaining time as progress text, and keeps the time for EndsEarly(). The run must outlive
   /// the result. @param stage comes before them.
-  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "");
+  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "") override;
 
   /// True when the time budget has ended the training before its last iteration; gives the filter the time to expect for
   /// the others, and warns of it. @param what is trained, for the warning.
-  bool EndsEarly(const surfsynth::ModelTrainer& trainer, const std::string& what);
+  bool EndsEarly(const surfsynth::ModelTrainer& trainer, const std::string& what) override;
 
   /// Gives iterations, device and losses of @p trainer to the filter and its output; EndsEarly().
-  void Finish(const surfsynth::ModelTrainer& trainer);
+  void Finish(const surfsynth::ModelTrainer& trainer) override;
 
 private:
   vtkModelTrainer* Self;

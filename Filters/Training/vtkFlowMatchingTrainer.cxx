@@ -18,7 +18,9 @@
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -46,7 +48,6 @@ public:
   /// parallel pipeline must take part in updating the filters upstream, and only one trains.
   void Read(vtkInformationVector** inputVector)
   {
-    this->EncoderLoss = -1.0;
     this->Data.reset();
     this->Failure = nullptr;
     try
@@ -64,6 +65,7 @@ public:
 
   void Train(Run& run)
   {
+    this->EncoderLoss = std::make_shared<std::atomic<double>>(-1.0);
     if (this->Failure)
     {
       std::rethrow_exception(std::exchange(this->Failure, nullptr));
@@ -76,33 +78,73 @@ public:
     {
       return;
     }
-    const surfsynth::Progress progress = surfsynth::SubProgress(run.GetProgress(), ReadingShare, 1.0);
-    FlowMatchingTrainingOptions options = this->Options(run);
-    const surfsynth::TimeLimit limit(this->Self->GetTimeBudget());
-    TrainingFiles files = this->Files(run);
-    double encoded = 0.0;
+    const auto stages = std::make_shared<Stages>(this->MakeStages(run));
+    run.Train([stages](surfsynth::TrainingWatch& watch) { stages->Train(watch); });
+  }
+
+  /// Of the last training, -1 without one.
+  double GetEncoderLoss() const { return *this->EncoderLoss; }
+
+private:
+  /// The trainings of one update, without VTK.
+  struct Stages
+  {
+    SignalDataset Data;
+    FlowMatchingTrainingOptions Options;
+    TrainingFiles Files;
+    surfsynth::EncodingTrainingOptions Encoding; ///< of the encoder; used where EncoderFiles has a model
+    TrainingFiles EncoderFiles;
+    std::shared_ptr<std::atomic<double>> EncoderLoss;
+
+    void Train(surfsynth::TrainingWatch& watch)
+    {
+      const surfsynth::Progress progress = surfsynth::SubProgress(watch.GetProgress(), ReadingShare, 1.0);
+      const surfsynth::TimeLimit limit(this->Files.TimeBudget);
+      double encoded = 0.0;
+      if (!this->EncoderFiles.Model.empty())
+      {
+        const auto iterations = static_cast<double>(this->Encoding.Iterations);
+        encoded = iterations / (iterations + static_cast<double>(this->Options.Iterations));
+        if (!this->TrainEncoder(watch, surfsynth::SubProgress(progress, 0.0, encoded)))
+        {
+          return;
+        }
+        this->Files.TimeBudget = limit.MinutesLeft();
+        this->Options.Encoder = surfsynth::ReadPoissonNet(this->EncoderFiles.Model); // as a later training reads it
+      }
+      watch.Finish(surfsynth::TrainFlowMatching(std::move(this->Data), this->Options, this->Files,
+        watch.ShowProgress(this->Options.Iterations), surfsynth::SubProgress(progress, encoded, 1.0)));
+    }
+
+    /// Writes the encoder. @return false when the time budget has ended its training early.
+    bool TrainEncoder(surfsynth::TrainingWatch& watch, const surfsynth::Progress& progress)
+    {
+      const surfsynth::EncodingTrainer trainer = TrainEncoding(this->Data, this->Encoding, this->EncoderFiles,
+        watch.ShowProgress(this->Encoding.Iterations, "encoder: "), progress);
+      *this->EncoderLoss = trainer.History().LastMean();
+      return !watch.EndsEarly(trainer, "encoder");
+    }
+  };
+
+  Stages MakeStages(const Run& run)
+  {
+    Stages stages;
+    stages.Options = this->Options(run);
+    stages.Files = this->Files(run);
+    stages.EncoderLoss = this->EncoderLoss;
     if (this->Self->EncoderIterations > 0)
     {
       // Errors of the training that follows are thrown now, and not after hours.
-      CheckOptions(options);
-      CheckFiles(files);
-      this->RequireEncoderOf(files, run);
-      const double iterations = this->Self->EncoderIterations;
-      encoded = iterations / (iterations + static_cast<double>(options.Iterations));
-      if (!this->TrainEncoder(options, run, surfsynth::SubProgress(progress, 0.0, encoded)))
-      {
-        return;
-      }
-      files.TimeBudget = limit.MinutesLeft();
-      options.Encoder = *this->EncoderFile.Get(this->EncoderFiles(run).Model); // as a later training reads it
+      CheckOptions(stages.Options);
+      CheckFiles(stages.Files);
+      this->RequireEncoderOf(stages.Files, run);
+      stages.Encoding = this->Encoding(stages.Options);
+      stages.EncoderFiles = this->EncoderFiles(run);
     }
-    run.Finish(surfsynth::TrainFlowMatching(*std::exchange(this->Data, std::nullopt), options, files,
-      run.ShowProgress(options.Iterations), surfsynth::SubProgress(progress, encoded, 1.0)));
+    stages.Data = *std::exchange(this->Data, std::nullopt);
+    return stages;
   }
 
-  double EncoderLoss = -1.0;
-
-private:
   bool UsesDatasetFile() const { return *this->Self->GetDatasetFileName() != '\0'; }
 
   /// @throws ModelMismatch when the checkpoint of the model is of an encoder that would be trained on.
@@ -117,9 +159,8 @@ private:
     }
   }
 
-  /// Writes an encoder of the surfaces that this training is of, with the recipe of the training that is to use it.
-  /// @return false when the time budget has ended its training early.
-  bool TrainEncoder(const FlowMatchingTrainingOptions& recipe, Run& run, const surfsynth::Progress& progress)
+  /// The recipe of an encoder of the surfaces that this training is of, as that of the training which is to use it.
+  surfsynth::EncodingTrainingOptions Encoding(const FlowMatchingTrainingOptions& recipe) const
   {
     if (this->Data->Sources.size() < 2)
     {
@@ -133,10 +174,7 @@ private:
     options.Milestones.clear(); // they count the iterations of the other training
     options.Eigenfunctions = this->Self->NumberOfEigenfunctions;
     options.BatchSize = recipe.BatchSize;
-    const surfsynth::EncodingTrainer trainer = TrainEncoding(
-      *this->Data, options, this->EncoderFiles(run), run.ShowProgress(options.Iterations, "encoder: "), progress);
-    this->EncoderLoss = trainer.History().LastMean();
-    return !run.EndsEarly(trainer, "encoder");
+    return options;
   }
 
   FlowMatchingTrainingOptions Options(const Run& run)
@@ -196,6 +234,7 @@ private:
   }
 
   vtkFlowMatchingTrainer* Self;
+  std::shared_ptr<std::atomic<double>> EncoderLoss = std::make_shared<std::atomic<double>>(-1.0);
   std::optional<SignalDataset> Data;
   std::exception_ptr Failure;
   static surfsynth::PoissonNetModel ReadEncoder(const std::string& path) { return surfsynth::ReadPoissonNet(path); }
@@ -244,7 +283,7 @@ int vtkFlowMatchingTrainer::GetMilestone(int index) const
   return index >= 0 && index < this->GetNumberOfMilestones() ? this->Milestones[static_cast<std::size_t>(index)] : 0;
 }
 
-double vtkFlowMatchingTrainer::GetEncoderLoss() const { return this->Impl->EncoderLoss; }
+double vtkFlowMatchingTrainer::GetEncoderLoss() const { return this->Impl->GetEncoderLoss(); }
 
 int vtkFlowMatchingTrainer::FillInputPortInformation(int, vtkInformation* info)
 {

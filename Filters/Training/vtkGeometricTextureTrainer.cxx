@@ -3,6 +3,7 @@
 
 #include "ModelTrainerRun.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
@@ -33,10 +34,10 @@ namespace
 /// @param name of the surface, for messages. All points are kept: those of the levels follow one another.
 TriangleMesh ReadLevelMesh(vtkDataObject* data, const std::string& name)
 {
-  auto* surface = vtkPolyData::SafeDownCast(data);
+  const auto surface = vtkSmartPointer<vtkPolyData>(vtkPolyData::SafeDownCast(surfsynth::AsSurfaces(data)));
   if (!surface)
   {
-    throw InvalidInput(name + " is a " + data->GetClassName() +
+    throw InvalidInput(name + " is " + surfsynth::DescribeInput(data) +
       "; a vtkPolyData of triangles is needed, as vtkMultiscaleMeshFitter makes it.");
   }
   try
@@ -103,8 +104,11 @@ public:
       return;
     }
     const auto iterations = static_cast<std::int64_t>(dataset.Levels.size()) * this->Self->IterationsPerLevel;
-    run.Finish(surfsynth::TrainGeometricTexture(
-      std::move(dataset), this->Options(run), files, run.ShowProgress(iterations), run.GetProgress()));
+    const auto data = std::make_shared<MultiscaleDataset>(std::move(dataset));
+    run.Train([data, iterations, files, options = this->Options(run)](surfsynth::TrainingWatch& watch) {
+      watch.Finish(surfsynth::TrainGeometricTexture(
+        std::move(*data), options, files, watch.ShowProgress(iterations), watch.GetProgress()));
+    });
   }
 
 private:
@@ -169,8 +173,7 @@ int vtkGeometricTextureTrainer::FillInputPortInformation(int port, vtkInformatio
   {
     return surfsynth::AcceptSurfaces(info);
   }
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 void vtkGeometricTextureTrainer::Train(vtkInformationVector** inputVector, Run& run)

@@ -4,6 +4,7 @@
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
+#include "Reporting.h"
 #include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
@@ -16,6 +17,7 @@
 #include <vtkInformationVector.h>
 #include <vtkTable.h>
 
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -59,9 +61,34 @@ surfsynth::TrainingFiles vtkModelTrainer::Run::Files() const
   files.LossTable = self.LossTableFileName;
   files.CheckpointInterval = self.CheckpointInterval;
   files.Resume = self.Resume;
-  files.TimeBudget = self.TimeBudget;
+  files.TimeBudget = self.Background ? 0.0 : self.TimeBudget;
   files.Inputs = { self.DatasetFileName };
   return files;
+}
+
+void vtkModelTrainer::Run::Train(const surfsynth::TrainingJob& job)
+{
+  if (!this->Self->Background)
+  {
+    this->Self->Task->Stop(); // goes on from its checkpoint
+    job(*this);
+    return;
+  }
+  this->Self->Task->Start(job);
+  this->ShowBackground();
+}
+
+void vtkModelTrainer::Run::ShowBackground()
+{
+  const surfsynth::BackgroundReport report = this->Self->Task->Look();
+  if (report.Failure)
+  {
+    std::rethrow_exception(report.Failure);
+  }
+  this->Self->NumberOfIterationsDone = static_cast<vtkTypeInt64>(report.History.Size());
+  this->Self->DeviceInUse = report.Device;
+  this->Self->RemainingTime = report.SecondsLeft / 60.0;
+  AddLosses(this->Table, report.History);
 }
 
 void vtkModelTrainer::Run::SetSharedOptions(surfsynth::ModelTrainingOptions& options) const
@@ -92,12 +119,13 @@ bool vtkModelTrainer::Run::EndsEarly(const surfsynth::ModelTrainer& trainer, con
   const std::string expected = seconds > 0.0
     ? " The other iterations take about " + surfsynth::FormatDuration(seconds) + "."
     : "";
-  vtkWarningWithObjectMacro(this->Self,
-    "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended the training of the "
-                         << what << " after iteration " << trainer.Iteration() << " of " << trainer.Iterations() << "."
-                         << expected << " The file of the " << what
-                         << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
-                            "0 for no limit, trains longer.");
+  std::ostringstream text;
+  text << "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget)
+       << " minutes ended the training of the " << what << " after iteration " << trainer.Iteration() << " of "
+       << trainer.Iterations() << "." << expected << " The file of the " << what
+       << " holds it as it is now. The next run goes on from the checkpoint; a larger TimeBudget, or "
+          "0 for no limit, trains longer.";
+  surfsynth::ReportWarning(this->Self, "", text.str());
   return true;
 }
 
@@ -109,7 +137,9 @@ void vtkModelTrainer::Run::Finish(const surfsynth::ModelTrainer& trainer)
   this->EndsEarly(trainer, "model");
 }
 
-vtkModelTrainer::vtkModelTrainer() = default;
+vtkModelTrainer::vtkModelTrainer()
+  : Task(std::make_unique<surfsynth::BackgroundTraining>())
+{}
 
 vtkModelTrainer::~vtkModelTrainer() = default;
 
@@ -127,6 +157,18 @@ vtkTypeInt64 vtkModelTrainer::GetNumberOfIterationsDone() const { return this->N
 
 double vtkModelTrainer::GetRemainingTime() const { return this->RemainingTime; }
 
+const char* vtkModelTrainer::GetBackgroundState() const
+{
+  this->BackgroundState = this->Task->State();
+  return this->BackgroundState.c_str();
+}
+
+void vtkModelTrainer::StopBackground()
+{
+  this->Task->Stop();
+  this->Modified();
+}
+
 const char* vtkModelTrainer::GetDeviceInUse() const { return this->DeviceInUse.c_str(); }
 
 void vtkModelTrainer::ReadInputs(vtkInformationVector**) {}
@@ -140,7 +182,14 @@ int vtkModelTrainer::RequestData(
   this->ReadInputs(inputVector);
   const auto train = [&](const surfsynth::Progress& progress) {
     Run run(this, vtkTable::GetData(outputVector), progress);
-    this->Train(inputVector, run);
+    if (this->Background && this->Task->IsPending())
+    {
+      run.ShowBackground();
+    }
+    else
+    {
+      this->Train(inputVector, run);
+    }
   };
   const int success = surfsynth::ProcessJointly(this, inputVector, outputVector, train);
   this->SetProgressText(nullptr);
@@ -156,11 +205,13 @@ void vtkModelTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CheckpointInterval: " << this->CheckpointInterval << "\n";
   os << indent << "Resume: " << this->Resume << "\n";
   os << indent << "TimeBudget: " << this->TimeBudget << "\n";
+  os << indent << "Background: " << this->Background << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
   os << indent << "LearningRate: " << this->LearningRate << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "Device: " << this->Device << "\n";
   os << indent << "NumberOfIterationsDone: " << this->NumberOfIterationsDone << "\n";
   os << indent << "RemainingTime: " << this->RemainingTime << "\n";
+  os << indent << "BackgroundState: " << this->GetBackgroundState() << "\n";
   os << indent << "DeviceInUse: " << this->DeviceInUse << "\n";
 }

@@ -22,7 +22,7 @@
  *
  * @par Progress
  * The progress text says the iteration, the loss and the remaining time. An aborted update writes its files within one
- * iteration and gives an empty table. ParaView before 6.2 cannot abort an update: give it a TimeBudget there.
+ * iteration and gives an empty table. ParaView before 6.2 cannot abort an update: give it a TimeBudget or Background there.
  *
  * @par Errors
  * One error and an empty table for: no input, or no model file name; an option out of its range; CUDA asked for and
@@ -38,7 +38,13 @@
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 #include "vtkTableAlgorithm.h"
 
+#include <memory> // For std::unique_ptr
 #include <string> // For std::string
+
+namespace surfsynth
+{
+class BackgroundTraining;
+} // namespace surfsynth
 
 class VTKSURFACESYNTHESISTRAINING_EXPORT vtkModelTrainer : public vtkTableAlgorithm
 {
@@ -107,6 +113,30 @@ public:
   vtkSetClampMacro(TimeBudget, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(TimeBudget, double);
   ///@}
+
+  ///@{
+  /**
+   * Training in the background: an update starts it on a thread of its own and returns at once with the losses so far; later
+   * updates (Modified() and Update(), in ParaView Execute Again) look after it and change nothing else, until it has ended.
+   * StopBackground() stops it, and so do the end of this object and an update without Background. The files are those of a
+   * training within an update. TimeBudget is not used, and changed properties count from the next start on. Default off.
+   */
+  vtkSetMacro(Background, bool);
+  vtkGetMacro(Background, bool);
+  vtkBooleanMacro(Background, bool);
+  ///@}
+
+  /**
+   * Stops a training in the background within one iteration, when it has written its files; the next update shows what it has
+   * done, and the one after that goes on from the checkpoint. Does nothing without such a training.
+   */
+  void StopBackground();
+
+  /**
+   * State of the training in the background, as it is now: empty without one, else "running: ", "finished: ", "stopped: " or
+   * "failed: " with iteration, loss and remaining time.
+   */
+  const char* GetBackgroundState() const;
 
   ///@{
   /**
@@ -194,6 +224,7 @@ private:
   int CheckpointInterval = 500;
   bool Resume = true;
   double TimeBudget = 0.0;
+  bool Background = false;
   std::string DatasetFileName;
   double LearningRate = 5e-4;
   int Seed = 0;
@@ -202,6 +233,8 @@ private:
   vtkTypeInt64 NumberOfIterationsDone = 0;
   double RemainingTime = 0.0;
   std::string DeviceInUse;
+  mutable std::string BackgroundState;
+  std::unique_ptr<surfsynth::BackgroundTraining> Task;
 };
 
 #endif

@@ -4,8 +4,10 @@
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -24,6 +26,8 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
+
+#include <sstream>
 
 using surfsynth::FitDistance;
 using surfsynth::MultiscaleFit;
@@ -81,7 +85,7 @@ public:
 
   void Fit(vtkInformationVector** inputVector, vtkInformationVector* outputVector, const surfsynth::Progress& progress)
   {
-    auto* reference = vtkPolyData::GetData(inputVector[0]);
+    const auto reference = surfsynth::SurfaceOn(inputVector[0]);
     if (!reference)
     {
       throw surfsynth::InvalidInput("There is no reference on port 0; a vtkPolyData is needed.");
@@ -91,7 +95,7 @@ public:
       return;
     }
     const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
-      this->Options(vtkPolyData::GetData(inputVector[1])), progress);
+      this->Options(surfsynth::SurfaceOn(inputVector[1])), progress);
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
@@ -99,6 +103,8 @@ public:
     this->WarnOfTime(fit);
     FillLevels(fit, vtkMultiBlockDataSet::GetData(outputVector, 0));
     surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
+    auto* levels = vtkMultiBlockDataSet::GetData(outputVector, 0);
+    vtkPolyData::GetData(outputVector, 2)->ShallowCopy(levels->GetBlock(levels->GetNumberOfBlocks() - 1));
   }
 
 private:
@@ -113,11 +119,12 @@ private:
     }
     if (early)
     {
-      vtkWarningWithObjectMacro(this->Self,
-        "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget) << " minutes ended levels before their "
-                             << this->Self->Iterations << " iterations; done at each level: " << done
-                             << ". All of them take about " << surfsynth::FormatDuration(fit.SecondsForAll)
-                             << ". A larger TimeBudget, or 0 for no limit, fits closer.");
+      std::ostringstream text;
+      text << "The TimeBudget of " << surfsynth::FormatNumber(this->Self->TimeBudget)
+           << " minutes ended levels before their " << this->Self->Iterations
+           << " iterations; done at each level: " << done << ". All of them take about "
+           << surfsynth::FormatDuration(fit.SecondsForAll) << ". A larger TimeBudget, or 0 for no limit, fits closer.";
+      surfsynth::ReportWarning(this->Self, "", text.str());
     }
   }
 
@@ -169,7 +176,7 @@ private:
 vtkMultiscaleMeshFitter::vtkMultiscaleMeshFitter()
 {
   this->SetNumberOfInputPorts(2);
-  this->SetNumberOfOutputPorts(2);
+  this->SetNumberOfOutputPorts(3);
 }
 
 vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
@@ -181,12 +188,11 @@ void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   if (port == 1)
   {
     info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
   }
-  return 1;
+  return surfsynth::AcceptSurface(info);
 }
 
 int vtkMultiscaleMeshFitter::FillOutputPortInformation(int port, vtkInformation* info)

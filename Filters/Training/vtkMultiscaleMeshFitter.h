@@ -21,7 +21,7 @@
  * fine, in blocks that are named "Level 0", "Level 1", ..., in the coordinates of the reference. Each has two field
  * arrays of one value: "MeanDistance" and "LargestDistance", of its points from the reference, world units.
  * Port 1: the template as the fit began with it, moved and scaled to the box of the reference, with the triangles of
- * level 0: the template of vtkGeometricTextureTrainer.
+ * level 0: the template of vtkGeometricTextureTrainer. Port 2: the finest level by itself, for the eye.
  *
  * @par Cost
  * Iterations x NumberOfLevels x (TriangulationSteps + ChamferSteps) steps, each over all vertices and Samples x

@@ -14,7 +14,7 @@ from vtkmodules.util.vtkConstants import VTK_STRING
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 for name in ("vtkGaussianMixtureFilter", "vtkPoseEnsembleFilter", "vtkFlowMatchingDeformer",
-             "vtkGeometricTextureSynthesizer", "vtkMultiscaleMeshFitter"):
+             "vtkGeometricTextureSynthesizer", "vtkMultiscaleMeshFitter", "vtkVDBSurfaceFilter", "vtkPoissonNetFilter"):
     getattr(surfacesynthesis, name, None)  # makes the getters of the class known, where the plugin has it
 errors = []
 watched = set()

@@ -16,19 +16,19 @@ TRAINER = "Filters/Training/vtkModelTrainer.h"
 SAMPLER = "Filters/FlowMatching/vtkFlowMatchingSampler.h"
 FILTERS = (
     (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
-     {"TimestepValues"}, {"SignalArrayName"}),
-    (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues"}),
+     {"TimestepValues", "InstalledModels"}, {"SignalArrayName"}),
+    (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues", "InstalledModels"}),
     ("Filters/Ensembles/vtkEnsembleLayoutFilter.h", "Wrapping/ParaView/EnsembleLayout.xml", 6, 0, set()),
     ("Filters/Statistics/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
     (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
-     {"Samples", "Milestones"}),
+     {"Samples", "Milestones", "StopBackground"}),
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
      {"Reference"}),
     ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 3,
-     {"TimestepValues"}),
+     {"TimestepValues", "InstalledModels"}),
     (("Filters/Training/vtkGeometricTextureTrainer.h", TRAINER), "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
-     {"TemplateMesh"}),
-    (TRAINER, "Wrapping/ParaView/ModelTrainer.xml", 9, 2, set()),
+     {"TemplateMesh", "StopBackground"}),
+    (TRAINER, "Wrapping/ParaView/ModelTrainer.xml", 9, 2, {"StopBackground"}),
     ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
      {"GivenTemplate"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
@@ -39,7 +39,7 @@ FILTERS = (
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
     ("Filters/Ensembles/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 10, 5, set()),
-    ("Filters/PoissonNet/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions"}),
+    ("Filters/PoissonNet/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions", "InstalledModels"}),
 )
 #: Defaults of ParaView that are not those of the classes, by class and property.
 DEFAULTS_OF_PARAVIEW = {
@@ -63,12 +63,19 @@ SETTER = re.compile(
 GETTER = re.compile(r"(?:bool|double|vtkTypeInt64|const char\*) Get(?P<name>\w+)\(\) const(?:;| \{)")
 
 
+def spaced(text):
+    """The label of a property in the panel: ModelFileName is Model File Name there."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", text)
+
+
 def plain(text):
-    """Words only: the header writes PER_VERTEX, vtkWarpVector and "Default 1.", the XML Per Vertex and Warp By Vector."""
+    """Words only: the header writes PER_VERTEX, IsoValue, vtkWarpVector and "Default 1.", the XML Per Vertex, Iso Value and
+    Warp By Vector."""
     text = re.sub(r"\n\s*\*", "\n", text)
     text = re.sub(r"\bvtkWarpVector\b", "Warp By Vector", text)
     text = re.sub(r"\b[A-Z]{2,}(?:_[A-Z]+)*\b", lambda found: found.group().replace("_", " ").title(), text)
     text = text.replace("é", "e").replace("(the default) ", "")
+    text = spaced(text.replace("(GetInstalledModels())", ""))
     return " ".join(text.lower().split())
 
 

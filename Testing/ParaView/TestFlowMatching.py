@@ -13,7 +13,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 
 # property: (default, another value, what GetX() of the VTK class then returns)
 SAMPLER = {
-    "ModelFileName": ("", "net.safetensors", "net.safetensors"),
+    "ModelFileName": ("armadillo_poses", "net.safetensors", "net.safetensors"),
     "Seed": (0, 7, 7),
     "FirstSample": (0, 2, 2),
     "MemoryLimit": (0, 500, 500),

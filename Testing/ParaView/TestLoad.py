@@ -21,7 +21,7 @@ def load():
     assert -10.0 < low < 0.0 < high < 10.0, (low, high)
     prototype = servermanager.ProxyManager().GetPrototypeProxy("filters", "MaternNoise")
     menu = prototype.GetHints().FindNestedElementByName("ShowInMenu")
-    assert menu.GetAttribute("category") == "Surface Synthesis"
+    assert menu.GetAttribute("category") == "Surface Synthesis: Generate"
 
 
 def the_filter_comes_with_the_plugin():

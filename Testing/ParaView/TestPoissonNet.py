@@ -15,7 +15,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 
 # property: (default, another value, what GetX() of the VTK class then returns)
 PROPERTIES = {
-    "ModelFileName": ("", "net.safetensors", "net.safetensors"),
+    "ModelFileName": ("smoothed_curvature", "net.safetensors", "net.safetensors"),
     "InputNormalization": ("Model", "Unit Sphere", vtkPoissonNetFilter.UNIT_SPHERE),
     "ConditionArrayName": ("", "Time", "Time"),
     "SignalArrayName": ("", "Heat", "Heat"),

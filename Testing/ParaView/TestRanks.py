@@ -250,21 +250,21 @@ def check_refusals(ranks):
         cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces"]
         cases += ["texture_trained_in_pieces", "textures_compared_in_pieces"]
     output = mpi_run(ranks, cases)
-    expect_refusal(output, "vtkMaternNoiseFilter", ranks, "non-manifold edge", "vtkFeatureEdges")
+    expect_refusal(output, "vtkMaternNoiseFilter", ranks, "non-manifold edge", "Feature Edges")
     # on one rank, a surface in pieces is whole: it is remeshed and compared, and posing refuses it or not for what it is
     in_pieces = ranks if ranks > 1 else 0
     if "no filter that makes another mesh" not in output:
-        expect_refusal(output, "vtkSurfaceRepairFilter", in_pieces, "lies in pieces on", "vtkAggregateDataSetFilter")
+        expect_refusal(output, "vtkSurfaceRepairFilter", in_pieces, "lies in pieces on", "Aggregate Dataset")
     if "no filter that makes poses" not in output and ranks > 1:
         expect_refusal(output, "vtkPoseEnsembleFilter", in_pieces, "lies in pieces on")
     if WITH_NETWORKS:
         expect_refusal(output, "vtkPoissonNetFilter", ranks, "Prediction", "on one rank")
-        words = "lies in pieces on", "vtkAggregateDataSetFilter"
+        words = "lies in pieces on", "Aggregate Dataset"
         expect_refusal(output, "vtkGeometricTextureSynthesizer", in_pieces, *words)
         for name in ("vtkEnsembleMetrics", "vtkFlowMatchingTrainer", "vtkMultiscaleMeshFitter",
                      "vtkGeometricTextureTrainer", "vtkGeometricTextureDistance"):
             if ranks > 1:
-                expect_refusal(output, name, in_pieces, f"lie on {ranks} ranks", "vtkAggregateDataSetFilter")
+                expect_refusal(output, name, in_pieces, f"lie on {ranks} ranks", "Aggregate Dataset")
 
 
 def expect_refusal(output, filter_name, times, *words):

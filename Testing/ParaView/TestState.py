@@ -5,6 +5,7 @@ import contextlib
 import os
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import surfaces
@@ -157,6 +158,72 @@ def python_state():
     compare_with_written()
 
 
+#: Former names of properties, by filter, with their successors and values that are no defaults.
+FORMER_NAMES = {
+    "GaussianMixture": {"NumberOfCentres": ("NumberOfCenters", 7)},
+    "PoissonNet": {"InputNormalisation": ("InputNormalization", "Unit Sphere")},
+    "FlowMatchingDeformer": {"InputNoiseArray": ("InputNoiseArrayName", "Start")},
+    "GeometricTextureTrainer": {"LeastChannels": ("MinimumChannels", 8), "MostChannels": ("MaximumChannels", 48)},
+    "IsotropicRemesh": {"SizingArray": ("SizingArrayName", "size")},
+}
+
+
+def filters_with_former_names():
+    return {name: names for name, names in FORMER_NAMES.items() if name in globals()}
+
+
+def write_former_state():
+    """A state as it was written before the names changed: former names in place of their successors."""
+    LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+    ball = Sphere(registrationName="ball")
+    for name, names in filters_with_former_names().items():
+        made = globals()[name](registrationName=name, Input=ball)
+        for successor, value in names.values():
+            setattr(made, successor, value)
+    SaveState("former.pvsm")
+    state = ElementTree.parse("former.pvsm")
+    for name, names in filters_with_former_names().items():
+        (proxy,) = [element for element in state.iter("Proxy") if element.get("type") == name]
+        for former, (successor, _) in names.items():
+            rows = {element.get("name"): element for element in proxy.findall("Property")}
+            proxy.remove(rows[former])
+            rows[successor].set("name", former)
+            rows[successor].set("id", rows[successor].get("id").replace(successor, former))
+    state.write("former.pvsm")
+
+
+def former_state():
+    LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+    LoadState("former.pvsm")
+    assert len(filters_with_former_names()) >= 3
+    for name, names in filters_with_former_names().items():
+        made = FindSource(name)
+        for former, (successor, value) in names.items():
+            assert getattr(made, successor) == value, f"{name}: {successor} is {getattr(made, successor)}"
+            assert len(made.GetProperty(former)) == 0, f"{name}: {former} is still set"
+    import surfacesynthesis  # makes the getters of the class known
+
+    assert surfacesynthesis.vtkPoissonNetFilter.UNIT_SPHERE == FindSource(
+        "PoissonNet").GetClientSideObject().GetInputNormalization(), "the value has not reached the class"
+
+
+def scripts_use_former_names():
+    """Attributes of former names reach the class."""
+    LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
+    ball = Sphere()
+    for name, names in filters_with_former_names().items():
+        made = globals()[name](Input=ball)
+        for former, (_, value) in names.items():
+            setattr(made, former, value)
+            made.UpdateVTKObjects()
+            assert str(list(made.GetProperty(former))[0]) in (str(value), "3"), (name, former)
+
+
+def former_names_round_trip():
+    in_another_process("write_former_state")
+    in_another_process("former_state")
+
+
 def in_another_process(name):
     result = subprocess.run(
         [os.environ["SURFACE_SYNTHESIS_PVPYTHON"], os.path.abspath(__file__), name],
@@ -173,6 +240,9 @@ def python_state_round_trip():
 
 
 if len(sys.argv) > 1:
-    surfaces.run({"xml_state": xml_state, "python_state": python_state}[sys.argv[1]])
+    tests = {"xml_state": xml_state, "python_state": python_state, "former_state": former_state,
+             "write_former_state": write_former_state}
+    surfaces.run(tests[sys.argv[1]])
 else:
-    surfaces.run(write_states, xml_state_round_trip, python_state_round_trip)
+    surfaces.run(write_states, xml_state_round_trip, python_state_round_trip, former_names_round_trip,
+                 scripts_use_former_names)

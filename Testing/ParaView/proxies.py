@@ -12,6 +12,7 @@ TRAINING_PROPERTIES = {
     "CheckpointInterval": (500, 20, 20),
     "Resume": (1, 0, False),
     "TimeBudget": (2.0, 0.0, 0.0),
+    "Background": (0, 1, True),
     "DatasetFileName": ("", "data.safetensors", "data.safetensors"),
     "LearningRate": (5e-4, 1e-3, 1e-3),
     "Seed": (0, 7, 7),

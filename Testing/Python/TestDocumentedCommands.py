@@ -31,6 +31,7 @@ from surfacesynthesis import write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
+from TestScannerFiles import series
 from TestVolumes import nifti
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
@@ -160,6 +161,13 @@ def volume(path):
         path.write_bytes(nifti(values, pixdim=(1, 5, 5, 5)))
 
 
+def dicom_series(path):
+    """The same ball as slices in a folder."""
+    volume(path.with_suffix(".nii"))
+    values = np.frombuffer(path.with_suffix(".nii").read_bytes()[352:], dtype="<i2").reshape((20, 20, 20), order="F")
+    series(path, np.diag([5.0, 5.0, 5.0, 1.0]), values, range(20))
+
+
 def zipped_volume(path):
     volume(path)
     path.write_bytes(gzip.compress(path.read_bytes()))
@@ -210,7 +218,7 @@ INPUTS = {
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
-    "surface": {"head.nii.gz": zipped_volume, "ct.nrrd": volume, "scan.ply": small_ball},
+    "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
     "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
     "train flow-matching": {"poses.safetensors": signals("Position"), "neutral.ply": ball,
                             "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,

@@ -2,6 +2,8 @@
 """surfacesynthesis.deform(), sample_signal() and the commands ``deform`` and ``sample``."""
 
 import json
+import re
+import resource
 
 import numpy as np
 import pytest
@@ -184,6 +186,18 @@ def test_errors_are_exceptions(ball, model, mixture, tmp_path):
             deform(ball, model, **wrong)
     with pytest.raises(ValueError, match="name"):
         sample_signal(ball, mixture, name="")
+
+
+def test_more_samples_than_fit_are_refused_before_memory_is_taken(ball, model, mixture):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for generate, path in ((deform, model), (sample_signal, mixture)):
+        with pytest.raises(SurfaceSynthesisError, match=r"A NumberOfSamples of \d+ fits"):
+            generate(ball, path, samples=2**31 - 1)
+        with pytest.raises(SurfaceSynthesisError, match="at most 0.000976562 GiB are allowed .*A NumberOfSamples of") as error:
+            generate(ball, path, samples=1000, memory_limit=1)
+        fitting = int(re.search(r"NumberOfSamples of (\d+)", str(error.value))[1])
+        assert 10 < fitting < 1000 and len(generate(ball, path, samples=fitting, memory_limit=1, steps=1)) == fitting
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 200_000  # KiB
 
 
 # -- the command -----------------------------------------------------------------------------------------------------

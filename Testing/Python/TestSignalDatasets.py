@@ -23,6 +23,8 @@ from surfacesynthesis import (
     write_signal_dataset,
 )
 from surfacesynthesis.command_line import main
+from surfacesynthesis.datasets import given_dataset
+from surfacesynthesis.pipeline import apply_filter
 
 needs_cgal = pytest.mark.skipif(not hasattr(surfacesynthesis, "vtkPoseEnsembleFilter"), reason="built without CGAL")
 
@@ -88,6 +90,20 @@ def test_a_template_gives_the_handles(pair):
 def test_poses_refuses_arguments_out_of_range(pair, parameters, text):
     with pytest.raises(ValueError, match=text):
         poses(pair, **{"samples": 2, **parameters})
+
+
+@needs_cgal
+def test_more_poses_than_fit_are_refused(pair):
+    with pytest.raises(SurfaceSynthesisError, match=r"A NumberOfSamples of \d+ fits"):
+        poses(pair, 2**31 - 1)
+    algorithm = surfacesynthesis.vtkPoseEnsembleFilter()
+    algorithm.SetNumberOfSamples(2**31 - 1)
+    algorithm.SetMemoryLimit(1)
+    with pytest.raises(SurfaceSynthesisError, match="at most 0.000976562 GiB") as error:
+        apply_filter(algorithm, given_dataset(pair))
+    algorithm.SetNumberOfSamples(int(str(error.value).split("A NumberOfSamples of ")[1].split()[0]))
+    block = apply_filter(algorithm, given_dataset(pair))[0].GetBlock(0)
+    assert block.GetPointData().GetVectors().GetName() == "Displacement"
 
 
 @needs_cgal

@@ -11,7 +11,7 @@
 
 enable_language(C) # ParaView looks for MPI's C library
 # Without COMPONENTS, the development files of Qt would be required.
-find_package(ParaView 5.11 REQUIRED COMPONENTS RemotingCore)
+find_package(ParaView 5.11 REQUIRED COMPONENTS RemotingCore RemotingServerManager)
 
 set(components CommonCore CommonDataModel CommonExecutionModel FiltersCore FiltersModeling ParallelCore)
 find_package(Python3 COMPONENTS Interpreter Development.Module)

@@ -4,7 +4,7 @@
 /// factors, normal random numbers, distances of samples.
 ///
 /// Random numbers and distances have the same bits with all of them. The others round differently: results of a
-/// PoissonNet, a flow matching or a geometric texture agree to 1e-4 of their size, solutions of linear systems to the
+/// PoissonNet, a flow matching or a geometric texture agree to 1e-5 of their size, solutions of linear systems to the
 /// rounding errors of double precision. The BLAS and LibTorch choose their own instructions (OPENBLAS_CORETYPE).
 #pragma once
 

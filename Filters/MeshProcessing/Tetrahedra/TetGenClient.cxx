@@ -265,6 +265,12 @@ std::string DescribeFailure(const ChildResult& result, const TetGenCall& call)
         FailToUnderstand("that it does not understand the request");
     }
   }
+  if (result.Output.size() >= sizeof(ReplyHeader) &&
+    static_cast<std::int64_t>(result.Output.size()) >
+      ReplySize(ReplyReader(result.Output).Header, call.WantNeighbors)) // and was ended for it
+  {
+    FailToUnderstand("with more than its header announces");
+  }
   if (result.Signal == SIGKILL)
   {
     return "The process of TetGen was killed from outside, which is what a system does that runs out of memory; a "

@@ -18,7 +18,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -129,9 +129,9 @@ TEST(EnsembleReading, WhatIsNoEnsembleIsAnError)
   blocks->SetBlock(0, SphereWith({ "A" }));
   blocks->SetBlock(1, SphereWith({ "B" }));
   EXPECT_THAT(ErrorOfReading(blocks, "A"), HasSubstr("Block 2 of the generated ensemble has no numeric point array"));
-  blocks->SetBlock(1, vtkSmartPointer<vtkUnstructuredGrid>::New());
+  blocks->SetBlock(1, vtkSmartPointer<vtkStructuredGrid>::New());
   EXPECT_THAT(ErrorOfReading(blocks, "A"),
-    AllOf(HasSubstr("Block 2 of the generated ensemble is a vtkUnstructuredGrid"), HasSubstr("vtkPolyData is needed")));
+    AllOf(HasSubstr("Block 2 of the generated ensemble is a vtkStructuredGrid"), HasSubstr("vtkPolyData is needed")));
   vtkNew<vtkPolyData> cells;
   cells->SetPolys(Icosphere(1).ToPolyData()->GetPolys());
   EXPECT_THAT(ErrorOfReading(cells, ""), HasSubstr("has cells but no points"));

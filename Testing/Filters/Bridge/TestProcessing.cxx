@@ -24,6 +24,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkStructuredGrid.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkWeakPointer.h>
 
@@ -237,7 +238,7 @@ TEST(ProcessSurfaces, ExceptionsBecomeOneErrorAndAnEmptyOutput)
 TEST(ProcessSurfaces, ABadBlockDoesNotHarmTheOthers)
 {
   const auto blocks = SphereAndGrid();
-  vtkNew<vtkUnstructuredGrid> other;
+  vtkNew<vtkStructuredGrid> other;
   blocks->SetBlock(2, other);
   int worked = 0;
   const auto filter = SurfaceFilter(blocks, [&](const Surface& surface, vtkPolyData*, const Progress&) {
@@ -250,7 +251,7 @@ TEST(ProcessSurfaces, ABadBlockDoesNotHarmTheOthers)
   const auto errors = ErrorsOf(filter, true);
   ASSERT_THAT(errors, SizeIs(2));
   EXPECT_THAT(errors[0], HasSubstr("Block 1: the first is bad"));
-  EXPECT_THAT(errors[1], AllOf(HasSubstr("Block 3: A vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter")));
+  EXPECT_THAT(errors[1], AllOf(HasSubstr("Block 3: A vtkStructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter")));
   EXPECT_EQ(worked, 2);
   auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_EQ(vtkPolyData::SafeDownCast(output->GetBlock(0))->GetNumberOfPoints(), 0);
@@ -260,9 +261,9 @@ TEST(ProcessSurfaces, ABadBlockDoesNotHarmTheOthers)
 
 TEST(ProcessSurfaces, AnotherTypeOfInputIsAnError)
 {
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   const auto filter = SurfaceFilter(grid, [](const Surface&, vtkPolyData*, const Progress&) {});
-  EXPECT_THAT(ErrorsOf(filter), ElementsAre(AllOf(HasSubstr("a vtkUnstructuredGrid"), HasSubstr("vtkPolyData"))));
+  EXPECT_THAT(ErrorsOf(filter), ElementsAre(AllOf(HasSubstr("a vtkStructuredGrid"), HasSubstr("vtkPolyData"))));
 }
 
 TEST(ProcessSurfaces, ProgressRisesOverBlocksAndAnAbortIsNoError)
@@ -322,9 +323,10 @@ TEST(ProcessSurfaces, AcceptsSurfacesAndTrees)
 {
   vtkNew<vtkInformation> info;
   EXPECT_EQ(surfsynth::AcceptSurfaces(info), 1);
-  ASSERT_EQ(info->Length(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE()), 2);
+  ASSERT_EQ(info->Length(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE()), 3);
   EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 0), "vtkPolyData");
-  EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 1), "vtkDataObjectTree");
+  EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 1), "vtkUnstructuredGrid");
+  EXPECT_STREQ(info->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), 2), "vtkDataObjectTree");
 }
 
 // --- ProcessBlocks ---------------------------------------------------------------------------------------------------
@@ -353,15 +355,15 @@ TEST(ProcessBlocks, AnotherTypeOfDatasetIsAnErrorWithAdvice)
 {
   BlockTypes types{ { "vtkPolyData", "vtkImageData" }, "vtkPolyData" };
   types.Advice = "a filter makes one of it";
-  vtkNew<vtkUnstructuredGrid> other;
+  vtkNew<vtkStructuredGrid> other;
   const auto filter = BlockFilter(other, Copy, types);
   EXPECT_THAT(ErrorsOf(filter),
-    ElementsAre(HasSubstr("A vtkUnstructuredGrid was found where a vtkPolyData or a vtkImageData is needed; a filter "
+    ElementsAre(HasSubstr("A vtkStructuredGrid was found where a vtkPolyData or a vtkImageData is needed; a filter "
                           "makes one of it.")));
   const auto blocks = SphereAndGrid();
   blocks->SetBlock(2, other);
   filter->SetInputDataObject(blocks);
-  EXPECT_THAT(ErrorsOf(filter, true), ElementsAre(HasSubstr("Block 3: A vtkUnstructuredGrid")));
+  EXPECT_THAT(ErrorsOf(filter, true), ElementsAre(HasSubstr("Block 3: A vtkStructuredGrid")));
   EXPECT_EQ(PointsOf(filter), 58);
 }
 

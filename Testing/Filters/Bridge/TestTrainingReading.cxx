@@ -15,7 +15,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -160,12 +160,12 @@ TEST(TrainingReading, ErrorsNameTheSource)
   const auto blocks = BlocksOf({ HotSphere(1), bad });
   EXPECT_THAT(
     TextOf<InvalidInput>([&] { TrainingReader(blocks, ""); }), HasSubstr("What is wrong with source 1 (Block 2): "));
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   vtkNew<vtkPoints> points;
   points->InsertNextPoint(0.0, 0.0, 0.0);
   grid->SetPoints(points);
   EXPECT_THAT(TextOf<InvalidInput>([&] { TrainingReader(grid, ""); }),
-    AllOf(HasSubstr("What should be the source is a vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter")));
+    AllOf(HasSubstr("What should be the source is a vtkStructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter")));
   TrainingReader reader(HotSphere(1), "Heat");
   EXPECT_THAT(TextOf<InvalidInput>([&] { reader.Take(); }), HasSubstr("There is no sample of the source"));
   TrainingReader two(BlocksOf({ HotSphere(1), HotSphere(1) }), "Heat");

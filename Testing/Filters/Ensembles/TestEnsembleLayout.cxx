@@ -207,6 +207,8 @@ TEST(EnsembleLayout, BlocksKeepTheirArraysPrecisionAndNames)
     EXPECT_TRUE(SameBits(moved->GetPointData()->GetArray("Marks"), marks));
     vtkDataArray* translation = moved->GetFieldData()->GetArray("Translation");
     ASSERT_NE(translation, nullptr);
+    ASSERT_EQ(translation->GetNumberOfTuples(), 1);
+    ASSERT_EQ(translation->GetNumberOfComponents(), 3);
     EXPECT_NEAR(translation->GetComponent(0, 0), CenterOf(output, 2)[0] - CenterOf(output, 0)[0], 1e-5);
     EXPECT_EQ(sphere->GetFieldData()->GetArray("Translation"), nullptr);
   }

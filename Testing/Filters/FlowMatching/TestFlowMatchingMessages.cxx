@@ -14,7 +14,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -152,9 +152,8 @@ TEST(FlowMatchingMessages, EmptyInputIsNoError)
 
 TEST(FlowMatchingMessages, AnotherTypeOfInput)
 {
-  vtkNew<vtkUnstructuredGrid> grid;
-  EXPECT_THAT(
-    ErrorOf(DeformerOn(grid, "any.model")), AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+  vtkNew<vtkStructuredGrid> grid;
+  EXPECT_THAT(ErrorOf(DeformerOn(grid, "any.model")), AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkPolyData")));
 }
 
 TEST(FlowMatchingMessages, SeveralComponents)

@@ -90,7 +90,7 @@ TEST(GeometricTextureSampler, InstructionSetsAgree)
     points = set == InstructionSet::Generic ? found.Mesh.Points : points;
     const double moved = (points - found.Base).norm();
     EXPECT_GT(moved, 0.0);
-    EXPECT_LE((found.Mesh.Points - points).norm(), 1e-4 * moved) << static_cast<int>(set);
+    EXPECT_LE((found.Mesh.Points - points).norm(), 1e-5 * moved) << static_cast<int>(set);
   });
 }
 

@@ -17,6 +17,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <vector>
 
@@ -180,6 +182,35 @@ TEST(TetGenClient, ProgramOfTheEnvironmentIsTaken)
       HasSubstr("the path of surfacesynthesis-tetgen"))));
   unsetenv("SURFACE_SYNTHESIS_TETGEN");
   EXPECT_THAT(FindTetGenProgram(), HasSubstr("/surfacesynthesis-tetgen"));
+}
+
+TEST(TetGenClient, ForgedRepliesAreFailuresThatNameTheProgram)
+{
+  const std::string real = FindTetGenProgram();
+  const std::string forger = std::filesystem::absolute("forger.sh").string();
+  setenv("SURFACE_SYNTHESIS_TETGEN", forger.c_str(), 1);
+  const auto failureOf = [&](const std::string& change) {
+    std::ofstream(forger) << "#!/bin/sh\n\"" << real << "\" " << change << "\n";
+    std::filesystem::permissions(forger, std::filesystem::perms::owner_all);
+    try
+    {
+      RunTetGen(Icosphere(1), {}, {});
+    }
+    catch (const SolverFailure& error)
+    {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(failureOf("| cat"), "accepted");
+  EXPECT_THAT(
+    failureOf("; head -c 65536 /dev/zero; sleep 5"), HasSubstr("answered with more than its header announces"));
+  EXPECT_THAT(failureOf("| head -c 1000"), HasSubstr("without a complete mesh"));
+  EXPECT_THAT(failureOf("| head -c 20"), HasSubstr("without a complete mesh"));
+  EXPECT_THAT(failureOf("| tr '\\000' '\\377'"), HasSubstr("forger.sh answered with"));
+  EXPECT_THAT(failureOf("| tr S T"), HasSubstr("answered with something that is no reply"));
+  std::filesystem::remove(forger);
+  unsetenv("SURFACE_SYNTHESIS_TETGEN");
 }
 
 TEST(TetGenClient, NeighborsShareAFace)

@@ -15,8 +15,8 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkSMPTools.h>
+#include <vtkStructuredGrid.h>
 #include <vtkTrivialProducer.h>
-#include <vtkUnstructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -165,7 +165,7 @@ TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
   blocks->SetBlock(0, Icosphere(2).ToPolyData());
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   grid->SetPoints(Icosphere(1).ToPolyData()->GetPoints());
   blocks->SetBlock(1, grid);
   vtkNew<Filter> filter;
@@ -175,7 +175,7 @@ TEST(VDBSurfaceMessages, ABlockOfAnotherTypeIsNamedAndTheOthersStay)
   EXPECT_TRUE(Update(filter));
   ASSERT_EQ(events.Errors.size(), 1u);
   EXPECT_THAT(
-    events.Errors[0], HasSubstr("Block 2: A vtkUnstructuredGrid was found where a vtkImageData or a vtkPolyData"));
+    events.Errors[0], HasSubstr("Block 2: A vtkStructuredGrid was found where a vtkImageData or a vtkPolyData"));
   auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
   EXPECT_GT(vtkPolyData::SafeDownCast(output->GetBlock(0))->GetNumberOfPolys(), 0);
 }

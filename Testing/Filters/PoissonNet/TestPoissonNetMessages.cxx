@@ -12,7 +12,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -180,9 +180,9 @@ TEST(PoissonNetMessages, EmptyInputIsNoError)
 
 TEST(PoissonNetMessages, AnotherTypeOfInput)
 {
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   EXPECT_THAT(
-    ErrorOf(PoissonNetOn(grid, "any.model")), AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+    ErrorOf(PoissonNetOn(grid, "any.model")), AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkPolyData")));
 }
 
 TEST(PoissonNetMessages, SeveralComponents)

@@ -327,6 +327,86 @@ TEST_F(FlowMatchingTrainerFilter, ATimeBudgetEndsUpdatesThatGoOnToTheSameBits)
   EXPECT_EQ(BytesOf(this->File("parts.checkpoint")), BytesOf(this->File("whole.checkpoint")));
 }
 
+namespace
+{
+/// Updates a training in the background until it has an end that begins with @p end.
+void WaitFor(vtkFlowMatchingTrainer* filter, const std::string& end)
+{
+  const double limit = surfsynthtest::Now() + 100.0;
+  while (std::string(filter->GetBackgroundState()).rfind("running", 0) == 0 && surfsynthtest::Now() < limit)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::StartsWith(end));
+}
+} // namespace
+
+TEST_F(FlowMatchingTrainerFilter, ATrainingInTheBackgroundWritesTheSameFiles)
+{
+  const auto filter = this->OnBlocks("background", 6);
+  filter->BackgroundOn();
+  EXPECT_STREQ(filter->GetBackgroundState(), "");
+  EventRecorder events(filter);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::AnyOf(HasSubstr("running: "), HasSubstr("finished: ")));
+  WaitFor(filter, "finished: iteration 6 of 6");
+  filter->Modified();
+  EXPECT_TRUE(Update(filter));
+  EXPECT_THAT(events.Errors, IsEmpty());
+  EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), 6);
+  EXPECT_EQ(filter->GetNumberOfIterationsDone(), 6);
+  EXPECT_STREQ(filter->GetDeviceInUse(), "CPU");
+  EXPECT_EQ(this->ModelBytes(this->OnBlocks("whole", 6)), BytesOf(this->File("background")));
+  EXPECT_EQ(BytesOf(this->File("background.checkpoint")), BytesOf(this->File("whole.checkpoint")));
+}
+
+TEST_F(FlowMatchingTrainerFilter, ATrainingInTheBackgroundIsStoppedAndGoesOn)
+{
+  const auto filter = this->OnBlocks("background", 1000000);
+  filter->BackgroundOn();
+  EXPECT_TRUE(Update(filter));
+  const double limit = surfsynthtest::Now() + 100.0;
+  while (filter->GetNumberOfIterationsDone() < 3 && surfsynthtest::Now() < limit)
+  {
+    filter->Modified();
+    EXPECT_TRUE(Update(filter));
+  }
+  EXPECT_GT(filter->GetRemainingTime(), 0.0);
+  filter->StopBackground();
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::StartsWith("stopped: iteration "));
+  EXPECT_TRUE(Update(filter));
+  const vtkTypeInt64 done = filter->GetNumberOfIterationsDone();
+  EXPECT_EQ(surfsynth::ReadFlowMatchingModel(this->File("background")).Iterations, done);
+  filter->BackgroundOff();
+  filter->SetIterations(static_cast<int>(done) + 1);
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), done + 1);
+}
+
+TEST_F(FlowMatchingTrainerFilter, ErrorsOfTheBackgroundAreReportedByTheNextUpdate)
+{
+  const auto filter = this->OnBlocks("background", 1000);
+  filter->SetLearningRate(1e20);
+  filter->BackgroundOn();
+  EventRecorder events(filter);
+  Update(filter);
+  WaitFor(filter, "failed: ");
+  filter->Modified();
+  Update(filter);
+  ASSERT_EQ(events.Errors.size(), 1u);
+  EXPECT_THAT(events.Errors[0], HasSubstr("not finite"));
+}
+
+TEST_F(FlowMatchingTrainerFilter, TheEndOfTheFilterStopsItsBackground)
+{
+  {
+    const auto filter = this->OnBlocks("background", 1000000);
+    filter->BackgroundOn();
+    EXPECT_TRUE(Update(filter));
+  }
+  EXPECT_TRUE(Update(this->OnBlocks("other", 1)));
+}
+
 TEST_F(FlowMatchingTrainerFilter, ATimeBudgetSaysTheTimeToExpect)
 {
   const auto filter = this->OnBlocks("model", 1000000);

@@ -246,7 +246,7 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "TimeBudget: 0", "RemainingTime: 0",
+         "Resume: 1", "TimeBudget: 0", "Background: 0", "BackgroundState: ", "RemainingTime: 0",
          "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "EncoderIterations: 0",
          "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
          "InnerProducts: 0", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
