@@ -134,8 +134,8 @@ private:
   {
     vtkSurfaceRepairFilter* self = this->Self;
     self->Complete = self->Complete && outcome.Warnings.empty();
-    self->NumberOfIntersectingTriangles += static_cast<vtkIdType>(outcome.IntersectingTriangles);
-    self->NumberOfOpenHoles += static_cast<vtkIdType>(outcome.OpenHoles);
+    self->NumberOfIntersectingTriangles += static_cast<vtkTypeInt64>(outcome.IntersectingTriangles);
+    self->NumberOfOpenHoles += static_cast<vtkTypeInt64>(outcome.OpenHoles);
     self->AreaLoss = std::max(self->AreaLoss, outcome.AreaLoss);
     self->VolumeLoss = std::max(self->VolumeLoss, outcome.VolumeLoss);
     self->ComponentChange = std::max(self->ComponentChange, outcome.ComponentChange);

@@ -162,20 +162,37 @@ public:
   vtkBooleanMacro(Strict, bool);
   ///@}
 
-  ///@{
   /**
-   * Outcome of the last update: Complete is true when nothing is left and no loss exceeds MaximumLoss; the numbers of
-   * triangles that still intersect others (0 without RemoveSelfIntersections) and of holes that were to be closed and
-   * are open, of all blocks; the fractions of area and volume lost and the fraction by which the number of components
-   * changed, from 0 to 1 or more, the largest of all blocks. The volume counts for surfaces closed before and after.
+   * Returns true when the last update left nothing and no loss exceeds MaximumLoss.
    */
   bool GetComplete() const { return this->Complete; }
-  vtkIdType GetNumberOfIntersectingTriangles() const { return this->NumberOfIntersectingTriangles; }
-  vtkIdType GetNumberOfOpenHoles() const { return this->NumberOfOpenHoles; }
+
+  /**
+   * Number of triangles that still intersect others after the last update, of all blocks; 0 without
+   * RemoveSelfIntersections.
+   */
+  vtkTypeInt64 GetNumberOfIntersectingTriangles() const { return this->NumberOfIntersectingTriangles; }
+
+  /**
+   * Number of holes that were to be closed and are open after the last update, of all blocks.
+   */
+  vtkTypeInt64 GetNumberOfOpenHoles() const { return this->NumberOfOpenHoles; }
+
+  /**
+   * Largest fraction of its area that a block lost in the last update, from 0 to 1.
+   */
   double GetAreaLoss() const { return this->AreaLoss; }
+
+  /**
+   * Largest fraction of its volume that a block lost in the last update, from 0 to 1; surfaces closed before and
+   * after count.
+   */
   double GetVolumeLoss() const { return this->VolumeLoss; }
+
+  /**
+   * Largest change of the number of components of a block in the last update, as a fraction of the number before.
+   */
   double GetComponentChange() const { return this->ComponentChange; }
-  ///@}
 
   /**
    * Repairs of the last update, one line each, such as "12: duplicate triangles removed"; empty without repairs. For a
@@ -210,8 +227,8 @@ private:
   double MaximumLoss = 0.05;
   bool Strict = false;
   bool Complete = false;
-  vtkIdType NumberOfIntersectingTriangles = 0;
-  vtkIdType NumberOfOpenHoles = 0;
+  vtkTypeInt64 NumberOfIntersectingTriangles = 0;
+  vtkTypeInt64 NumberOfOpenHoles = 0;
   double AreaLoss = 0.0;
   double VolumeLoss = 0.0;
   double ComponentChange = 0.0;

@@ -87,15 +87,20 @@ def test_repair_reports_what_it_did(ball):
         repair_measures(ball)
 
 
-def overlapping_balls(ball):
-    """Points and triangles of two balls that intersect."""
+def overlapping_balls():
+    """Points and triangles of two coarse balls that intersect."""
+    source = vtkSphereSource()
+    source.SetThetaResolution(12)
+    source.SetPhiResolution(12)
+    source.Update()
+    ball = source.GetOutput()
     points = vtk_to_numpy(ball.GetPoints().GetData()).astype(np.float64)
     triangles = vtk_to_numpy(ball.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     return np.vstack([points, points + [0.6, 0.01, 0.02]]), np.vstack([triangles, triangles + len(points)])
 
 
-def test_repair_says_what_it_leaves_and_measures(ball):
-    mesh = surfacesynthesis.datasets.dataset_of_pair(overlapping_balls(ball))
+def test_repair_says_what_it_leaves_and_measures():
+    mesh = surfacesynthesis.datasets.dataset_of_pair(overlapping_balls())
     with pytest.warns(surfacesynthesis.SurfaceSynthesisWarning, match="triangle.s. still intersect others"):
         result = repair(mesh, self_intersections=True, maximum_loss=0.0)
     measures = repair_measures(result)
@@ -106,9 +111,9 @@ def test_repair_says_what_it_leaves_and_measures(ball):
         repair(mesh, self_intersections=True, maximum_loss=0.0, strict=True)
 
 
-def test_repair_command_says_what_is_left_in_its_own_words(ball, tmp_path, capsys):
+def test_repair_command_says_what_is_left_in_its_own_words(tmp_path, capsys):
     source, result = str(tmp_path / "balls.off"), str(tmp_path / "result.off")
-    surfacesynthesis.write_mesh(surfacesynthesis.datasets.dataset_of_pair(overlapping_balls(ball)), source)
+    surfacesynthesis.write_mesh(surfacesynthesis.datasets.dataset_of_pair(overlapping_balls()), source)
     assert main(["repair", source, result, "--self-intersections", "--maximum-loss", "0"]) == 0
     printed = capsys.readouterr()
     assert "lost: 0 % of the area, 0 % of the volume; left: " in printed.out and "intersecting triangles" in printed.out

@@ -181,7 +181,8 @@ def main(arguments):
             row, faults = row_of(name, mesh)
             faults += faults_of_row(row, expected[name]) if name in expected else []
             rows.append(row)
-            print(" ".join(shown(row[column]) or "-" for column in COLUMNS), *(f"FAULT {fault}" for fault in faults), flush=True)
+            texts = [shown(row[column]) or "-" for column in COLUMNS] + [f"FAULT {fault}" for fault in faults]
+            print(" ".join(texts), flush=True)
             failed = failed or bool(faults)
     if "--write" in arguments:
         with open(TABLE, "w", newline="", encoding="utf-8") as file:
