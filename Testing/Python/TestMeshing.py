@@ -155,9 +155,9 @@ def test_errors_are_exceptions(pair):
     with pytest.raises(SurfaceSynthesisError, match="boundary edge"):
         tetrahedralize((points, triangles[:-1]))
     with pytest.raises(SurfaceSynthesisError, match="TimeLimit of 0.2 s"):
-        tetrahedralize(pair, maximum_volume=1e-10, time_limit=0.2)
+        tetrahedralize(pair, maximum_volume=1e-8, maximum_tetrahedra=2**31 - 1, time_limit=0.2)
     with pytest.raises(Cancelled):
-        tetrahedralize(pair, maximum_volume=1e-10, progress=lambda fraction: fraction < 0.02)
+        tetrahedralize(pair, maximum_volume=1e-8, maximum_tetrahedra=2**31 - 1, progress=lambda fraction: fraction < 0.02)
 
 
 @needs_tetgen

@@ -277,8 +277,14 @@ def faults_of_proxy(proxy, cls):
         if element.tag == "InputProperty" or not element.tag.endswith("Property") or command in ("", "Modified"):
             continue
         if is_former(element):
-            if command not in ("Get" + name, "Set" + name) or not hasattr(cls, command):
+            successor = element.find("Hints/FormerName")
+            commands = ("Get" + name, "Set" + name, "Set" + successor.get("of") if successor is not None else "")
+            if command not in commands or not hasattr(cls, command):
                 faults.append(f"{name} is no former name of {cls.__name__}")
+            continue
+        if element.get("panel_widget") == "command_button":
+            if command != name or not hasattr(cls, command):
+                faults.append(f"{name} is no method of {cls.__name__}")
             continue
         if element.get("information_only") == "1":
             if command != "Get" + name or not hasattr(cls, command):

@@ -16,8 +16,8 @@
 #include <vtkPoints.h>
 #include <vtkSMPTools.h>
 #include <vtkStringArray.h>
+#include <vtkStructuredGrid.h>
 #include <vtkTable.h>
-#include <vtkUnstructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -400,11 +400,11 @@ TEST(EnsembleMetricsFilter, EmptyAndAbsentInput)
 TEST(EnsembleMetricsFilter, ALeafThatIsNoSurfaceIsAnError)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   blocks->SetBlock(0, Moved(0.0));
   blocks->SetBlock(1, grid);
   ExpectRefusal(Filter(Moved(0.0), blocks),
-    { "Block 2 of the reference ensemble is a vtkUnstructuredGrid", "vtkDataSetSurfaceFilter" });
+    { "Block 2 of the reference ensemble is a vtkStructuredGrid", "vtkDataSetSurfaceFilter" });
 }
 
 TEST(EnsembleMetricsFilter, InputsStayAsTheyAreAndEachChangeCostsOneExecution)

@@ -11,8 +11,8 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
+#include <vtkStructuredGrid.h>
 #include <vtkTable.h>
-#include <vtkUnstructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -124,11 +124,11 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInTheInputsIsOneErrorThatNamesIt)
      },
       { "component 0 of the signal is the same number everywhere" } },
     { [](auto* f) {
-       vtkNew<vtkUnstructuredGrid> grid;
+       vtkNew<vtkStructuredGrid> grid;
        grid->SetPoints(Stretched(1.0)->GetPoints());
        f->SetInputDataObject(1, Blocks(std::vector<vtkSmartPointer<vtkDataObject>>{ grid.Get() }));
      },
-      { "is a vtkUnstructuredGrid where a vtkPolyData is needed" } },
+      { "is a vtkStructuredGrid where a vtkPolyData is needed" } },
   };
   for (const auto& [spoil, parts] : mistakes)
   {

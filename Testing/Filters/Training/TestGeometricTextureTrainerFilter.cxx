@@ -16,8 +16,8 @@
 #include <vtkDataArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
+#include <vtkStructuredGrid.h>
 #include <vtkTable.h>
-#include <vtkUnstructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -248,10 +248,10 @@ TEST(GeometricTextureTrainerFilter, Messages)
   filter->SetInputDataObject(1, Icosphere(0).ToPolyData());
   EXPECT_THAT(ErrorOfTraining(filter), HasSubstr("emplate"));
   vtkNew<vtkMultiBlockDataSet> grids;
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   grids->SetBlock(0, grid);
   filter->SetInputDataObject(0, grids);
-  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("Level 0 is a vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("Level 0 is a vtkStructuredGrid"), HasSubstr("vtkPolyData")));
   EXPECT_FALSE(std::filesystem::exists("refused.model"));
 }
 
