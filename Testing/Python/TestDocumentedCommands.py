@@ -232,6 +232,7 @@ INPUTS = {
                                     "data/armadillo_poses.safetensors": signals("Position"),
                                     "data/bunny_mixtures.safetensors": signals("Heat", 1, 1),
                                     "bodies.safetensors": signals("Position", 2)},
+    "Wrapping/ParaView/README.md": {"poses.safetensors": signals("Position")},
 }  # fmt: skip
 #: Classes that a command needs, which a build may lack.
 NEEDS = {

@@ -432,14 +432,14 @@ TEST(ProcessBlocks, MessagesNameABlock)
 {
   const auto blocks = SphereAndGrid();
   blocks->GetMetaData(0u)->Set(vtkCompositeDataSet::NAME(), "left hand");
-  vtkNew<vtkUnstructuredGrid> other;
+  vtkNew<vtkStructuredGrid> other;
   blocks->SetBlock(1, other);
   blocks->GetMetaData(1u)->Set(vtkCompositeDataSet::NAME(), "head");
   const auto filter = BlockFilter(
     blocks, [](const Block&, const Progress&) { throw InvalidInput("it is bad"); }, Surfaces);
   EXPECT_THAT(ErrorsOf(filter, true),
     ElementsAre(
-      HasSubstr("Block 1 \"left hand\": it is bad"), HasSubstr("Block 2 \"head\": A vtkUnstructuredGrid was found")));
+      HasSubstr("Block 1 \"left hand\": it is bad"), HasSubstr("Block 2 \"head\": A vtkStructuredGrid was found")));
 }
 
 TEST(ProcessBlocks, AcceptsItsTypesAndTrees)

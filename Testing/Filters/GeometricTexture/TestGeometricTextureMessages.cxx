@@ -14,7 +14,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -128,9 +128,9 @@ TEST(GeometricTextureMessages, EmptyInputIsNoError)
 
 TEST(GeometricTextureMessages, AnotherTypeOfInput)
 {
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   EXPECT_THAT(ErrorOf(SynthesizerOn(grid, WriteRandomGeometricTexture("any.model"))),
-    AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+    AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkPolyData")));
 }
 
 TEST(GeometricTextureMessages, InconsistentWinding)

@@ -12,6 +12,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkStringArray.h>
+#include <vtkStructuredGrid.h>
 #include <vtkTable.h>
 #include <vtkUnstructuredGrid.h>
 
@@ -116,7 +117,8 @@ TEST_P(ReportOfMalformedInput, IsATableAndValidMeansWhatTheGateSays)
 {
   const auto input = GetParam().Make();
   auto* surface = vtkPolyData::SafeDownCast(input);
-  const bool isSurface = surface || vtkMultiBlockDataSet::SafeDownCast(input);
+  const bool isSurface = surface || vtkUnstructuredGrid::SafeDownCast(input) ||
+    vtkMultiBlockDataSet::SafeDownCast(input);
   const std::uint64_t before = HashOf(input);
   vtkNew<vtkTopologyReport> report;
   report->SetInputDataObject(input);
@@ -365,7 +367,7 @@ TEST(TopologyReport, BlocksHaveRowsUnderTheirFlatIndex)
 TEST(TopologyReport, ABlockOfAnotherTypeIsAnErrorAndTheOthersStay)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   blocks->SetBlock(0, grid);
   blocks->SetBlock(1, Icosphere(1).ToPolyData());
   vtkNew<vtkTopologyReport> report;

@@ -170,7 +170,7 @@ TEST(MaternNoiseMemory, ArraysThatCannotExistAreAnError)
   EventRecorder events(filter);
   EXPECT_FALSE(Update(filter));
   ASSERT_EQ(events.Errors.size(), 1u);
-  EXPECT_THAT(events.Errors[0], ::testing::HasSubstr("not enough memory"));
+  EXPECT_THAT(events.Errors[0], ::testing::HasSubstr("(MemoryLimit)"));
   EXPECT_EQ(filter->GetPolyDataOutput()->GetNumberOfPoints(), 0);
 }
 

@@ -9,7 +9,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkUnstructuredGrid.h>
+#include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -71,9 +71,9 @@ TEST(MaternNoiseMessages, EmptyInputIsNoError)
 TEST(MaternNoiseMessages, AnotherTypeOfInput)
 {
   vtkNew<vtkMaternNoiseFilter> filter;
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   filter->SetInputDataObject(grid);
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkPolyData")));
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkPolyData")));
 }
 
 TEST(MaternNoiseMessages, PointsWithoutPolygons)
@@ -194,7 +194,7 @@ TEST(MaternNoiseMessages, MoreEigenpairsThanTheMeshHas)
 TEST(MaternNoiseMessages, BlocksAreNamedInMessages)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
-  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkStructuredGrid> grid;
   blocks->SetBlock(0, Icosphere(1).ToPolyData());
   blocks->SetBlock(1, Three({ 0, 0, 0, 1, 0, 0, 2, 0, 0 }).ToPolyData());
   blocks->SetBlock(2, grid);
@@ -206,7 +206,7 @@ TEST(MaternNoiseMessages, BlocksAreNamedInMessages)
   ASSERT_THAT(events.Errors, SizeIs(2));
   EXPECT_THAT(events.Errors[0], AllOf(HasSubstr("degenerate triangle"), HasSubstr("Block 2: ")));
   EXPECT_THAT(events.Errors[1],
-    AllOf(HasSubstr("vtkUnstructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter"), HasSubstr("Block 3: ")));
+    AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkDataSetSurfaceFilter"), HasSubstr("Block 3: ")));
 }
 
 TEST(MaternNoiseMessages, ARangeOfManySurfacesIsAWarning)
