@@ -12,10 +12,9 @@ configure_and_build("${WORK_DIR}/Source" "${build}"
 forbid_libraries("${build}/lib" libvtk libcholmod libtorch)
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
-# Spectra, fuzzing and statistics are tested once, in the outer build.
+# Statistics are tested once, in the outer build.
 set(ENV{GTEST_FILTER} "-*MaternOnSphere*:*DeviationAskedFor*:*CorrelationAtTheRange*")
 run_command("${CMAKE_CTEST_COMMAND}" --test-dir "${build}" --output-on-failure --no-tests=error
-  --label-regex "core|io|inference|meshing" --label-exclude "slow|benchmark|release"
-  --exclude-regex "MaternSpectrum|FuzzSafetensors" --parallel ${processors})
+  --label-regex "core|io|inference|meshing" --label-exclude "slow|benchmark|release" --parallel ${processors})
 string(REGEX MATCH "[0-9]+% tests passed[^\n]*" summary "${OUTPUT}")
 message(STATUS "${summary}")
