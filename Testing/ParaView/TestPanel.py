@@ -233,8 +233,7 @@ def textures_are_fitted_learned_and_synthesized_from_the_panel():
     events = [
         *add_filter(name),
         *own_model(path),
-        check(scale, "visible", "false"),
-        choose("TargetPreparation", "Remesh"), check(scale, "visible", "true"),
+        check(scale, "visible", "true"),
         choose("TargetPreparation", "As Is"), check(scale, "visible", "false"),
         choose("TargetPreparation", "Subdivide"), check(scale, "visible", "true"),
         event(scale + "/DoubleRangeWidget/DoubleLineEdit", "set_string", "0.5"),
