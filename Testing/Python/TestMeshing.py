@@ -101,6 +101,8 @@ def test_report_command_prints_a_table_or_csv_and_tells_by_its_status(pair, tmp_
     done = run_command("report", valid)
     assert (done.returncode, done.stderr) == (0, "")
     assert re.search(r"^triangles +1,280$", done.stdout, re.MULTILINE)
+    table = run_command("report", broken).stdout
+    assert "the command repair" in table and "vtkSurfaceRepairFilter" not in table
     done = run_command("report", broken, "--csv")
     assert (done.returncode, done.stderr) == (3, "")
     rows = list(csv.DictReader(io.StringIO(done.stdout)))

@@ -3,6 +3,7 @@
 
 from ..deprecation import add_former_option
 from .common import Outcome, add_command, add_running_options, as_usage, require_surface, run_filter
+from .wording import with_commands
 
 _DESCRIPTION = """\
 Describes a surface and every defect of it, with the first cell or point of each kind of defect and what repairs it."""
@@ -47,5 +48,5 @@ def run(arguments):
     mesh = files.read_mesh(arguments.input)
     require_surface(mesh, arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
-    text = report.to_csv().rstrip("\n") if arguments.csv else str(report)
+    text = report.to_csv().rstrip("\n") if arguments.csv else with_commands(str(report))
     return Outcome(text, 0 if report.valid else INVALID)

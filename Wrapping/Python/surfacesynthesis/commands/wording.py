@@ -42,8 +42,12 @@ def in_words_of_commands(text, parser):
     """``text`` with the options of the command that ``parser`` reads, and the commands for other classes."""
     texts = [text for action in parser._actions for text in action.option_strings]
     offered = {text.lstrip("-").replace("-", "_"): text for text in texts}
-    text = _CLASS.sub(_command, text)
-    return _PROPERTY.sub(lambda match: _option(match[0], offered), text)
+    return _PROPERTY.sub(lambda match: _option(match[0], offered), with_commands(text))
+
+
+def with_commands(text):
+    """``text`` with commands for classes, and the options of those commands."""
+    return _CLASS.sub(_command, text)
 
 
 def _command(match):
