@@ -17,7 +17,7 @@ report = TopologyReport(registrationName="Report", Input=surface)
 borders = FeatureEdges(registrationName="Open edges", Input=surface)
 borders.FeatureEdges = borders.NonManifoldEdges = borders.ManifoldEdges = 0
 
-view = demo.picture(((-1.3, 0.5, 7.6), (-1.3, -0.2, 0.0), (0.0, 1.0, 0.0)))
+view = demo.picture(((-1.0, 0.5, 8.6), (-1.0, -0.1, 0.0), (0.0, 1.0, 0.0)))
 demo.show(surface, view)
 edges = demo.show(borders, view)
 edges.AmbientColor = edges.DiffuseColor = [0.85, 0.15, 0.1]
