@@ -176,6 +176,9 @@ def fill(view, source, right=0.0, top=0.0, aspect=900 / 700):
     width, height = (x1 - x0) / (1.0 - right), (y1 - y0) / (1.0 - top)
     distance = 0.54 * max(height, width / aspect) / math.tan(math.radians(15.0)) + z1 - 0.5 * (z0 + z1)
     center = [x0 + 0.5 * width, y0 + 0.5 * height, 0.5 * (z0 + z1)]
+    from paraview.simple import _DisableFirstRenderCameraReset
+
+    _DisableFirstRenderCameraReset()  # which would fit the whole scene, texts included
     view.CameraViewAngle = 30.0
     view.CameraFocalPoint, view.CameraViewUp = center, [0.0, 1.0, 0.0]
     view.CameraPosition = [center[0], center[1], center[2] + distance]
