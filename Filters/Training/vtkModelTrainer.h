@@ -38,6 +38,7 @@
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 #include "vtkTableAlgorithm.h"
 
+#include <limits> // For std::numeric_limits
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
 
@@ -151,7 +152,7 @@ public:
   /**
    * Learning rate of Adam, larger than 0. Default 5e-4.
    */
-  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(LearningRate, double, 1e-300, std::numeric_limits<double>::max());
   vtkGetMacro(LearningRate, double);
   ///@}
 

@@ -146,6 +146,7 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInThePropertiesIsOneErrorThatNamesI
     { [](auto* f) { f->SetModelFileName(""); }, { "ModelFileName is empty" } },
     { [](auto* f) { f->SetSourcesPerBatch(3); }, { "SourcesPerBatch is 3; expected a number that divides BatchSize" } },
     { [](auto* f) { f->SetLearningRate(std::nan("")); }, { "LearningRate is nan" } },
+    { [](auto* f) { f->SetLearningRate(1e300); }, { "LearningRate is 1e+300" } },
     { [](auto* f) {
        f->SetNumberOfMilestones(1);
        f->SetMilestone(0, -4);

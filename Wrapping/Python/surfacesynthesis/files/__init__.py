@@ -284,8 +284,14 @@ def _check_legacy(path):
 
 
 def check_writable(mesh, path):
-    """Raises ValueError or OSError when ``mesh`` cannot go to ``path``: unknown extension, a composite dataset for a
-    format of one surface, a folder that does not exist or cannot be written to. Leaves nothing behind."""
+    """Raises TypeError, ValueError or OSError when ``mesh`` cannot go to ``path``: no dataset, unknown extension, a
+    composite dataset for a format of one surface, a folder that does not exist or cannot be written to. Leaves nothing
+    behind."""
+    if not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
+        raise TypeError(
+            "mesh must be a vtkPolyData, a vtkUnstructuredGrid or a vtkMultiBlockDataSet, not "
+            f"{getattr(mesh, 'GetClassName', lambda: type(mesh).__name__)()}"
+        )
     kind = extension(path)
     path = os.path.realpath(path)
     if kind in SURFACES:
@@ -324,7 +330,7 @@ def write_mesh(mesh, path):
     PLY, GIFTI and glTF keep all point arrays (glTF those of up to four components), OBJ texture coordinates, normals and
     the array "RGB"; STL and OFF keep the shape only. STL, GIFTI and glTF have triangles, in single precision. The file
     appears under its name when it is complete: until then, and after a failure, a file that was there before stays as it
-    was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
+    was. Raises TypeError for other data, ValueError, OSError, or SurfaceSynthesisError with VTK's text.
     """
     write_meshes([(mesh, path)])
 
