@@ -21,7 +21,9 @@
  * recipe is an error that names what differs.
  *
  * @par Progress
- * The progress text says the iteration, the loss and the remaining time. An aborted update writes its files within one
+ * The progress text says the iteration, the loss and the remaining time. A training of a minute or more says once, after
+ * its first iterations, the time to expect: as text of vtkCommand::MessageEvent or, without an observer of it, in VTK's
+ * output window; in the background, BackgroundState has it. An aborted update writes its files within one
  * iteration and gives an empty table. ParaView before 6.2 cannot abort an update: give it a TimeBudget or Background there.
  *
  * @par Errors
