@@ -110,9 +110,9 @@ struct ProjectedEdges
   double Lengths = 0.0;
   std::complex<double> Longest = 0.0; ///< the longest P(e), times exp(-i angle(e))
 
-  void Add(const std::complex<double>& projection, double angle, double length)
+  void Add(const std::complex<double>& projection, const std::complex<double>& direction, double length)
   {
-    const std::complex<double> turned = projection * std::polar(1.0, -angle);
+    const std::complex<double> turned = projection * std::conj(direction);
     this->Sum += turned;
     this->Lengths += length;
     this->Longest = std::norm(turned) > std::norm(this->Longest) ? turned : this->Longest;
@@ -220,7 +220,7 @@ void OneRings::UnfoldRing(const TriangleMesh& mesh, Index v, std::vector<RingEdg
     const Index c = this->RingCorners[k];
     double area = 0.0;
     const double angle = UnfoldCorner(mesh, c, this->Corners[c], area);
-    edges.push_back({ CornerVertex(mesh, c, 1), total, this->Corners[c].Length });
+    edges.push_back({ CornerVertex(mesh, c, 1), total, this->Corners[c].Length, 1.0 });
     total += angle;
     this->Areas[v] += area;
   }
@@ -228,27 +228,29 @@ void OneRings::UnfoldRing(const TriangleMesh& mesh, Index v, std::vector<RingEdg
   {
     const Index c = this->RingCorners[last - 1];
     const double length = std::hypot(this->Corners[c].OtherX, this->Corners[c].OtherY);
-    edges.push_back({ CornerVertex(mesh, c, 2), total, length });
+    edges.push_back({ CornerVertex(mesh, c, 2), total, length, 1.0 });
   }
   this->TotalAngles[v] = total;
   const double scale = Rescaling(total, closed);
   ProjectedEdges projected;
-  for (const RingEdge& edge : edges)
+  for (RingEdge& edge : edges)
   {
-    projected.Add(Projection(mesh, this->Frames, v, edge.Vertex), scale * edge.Angle, edge.Length);
+    edge.Angle *= scale;
+    edge.Direction = std::polar(1.0, edge.Angle);
+    projected.Add(Projection(mesh, this->Frames, v, edge.Vertex), edge.Direction, edge.Length);
   }
   const double offset = projected.Offset();
+  const std::complex<double> turn = std::polar(1.0, offset);
   const auto neighbors = this->Neighbors.begin();
   for (std::size_t k = 0; k < edges.size(); ++k)
   {
-    const double angle = offset + scale * edges[k].Angle;
     const auto place = std::lower_bound(
       neighbors + this->NeighborStart[v], neighbors + this->NeighborStart[v + 1], edges[k].Vertex);
-    this->NeighborLogarithms[place - neighbors] = std::polar(edges[k].Length, angle);
+    this->NeighborLogarithms[place - neighbors] = edges[k].Length * (turn * edges[k].Direction);
     if (first + static_cast<Index>(k) < last)
     {
       RingCorner& corner = this->Corners[this->RingCorners[first + static_cast<Index>(k)]];
-      corner.Angle = angle;
+      corner.Angle = offset + edges[k].Angle;
       corner.Scale = scale;
     }
   }

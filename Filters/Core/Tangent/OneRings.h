@@ -104,12 +104,12 @@ public:
   double RingRadius(Index v) const;
 
 private:
-  /// An edge of a ring: the vertex at its end, its angle before the offset, its length.
   struct RingEdge
   {
-    Index Vertex;
-    double Angle;
-    double Length;
+    Index Vertex;                   ///< vertex at the end of the edge
+    double Angle;                   ///< angle before the offset
+    double Length;                  ///< world units
+    std::complex<double> Direction; ///< exp(i Angle), rescaled
   };
   void UnfoldRing(const TriangleMesh& mesh, Index v, std::vector<RingEdge>& edges);
   void Unfold(const TriangleMesh& mesh, const MeshTopology& topology);
