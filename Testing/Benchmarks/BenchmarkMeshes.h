@@ -67,5 +67,6 @@ void RegisterReferences();
 void RegisterPoissonNet();
 void RegisterFlowMatching();
 void RegisterGeometricTexture();
+void RegisterFieldLatents();
 
 } // namespace surfsynth::bench
