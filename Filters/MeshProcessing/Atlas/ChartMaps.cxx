@@ -21,7 +21,7 @@ namespace surfsynth
 namespace
 {
 /// Ratio to the error of a single part at which no more parts are added.
-constexpr double ErrorDrop = 0.15;
+constexpr double ErrorDrop = 0.2;
 constexpr std::size_t NumberOfIterations = 8;
 
 /// Halves a chart at the median of its triangles' centers along the longest side of its box.

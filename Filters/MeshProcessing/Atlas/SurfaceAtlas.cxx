@@ -130,20 +130,29 @@ private:
   const std::atomic<bool>* Stop;
 };
 
-BoxPacking PackCharts(std::vector<FlatChart>& charts, const SurfaceAtlasOptions& options)
+ChartPacking PackFlatCharts(std::vector<FlatChart>& charts, const SurfaceAtlasOptions& options)
 {
-  std::vector<Eigen::Vector2d> sizes;
+  std::vector<ChartShape> shapes;
   for (FlatChart& chart : charts)
   {
     TurnToSmallestBox(chart.Points);
-    sizes.emplace_back(chart.Points.colwise().maxCoeff().transpose());
+    shapes.push_back({ &chart.Points, &chart.Chart.Mesh.Triangles });
   }
-  BoxPacking packing = PackBoxes(sizes, options.Width, options.Height, options.Margin);
+  ChartPacking packing = PackCharts(shapes, options.Width, options.Height, options.Margin);
   if (packing.Scale == 0.0)
   {
     throw InvalidInput("MakeSurfaceAtlas: " + std::to_string(charts.size()) + " charts with margins of " +
       std::to_string(options.Margin) + " texels do not fit into an image of " + std::to_string(options.Width) + " x " +
       std::to_string(options.Height) + " texels; a larger image, a smaller margin or a larger maximum stretch fits.");
+  }
+  for (std::size_t k = 0; k < charts.size(); ++k)
+  {
+    FlatPoints& points = charts[k].Points;
+    if (packing.IsTurned[k])
+    {
+      const Eigen::RowVector2d size = points.colwise().maxCoeff();
+      points = (-points).rowwise() + size;
+    }
   }
   return packing;
 }
@@ -159,7 +168,7 @@ SurfaceAtlas MakeSurfaceAtlas(
   {
     return atlas;
   }
-  const BoxPacking packing = PackCharts(charts, options);
+  const ChartPacking packing = PackFlatCharts(charts, options);
   atlas.Coordinates.resize(3 * std::int64_t(mesh.NumberOfTriangles()), 2);
   atlas.ChartOfTriangle.resize(static_cast<std::size_t>(mesh.NumberOfTriangles()));
   atlas.NumberOfCharts = static_cast<Index>(charts.size());
