@@ -20,7 +20,7 @@ namespace surfsynth
 namespace
 {
 /// Most parts of a connected part of the surface at its first division.
-constexpr std::size_t MostParts = 200;
+constexpr std::size_t MostParts = 60;
 
 void RequireOptions(const SurfaceAtlasOptions& options)
 {

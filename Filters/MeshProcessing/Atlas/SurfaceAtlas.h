@@ -49,7 +49,7 @@ struct SurfaceAtlas
 ///
 /// Deterministic: the same surface and options give the same bits. Single-threaded.
 /// @param mesh manifold, consistently wound; open or closed, any genus and number of components
-/// @param stop when not null: ends the work within about a second once it is true
+/// @param stop when not null: ends the work once it is true; looked at before each division and flattening of a chart
 /// @return empty coordinates for a mesh without triangles.
 /// @throws InvalidInput when the mesh has a defect (see CheckMesh()), an option is out of range, or the charts do not fit
 /// into the image with their margins.
