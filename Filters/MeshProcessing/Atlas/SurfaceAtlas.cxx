@@ -21,6 +21,8 @@ namespace
 {
 /// Most parts of a connected part of the surface at its first division.
 constexpr std::size_t MostParts = 60;
+/// Most connected pieces of a division in two.
+constexpr std::size_t MostPiecesOfTwo = 4;
 
 void RequireOptions(const SurfaceAtlasOptions& options)
 {
@@ -95,11 +97,25 @@ private:
       {
         continue;
       }
-      for (std::vector<Index>& part : this->Cutter.ConnectedParts(at, DivideChart(chart.Mesh, mostParts)))
+      for (std::vector<Index>& part : this->Divide(at, chart.Mesh, mostParts))
       {
         waiting.emplace_back(std::move(part), 2);
       }
     }
+  }
+
+  /// Parts of a chart. Where the chart is nearly flat, normals do not say where to divide it: then it is halved.
+  std::vector<std::vector<Index>> Divide(
+    const std::vector<Index>& triangles, const TriangleMesh& chart, std::size_t mostParts)
+  {
+    std::vector<std::vector<Index>> parts = this->Cutter.ConnectedParts(triangles, DivideChart(chart, mostParts));
+    const auto largest = std::max_element(
+      parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+    if (mostParts == 2 && (parts.size() > MostPiecesOfTwo || 10 * largest->size() > 9 * triangles.size()))
+    {
+      return this->Cutter.ConnectedParts(triangles, HalveChart(chart));
+    }
+    return parts;
   }
 
   /// Keeps a chart that can be flattened well enough.
