@@ -191,6 +191,7 @@ int main(int argc, char** argv)
   bench::RegisterFlowMatching();
   bench::RegisterGeometricTexture();
   bench::RegisterTextures();
+  bench::RegisterFieldLatents();
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -68,5 +68,6 @@ void RegisterPoissonNet();
 void RegisterFlowMatching();
 void RegisterGeometricTexture();
 void RegisterTextures();
+void RegisterFieldLatents();
 
 } // namespace surfsynth::bench

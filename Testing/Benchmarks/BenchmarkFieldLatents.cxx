@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Field latents: encoder and decoder of the paper's sizes.
+#include "BenchmarkMeshes.h"
+#include "RandomFieldLatents.h"
+
+#include "Inference/Common/MatrixProduct.h"
+#include "Inference/FieldLatents/FieldLatentDecoder.h"
+#include "Inference/FieldLatents/FieldLatentEncoder.h"
+#include "Inference/FieldLatents/FieldLatentOperations.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <ctime>
+#include <vector>
+
+namespace surfsynth::bench
+{
+namespace
+{
+
+/// Seconds of processor time of all threads of this process.
+double ProcessorSeconds() { return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC); }
+
+/// Largest rate of sgemm per second of processor time among some sizes, operations per second.
+double ProductRate()
+{
+  const Threads single(1);
+  double best = 0.0;
+  for (const std::int64_t width : { 128, 256, 512 })
+  {
+    const std::int64_t rows = 512;
+    const std::vector<float> a(static_cast<std::size_t>(rows * width), 1.0F);
+    const std::vector<float> b(static_cast<std::size_t>(width * width), 0.5F);
+    std::vector<float> c(a.size());
+    for (int trial = 0; trial < 5; ++trial)
+    {
+      const int count = static_cast<int>(200 * 128 * 128 / (width * width));
+      const double start = ProcessorSeconds();
+      for (int k = 0; k < count; ++k)
+      {
+        Multiply(a.data(), b.data(), c.data(), rows, width, width);
+      }
+      const double operations = 2.0 * count * static_cast<double>(rows * width * width);
+      best = std::max(best, operations / (ProcessorSeconds() - start));
+    }
+  }
+  return best;
+}
+
+/// Rate of counted operations per second of processor time, and that over ProductRate() in the same run. Processor time,
+/// unlike that of the clock, leaves out other work of the machine.
+void CountOperations(benchmark::State& state, double operations, double seconds)
+{
+  const double rate = operations * static_cast<double>(state.iterations()) / seconds;
+  state.counters["GFLOPperSecond"] = 1e-9 * rate;
+  state.counters["OfProductRate"] = rate / ProductRate();
+}
+
+/// Rings of 64 samples, one for every hundredth vertex.
+void FieldLatentEncode(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const FieldLatentOptions options = FieldLatentOptions::Paper();
+  const FieldLatentEncoder encoder(test::RandomFieldLatents(options));
+  const std::int64_t vertices = std::max<std::int64_t>(8, mesh.NumberOfPoints() / 100);
+  const FieldLatentRings rings = test::RandomRings(vertices, options.SamplesPerRing);
+  PeakMemory memory;
+  memory.Restart();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(encoder.Encode(rings).Mean.data());
+  }
+  const double seconds = ProcessorSeconds() - start;
+  const double operations = EncoderOperations(options, options.SamplesPerRing);
+  state.counters["GFLOPperVertex"] = 1e-9 * operations;
+  state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
+  CountOperations(state, operations * static_cast<double>(vertices), seconds);
+}
+
+/// A texel for every vertex.
+void FieldLatentDecode(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const FieldLatentOptions options = FieldLatentOptions::Paper();
+  const FieldLatentDecoder decoder(test::RandomFieldLatents(options));
+  const std::int64_t count = mesh.NumberOfPoints();
+  const std::int64_t vertices = std::max<std::int64_t>(8, count / 25);
+  const FieldLatentMatrix latents = test::RandomLatents(vertices, options.LatentDimension);
+  const FieldLatentTexels texels = test::RandomTexels(count, vertices);
+  PeakMemory memory;
+  memory.Restart();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(decoder.Decode(latents, texels).data());
+  }
+  const double seconds = ProcessorSeconds() - start;
+  state.counters["MFLOPperTexel"] = 1e-6 * DecoderOperations(options);
+  state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
+  CountOperations(state, DecoderOperations(options) * static_cast<double>(count), seconds);
+}
+
+} // namespace
+
+void RegisterFieldLatents()
+{
+  Register("FieldLatentEncode", FieldLatentEncode, Sizes("10000"));
+  Register("FieldLatentDecode", FieldLatentDecode, Sizes("10000"));
+}
+
+} // namespace surfsynth::bench
