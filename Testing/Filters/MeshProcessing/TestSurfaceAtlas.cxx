@@ -182,6 +182,29 @@ TEST(SurfaceAtlas, BumpsAndIrregularTrianglesKeepTheBound)
   EXPECT_GT(atlas.NumberOfCharts, MakeSurfaceAtlas(BumpySurface(3), Sized(512, 512, 2)).NumberOfCharts);
 }
 
+TEST(SurfaceAtlas, OfFlatPlatesWithHolesHasFewCharts)
+{
+  // Normals do not say where to divide a plate.
+  TriangleMesh plate = PlanePatch(24, 24, 1.0, 1.0, 0.2);
+  TriangleMatrix kept(plate.Triangles.rows(), 3);
+  Index count = 0;
+  for (Index f = 0; f < plate.NumberOfTriangles(); ++f)
+  {
+    const auto t = plate.Triangles.row(f);
+    const Eigen::RowVector3d center = (plate.Points.row(t(0)) + plate.Points.row(t(1)) + plate.Points.row(t(2))) / 3.0;
+    const auto inHole = [&](double x, double y) { return (center.head<2>() - Eigen::RowVector2d(x, y)).norm() < 0.11; };
+    if (!inHole(0.25, 0.25) && !inHole(0.7, 0.3) && !inHole(0.4, 0.7))
+    {
+      kept.row(count++) = t;
+    }
+  }
+  plate.Triangles = kept.topRows(count);
+  const SurfaceAtlas atlas = Checked(plate, Sized(256, 256));
+  EXPECT_GE(atlas.NumberOfCharts, 2);
+  EXPECT_LE(atlas.NumberOfCharts, 8);
+  EXPECT_NEAR(atlas.RootMeanStretch, 1.0, 1e-6);
+}
+
 TEST(SurfaceAtlas, LargeImagesArePackedInCellsOfSeveralTexels)
 {
   SurfaceAtlasOptions options = Sized(2100, 1300, 5);
