@@ -28,7 +28,7 @@
  *    `TexelsPerLength`; see the methods Get...().
  *
  * @par Cost
- * About three seconds for 100,000 triangles. The result does not depend on the number of threads.
+ * About five seconds for 100,000 triangles. The result does not depend on the number of threads.
  *
  * @sa vtkSurfaceRepairFilter, vtkIsotropicRemeshFilter, vtkTextureMapToPlane
  */
