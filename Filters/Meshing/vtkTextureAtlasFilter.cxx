@@ -47,7 +47,7 @@ public:
   /// Keeps the measures of an atlas.
   void Keep(const SurfaceAtlas& atlas) const
   {
-    this->Self->NumberOfCharts = static_cast<int>(atlas.NumberOfCharts);
+    this->Self->NumberOfCharts = atlas.NumberOfCharts;
     this->Self->Coverage = atlas.Coverage;
     this->Self->RootMeanStretch = atlas.RootMeanStretch;
     this->Self->LargestStretch = atlas.LargestStretch;

@@ -78,29 +78,29 @@ public:
   /**
    * Number of charts of the last update, for the last block of a composite input.
    */
-  vtkGetMacro(NumberOfCharts, int);
+  vtkTypeInt64 GetNumberOfCharts() const { return this->NumberOfCharts; }
 
   /**
    * Part of the image that triangles cover, from 0 to 1, for the last block of a composite input.
    */
-  vtkGetMacro(Coverage, double);
+  double GetCoverage() const { return this->Coverage; }
 
   /**
    * Root of the mean over the surface of (S^2 + s^2) / 2 [Sander2001], with S and s the largest and smallest ratio of a
    * length on the surface to that in the texture in each triangle, relative to the mean density: 1 without distortion.
    * For the last block of a composite input.
    */
-  vtkGetMacro(RootMeanStretch, double);
+  double GetRootMeanStretch() const { return this->RootMeanStretch; }
 
   /**
    * Largest of all S and 1 / s; at least 1. For the last block of a composite input.
    */
-  vtkGetMacro(LargestStretch, double);
+  double GetLargestStretch() const { return this->LargestStretch; }
 
   /**
    * Mean texel density, texels / world unit, for the last block of a composite input.
    */
-  vtkGetMacro(TexelsPerLength, double);
+  double GetTexelsPerLength() const { return this->TexelsPerLength; }
 
 protected:
   vtkTextureAtlasFilter();
@@ -121,7 +121,7 @@ private:
   int Resolution[2] = { 1024, 1024 };
   int Margin = 4;
   double MaximumStretch = 2.0;
-  int NumberOfCharts = 0;
+  vtkTypeInt64 NumberOfCharts = 0;
   double Coverage = 0.0;
   double RootMeanStretch = 1.0;
   double LargestStretch = 1.0;

@@ -282,7 +282,7 @@ TEST(TextureAtlas, ParametersChangeTheAtlas)
   const auto sphere = Icosphere(3).ToPolyData();
   vtkNew<Atlas> filter;
   OutputOf(filter, sphere);
-  const int charts = filter->GetNumberOfCharts();
+  const vtkTypeInt64 charts = filter->GetNumberOfCharts();
   const double density = filter->GetTexelsPerLength();
   EXPECT_LE(filter->GetLargestStretch(), 2.0);
   filter->SetMaximumStretch(1.05);

@@ -255,7 +255,7 @@ class _Scene:
         if not uri or uri in (".", "..") or os.path.basename(uri) != uri or "%" in uri or "\0" in uri:
             raise self._error(f"the {what} {index} is '{uri[:60]}'; a file in the same folder is needed")
         if not os.path.isfile(name):
-            raise self._error(f"the file {uri[:60]} with the {what} {index} is missing, or no regular file")
+            raise self._error(f"the file {uri[:60]} with {'a buffer' if what == 'buffer' else 'an image'} is missing, or no regular file")
         self._points_left += os.path.getsize(name)
         with open(name, "rb") as file:
             return file.read(self._size(item, "byteLength") if what == "buffer" else -1)
