@@ -25,6 +25,10 @@ and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or
 import importlib
 import importlib.util
 
+from .supervision import end_on_interruption as _end_on_interruption
+
+_end_on_interruption()  # of the program, while the modules below are loaded
+
 from . import accessor as _accessor
 from . import vtkSurfaceSynthesisEnsembles as _ensembles
 from . import vtkSurfaceSynthesisMeshing as _meshing

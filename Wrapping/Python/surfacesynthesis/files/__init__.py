@@ -8,6 +8,8 @@ import stat
 import tempfile
 import warnings
 
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObjectTree,
@@ -171,7 +173,8 @@ def read_mesh(path, seams="join", point_data=()):
     volume that they describe.
 
     ``point_data`` are files with values of the points, which become point arrays: GIFTI (.func.gii, .shape.gii,
-    .label.gii) or FreeSurfer's (.area .curv .sulc .thickness .volume).
+    .label.gii) or FreeSurfer's (.area .curv .sulc .thickness .volume). Labels are numbers; the arrays "<name>LabelNames" and
+    "<name>LabelValues" of the field data hold the table of their names.
 
     Raises ValueError for another extension, OSError when a file cannot be opened, SurfaceSynthesisError when nibabel is
     needed and not installed, and FormatError, with the file and where possible the line, when it does not follow its
@@ -230,14 +233,27 @@ def _add_point_data(mesh, path, source):
         raise ValueError(f"{path}: values of points are for one surface, not for a composite dataset")
     name = os.path.basename(source)
     kind = os.path.splitext(name)[1].lower()
+    labels = {}
     if kind == ".gii":
-        arrays = read_gifti_values(source, mesh.GetNumberOfPoints())
+        arrays, labels = read_gifti_values(source, mesh.GetNumberOfPoints())
     elif kind in VALUES:
         arrays = {kind[1:]: read_values(source, mesh.GetNumberOfPoints())}
     else:
         raise ValueError(f"{source}: values of points are read from .gii, {', '.join(VALUES)}")
     for name, values in arrays.items():
         add_array(mesh.GetPointData(), name, values)
+        if name in labels:
+            _add_labels(mesh, name, labels[name])
+
+
+def _add_labels(mesh, name, labels):
+    """Adds the names of labels and their values as arrays of the field data."""
+    names = vtkStringArray()
+    names.SetName(f"{name}LabelNames")
+    for text in labels.values():
+        names.InsertNextValue(text)
+    mesh.GetFieldData().AddArray(names)
+    add_array(mesh.GetFieldData(), f"{name}LabelValues", np.array([*labels], dtype=np.int32))
 
 
 def _read_with_vtk(reader, path, expected=(vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
@@ -284,8 +300,14 @@ def _check_legacy(path):
 
 
 def check_writable(mesh, path):
-    """Raises ValueError or OSError when ``mesh`` cannot go to ``path``: unknown extension, a composite dataset for a
-    format of one surface, a folder that does not exist or cannot be written to. Leaves nothing behind."""
+    """Raises TypeError, ValueError or OSError when ``mesh`` cannot go to ``path``: no dataset, unknown extension, a
+    composite dataset for a format of one surface, a folder that does not exist or cannot be written to. Leaves nothing
+    behind."""
+    if not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
+        raise TypeError(
+            "mesh must be a vtkPolyData, a vtkUnstructuredGrid or a vtkMultiBlockDataSet, not "
+            f"{getattr(mesh, 'GetClassName', lambda: type(mesh).__name__)()}"
+        )
     kind = extension(path)
     path = os.path.realpath(path)
     if kind in SURFACES:
@@ -324,7 +346,7 @@ def write_mesh(mesh, path):
     PLY, GIFTI and glTF keep all point arrays (glTF those of up to four components), OBJ texture coordinates, normals and
     the array "RGB"; STL and OFF keep the shape only. STL, GIFTI and glTF have triangles, in single precision. The file
     appears under its name when it is complete: until then, and after a failure, a file that was there before stays as it
-    was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
+    was. Raises TypeError for other data, ValueError, OSError, or SurfaceSynthesisError with VTK's text.
     """
     write_meshes([(mesh, path)])
 
