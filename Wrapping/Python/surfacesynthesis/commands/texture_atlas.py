@@ -6,9 +6,10 @@ import time
 from .common import (
     UsageError,
     add_command,
+    add_reading_options,
     add_running_options,
     as_usage,
-    read_surface,
+    read_input_surface,
     run_filter,
     surface_summary,
 )
@@ -35,6 +36,7 @@ def add(commands):
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read")
     parser.add_argument("output", metavar="OUTPUT", help="file to write")
+    add_reading_options(parser)
     atlas = parser.add_argument_group("atlas")
     add_resolution(atlas, "image that the charts are packed for")
     atlas.add_argument(
@@ -75,7 +77,7 @@ def run(arguments):
     as_usage(files.extension, arguments.input)
     if as_usage(files.extension, arguments.output) in (".stl", ".off"):
         raise UsageError(f"{arguments.output}: this format has no texture coordinates; use .obj, .ply, .glb or .vtp")
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
