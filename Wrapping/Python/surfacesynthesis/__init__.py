@@ -45,6 +45,7 @@ from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
+from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
@@ -67,6 +68,7 @@ __all__ = [
     "PREPARATIONS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
+    "TextureDataset",
     "__version__",
     "convert_checkpoint",
     "deform",
@@ -80,12 +82,14 @@ __all__ = [
     "poses",
     "read_mesh",
     "read_signal_dataset",
+    "read_texture_dataset",
     "read_volume",
     "remesh",
     "repair",
     "repair_measures",
     "repair_report",
     "sample_signal",
+    "texture_dataset",
     "topology_report",
     "vdb_surface",
     "volume_from_numpy",
@@ -101,6 +105,7 @@ __all__ = [
     "vtkTopologyReport",
     "write_mesh",
     "write_signal_dataset",
+    "write_texture_dataset",
 ]
 
 # A filter whose library was not there when the package was built is absent; poses(), remesh(), repair() and vdb_surface()
