@@ -35,6 +35,7 @@ FILTERS = (
     ("Filters/Ensembles/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
+    ("Filters/Meshing/vtkTextureAtlasFilter.h", "Wrapping/ParaView/TextureAtlas.xml", 2, 5, {"Resolution"}),
     ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
     ("Filters/Ensembles/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),

@@ -9,8 +9,7 @@
 #pragma once
 
 #include "Inference/Common/ActivationKernels.h"
-
-#define SURFSYNTH_INLINE __attribute__((always_inline)) inline
+#include "Inference/Common/ElementaryFunctions.h"
 
 namespace surfsynth
 {
@@ -19,41 +18,6 @@ namespace
 {
 using Size = std::int64_t;
 using Id = std::int32_t;
-
-SURFSYNTH_INLINE float FromBits(std::int32_t bits)
-{
-  float value;
-  __builtin_memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-SURFSYNTH_INLINE float Smaller(float a, float b) { return a < b ? a : b; }
-
-SURFSYNTH_INLINE float Larger(float a, float b) { return a > b ? a : b; }
-
-/// The nearest whole number of |x| < 2^22: adding 1.5 * 2^23 rounds away all binary places.
-SURFSYNTH_INLINE float Nearest(float x)
-{
-  constexpr float shift = 12582912.0F;
-  return (x + shift) - shift;
-}
-
-/// exp(x) = 2^n exp(r), |r| <= log(2) / 2, by Taylor's series to r^7. x is held within +-87, where float32 is normal.
-SURFSYNTH_INLINE float Exp(float x)
-{
-  x = Smaller(Larger(x, -87.0F), 87.0F);
-  const float n = Nearest(x * 1.44269504F);
-  const float r = (x - n * 0.693359375F) + n * 2.12194440e-4F;
-  float series = 1.0F / 5040.0F;
-  series = series * r + 1.0F / 720.0F;
-  series = series * r + 1.0F / 120.0F;
-  series = series * r + 1.0F / 24.0F;
-  series = series * r + 1.0F / 6.0F;
-  series = series * r + 0.5F;
-  series = series * r + 1.0F;
-  series = series * r + 1.0F;
-  return series * FromBits((static_cast<std::int32_t>(n) + 127) << 23);
-}
 
 /// x (1 + erf(x / sqrt 2)) / 2 [Hendrycks2016], with erfc(z) = t (a1 + ... + a5 t^4) exp(-z^2), t = 1 / (1 + p z):
 /// [Abramowitz1964], formula 7.1.26, error below 1.5e-7.

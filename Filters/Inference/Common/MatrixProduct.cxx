@@ -15,28 +15,76 @@ namespace surfsynth
 void Multiply(const float* a, const float* b, float* c, std::int64_t rows, std::int64_t inner, std::int64_t columns,
   bool accumulate)
 {
+  MultiplyBlocks({ a, inner }, { b, columns }, c, columns, rows, inner, columns, accumulate);
+}
+
 #ifdef SURFACE_SYNTHESIS_BLAS
+void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
+  std::int64_t inner, std::int64_t columns, bool accumulate)
+{
   // Row-major matrices are the transposes of column-major ones: c^T = b^T a^T.
   const int m = static_cast<int>(columns);
   const int n = static_cast<int>(rows);
   const int k = static_cast<int>(inner);
+  const int strideA = static_cast<int>(a.Stride);
+  const int strideB = static_cast<int>(b.Stride);
+  const int strideC = static_cast<int>(stride);
   const float one = 1.0F;
   const float beta = accumulate ? 1.0F : 0.0F;
-  sgemm_("N", "N", &m, &n, &k, &one, b, &m, a, &k, &beta, c, &m);
+  sgemm_(b.Transposed ? "T" : "N", a.Transposed ? "T" : "N", &m, &n, &k, &one, b.Data, &strideB, a.Data, &strideA,
+    &beta, c, &strideC);
+}
 #else
-  using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Eigen::Map<const Matrix> left(a, rows, inner);
-  const Eigen::Map<const Matrix> right(b, inner, columns);
-  Eigen::Map<Matrix> product(c, rows, columns);
+namespace
+{
+using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Factor = Eigen::Map<const Matrix, 0, Eigen::OuterStride<>>;
+using Product = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
+
+/// The matrix in memory of a factor [rows, columns].
+Factor InMemory(const MatrixBlock& block, std::int64_t rows, std::int64_t columns)
+{
+  return Factor(block.Data, block.Transposed ? columns : rows, block.Transposed ? rows : columns,
+    Eigen::OuterStride<>(block.Stride));
+}
+
+template <typename Left, typename Right>
+void Assign(const Left& a, const Right& b, Product& c, bool accumulate)
+{
   if (accumulate)
   {
-    product.noalias() += left * right;
+    c.noalias() += a * b;
   }
   else
   {
-    product.noalias() = left * right;
+    c.noalias() = a * b;
   }
-#endif
 }
+} // namespace
+
+void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
+  std::int64_t inner, std::int64_t columns, bool accumulate)
+{
+  const Factor left = InMemory(a, rows, inner);
+  const Factor right = InMemory(b, inner, columns);
+  Product product(c, rows, columns, Eigen::OuterStride<>(stride));
+  if (a.Transposed && b.Transposed)
+  {
+    Assign(left.transpose(), right.transpose(), product, accumulate);
+  }
+  else if (a.Transposed)
+  {
+    Assign(left.transpose(), right, product, accumulate);
+  }
+  else if (b.Transposed)
+  {
+    Assign(left, right.transpose(), product, accumulate);
+  }
+  else
+  {
+    Assign(left, right, product, accumulate);
+  }
+}
+#endif
 
 } // namespace surfsynth

@@ -13,4 +13,17 @@ namespace surfsynth
 void Multiply(const float* a, const float* b, float* c, std::int64_t rows, std::int64_t inner, std::int64_t columns,
   bool accumulate = false);
 
+/// Factor of a product: a block of a row-major matrix.
+struct MatrixBlock
+{
+  const float* Data;       ///< first element
+  std::int64_t Stride;     ///< numbers from one row in memory to the next
+  bool Transposed = false; ///< true when the transpose of what is in memory is the factor
+};
+
+/// Computes c = a b, or c += a b when @p accumulate, with blocks of larger matrices: a [rows, inner], b [inner,
+/// columns]. Rows of c are @p stride numbers apart.
+void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
+  std::int64_t inner, std::int64_t columns, bool accumulate = false);
+
 } // namespace surfsynth
