@@ -190,6 +190,7 @@ int main(int argc, char** argv)
   bench::RegisterPoissonNet();
   bench::RegisterFlowMatching();
   bench::RegisterGeometricTexture();
+  bench::RegisterTextures();
   bench::RegisterFieldLatents();
   benchmark::AddCustomContext("surface", test::HasArmadillo() ? "armadillo" : "generated");
   benchmark::RunSpecifiedBenchmarks();

@@ -67,6 +67,7 @@ void RegisterReferences();
 void RegisterPoissonNet();
 void RegisterFlowMatching();
 void RegisterGeometricTexture();
+void RegisterTextures();
 void RegisterFieldLatents();
 
 } // namespace surfsynth::bench

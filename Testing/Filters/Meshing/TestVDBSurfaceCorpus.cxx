@@ -6,10 +6,13 @@
 #include "MalformedCorpus.h"
 #include "VtkSurfaces.h"
 
+#include "vtkDataSet.h"
 #include "vtkVDBSurfaceFilter.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 using namespace surfsynthtest;
@@ -24,9 +27,24 @@ double VoxelSizeFor(const MalformedCase& malformed)
   return !isUnit ? 0.0 : name.find("Thousand") != std::string::npos ? 0.3 : 0.1;
 }
 
-FilterFactory FactoryFor(const MalformedCase& malformed)
+/// The same of a case alone: a tenth of the longest side of one of another scale. Between blocks of size 1 such a voxel
+/// would be too large or too small.
+double VoxelSizeForAlone(const MalformedCase& malformed)
 {
+  const auto input = malformed.Make();
+  auto* data = vtkDataSet::SafeDownCast(input);
   const double voxelSize = VoxelSizeFor(malformed);
+  if (voxelSize > 0.0 || !data)
+  {
+    return voxelSize;
+  }
+  const double* bounds = data->GetBounds();
+  const double side = std::max({ bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4] });
+  return std::isfinite(side) ? 0.1 * side : 0.0;
+}
+
+FilterFactory FactoryFor(double voxelSize)
+{
   return [voxelSize]() -> vtkSmartPointer<vtkAlgorithm> {
     auto filter = vtkSmartPointer<vtkVDBSurfaceFilter>::New();
     filter->SetVoxelSize(voxelSize);
@@ -34,11 +52,11 @@ FilterFactory FactoryFor(const MalformedCase& malformed)
   };
 }
 
-FilterTraits TraitsFor(const MalformedCase& malformed)
+FilterTraits TraitsFor(double voxelSize)
 {
   FilterTraits traits;
   traits.RefusesEveryDefect = false;
-  traits.Settings = std::to_string(VoxelSizeFor(malformed));
+  traits.Settings = std::to_string(voxelSize);
   return traits;
 }
 
@@ -57,8 +75,9 @@ std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return
 
 TEST_P(MalformedInput, ToVDBSurface)
 {
-  const FilterFactory make = FactoryFor(GetParam());
-  CheckAlone(ForThisFilter(GetParam()), make, TraitsFor(GetParam()));
+  const double voxelSize = VoxelSizeForAlone(GetParam());
+  const FilterFactory make = FactoryFor(voxelSize);
+  CheckAlone(ForThisFilter(GetParam()), make, TraitsFor(voxelSize));
   const auto filter = make();
   filter->SetInputDataObject(GetParam().Make());
   EventRecorder events(filter);
@@ -72,7 +91,8 @@ TEST_P(MalformedInput, ToVDBSurface)
 
 TEST_P(MalformedInput, BetweenGoodBlocksToVDBSurface)
 {
-  CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(GetParam()), TraitsFor(GetParam()));
+  const double voxelSize = VoxelSizeFor(GetParam());
+  CheckAsBlock(ForThisFilter(GetParam()), FactoryFor(voxelSize), TraitsFor(voxelSize));
 }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, MalformedInput, ::testing::ValuesIn(MalformedCorpus()), NameOf);
