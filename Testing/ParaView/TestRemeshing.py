@@ -33,6 +33,7 @@ REPAIR = {
     "OrientOutward": (1, 0, False),
     "MaximumLoss": (0.05, 0.25, 0.25),
     "Strict": (0, 1, True),
+    "ActiveResult": (1, 0, False),
 }
 ATLAS = {"Margin": (4, 8, 8), "MaximumStretch": (2.0, 1.5, 1.5)}
 

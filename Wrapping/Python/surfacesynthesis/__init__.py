@@ -51,6 +51,7 @@ from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
+from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
@@ -73,6 +74,7 @@ __all__ = [
     "PREPARATIONS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
+    "TextureDataset",
     "__version__",
     "convert_checkpoint",
     "deform",
@@ -87,6 +89,7 @@ __all__ = [
     "read_mesh",
     "read_signal_dataset",
     "read_textured_mesh",
+    "read_texture_dataset",
     "read_volume",
     "remesh",
     "repair",
@@ -94,6 +97,7 @@ __all__ = [
     "repair_report",
     "sample_signal",
     "texture_atlas",
+    "texture_dataset",
     "topology_report",
     "vdb_surface",
     "volume_from_numpy",
@@ -110,6 +114,7 @@ __all__ = [
     "write_mesh",
     "write_signal_dataset",
     "write_textured_mesh",
+    "write_texture_dataset",
 ]
 
 # A filter whose library was not there when the package was built is absent; poses(), remesh(), repair(), texture_atlas()
