@@ -91,6 +91,8 @@ if hasattr(surfacesynthesis, "vtkVDBSurfaceFilter"):
 #: For each command the functions whose keywords its options are.
 COMMANDS = {
     "convert": (),
+    "decode-texture": ("decode_texture",),
+    "encode-texture": ("encode_texture",),
     "dataset mixtures": ("gaussian_mixtures", "remesh"),
     "dataset poses": ("poses", "remesh"),
     "dataset textures": ("texture_dataset",),
@@ -108,6 +110,7 @@ COMMANDS = {
     "surface": ("vdb_surface",),
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
+    "transfer-texture": ("encode_texture", "decode_texture"),
     "train flow-matching": ("train_flow_matching",),
     "train geometric-texture": ("train_geometric_texture",),
 }

@@ -8,6 +8,7 @@ from . import (
     convert,
     dataset,
     deform,
+    field_latents,
     geometric_texture,
     geometric_texture_distance,
     levels,
@@ -38,6 +39,8 @@ COMMANDS = [
 ] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
+if importlib.util.find_spec("..vtkSurfaceSynthesisFieldLatents", __package__):
+    COMMANDS.append(field_latents)
 COMMANDS.append(convert)
 
 #: Commands that write what they have reached when they are interrupted, and need their time for it.
