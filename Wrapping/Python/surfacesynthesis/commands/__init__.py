@@ -39,7 +39,7 @@ COMMANDS = [
 ] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
-if importlib.util.find_spec("..vtkSurfaceSynthesisFieldLatents", __package__):
+if importlib.util.find_spec("..field_latents", __package__):
     COMMANDS.append(field_latents)
 COMMANDS.append(convert)
 
