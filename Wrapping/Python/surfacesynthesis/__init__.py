@@ -32,6 +32,7 @@ from ._version import __version__
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
+from .field_latents import TEXTURE_WRAPS, DecodedTexture, decode_texture, encode_texture
 from .files import read_mesh, read_volume, write_mesh
 from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
@@ -47,6 +48,7 @@ from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
+from .vtkSurfaceSynthesisFieldLatents import vtkFieldLatentDecoder, vtkFieldLatentEncoder
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
@@ -57,6 +59,7 @@ from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextu
 __all__ = [
     "Cancelled",
     "DISTANCES",
+    "DecodedTexture",
     "EnsembleMetrics",
     "FormatError",
     "HOLES",
@@ -67,9 +70,12 @@ __all__ = [
     "PREPARATIONS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
+    "TEXTURE_WRAPS",
     "__version__",
     "convert_checkpoint",
+    "decode_texture",
     "deform",
+    "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
     "gaussian_mixtures",
@@ -91,6 +97,8 @@ __all__ = [
     "volume_from_numpy",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
+    "vtkFieldLatentDecoder",
+    "vtkFieldLatentEncoder",
     "vtkFlowMatchingDeformer",
     "vtkFlowMatchingSampler",
     "vtkGaussianMixtureFilter",
