@@ -36,11 +36,9 @@ COMMANDS = [
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]
+] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
-if importlib.util.find_spec("..field_latents", __package__):
-    COMMANDS.append(field_latents)
 COMMANDS.append(convert)
 
 #: Commands that write what they have reached when they are interrupted, and need their time for it.
