@@ -48,9 +48,11 @@ COMMON = {
     "mesh_points": "points of a planar mesh of a dataset",
     "meshes": "planar meshes of a dataset",
     "nearest": "table of nearest references",
+    "point_data": "files with values of points",
     "progress": "progress callable, or bar",
     "quiet": "errors only",
     "reference": "what is compared with",
+    "seams": "points with several texture coordinates",
     "series": "series of a DICOM folder",
     "set": "entry of a configuration",
     "side": "shorter side of an image, in pixels",
@@ -80,6 +82,7 @@ if hasattr(surfacesynthesis, "vtkPoseEnsembleFilter"):
     FUNCTIONS["poses"] = ("vtkPoseEnsembleFilter", {"mesh"})
     FUNCTIONS["remesh"] = ("vtkIsotropicRemeshFilter", {"mesh"})
     FUNCTIONS["repair"] = ("vtkSurfaceRepairFilter", {"mesh"})
+    FUNCTIONS["texture_atlas"] = ("vtkTextureAtlasFilter", {"mesh"})
 if hasattr(surfacesynthesis, "vtkTetrahedralizeFilter"):
     FUNCTIONS["tetrahedralize"] = ("vtkTetrahedralizeFilter", {"mesh"})
 if hasattr(surfacesynthesis, "vtkVDBSurfaceFilter"):
@@ -104,6 +107,7 @@ COMMANDS = {
     "sample": ("sample_signal",),
     "surface": ("vdb_surface",),
     "tetrahedralize": ("tetrahedralize",),
+    "texture-atlas": ("texture_atlas",),
     "train flow-matching": ("train_flow_matching",),
     "train geometric-texture": ("train_geometric_texture",),
 }

@@ -137,7 +137,8 @@ public:
 
   /// The options by name.
   virtual CommandOptions KnownOptions() = 0;
-  virtual std::int64_t Iterations() const = 0;
+  /// Iterations in all, and the time of those of each stage.
+  virtual TrainingClock Clock() const = 0;
   virtual void Train(const TrainingObserver& observe, const Progress& progress) = 0;
 
   void Read(const std::vector<std::string>& arguments)
@@ -236,7 +237,7 @@ public:
       } };
     return known;
   }
-  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainFlowMatching(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
@@ -256,7 +257,7 @@ public:
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
     return known;
   }
-  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainEncoding(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
@@ -289,15 +290,18 @@ public:
     return known;
   }
   /// Of all levels. @throws as ReadMultiscaleDataset().
-  std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
+  TrainingClock Clock() const override
+  {
+    const MultiscaleDataset dataset = ReadMultiscaleDataset(this->Dataset);
+    const auto levels = static_cast<std::int64_t>(dataset.Levels.size());
+    return TrainingClock(this->Options.IterationsPerLevel * levels, CostsOfLevels(dataset, this->Options.Network));
+  }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observe, progress);
   }
 
 private:
-  std::int64_t Levels() const { return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size()); }
-
   GeometricTextureTrainingOptions Options;
 };
 
@@ -366,13 +370,12 @@ std::atomic<bool> Interrupted{ false };
 
 void Interrupt(int) { Interrupted = true; }
 
-/// A line that is rewritten at most once a second: iterations, loss, time left.
+/// A line that is rewritten at most once a second: iterations, loss, time left. Before it, once, the time to expect.
 class ProgressLine
 {
 public:
-  explicit ProgressLine(std::int64_t iterations)
-    : Iterations(iterations)
-    , Clock(iterations)
+  explicit ProgressLine(TrainingClock clock)
+    : Clock(std::move(clock))
   {}
 
   /// The number of the last iteration shown; 0 before the first.
@@ -383,7 +386,12 @@ public:
     this->Last = static_cast<std::int64_t>(history.Size());
     this->Clock.Add(history);
     const auto now = std::chrono::steady_clock::now();
-    const bool last = this->Last == this->Iterations;
+    const bool last = this->Last == this->Clock.NumberOfIterations();
+    const std::string forecast = this->Clock.TakeForecast();
+    if (!forecast.empty())
+    {
+      std::printf("\r%-78s\n", forecast.c_str());
+    }
     if (!last && now - this->Shown < std::chrono::seconds(1))
     {
       return;
@@ -395,7 +403,6 @@ public:
   }
 
 private:
-  std::int64_t Iterations;
   std::int64_t Last = 0;
   TrainingClock Clock;
   std::chrono::steady_clock::time_point Shown = std::chrono::steady_clock::now() - std::chrono::seconds(2);
@@ -421,8 +428,9 @@ int Train(TrainCommand& command)
 {
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
-  const std::int64_t iterations = command.Iterations();
-  ProgressLine line(iterations);
+  const TrainingClock clock = command.Clock();
+  const std::int64_t iterations = clock.NumberOfIterations();
+  ProgressLine line(clock);
   const auto observe = [&line](const LossHistory& history) {
     line.Show(history);
     return !Interrupted;

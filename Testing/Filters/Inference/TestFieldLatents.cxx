@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Field latents: model files, and the evaluators of encoder and decoder. TestFieldLatentNetworks compares with LibTorch.
 #include "InstructionSets.h"
+#include "ModelFileChecks.h"
 #include "RandomFieldLatents.h"
 #include "SparseModels.h"
 #include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "IO/Weights/SafetensorsFile.h"
-#include "IO/Weights/SafetensorsWriter.h"
 #include "Inference/Common/MatrixProduct.h"
 
 #include <gmock/gmock.h>
@@ -29,53 +28,22 @@ using testing::HasSubstr;
 
 namespace
 {
-using Tensors = std::map<std::string, TensorData>;
-using Metadata = std::map<std::string, std::string>;
 using Complex = std::complex<float>;
 
 constexpr const char* Path = "FieldLatents.safetensors";
 
-/// The file of a small model after @p change; what reading it says.
+const ModelFileKind Kind{ Path, "field_latents",
+  [](const std::string& path) { WriteFieldLatents(path, RandomFieldLatents()); },
+  [](const std::string& path) { ReadFieldLatents(path); } };
+
+/// Message of reading the file of a small model after @p change.
 std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
 {
-  WriteFieldLatents(Path, RandomFieldLatents());
-  Tensors tensors;
-  Metadata metadata;
-  {
-    const SafetensorsFile file(Path);
-    metadata = file.Metadata();
-    for (const auto& [name, entry] : file.Tensors())
-    {
-      tensors[name] = { entry.Type, entry.Shape, file.Bytes(name) };
-    }
-  }
-  change(tensors, metadata);
-  WriteSafetensors(Path, tensors, metadata);
-  try
-  {
-    ReadFieldLatents(Path);
-  }
-  catch (const ModelMismatch& error)
-  {
-    return std::string("ModelMismatch ") + error.what();
-  }
-  catch (const FormatError& error)
-  {
-    return std::string("FormatError ") + error.what();
-  }
-  return "accepted";
+  return test::MessageAfter(Kind, change);
 }
 
-/// The same after the text @p from in the options has become @p to.
-std::string MessageWith(const std::string& from, const std::string& to)
-{
-  return MessageAfter([&](Tensors&, Metadata& metadata) {
-    std::string& text = metadata["field_latents"];
-    const std::size_t place = text.find(from);
-    ASSERT_NE(place, std::string::npos) << text;
-    text.replace(place, from.size(), to);
-  });
-}
+/// The same after the text @p from in the description has become @p to.
+std::string MessageWith(const std::string& from, const std::string& to) { return test::MessageWith(Kind, from, to); }
 
 /// Multiplies complex number @p column of each row by the number of the row's factor.
 void Turn(FieldLatentMatrix& rows, std::int64_t column, const std::function<Complex(std::int64_t row)>& factor)
@@ -189,17 +157,10 @@ TEST(FieldLatentModel, WhatIsWrittenIsRead)
 
 TEST(FieldLatentModel, FilesThatDoNotFitAreNamed)
 {
-  EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["architecture"] = "poissonnet"; }),
-    AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr("field_latents"), HasSubstr(Path)));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("field_latents"); }),
-    HasSubstr("\"field_latents\" is missing"));
-  for (const std::string key : { "latent_dimension", "channels", "encoder_layers", "heads", "samples_per_ring",
-         "decoder_layers", "decoder_width", "iterations", "coordinates" })
-  {
-    EXPECT_THAT(MessageWith("\"" + key + "\"", "\"another\""),
-      AllOf(HasSubstr("ModelMismatch"), HasSubstr("\"" + key + "\""), HasSubstr("is missing; expected")));
-  }
+  ExpectMetadataAreChecked(Kind);
+  ExpectKeysAreNeeded(Kind,
+    { "latent_dimension", "channels", "encoder_layers", "heads", "samples_per_ring", "decoder_layers", "decoder_width",
+      "iterations", "coordinates" });
   EXPECT_THAT(MessageWith("\"logarithmic\"", "\"polar\""), HasSubstr("expected \"logarithmic\" or \"barycentric\""));
   EXPECT_THAT(MessageWith("\"heads\":3", "\"heads\":5"), HasSubstr("Heads is 5; expected a divisor"));
   EXPECT_THAT(MessageWith("\"channels\":12", "\"channels\":15"), HasSubstr("the tensors are not those"));
