@@ -120,6 +120,26 @@ LevelEdge Join(const LevelEdge& fromU, const LevelEdge& edge, const LevelEdge& f
     -toA * fromU.Logarithm + toA * (edge.Logarithm + edge.Transport * fromV.Logarithm),
     toA * edge.Transport * fromV.Transport };
 }
+/// Shortest paths from cluster @p a to those that touch it.
+std::vector<LevelEdge> ClusterEdges(const OneRings& rings, const std::vector<Index>& clusters,
+  const std::vector<LevelEdge>& steps, const std::vector<Index>& members, Index a)
+{
+  std::vector<LevelEdge> edges;
+  for (const Index u : members)
+  {
+    ForEdges(rings, u, [&](const LevelEdge& edge) {
+      const Index b = clusters[edge.Source];
+      if (b != a)
+      {
+        edges.push_back(Join(steps[u], edge, steps[edge.Source], b));
+      }
+    });
+  }
+  std::stable_sort(edges.begin(), edges.end(), IsShorter);
+  const auto same = [](const LevelEdge& x, const LevelEdge& y) { return x.Source == y.Source; };
+  edges.erase(std::unique(edges.begin(), edges.end(), same), edges.end());
+  return edges;
+}
 } // namespace
 
 TangentHierarchy::TangentHierarchy(const OneRings& rings)
@@ -163,24 +183,11 @@ TangentHierarchy::TangentHierarchy(const OneRings& rings)
   this->Coarse.Radius = RadiusOf(coarseAreas);
   for (std::size_t a = 0; a < members.size(); ++a)
   {
-    edges.clear();
-    for (const Index u : members[a])
-    {
-      this->Members.push_back(u);
-      ForEdges(rings, u, [&](const LevelEdge& edge) {
-        const Index b = this->Clusters[edge.Source];
-        if (b != static_cast<Index>(a))
-        {
-          edges.push_back(Join(steps[u], edge, steps[edge.Source], b));
-        }
-      });
-    }
+    this->Members.insert(this->Members.end(), members[a].begin(), members[a].end());
     this->MemberStart.push_back(static_cast<Index>(this->Members.size()));
-    std::stable_sort(edges.begin(), edges.end(), IsShorter);
-    edges.erase(std::unique(edges.begin(), edges.end(),
-                  [](const LevelEdge& x, const LevelEdge& y) { return x.Source == y.Source; }),
-      edges.end());
-    AppendVertex(edges, static_cast<Index>(a), coarseAreas, this->Coarse.Radius, this->Coarse);
+    const auto cluster = static_cast<Index>(a);
+    AppendVertex(ClusterEdges(rings, this->Clusters, steps, members[a], cluster), cluster, coarseAreas,
+      this->Coarse.Radius, this->Coarse);
   }
 }
 
