@@ -34,7 +34,9 @@ from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
 from TestScannerFiles import series
 from TestVolumes import nifti
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkIOImage import vtkPNGWriter
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODELS = ROOT / "Examples" / "Models"
@@ -62,6 +64,7 @@ REDUCED = {
     "--points 30000": "--points 300",
     "--points 20000": "--points 300",
     "--points 2500": "--points 300",
+    "--meshes 8": "--meshes 1 --mesh-points 64",
     "points=2500": "points=300",
     "--iterations 6000 --width 48": "--iterations 1 --width 16",
     "--iterations 3000 --width 32": "--iterations 1 --width 16",
@@ -174,6 +177,18 @@ def zipped_volume(path):
     path.write_bytes(gzip.compress(path.read_bytes()))
 
 
+def photograph(path):
+    """A small image."""
+    values = np.random.default_rng(4).integers(0, 256, (24, 20, 3), dtype=np.uint8)
+    data = vtkImageData()
+    data.SetDimensions(20, 24, 1)
+    data.GetPointData().SetScalars(numpy_to_vtk(values.reshape(-1, 3), deep=True))
+    writer = vtkPNGWriter()
+    writer.SetInputData(data)
+    writer.SetFileName(str(path))
+    writer.Write()
+
+
 def model(name):
     return lambda path: shutil.copyfile(MODELS / f"{name}.safetensors", path)
 
@@ -205,7 +220,8 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
-    "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3)},
+    "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
+                "brick.png": photograph, "grass.png": photograph},
     "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
     "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
@@ -217,6 +233,7 @@ INPUTS = {
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
+    "texture-atlas": {"scan.stl": small_ball, "scan.ply": small_ball, "scan.off": small_ball},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
     "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
@@ -239,6 +256,7 @@ NEEDS = {
     "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset": "vtkPoseEnsembleFilter",
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
+    "texture-atlas": "vtkTextureAtlasFilter",
     "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",
 }  # fmt: skip
 #: Commands whose examples need what tests do not have.

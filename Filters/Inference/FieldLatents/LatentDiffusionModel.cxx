@@ -18,13 +18,13 @@ namespace surfsynth
 
 namespace
 {
-constexpr const char* Architecture = "field_latent_diffusion";
-constexpr const char* DescriptionKey = "field_latent_diffusion";
-constexpr const char* Kind = "a diffusion model of field latents";
+constexpr const char* DiffusionArchitecture = "field_latent_diffusion";
+constexpr const char* DiffusionKey = "field_latent_diffusion";
+constexpr const char* DiffusionKind = "a diffusion model of field latents";
 
 void ReadDescription(const SafetensorsFile& file, LatentDiffusionModel& model)
 {
-  const DescriptionReader reader(file, DescriptionKey);
+  const DescriptionReader reader(file, DiffusionKey);
   LatentDiffusionOptions& options = model.Options;
   options.LatentDimension = reader.WholeNumber("latent_dimension");
   options.Channels = reader.WholeNumber("channels");
@@ -77,7 +77,7 @@ void RequireTensors(const SafetensorsFile& file, const LatentDiffusionOptions& o
   }
 }
 
-void CheckTensor(const std::string& name, const ModelTensor& tensor)
+void CheckDiffusionTensor(const std::string& name, const ModelTensor& tensor)
 {
   const std::int64_t count = std::accumulate(
     tensor.Shape.begin(), tensor.Shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
@@ -128,7 +128,7 @@ void CheckModel(const LatentDiffusionModel& model)
   }
   for (const auto& [name, tensor] : model.Tensors)
   {
-    CheckTensor(name, tensor);
+    CheckDiffusionTensor(name, tensor);
   }
   CheckScale(model);
 }
@@ -136,7 +136,7 @@ void CheckModel(const LatentDiffusionModel& model)
 LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file, Architecture, Kind);
+  RequireArchitecture(file, DiffusionArchitecture, DiffusionKind);
   LatentDiffusionModel model;
   model.Metadata = file.Metadata();
   ReadDescription(file, model);
@@ -174,10 +174,10 @@ void WriteLatentDiffusion(const std::string& path, const LatentDiffusionModel& m
   }
   const LatentDiffusionOptions& o = model.Options;
   std::map<std::string, std::string> metadata = model.Metadata;
-  metadata["architecture"] = Architecture;
+  metadata["architecture"] = DiffusionArchitecture;
   metadata["format_version"] = ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[DescriptionKey] = nlohmann::json(
+  metadata[DiffusionKey] = nlohmann::json(
     { { "latent_dimension", o.LatentDimension }, { "channels", o.Channels }, { "coarse_channels", o.CoarseChannels },
       { "input_blocks", o.InputBlocks }, { "coarse_blocks", o.CoarseBlocks }, { "output_blocks", o.OutputBlocks },
       { "embedding_dimension", o.EmbeddingDimension }, { "labels", o.NumberOfLabels },

@@ -15,12 +15,12 @@ namespace
 /// Column of the real (part 0) or imaginary (1) part of a channel.
 using Place = std::function<std::int64_t(std::int64_t channel, std::int64_t part)>;
 
-Place PartsApart(std::int64_t channels)
+Place SeparateParts(std::int64_t channels)
 {
   return [channels](std::int64_t channel, std::int64_t part) { return part * channels + channel; };
 }
 
-Place PartsInTurn()
+Place AlternatingParts()
 {
   return [](std::int64_t channel, std::int64_t part) { return 2 * channel + part; };
 }
@@ -44,10 +44,10 @@ void PlaceComplex(const float* re, const float* im, std::int64_t outputs, std::i
   }
 }
 
-class Reader
+class DiffusionReader
 {
 public:
-  explicit Reader(const LatentDiffusionModel& model)
+  explicit DiffusionReader(const LatentDiffusionModel& model)
     : Model(model)
   {}
 
@@ -78,10 +78,10 @@ public:
     for (std::int64_t part = 0; part < 2; ++part)
     {
       const float* re = this->Values(name + (part == 0 ? ".key.weight" : ".query.weight")).data();
-      const Place apart = PartsApart(neuron.Outputs);
+      const Place apart = SeparateParts(neuron.Outputs);
       const std::int64_t shift = part * 2 * neuron.Outputs;
       PlaceComplex(
-        re, re + size, neuron.Outputs, neuron.Inputs, PartsApart(neuron.Inputs),
+        re, re + size, neuron.Outputs, neuron.Inputs, SeparateParts(neuron.Inputs),
         [&](std::int64_t channel, std::int64_t k) { return shift + apart(channel, k); }, 4 * neuron.Outputs,
         neuron.Matrix);
     }
@@ -114,7 +114,7 @@ public:
       re, re + channels * inputs, channels, inputs,
       [channels](
         std::int64_t input, std::int64_t part) { return (input / channels * 2 + part) * channels + input % channels; },
-      PartsApart(channels), 2 * channels, weights.Matrix);
+      SeparateParts(channels), 2 * channels, weights.Matrix);
     return weights;
   }
 
@@ -124,7 +124,7 @@ public:
     if (this->Model.Tensors.count(name + ".residual.weight") > 0)
     {
       const std::vector<std::int64_t>& shape = this->Shape(name + ".residual.weight");
-      block.Residual = this->Complex(name + ".residual.weight", PartsApart(shape[2]), PartsApart(shape[1]));
+      block.Residual = this->Complex(name + ".residual.weight", SeparateParts(shape[2]), SeparateParts(shape[1]));
     }
     for (int layer = 0; layer < 3; ++layer)
     {
@@ -174,10 +174,10 @@ std::vector<float> FieldNeuron::Normalized(const std::vector<double>& meanSquare
 
 LatentDiffusionWeights::LatentDiffusionWeights(const LatentDiffusionModel& model)
 {
-  const Reader reader(model);
+  const DiffusionReader reader(model);
   const LatentDiffusionOptions& options = model.Options;
-  this->Input = reader.Complex("input.weight", PartsInTurn(), PartsApart(options.Channels));
-  this->Output = reader.Complex("output.weight", PartsApart(options.Channels), PartsInTurn());
+  this->Input = reader.Complex("input.weight", AlternatingParts(), SeparateParts(options.Channels));
+  this->Output = reader.Complex("output.weight", SeparateParts(options.Channels), AlternatingParts());
   this->InputBlocks = reader.Blocks("input", options.InputBlocks);
   this->CoarseBlocks = reader.Blocks("coarse", options.CoarseBlocks);
   this->OutputBlocks = reader.Blocks("output", options.OutputBlocks);

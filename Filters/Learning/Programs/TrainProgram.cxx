@@ -5,11 +5,13 @@
 //   surfacesynthesis-train flow-matching dataset.safetensors model.safetensors [option value]...
 //   surfacesynthesis-train encoding dataset.safetensors encoder.safetensors [option value]...
 //   surfacesynthesis-train geometric-texture levels.safetensors model.safetensors [option value]...
+//   surfacesynthesis-train field-latents textures.safetensors model.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there). A training that --time-budget ends early ends with 0.
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
+#include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
 #include "Learning/Training/TrainingClock.h"
@@ -82,6 +84,11 @@ const std::map<std::string, NoiseModel> Noises = { { "matern", NoiseModel::Mater
   { "spectral", NoiseModel::Spectral } };
 const std::map<std::string, TrainingDevice> Devices = { { "auto", TrainingDevice::Auto },
   { "cpu", TrainingDevice::CPU }, { "cuda", TrainingDevice::CUDA } };
+const std::map<std::string, FieldLatentCoordinates> Coordinates = {
+  { "logarithmic", FieldLatentCoordinates::Logarithmic }, { "barycentric", FieldLatentCoordinates::Barycentric }
+};
+const std::map<std::string, FieldLatentOptions> Sizes = { { "paper", FieldLatentOptions::Paper() },
+  { "small", FieldLatentOptions::Small() } };
 const std::map<std::string, bool> YesOrNo = { { "yes", true }, { "no", false } };
 
 /// One option of the command line: its help text, and the function that takes its value.
@@ -298,7 +305,48 @@ private:
   GeometricTextureTrainingOptions Options;
 };
 
-const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture" };
+class FieldLatentCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    FieldLatentTrainingOptions& o = this->Options;
+    CommandOptions known = this->SharedOptions(o);
+    AddNumber(known, "--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
+    AddNumber(known, "--batch", o.BatchSize, "one-rings in an iteration");
+    AddNumber(known, "--final-learning-rate", o.FinalLearningRate, "at the last iteration, along half a cosine");
+    AddNumber(known, "--divergence-weight", o.DivergenceWeight, "of the Kullback-Leibler divergence");
+    AddNumber(known, "--minimum-texels", o.MinimumTexels, "pixels for a vertex");
+    AddNumber(known, "--maximum-texels", o.MaximumTexels, "pixels for a vertex");
+    AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
+    AddNumber(known, "--latent-dimension", o.Network.LatentDimension, "tangent vectors of a latent code");
+    AddNumber(known, "--channels", o.Network.Channels, "of the encoder");
+    AddNumber(known, "--encoder-layers", o.Network.EncoderLayers, "of the encoder");
+    AddNumber(known, "--heads", o.Network.Heads, "of the attention, divides the channels");
+    AddNumber(known, "--samples", o.Network.SamplesPerRing, "points of a one-ring");
+    AddNumber(known, "--decoder-layers", o.Network.DecoderLayers, "hidden layers of the decoder");
+    AddNumber(known, "--decoder-width", o.Network.DecoderWidth, "channels of the decoder");
+    known["--coordinates"] = { "logarithmic or barycentric (logarithmic)",
+      [&o](const std::string& value) { o.Network.Coordinates = Choose("--coordinates", value, Coordinates); } };
+    known["--sizes"] = { "small or paper: sizes of the networks, changed by later options (small)",
+      [&o](const std::string& value) {
+        const FieldLatentCoordinates coordinates = o.Network.Coordinates;
+        o.Network = Choose("--sizes", value, Sizes);
+        o.Network.Coordinates = coordinates;
+      } };
+    return known;
+  }
+  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    TrainFieldLatents(ReadTextureDataset(this->Dataset), this->Options, this->Files, observe, progress);
+  }
+
+private:
+  FieldLatentTrainingOptions Options;
+};
+
+const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture", "field-latents" };
 
 /// Null when there is nothing of that name.
 std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
@@ -310,6 +358,10 @@ std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
   if (name == "geometric-texture")
   {
     return std::make_unique<TextureCommand>();
+  }
+  if (name == "field-latents")
+  {
+    return std::make_unique<FieldLatentCommand>();
   }
   return name == "encoding" ? std::make_unique<EncodingCommand>() : nullptr;
 }
@@ -360,7 +412,8 @@ void PrintUsage(std::ostream& stream)
 {
   stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n"
             "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n"
-            "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n";
+            "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n"
+            "       surfacesynthesis-train field-latents DATASET MODEL [OPTION VALUE]...\n";
   for (const char* name : CommandNames)
   {
     stream << "\nOptions of " << name << ", and what holds without them:\n";
@@ -416,7 +469,8 @@ int main(int argc, char* argv[])
   {
     if (!command)
     {
-      throw UsageError("what to train is missing; expected flow-matching, encoding or geometric-texture");
+      throw UsageError(
+        "what to train is missing; expected flow-matching, encoding, geometric-texture or field-latents");
     }
     command->Read({ arguments.begin() + 1, arguments.end() });
     return Train(*command);

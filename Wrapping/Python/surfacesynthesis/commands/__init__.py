@@ -19,6 +19,7 @@ from . import (
     report,
     surface,
     tetrahedralize,
+    texture_atlas,
     train,
 )
 
@@ -31,6 +32,7 @@ COMMANDS = [
         (repair, "vtkSurfaceRepairFilter"),
         (remesh, "vtkIsotropicRemeshFilter"),
         (tetrahedralize, "vtkTetrahedralizeFilter"),
+        (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
 ] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]

@@ -21,6 +21,7 @@ COMMANDS_OF_CLASSES = {
     "vtkPoseEnsembleFilter": "dataset poses",
     "vtkSurfaceRepairFilter": "repair",
     "vtkTetrahedralizeFilter": "tetrahedralize",
+    "vtkTextureAtlasFilter": "texture-atlas",
     "vtkTopologyReport": "report",
     "vtkVDBSurfaceFilter": "surface",
 }

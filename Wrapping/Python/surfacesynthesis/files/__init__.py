@@ -109,7 +109,7 @@ def volume_extension(path):
     return next((kind for kind in VOLUME_FORMATS if name.endswith(kind)), None)
 
 
-def _require_file(path):
+def require_file(path):
     """Raises OSError, in the operating system's own words, when a file is missing or unreadable, and FormatError when it
     is none: a pipe would be waited for, a device read without end."""
     mode = os.stat(path).st_mode
@@ -152,9 +152,9 @@ def read_volume(path, space="RAS", array=None, series=None):
         raise ValueError(f"{path}: series chooses among the DICOM series in a folder")
     if kind == ".dcm":
         if not os.path.isdir(path):
-            _require_file(path)
+            require_file(path)
         return to_image(path, read_dicom(path, series), space)
-    _require_file(path)
+    require_file(path)
     if kind == ".vti":
         check_vtk_xml(path)
         return with_array(path, _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,)), array)
@@ -190,7 +190,7 @@ def read_mesh(path, seams="join", point_data=()):
 
 
 def _read_mesh(path, kind, seams):
-    _require_file(path)
+    require_file(path)
     if kind in _READ:
         return to_polydata(_READ[kind](path))
     if kind in _READ_WITH_SEAMS:
@@ -228,7 +228,7 @@ def _blocks(path, meshes):
 
 def _add_point_data(mesh, path, source):
     """Adds the values of points in a file as point arrays."""
-    _require_file(source)
+    require_file(source)
     if isinstance(mesh, vtkDataObjectTree):
         raise ValueError(f"{path}: values of points are for one surface, not for a composite dataset")
     name = os.path.basename(source)
@@ -332,7 +332,7 @@ def check_writable(mesh, path):
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"the folder {folder} does not exist")
     try:
-        os.rmdir(_temporary_folder(folder))
+        os.rmdir(temporary_folder(folder))
     except OSError as error:
         raise OSError(f"the folder {folder} is not writable: {error.strerror}") from None
     if os.path.exists(path) and not os.path.isfile(path):
@@ -359,7 +359,7 @@ def write_meshes(meshes):
     folders, moves = [], []
     try:
         for mesh, path in meshes:
-            folders.append(_temporary_folder(os.path.dirname(path)))
+            folders.append(temporary_folder(os.path.dirname(path)))
             try:
                 moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
             except OSError as error:  # which knows no file, or the temporary one
@@ -372,7 +372,7 @@ def write_meshes(meshes):
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _temporary_folder(folder):
+def temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
     path = unfinished_name(folder)
     os.mkdir(path, 0o700)
