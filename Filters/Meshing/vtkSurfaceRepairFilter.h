@@ -30,7 +30,7 @@
  * or flipped; self-intersections are removed, with RemoveSelfIntersections; holes are filled [Liepa2003]; components
  * are removed, with KeepLargestComponent or MinimumComponentFraction; a closed surface is oriented outward. These steps
  * are repeated until they change nothing: a repair of the output returns it as it is. (A MergeTolerance of more than a
- * tenth of the edges may merge points that the repair separated or added within that tolerance.)
+ * hundredth of the edges may merge points that the repair separated or added within that tolerance.)
  *
  * @par Warnings
  * A warning, or with Strict an error, says in numbers what is left and what was lost: triangles that still intersect

@@ -70,7 +70,7 @@ struct RepairedSurface
 /// Repairs a surface: merges points, removes duplicate triangles, separates sheets that meet in an edge or a point,
 /// winds triangles alike, removes triangles without area, components and, if asked, self-intersections, and closes
 /// holes. Repeats these steps until they change nothing, so that a repair of the result returns the result. (With a
-/// MergeTolerance of more than a tenth of the edges it may merge points that the repair separated or added within that
+/// MergeTolerance of more than a hundredth of the edges it may merge points that the repair separated or added within that
 /// tolerance.)
 ///
 /// The result is manifold, consistently wound and without degenerate triangles, and closed when no hole exceeds
