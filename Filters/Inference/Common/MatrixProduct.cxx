@@ -37,19 +37,19 @@ void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::i
 #else
 namespace
 {
-using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using Factor = Eigen::Map<const Matrix, 0, Eigen::OuterStride<>>;
-using Product = Eigen::Map<Matrix, 0, Eigen::OuterStride<>>;
+using ProductMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using FactorMap = Eigen::Map<const ProductMatrix, 0, Eigen::OuterStride<>>;
+using ProductMap = Eigen::Map<ProductMatrix, 0, Eigen::OuterStride<>>;
 
 /// The matrix in memory of a factor [rows, columns].
-Factor InMemory(const MatrixBlock& block, std::int64_t rows, std::int64_t columns)
+FactorMap InMemory(const MatrixBlock& block, std::int64_t rows, std::int64_t columns)
 {
-  return Factor(block.Data, block.Transposed ? columns : rows, block.Transposed ? rows : columns,
+  return FactorMap(block.Data, block.Transposed ? columns : rows, block.Transposed ? rows : columns,
     Eigen::OuterStride<>(block.Stride));
 }
 
 template <typename Left, typename Right>
-void Assign(const Left& a, const Right& b, Product& c, bool accumulate)
+void Assign(const Left& a, const Right& b, ProductMap& c, bool accumulate)
 {
   if (accumulate)
   {
@@ -65,9 +65,9 @@ void Assign(const Left& a, const Right& b, Product& c, bool accumulate)
 void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
   std::int64_t inner, std::int64_t columns, bool accumulate)
 {
-  const Factor left = InMemory(a, rows, inner);
-  const Factor right = InMemory(b, inner, columns);
-  Product product(c, rows, columns, Eigen::OuterStride<>(stride));
+  const FactorMap left = InMemory(a, rows, inner);
+  const FactorMap right = InMemory(b, inner, columns);
+  ProductMap product(c, rows, columns, Eigen::OuterStride<>(stride));
   if (a.Transposed && b.Transposed)
   {
     Assign(left.transpose(), right.transpose(), product, accumulate);

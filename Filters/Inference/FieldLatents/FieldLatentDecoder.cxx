@@ -62,21 +62,22 @@ void CheckTexels(const FieldLatentOptions& options, const FieldLatentMatrix& lat
   }
 }
 
-/// Temporaries of one tile.
-struct TexelScratch
-{
-  std::vector<std::int32_t> Vertices; ///< those of the tile, in order
-  std::vector<std::int32_t> Ids;      ///< [TileTexels, 3], places of the corners among them
-  std::vector<float> Inputs;          ///< of the vertices
-  LargeArray<float> Shares;           ///< of the vertices in the first layer
-  LargeArray<float> Hidden[2];        ///< [rows, width]
-  std::vector<float> Colors;          ///< [rows, 3]
-};
 } // namespace
 
 class FieldLatentDecoder::Internals
 {
 public:
+  /// Temporaries of one tile.
+  struct TexelScratch
+  {
+    std::vector<std::int32_t> Vertices; ///< those of the tile, in order
+    std::vector<std::int32_t> Ids;      ///< [TileTexels, 3], places of the corners among them
+    std::vector<float> Inputs;          ///< of the vertices
+    LargeArray<float> Shares;           ///< of the vertices in the first layer
+    LargeArray<float> Hidden[2];        ///< [rows, width]
+    std::vector<float> Colors;          ///< [rows, 3]
+  };
+
   explicit Internals(const FieldLatentModel& model)
     : Options(model.Options)
     , Weights(model)

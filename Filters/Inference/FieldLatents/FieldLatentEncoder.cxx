@@ -74,28 +74,6 @@ std::vector<std::int64_t> CutIntoTiles(const std::vector<std::int64_t>& offsets)
   return tiles;
 }
 
-/// Temporaries of one tile.
-struct TileScratch
-{
-  /// Makes room for @p tokens tokens of @p channels channels.
-  void Reserve(std::int64_t tokens, std::int64_t channels)
-  {
-    const auto size = static_cast<std::size_t>(tokens * channels);
-    if (this->Wide.size() < 6 * size)
-    {
-      this->Features = LargeArray<float>(2 * size);
-      this->Other = LargeArray<float>(2 * size);
-      this->Wide = LargeArray<float>(6 * size);
-      this->Scores = LargeArray<float>(static_cast<std::size_t>((tokens + 2) * QueriesAtOnce));
-    }
-  }
-
-  LargeArray<float> Features; ///< [tokens, 2 C]
-  LargeArray<float> Other;    ///< [tokens, 2 C]
-  LargeArray<float> Wide;     ///< [tokens, 6 C]
-  LargeArray<float> Scores;   ///< [tokens + 2, QueriesAtOnce]
-};
-
 /// A tile: some rings, the tokens of which follow each other; the token of equation 22 is the last of its ring.
 struct Tile
 {
@@ -118,6 +96,28 @@ struct Tile
 class FieldLatentEncoder::Internals
 {
 public:
+  /// Temporaries of one tile.
+  struct TileScratch
+  {
+    /// Makes room for @p tokens tokens of @p channels channels.
+    void Reserve(std::int64_t tokens, std::int64_t channels)
+    {
+      const auto size = static_cast<std::size_t>(tokens * channels);
+      if (this->Wide.size() < 6 * size)
+      {
+        this->Features = LargeArray<float>(2 * size);
+        this->Other = LargeArray<float>(2 * size);
+        this->Wide = LargeArray<float>(6 * size);
+        this->Scores = LargeArray<float>(static_cast<std::size_t>((tokens + 2) * QueriesAtOnce));
+      }
+    }
+
+    LargeArray<float> Features; ///< [tokens, 2 C]
+    LargeArray<float> Other;    ///< [tokens, 2 C]
+    LargeArray<float> Wide;     ///< [tokens, 6 C]
+    LargeArray<float> Scores;   ///< [tokens + 2, QueriesAtOnce]
+  };
+
   explicit Internals(const FieldLatentModel& model)
     : Options(model.Options)
     , Weights(model)

@@ -20,13 +20,13 @@ auto AsTuple(const FieldLatentOptions& o)
 
 using Shapes = std::map<std::string, std::vector<std::int64_t>>;
 
-void AddAffine(Shapes& shapes, const std::string& name, std::int64_t outputs, std::int64_t inputs)
+void AddAffineMap(Shapes& shapes, const std::string& name, std::int64_t outputs, std::int64_t inputs)
 {
   shapes[name + ".weight"] = { outputs, inputs };
   shapes[name + ".bias"] = { outputs };
 }
 
-void AddLayer(Shapes& shapes, const std::string& name, std::int64_t channels)
+void AddTransformerLayer(Shapes& shapes, const std::string& name, std::int64_t channels)
 {
   for (const char* norm : { ".norm1", ".norm2" })
   {
@@ -98,22 +98,22 @@ Shapes ExpectedFieldLatentTensors(const FieldLatentOptions& options)
 {
   const std::int64_t channels = options.Channels;
   Shapes shapes;
-  AddAffine(shapes, "encoder.lift", 2 * channels, Colors);
-  AddAffine(shapes, "encoder.gather", 2 * channels, Colors);
-  AddAffine(shapes, "encoder.filter.0", channels, 1);
-  AddAffine(shapes, "encoder.filter.2", 2 * channels, channels);
+  AddAffineMap(shapes, "encoder.lift", 2 * channels, Colors);
+  AddAffineMap(shapes, "encoder.gather", 2 * channels, Colors);
+  AddAffineMap(shapes, "encoder.filter.0", channels, 1);
+  AddAffineMap(shapes, "encoder.filter.2", 2 * channels, channels);
   for (std::int64_t layer = 0; layer < options.EncoderLayers; ++layer)
   {
-    AddLayer(shapes, "encoder.layers." + std::to_string(layer), channels);
+    AddTransformerLayer(shapes, "encoder.layers." + std::to_string(layer), channels);
   }
   shapes["encoder.mean.neuron.key.weight"] = shapes["encoder.mean.neuron.query.weight"] = { 2, channels, channels };
   shapes["encoder.mean.out.weight"] = { 2, options.LatentDimension, channels };
   shapes["encoder.deviation.product.weight"] = { 2, channels, channels };
-  AddAffine(shapes, "encoder.deviation.0", channels, 2 * channels);
-  AddAffine(shapes, "encoder.deviation.2", options.LatentDimension, channels);
+  AddAffineMap(shapes, "encoder.deviation.0", channels, 2 * channels);
+  AddAffineMap(shapes, "encoder.deviation.2", options.LatentDimension, channels);
   for (std::int64_t layer = 0; layer <= options.DecoderLayers; ++layer)
   {
-    AddAffine(shapes, "decoder.layers." + std::to_string(layer),
+    AddAffineMap(shapes, "decoder.layers." + std::to_string(layer),
       layer == options.DecoderLayers ? Colors : options.DecoderWidth,
       layer == 0 ? options.DecoderInputs() : options.DecoderWidth);
   }

@@ -60,10 +60,10 @@ std::vector<float> Zeros(std::int64_t rows, std::int64_t columns)
   return std::vector<float>(static_cast<std::size_t>(rows * columns), 0.0F);
 }
 
-class Reader
+class WeightReader
 {
 public:
-  explicit Reader(const FieldLatentModel& model)
+  explicit WeightReader(const FieldLatentModel& model)
     : Model(model)
     , Channels(model.Options.Channels)
     , HeadSize(model.Options.Channels / model.Options.Heads)
@@ -144,7 +144,7 @@ private:
 
 FieldLatentEncoderWeights::FieldLatentEncoderWeights(const FieldLatentModel& model)
 {
-  const Reader reader(model);
+  const WeightReader reader(model);
   this->Lift = reader.Affine("encoder.lift");
   this->GatherColors = reader.Affine("encoder.gather");
   this->FilterIn = reader.Affine("encoder.filter.0");
@@ -162,7 +162,7 @@ FieldLatentEncoderWeights::FieldLatentEncoderWeights(const FieldLatentModel& mod
 
 FieldLatentDecoderWeights::FieldLatentDecoderWeights(const FieldLatentModel& model)
 {
-  const Reader reader(model);
+  const WeightReader reader(model);
   const FieldLatentAffine first = reader.Affine("decoder.layers.0");
   const std::int64_t coordinates = model.Options.DecoderInputs() - model.Options.NumberOfProducts();
   const auto split = first.Matrix.begin() + coordinates * model.Options.DecoderWidth;
