@@ -51,7 +51,7 @@ struct LatentDiffusionConditions
 ///
 /// Results have the same bits for every number of threads, turn with the frames and do not depend on the numbers of the
 /// vertices (to rounding errors). Sums of neighborhoods are held for one tile of vertices at a time: memory beyond that is
-/// about six times that of the features of one level.
+/// about eight times that of the features of the surface, V 2 C numbers.
 class LatentDiffusionNetwork
 {
 public:
