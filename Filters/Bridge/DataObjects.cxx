@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "DataObjects.h"
 
+#include <vtkCellData.h>
+#include <vtkCompositeDataIterator.h>
+#include <vtkCompositeDataSet.h>
 #include <vtkDataObjectTypes.h>
+#include <vtkDataSet.h>
+#include <vtkPointData.h>
 
 #include <algorithm>
 
@@ -20,6 +25,37 @@ bool IsEmpty(vtkDataObject* data) { return SizeOf(data) == 0; }
 vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
 {
   return vtkSmartPointer<vtkDataObject>::Take(vtkDataObjectTypes::NewDataObject(className.c_str()));
+}
+
+void SelectScalars(vtkDataObject* data, const std::vector<std::string>& names)
+{
+  if (auto* tree = vtkCompositeDataSet::SafeDownCast(data))
+  {
+    const auto place = vtkSmartPointer<vtkCompositeDataIterator>::Take(tree->NewIterator());
+    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+    {
+      SelectScalars(place->GetCurrentDataObject(), names);
+    }
+  }
+  auto* surface = vtkDataSet::SafeDownCast(data);
+  for (std::size_t k = 0; surface && k < names.size(); ++k)
+  {
+    const char* name = names[k].c_str();
+    const bool atPoints = surface->GetPointData()->HasArray(name);
+    if (atPoints)
+    {
+      surface->GetPointData()->SetActiveScalars(name);
+    }
+    else if (surface->GetCellData()->HasArray(name))
+    {
+      surface->GetPointData()->SetActiveScalars(nullptr);
+      surface->GetCellData()->SetActiveScalars(name);
+    }
+    if (atPoints || surface->GetCellData()->HasArray(name))
+    {
+      return;
+    }
+  }
 }
 
 } // namespace surfsynth

@@ -26,4 +26,8 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool IsEmpty(vtkDataObject* data);
 /// Makes an empty object of the class with that name: "vtkPolyData".
 VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className);
 
+/// Makes the first array of @p names that a dataset of @p data has, at its points or else at its cells, its active scalars;
+/// those of the points are deselected where it is an array of cells, because viewers color by these first.
+VTKSURFACESYNTHESISBRIDGE_EXPORT void SelectScalars(vtkDataObject* data, const std::vector<std::string>& names);
+
 } // namespace surfsynth

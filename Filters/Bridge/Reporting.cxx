@@ -36,6 +36,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkPoseEnsembleFilter", "Pose Ensemble" },
     { "vtkSurfaceRepairFilter", "Surface Repair" },
     { "vtkTetrahedralizeFilter", "Tetrahedralize Surface" },
+    { "vtkTextureAtlasFilter", "Texture Atlas" },
     { "vtkTopologyReport", "Topology Report" },
     { "vtkVDBSurfaceFilter", "VDB Surface" },
     // ParaView's filters, with the nearest one where it lacks that of VTK

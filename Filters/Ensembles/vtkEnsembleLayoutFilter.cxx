@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkEnsembleLayoutFilter.h"
 
-#include "Reporting.h"
-
+#include "EnsembleTranslation.h"
 #include "JointProcessing.h"
-#include "NewArray.h"
 #include "ProcessingSupport.h"
+#include "Reporting.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/GridLayout.h"
 
 #include <vtkBoundingBox.h>
 #include <vtkDataObjectTree.h>
-#include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
 #include <vtkImageData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointSet.h>
-#include <vtkPoints.h>
 #include <vtkSmartPointer.h>
 
 #include <map>
@@ -121,22 +116,6 @@ std::map<unsigned int, Eigen::Vector3d> LayoutTranslations(
   return translations;
 }
 
-void MoveLeafPoints(vtkPointSet* set, const Eigen::Vector3d& translation)
-{
-  vtkPoints* points = set->GetPoints();
-  vtkNew<vtkPoints> moved;
-  moved->SetDataType(points->GetDataType());
-  moved->SetNumberOfPoints(points->GetNumberOfPoints());
-  for (vtkIdType k = 0; k < points->GetNumberOfPoints(); ++k)
-  {
-    Eigen::Vector3d point;
-    points->GetPoint(k, point.data());
-    point += translation;
-    moved->SetPoint(k, point.data());
-  }
-  set->SetPoints(moved);
-}
-
 /// A copy of @p leaf that shares all but the points.
 vtkSmartPointer<vtkDataObject> MovedLeaf(vtkDataObject* leaf, const Eigen::Vector3d& translation)
 {
@@ -151,14 +130,9 @@ vtkSmartPointer<vtkDataObject> MovedLeaf(vtkDataObject* leaf, const Eigen::Vecto
   }
   else
   {
-    MoveLeafPoints(vtkPointSet::SafeDownCast(moved), translation);
+    surfsynth::TranslatePoints(vtkPointSet::SafeDownCast(moved), translation);
   }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
-  array->SetTuple(0, translation.data());
-  vtkNew<vtkFieldData> fields; // the copy shares that of the input
-  fields->ShallowCopy(leaf->GetFieldData());
-  fields->AddArray(array);
-  moved->SetFieldData(fields);
+  surfsynth::AddTranslationField(moved, translation);
   return moved;
 }
 } // namespace

@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "EnsembleTranslation.h"
 #include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
 #include "NewArray.h"
@@ -19,7 +20,6 @@
 #include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
@@ -80,25 +80,6 @@ struct PreparedPoses
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
 };
-
-/// Moves the points of @p pose, which are its own, and adds the field array "Translation".
-void Translate(vtkPolyData* pose, const Eigen::Vector3d& translation)
-{
-  vtkDataArray* points = pose->GetPoints()->GetData();
-  for (vtkIdType k = 0; k < points->GetNumberOfTuples(); ++k)
-  {
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      points->SetComponent(k, axis, points->GetComponent(k, axis) + translation[axis]);
-    }
-  }
-  auto array = surfsynth::NewArray<vtkDoubleArray>("Translation", 1, 3);
-  array->SetTuple(0, translation.data());
-  vtkNew<vtkFieldData> fields; // the pose shares that of the input
-  fields->ShallowCopy(pose->GetFieldData());
-  fields->AddArray(array);
-  pose->SetFieldData(fields);
-}
 
 /// Makes an array of three components from the rows of @p values.
 vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
@@ -253,7 +234,8 @@ private:
       points[k].resize(0, 3);
       if (!places.empty())
       {
-        Translate(pose, places[k]);
+        surfsynth::TranslatePoints(pose, places[k]);
+        surfsynth::AddTranslationField(pose, places[k]);
       }
       const auto block = static_cast<unsigned int>(k);
       output->SetBlock(block, pose);

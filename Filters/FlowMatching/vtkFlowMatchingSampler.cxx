@@ -2,6 +2,7 @@
 #include "vtkFlowMatchingSampler.h"
 
 #include "BlockCache.h"
+#include "DataObjects.h"
 #include "FileCache.h"
 #include "FilterSupport.h"
 #include "FlowSamples.h"
@@ -356,6 +357,10 @@ int vtkFlowMatchingSampler::RequestData(
     problem = surfsynth::ProblemOfMemory(vtkDataObject::GetData(inputVector[0]), this->Impl->Memory());
     if (problem.empty() && this->Generate(inputVector, outputVector, time))
     {
+      if (this->ActiveResult)
+      {
+        surfsynth::SelectScalars(output, { this->GeneratedArrayName() });
+      }
       return 1;
     }
   }
@@ -433,6 +438,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
   os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
   os << indent << "InitialNoiseArrayName: " << this->InitialNoiseArrayName << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";

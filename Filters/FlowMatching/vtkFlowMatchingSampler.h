@@ -174,6 +174,16 @@ public:
 
   ///@{
   /**
+   * Selection of the generated array as the active scalars of the output, which viewers color by, also where the input
+   * has active scalars. Off, those of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Makes flow time, from noise at 0 to the signal at 1, the time of the pipeline, so that an animation shows the
    * denoising. Default off.
    */
@@ -264,6 +274,7 @@ private:
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
   bool OutputTrajectory = false;
+  bool ActiveResult = false;
   std::string SignalArrayName;
   std::string InitialNoiseArrayName = "InitialNoise";
 

@@ -5,7 +5,7 @@
 include_guard(GLOBAL)
 
 option(SURFACE_SYNTHESIS_CGAL
-  "Build vtkIsotropicRemeshFilter, vtkPoseEnsembleFilter and vtkSurfaceRepairFilter with CGAL (its polygon mesh processing and deformation are GPL-3+)" ON)
+  "Build vtkIsotropicRemeshFilter, vtkPoseEnsembleFilter, vtkSurfaceRepairFilter and vtkTextureAtlasFilter with CGAL (its polygon mesh processing, deformation, approximation and parameterization are GPL-3+)" ON)
 option(SURFACE_SYNTHESIS_OPENVDB "Build vtkVDBSurfaceFilter with OpenVDB (MPL-2.0)" ON)
 option(SURFACE_SYNTHESIS_TETGEN
   "Build vtkTetrahedralizeFilter, and the program it starts, with TetGen (AGPL-3; linked by that program only)" ON)

@@ -2,6 +2,7 @@
 #include "vtkSurfaceRepairFilter.h"
 
 #include "BlockBridge.h"
+#include "DataObjects.h"
 #include "MeshProcessing/Repair/SurfaceRepair.h"
 #include "Reporting.h"
 #include "SurfaceArrays.h"
@@ -120,6 +121,11 @@ public:
     const double expectedSeconds = 0.2 + 1e-5 * surface->Usable.Mesh.NumberOfTriangles();
     surfsynth::RunCancellable(work, expectedSeconds, surfsynth::SubProgress(progress, 0.05, 0.95));
     Fill(input, *surface, *repaired, vtkPolyData::SafeDownCast(block.Output));
+    const auto& isFilling = repaired->IsFilling;
+    if (this->Self->ActiveResult && std::find(isFilling.begin(), isFilling.end(), true) != isFilling.end())
+    {
+      surfsynth::SelectScalars(block.Output, { "FilledHole" });
+    }
     for (const auto& entry : repaired->Report)
     {
       this->Self->Report += block.Where + (block.Where.empty() ? "" : ": ") + std::to_string(entry.second) + ": " +
@@ -219,6 +225,7 @@ void vtkSurfaceRepairFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "OrientOutward: " << this->OrientOutward << "\n";
   os << indent << "MaximumLoss: " << this->MaximumLoss << "\n";
   os << indent << "Strict: " << this->Strict << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "Complete: " << this->Complete << "\n";
   os << indent << "NumberOfIntersectingTriangles: " << this->NumberOfIntersectingTriangles << "\n";
   os << indent << "NumberOfOpenHoles: " << this->NumberOfOpenHoles << "\n";

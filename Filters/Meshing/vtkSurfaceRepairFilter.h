@@ -15,7 +15,8 @@
  *
  * @par Output
  * A vtkPolyData of triangles with manifold edges and points and consistent winding, in the precision of the input's
- * points. Points keep their position, except where sheets were separated: these move by a hundredth of an edge, so that
+ * points. Points keep their position, except where sheets were separated: these move by a hundredth of an edge (with a
+ * MergeTolerance by one and a half of it, up to a quarter of an edge), so that
  * the sheets remain separate. Without merged points, the order of points is kept. Unused points are left out. Point
  * arrays are kept (interpolated on new points: floating-point arrays linearly, labels from the nearest point), cell
  * arrays come from the nearest cell. Added: the cell array FilledHole, unsigned char, 1 for triangles that close a
@@ -28,8 +29,8 @@
  * point are separated; triangles get the winding of the larger part of their neighbours; flat triangles are collapsed
  * or flipped; self-intersections are removed, with RemoveSelfIntersections; holes are filled [Liepa2003]; components
  * are removed, with KeepLargestComponent or MinimumComponentFraction; a closed surface is oriented outward. These steps
- * are repeated until they change nothing: a repair of the output returns it as it is. (With a MergeTolerance it may
- * merge points that the repair separated or added within that tolerance.)
+ * are repeated until they change nothing: a repair of the output returns it as it is. (A MergeTolerance of more than a
+ * tenth of the edges may merge points that the repair separated or added within that tolerance.)
  *
  * @par Warnings
  * A warning, or with Strict an error, says in numbers what is left and what was lost: triangles that still intersect
@@ -154,6 +155,16 @@ public:
 
   ///@{
   /**
+   * Selection of the cell array FilledHole as the active scalars of an output with filled holes, which viewers color by; no
+   * point array is active then. Off, the active scalars of the input stay. Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Reports an error, with empty output, in place of each warning about defects that are left and losses beyond
    * MaximumLoss. Default off.
    */
@@ -226,6 +237,7 @@ private:
   bool OrientOutward = true;
   double MaximumLoss = 0.05;
   bool Strict = false;
+  bool ActiveResult = false;
   bool Complete = false;
   vtkTypeInt64 NumberOfIntersectingTriangles = 0;
   vtkTypeInt64 NumberOfOpenHoles = 0;

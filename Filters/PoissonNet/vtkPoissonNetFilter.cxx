@@ -2,6 +2,7 @@
 #include "vtkPoissonNetFilter.h"
 
 #include "BlockCache.h"
+#include "DataObjects.h"
 #include "FileCache.h"
 #include "FilterSupport.h"
 #include "InstalledModelList.h"
@@ -110,6 +111,17 @@ public:
   {
     PreparedNetwork* found = this->Blocks.Find(surface);
     return found && found->Normalization == this->Normalization() ? found : nullptr;
+  }
+
+  /// Returns the name of the array that viewers color by.
+  std::string Result() const
+  {
+    if (this->Model->Options.Head == surfsynth::PoissonNetHead::GradientDomain)
+    {
+      return this->Self->DisplacementArrayName;
+    }
+    const bool isClassifier = this->Model->IsClassifier() || !this->Model->Classes.empty();
+    return isClassifier ? this->Self->LabelArrayName : this->Self->PredictionArrayName;
   }
 
   std::shared_ptr<const surfsynth::PoissonNetModel> Model; ///< of this update
@@ -301,6 +313,10 @@ int vtkPoissonNetFilter::RequestData(
   {
     this->Impl->Blocks.DropUnused();
   }
+  if (success && this->ActiveResult)
+  {
+    surfsynth::SelectScalars(vtkDataObject::GetData(outputVector), { this->Impl->Result() });
+  }
   return success;
 }
 
@@ -334,6 +350,7 @@ void vtkPoissonNetFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LabelArrayName: " << this->LabelArrayName << "\n";
   os << indent << "ClassNamesArrayName: " << this->ClassNamesArrayName << "\n";
   os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";

@@ -190,6 +190,17 @@ public:
 
   ///@{
   /**
+   * Selection of the labels of a classifier, the displacement to predicted positions, or else the prediction as the active
+   * scalars of the output, which viewers color by, also where the input has active scalars. Off, those of the input stay.
+   * Default off.
+   */
+  vtkSetMacro(ActiveResult, bool);
+  vtkGetMacro(ActiveResult, bool);
+  vtkBooleanMacro(ActiveResult, bool);
+  ///@}
+
+  ///@{
+  /**
    * Name of the point array with the displacement to predicted positions; not empty. Default "Displacement".
    */
   void SetDisplacementArrayName(const char* name);
@@ -236,6 +247,7 @@ private:
   std::string LabelArrayName = "Label";
   std::string ClassNamesArrayName = "ClassNames";
   std::string DisplacementArrayName = "Displacement";
+  bool ActiveResult = false;
 
   class Internals;
   std::unique_ptr<Internals> Impl;

@@ -92,10 +92,10 @@ void BackgroundTraining::Note(const LossHistory& history, const std::string& sta
   this->Report.SecondsLeft = this->Clock.SecondsLeft();
 }
 
-TrainingObserver BackgroundTraining::ShowProgress(std::int64_t iterations, const std::string& stage)
+TrainingObserver BackgroundTraining::ShowProgress(const TrainingClock& clock, const std::string& stage)
 {
   const std::lock_guard<std::mutex> lock(this->Mutex);
-  this->Clock = TrainingClock(iterations);
+  this->Clock = clock;
   return [this, stage](const LossHistory& history) {
     this->Note(history, stage);
     return !this->StopRequested;

@@ -25,8 +25,8 @@ class TrainingWatch
 public:
   virtual ~TrainingWatch() = default;
 
-  /// Returns the observer of a stage of @p iterations; the watch must outlive it. @param stage comes before its texts.
-  virtual TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "") = 0;
+  /// Returns the observer of a stage, which @p clock follows; the watch must outlive it. @param stage comes before its texts.
+  virtual TrainingObserver ShowProgress(const TrainingClock& clock, const std::string& stage = "") = 0;
   virtual const Progress& GetProgress() const = 0;
   /// True when the time budget has ended the training before its last iteration. @param what is trained, for the warning.
   virtual bool EndsEarly(const ModelTrainer& trainer, const std::string& what) = 0;
@@ -69,7 +69,7 @@ public:
   /// Returns the state of the report.
   std::string State() const;
 
-  TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage) override;
+  TrainingObserver ShowProgress(const TrainingClock& clock, const std::string& stage) override;
   const Progress& GetProgress() const override { return this->Continue; }
   bool EndsEarly(const ModelTrainer& trainer, const std::string& what) override;
   void Finish(const ModelTrainer& trainer) override;

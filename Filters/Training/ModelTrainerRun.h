@@ -36,9 +36,10 @@ public:
   /// Sets learning rate, seed and device to those of the filter.
   void SetSharedOptions(surfsynth::ModelTrainingOptions& options) const;
 
-  /// Shows iteration, loss and remaining time as progress text, and keeps the time for EndsEarly(). The run must outlive
-  /// the result. @param stage comes before them.
-  surfsynth::TrainingObserver ShowProgress(std::int64_t iterations, const std::string& stage = "") override;
+  /// Shows iteration, loss and remaining time as progress text, says once the time to expect, and keeps the time for
+  /// EndsEarly(). The run must outlive the result. @param stage comes before them.
+  surfsynth::TrainingObserver ShowProgress(
+    const surfsynth::TrainingClock& clock, const std::string& stage = "") override;
 
   /// True when the time budget has ended the training before its last iteration; gives the filter the time to expect for
   /// the others, and warns of it. @param what is trained, for the warning.

@@ -113,14 +113,15 @@ private:
         this->Options.Encoder = surfsynth::ReadPoissonNet(this->EncoderFiles.Model); // as a later training reads it
       }
       watch.Finish(surfsynth::TrainFlowMatching(std::move(this->Data), this->Options, this->Files,
-        watch.ShowProgress(this->Options.Iterations), surfsynth::SubProgress(progress, encoded, 1.0)));
+        watch.ShowProgress(surfsynth::TrainingClock(this->Options.Iterations)),
+        surfsynth::SubProgress(progress, encoded, 1.0)));
     }
 
     /// Writes the encoder. @return false when the time budget has ended its training early.
     bool TrainEncoder(surfsynth::TrainingWatch& watch, const surfsynth::Progress& progress)
     {
       const surfsynth::EncodingTrainer trainer = TrainEncoding(this->Data, this->Encoding, this->EncoderFiles,
-        watch.ShowProgress(this->Encoding.Iterations, "encoder: "), progress);
+        watch.ShowProgress(surfsynth::TrainingClock(this->Encoding.Iterations), "encoder: "), progress);
       *this->EncoderLoss = trainer.History().LastMean();
       return !watch.EndsEarly(trainer, "encoder");
     }

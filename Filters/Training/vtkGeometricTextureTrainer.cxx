@@ -106,8 +106,9 @@ public:
     const auto iterations = static_cast<std::int64_t>(dataset.Levels.size()) * this->Self->IterationsPerLevel;
     const auto data = std::make_shared<MultiscaleDataset>(std::move(dataset));
     run.Train([data, iterations, files, options = this->Options(run)](surfsynth::TrainingWatch& watch) {
+      const surfsynth::TrainingClock clock(iterations, surfsynth::CostsOfLevels(*data, options.Network));
       watch.Finish(surfsynth::TrainGeometricTexture(
-        std::move(*data), options, files, watch.ShowProgress(iterations), watch.GetProgress()));
+        std::move(*data), options, files, watch.ShowProgress(clock), watch.GetProgress()));
     });
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkModelTrainer.h"
 
+#include "Announcement.h"
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "ModelTrainerRun.h"
@@ -98,12 +99,14 @@ void vtkModelTrainer::Run::SetSharedOptions(surfsynth::ModelTrainingOptions& opt
   options.Device = static_cast<surfsynth::TrainingDevice>(this->Self->Device);
 }
 
-surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(std::int64_t iterations, const std::string& stage)
+surfsynth::TrainingObserver vtkModelTrainer::Run::ShowProgress(
+  const surfsynth::TrainingClock& clock, const std::string& stage)
 {
-  this->Clock = surfsynth::TrainingClock(iterations);
+  this->Clock = clock;
   return [this, stage](const surfsynth::LossHistory& history) {
     this->Clock.Add(history);
     this->Self->SetProgressText((stage + this->Clock.Describe()).c_str());
+    surfsynth::AnnounceTime(this->Self, stage, this->Clock, this->Self->TimeBudget);
     return true;
   };
 }

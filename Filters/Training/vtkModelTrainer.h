@@ -21,7 +21,9 @@
  * recipe is an error that names what differs.
  *
  * @par Progress
- * The progress text says the iteration, the loss and the remaining time. An aborted update writes its files within one
+ * The progress text says the iteration, the loss and the remaining time. A training of a minute or more says once, after
+ * its first iterations, the time to expect: as text of vtkCommand::MessageEvent or, without an observer of it, in VTK's
+ * output window; in the background, BackgroundState has it. An aborted update writes its files within one
  * iteration and gives an empty table. ParaView before 6.2 cannot abort an update: give it a TimeBudget or Background there.
  *
  * @par Errors
@@ -38,6 +40,7 @@
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 #include "vtkTableAlgorithm.h"
 
+#include <limits> // For std::numeric_limits
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
 
@@ -151,7 +154,7 @@ public:
   /**
    * Learning rate of Adam, larger than 0. Default 5e-4.
    */
-  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(LearningRate, double, 1e-300, std::numeric_limits<double>::max());
   vtkGetMacro(LearningRate, double);
   ///@}
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkMultiscaleMeshFitter.h"
 
+#include "Announcement.h"
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
@@ -27,7 +28,9 @@
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 
+#include <cmath>
 #include <sstream>
+#include <vector>
 
 using surfsynth::FitDistance;
 using surfsynth::MultiscaleFit;
@@ -95,7 +98,7 @@ public:
       return;
     }
     const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
-      this->Options(surfsynth::SurfaceOn(inputVector[1])), progress);
+      this->Options(surfsynth::SurfaceOn(inputVector[1])), this->WithForecast(progress));
     if (!this->Self->DatasetFileName.empty())
     {
       surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
@@ -108,6 +111,22 @@ public:
   }
 
 private:
+  /// Says the time to expect beside @p progress. The time of an iteration grows with the samples of its level.
+  surfsynth::Progress WithForecast(const surfsynth::Progress& progress) const
+  {
+    std::vector<double> costs;
+    for (int level = 0; level < this->Self->NumberOfLevels; ++level)
+    {
+      costs.push_back(level + 1.0);
+    }
+    const std::int64_t all = static_cast<std::int64_t>(this->Self->Iterations) * this->Self->NumberOfLevels;
+    return [self = this->Self, progress, all, clock = surfsynth::TrainingClock(all, costs)](double done) mutable {
+      clock.Add(std::llround(done * static_cast<double>(all)));
+      surfsynth::AnnounceTime(self, "", clock, self->TimeBudget);
+      return !progress || progress(done);
+    };
+  }
+
   void WarnOfTime(const MultiscaleFit& fit) const
   {
     std::string done;

@@ -39,6 +39,7 @@
 #include "vtkMultiBlockDataSetAlgorithm.h"
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 
+#include <limits> // For std::numeric_limits
 #include <string> // For std::string
 
 class VTKSURFACESYNTHESISTRAINING_EXPORT vtkMultiscaleMeshFitter : public vtkMultiBlockDataSetAlgorithm
@@ -121,7 +122,7 @@ public:
    * Learning rate of Adam at the first iteration of each level, in mean edge lengths of the template, halved with
    * each level as those are; larger than 0. Default 1e-2.
    */
-  vtkSetClampMacro(LearningRate, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(LearningRate, double, 1e-300, std::numeric_limits<double>::max());
   vtkGetMacro(LearningRate, double);
   ///@}
 

@@ -1,51 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Field latents: encoder and decoder of the paper's sizes.
+// Field latents: encoder, decoder and denoising network of the paper's sizes.
 #include "BenchmarkMeshes.h"
+#include "ProductRate.h"
 #include "RandomFieldLatents.h"
+#include "RandomLatentDiffusion.h"
 
-#include "Inference/Common/MatrixProduct.h"
 #include "Inference/FieldLatents/FieldLatentDecoder.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
+#include "Inference/FieldLatents/LatentDiffusionNetwork.h"
 
 #include <algorithm>
 #include <cstdint>
-#include <ctime>
-#include <vector>
+#include <memory>
 
 namespace surfsynth::bench
 {
 namespace
 {
-
-/// Seconds of processor time of all threads of this process.
-double ProcessorSeconds() { return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC); }
-
-/// Largest rate of sgemm per second of processor time among some sizes, operations per second.
-double ProductRate()
-{
-  const Threads single(1);
-  double best = 0.0;
-  for (const std::int64_t width : { 128, 256, 512 })
-  {
-    const std::int64_t rows = 512;
-    const std::vector<float> a(static_cast<std::size_t>(rows * width), 1.0F);
-    const std::vector<float> b(static_cast<std::size_t>(width * width), 0.5F);
-    std::vector<float> c(a.size());
-    for (int trial = 0; trial < 5; ++trial)
-    {
-      const int count = static_cast<int>(200 * 128 * 128 / (width * width));
-      const double start = ProcessorSeconds();
-      for (int k = 0; k < count; ++k)
-      {
-        Multiply(a.data(), b.data(), c.data(), rows, width, width);
-      }
-      const double operations = 2.0 * count * static_cast<double>(rows * width * width);
-      best = std::max(best, operations / (ProcessorSeconds() - start));
-    }
-  }
-  return best;
-}
 
 /// Rate of counted operations per second of processor time, and that over ProductRate() in the same run. Processor time,
 /// unlike that of the clock, leaves out other work of the machine.
@@ -99,12 +71,45 @@ void FieldLatentDecode(benchmark::State& state, const TriangleMesh& mesh)
   CountOperations(state, DecoderOperations(options) * static_cast<double>(count), seconds);
 }
 
+/// One evaluation of the denoising network of the paper's sizes.
+void LatentDiffusionEvaluate(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const LatentDiffusionOptions options = LatentDiffusionOptions::Paper();
+  const LatentDiffusionNetwork network(
+    test::RandomLatentDiffusion(options), std::make_shared<TangentHierarchy>(OneRings(mesh)));
+  const auto vertices = static_cast<std::int64_t>(mesh.NumberOfPoints());
+  const auto coarse = static_cast<std::int64_t>(network.Surface().Centers.size());
+  const FieldLatentMatrix latents = test::RandomLatents(vertices, options.LatentDimension);
+  PeakMemory memory;
+  memory.Restart();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(network.Evaluate(latents, 500.0).data());
+  }
+  const double seconds = ProcessorSeconds() - start;
+  state.counters["CoarseShare"] = static_cast<double>(coarse) / static_cast<double>(vertices);
+  state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
+  CountOperations(state, LatentDiffusionOperations(options, vertices, coarse), seconds);
+}
+
+/// Rings and coarser level of a surface.
+void LatentDiffusionLevels(benchmark::State& state, const TriangleMesh& mesh)
+{
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(TangentHierarchy(OneRings(mesh)).Centers.data());
+  }
+}
+
 } // namespace
 
 void RegisterFieldLatents()
 {
   Register("FieldLatentEncode", FieldLatentEncode, Sizes("10000"));
   Register("FieldLatentDecode", FieldLatentDecode, Sizes("10000"));
+  Register("LatentDiffusionLevels", LatentDiffusionLevels, Sizes("30000"));
+  Register("LatentDiffusionEvaluate", LatentDiffusionEvaluate, Sizes("30000"));
 }
 
 } // namespace surfsynth::bench

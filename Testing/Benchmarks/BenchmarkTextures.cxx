@@ -7,6 +7,9 @@
 #include "Core/Atlas/TextureSampling.h"
 #include "Core/Tangent/OneRings.h"
 #include "Core/Tangent/RingSamples.h"
+#ifdef SURFACE_SYNTHESIS_CGAL
+#include "MeshProcessing/Atlas/SurfaceAtlas.h"
+#endif
 
 #include <algorithm>
 #include <chrono>
@@ -183,6 +186,20 @@ void LookUp(benchmark::State& state, const TriangleMesh& mesh)
   CountPerSecond(state, "Places", static_cast<double>(count));
 }
 
+#ifdef SURFACE_SYNTHESIS_CGAL
+void MakeAtlas(benchmark::State& state, const TriangleMesh& mesh)
+{
+  SurfaceAtlas atlas;
+  for ([[maybe_unused]] auto step : state)
+  {
+    atlas = MakeSurfaceAtlas(mesh);
+  }
+  state.counters["Charts"] = atlas.NumberOfCharts;
+  state.counters["Coverage"] = atlas.Coverage;
+  CountPerSecond(state, "Triangles", mesh.NumberOfTriangles());
+}
+#endif
+
 } // namespace
 
 void RegisterTextures()
@@ -192,6 +209,9 @@ void RegisterTextures()
   Register("CornerLogarithms", Logarithms);
   Register("AtlasRaster", Rasterize);
   Register("TextureLookUp", LookUp);
+#ifdef SURFACE_SYNTHESIS_CGAL
+  Register("SurfaceAtlas", MakeAtlas, Sizes("10000,26000"));
+#endif
 }
 
 } // namespace surfsynth::bench

@@ -23,7 +23,8 @@ function (configure_and_build source build)
   set(arguments)
   foreach (pair IN ITEMS
       "CMAKE_CXX_COMPILER=${COMPILER}" "CMAKE_CXX_FLAGS=${COMPILER_FLAGS}"
-      "CMAKE_BUILD_TYPE=${BUILD_TYPE}" "CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
+      "CMAKE_BUILD_TYPE=${BUILD_TYPE}" "CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}"
+      "SURFACE_SYNTHESIS_UNITY=${UNITY}")
     if (NOT pair MATCHES "=$")
       list(APPEND arguments "-D${pair}")
     endif ()

@@ -38,6 +38,27 @@ def pixels_of(state):
     return surfaces.vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(int)
 
 
+def first_views_show_what_the_filters_do():
+    """Holes in color and results in color, also on data with scalars; tetrahedra with their edges."""
+    mesh = surfaces.ball(size=8)
+    height = surfaces.vtk_to_numpy(mesh.GetPoints().GetData())[:, 2].copy()
+    heights = surfaces.numpy_to_vtk(height, deep=True)
+    heights.SetName("Height")
+    mesh.GetPointData().SetScalars(heights)
+    view = CreateView("RenderView")
+    ball = XMLPolyDataReader(FileName=[surfaces.write(mesh, "first_view.vtp")])
+    ball.UpdatePipeline()
+    below = Threshold(Input=ball, Scalars=["POINTS", "Height"], LowerThreshold=-2.0, UpperThreshold=0.95)
+    cut = ExtractSurface(Input=below)
+    repaired = Show(SurfaceRepair(Input=cut, HoleFilling="All"), view)
+    assert list(repaired.ColorArrayName) == ["CELLS", "FilledHole"], repaired.ColorArrayName
+    predicted = Show(PoissonNet(Input=ball, ModelFileName=os.path.join(FOLDER, os.pardir, "Models", "smoothed_curvature.safetensors")), view)
+    assert list(predicted.ColorArrayName) == ["POINTS", "Prediction"], predicted.ColorArrayName
+    tetrahedra = Show(TetrahedralizeSurface(Input=ball), view)
+    assert tetrahedra.Representation == "Surface With Edges", tetrahedra.Representation
+    ResetSession()
+
+
 def test_of(state):
     def shows_something():
         pixels = pixels_of(state)
@@ -62,4 +83,4 @@ if os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "0":
     STATES_SHOWN = [state for state in STATES if state not in LEARNING]
 else:
     STATES_SHOWN = STATES
-surfaces.run(each_filter_has_a_state, *map(test_of, STATES_SHOWN))
+surfaces.run(each_filter_has_a_state, first_views_show_what_the_filters_do, *map(test_of, STATES_SHOWN))

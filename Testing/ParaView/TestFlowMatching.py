@@ -37,8 +37,9 @@ def points_of(mesh):
 def properties_have_the_defaults_of_the_classes_and_reach_them():
     ball = source_of(surfaces.ball())
     for made, properties in (
-        (FlowMatchingSampler(Input=ball), {**SAMPLER, "SignalArrayName": ("", "Heat", "Heat")}),
-        (FlowMatchingDeformer(Input=ball), {**SAMPLER, **DEFORMER}),
+        (FlowMatchingSampler(Input=ball),
+         {**SAMPLER, "SignalArrayName": ("", "Heat", "Heat"), "ActiveResult": (1, 0, False)}),
+        (FlowMatchingDeformer(Input=ball), {**SAMPLER, **DEFORMER, "ActiveResult": (0, 1, True)}),
     ):
         check_properties(made, properties)
         Delete(made)  # or its flow times would be among those of the scene

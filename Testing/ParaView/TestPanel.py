@@ -18,12 +18,13 @@ PANEL = "pqClientMainWindow/propertiesDock/propertiesPanel"
 PROPERTIES = PANEL + "/scrollArea/qt_scrollarea_viewport/scrollAreaWidgetContents/PropertiesFrame/ProxyPanel/"
 EVERY_ROW = {"NoiseModel", "ScaleMode", "CorrelationRange", "StandardDeviation", "Screening", "NormalizedScreening",
              "NumberOfEigenpairs", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName",
-             "Execute"}
-ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName", "Execute"}
+             "MemoryLimit", "Execute"}
+ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfComponents", "OutputArrayName",
+          "MemoryLimit", "Execute"}
 
 #: Groups of the menu, but for Generate.
 GROUPS = {"MultiscaleMeshFitter": "Train", "GeometricTextureTrainer": "Train", "FlowMatchingTrainer": "Train",
-          "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare",
+          "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "TextureAtlas": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare",
           "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "GeometricTextureDistance": "Measure"}
 NOISE_PROPERTIES = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
 

@@ -23,6 +23,7 @@ PROPERTIES = {
     "LabelArrayName": ("Label", "Part", "Part"),
     "ClassNamesArrayName": ("ClassNames", "Parts", "Parts"),
     "DisplacementArrayName": ("Displacement", "Way", "Way"),
+    "ActiveResult": (1, 0, False),
 }
 
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Remeshing and repair through their proxies, in pvpython."""
+"""Remeshing, repair and texture atlases through their proxies, in pvpython."""
 
 import numpy as np
 import surfaces
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from proxies import check_properties, made_by, output_of, source_of
-from surfacesynthesis import vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter
+from surfacesynthesis import vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkTextureAtlasFilter
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
@@ -33,7 +33,9 @@ REPAIR = {
     "OrientOutward": (1, 0, False),
     "MaximumLoss": (0.05, 0.25, 0.25),
     "Strict": (0, 1, True),
+    "ActiveResult": (1, 0, False),
 }
+ATLAS = {"Margin": (4, 8, 8), "MaximumStretch": (2.0, 1.5, 1.5)}
 
 
 def sized_ball():
@@ -76,10 +78,24 @@ def repair_proxy_is_the_class():
     assert "holes closed" in str(proxy.GetProperty("Report")), proxy.GetProperty("Report")
 
 
+def atlas_proxy_is_the_class():
+    proxy = TextureAtlas(Input=source_of(sized_ball()), MaximumStretch=1.5)
+    made = made_by(vtkTextureAtlasFilter(), sized_ball(), MaximumStretch=1.5)
+    expect_same(output_of(proxy), made)
+    coordinates = [vtk_to_numpy(one.GetPointData().GetTCoords()) for one in (output_of(proxy), made)]
+    assert np.array_equal(*coordinates)
+    proxy.Resolution = [256, 128]
+    proxy.UpdatePipeline()
+    assert proxy.GetClientSideObject().GetResolution() == (256, 128)
+    proxy.UpdatePropertyInformation()
+    assert proxy.GetProperty("NumberOfCharts")[0] == proxy.GetClientSideObject().GetNumberOfCharts() > 1
+
+
 def every_property_reaches_the_class():
     source = source_of(sized_ball())
     source.UpdatePipeline()
     check_properties(SurfaceRepair(Input=source), REPAIR)
+    check_properties(TextureAtlas(Input=source), ATLAS)
     remesh = IsotropicRemesh(Input=source)
     check_properties(remesh, {name: values for name, values in REMESH.items() if name != "SizingArrayName"})
     assert remesh.SizingArrayName in ("", "None", None) or not remesh.SizingArrayName, remesh.SizingArrayName
@@ -88,4 +104,4 @@ def every_property_reaches_the_class():
     assert remesh.GetClientSideObject().GetSizingArrayName() == "size"
 
 
-surfaces.run(remesh_proxy_is_the_class, repair_proxy_is_the_class, every_property_reaches_the_class)
+surfaces.run(remesh_proxy_is_the_class, repair_proxy_is_the_class, atlas_proxy_is_the_class, every_property_reaches_the_class)

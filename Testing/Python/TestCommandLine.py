@@ -345,6 +345,19 @@ def test_interruption_ends_at_once_and_leaves_nothing(number, status, tmp_path):
     assert files_in(tmp_path) == ["in.ply"]
 
 
+@pytest.mark.parametrize("library", ["_multiarray_umath", "libvtkCommonCore", "vtkSurfaceSynthesisEnsembles"])
+def test_interruption_while_modules_are_loaded_is_one_line(library, tmp_path):
+    command = long_command(tmp_path)
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        with open(f"/proc/{process.pid}/maps", encoding="utf-8") as maps:
+            while library not in maps.read():
+                maps.seek(0)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "surfacesynthesis: interrupted\n")
+    assert files_in(tmp_path) == ["in.ply"]
+
+
 _STUCK = """
 import os, signal, sys, time
 from surfacesynthesis.supervision import run_supervised, unfinished_name

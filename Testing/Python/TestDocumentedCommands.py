@@ -28,13 +28,17 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
-from surfacesynthesis import write_mesh, write_signal_dataset
+from surfacesynthesis import encode_texture, texture_atlas, write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
+from surfacesynthesis.textured_files import write_image
 from TestScannerFiles import series
+from TestTextureCommands import pattern, write_random_latents, write_textured_ball
 from TestVolumes import nifti
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkIOImage import vtkPNGWriter
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODELS = ROOT / "Examples" / "Models"
@@ -62,6 +66,7 @@ REDUCED = {
     "--points 30000": "--points 300",
     "--points 20000": "--points 300",
     "--points 2500": "--points 300",
+    "--meshes 8": "--meshes 1 --mesh-points 64",
     "points=2500": "points=300",
     "--iterations 6000 --width 48": "--iterations 1 --width 16",
     "--iterations 3000 --width 32": "--iterations 1 --width 16",
@@ -143,6 +148,17 @@ def blocks(path):
     write_mesh(samples, path)
 
 
+def picture(path):
+    write_image(pattern(), path)
+
+
+def encoded_ball(path):
+    """A ball with field latents."""
+    write_random_latents(path.with_suffix(".safetensors"))
+    mesh = texture_atlas(polydata_of(*icosphere(1, 50.0)), resolution=64)
+    write_mesh(encode_texture(mesh, pattern(), model=path.with_suffix(".safetensors")), path)
+
+
 def torus(path):
     i, j = np.meshgrid(np.arange(20), np.arange(10), indexing="ij")
     u, v = i * 2 * np.pi / 20, j * 2 * np.pi / 10
@@ -172,6 +188,18 @@ def dicom_series(path):
 def zipped_volume(path):
     volume(path)
     path.write_bytes(gzip.compress(path.read_bytes()))
+
+
+def photograph(path):
+    """A small image."""
+    values = np.random.default_rng(4).integers(0, 256, (24, 20, 3), dtype=np.uint8)
+    data = vtkImageData()
+    data.SetDimensions(20, 24, 1)
+    data.GetPointData().SetScalars(numpy_to_vtk(values.reshape(-1, 3), deep=True))
+    writer = vtkPNGWriter()
+    writer.SetInputData(data)
+    writer.SetFileName(str(path))
+    writer.Write()
 
 
 def model(name):
@@ -205,7 +233,8 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
-    "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3)},
+    "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
+                "brick.png": photograph, "grass.png": photograph},
     "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
     "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
@@ -217,6 +246,12 @@ INPUTS = {
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
+    "encode-texture": {"duck.obj": write_textured_ball, "duck.glb": write_textured_ball,
+                       "bark.png": picture, "latents.safetensors": write_random_latents},
+    "decode-texture": {"duck.vtp": encoded_ball, "fine.off": ball, "latents.safetensors": write_random_latents},
+    "transfer-texture": {"duck.obj": write_textured_ball, "fine.off": small_ball,
+                         "latents.safetensors": write_random_latents},
+    "texture-atlas": {"scan.stl": small_ball, "scan.ply": small_ball, "scan.off": small_ball},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
     "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
@@ -239,6 +274,9 @@ NEEDS = {
     "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset": "vtkPoseEnsembleFilter",
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
+    "texture-atlas": "vtkTextureAtlasFilter",
+    "encode-texture": "vtkTextureAtlasFilter", "decode-texture": "vtkTextureAtlasFilter",
+    "transfer-texture": "vtkTextureAtlasFilter",
     "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",
 }  # fmt: skip
 #: Commands whose examples need what tests do not have.

@@ -18,7 +18,13 @@ from conftest import add_array, files_in, polydata_of
 from surfacesynthesis import FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning, read_mesh, write_mesh
 from surfacesynthesis.files.polygons import PolygonMesh, from_polydata, to_polydata
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+    vtkPolyData,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkIOGeometry import vtkGLTFReader, vtkOBJReader, vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
@@ -89,6 +95,14 @@ def test_point_arrays_survive(kind, sphere, tmp_path):
     else:
         found = vtk_to_numpy(data.GetArray("vectors"))
     assert np.array_equal(found, vectors)
+
+
+@pytest.mark.parametrize("data", ["pair", None, vtkImageData()])
+def test_other_data_than_meshes_are_a_type_error(data, pair, tmp_path):
+    given = pair if data == "pair" else data
+    with pytest.raises(TypeError, match="mesh must be a vtkPolyData.* not (tuple|NoneType|vtkImageData)"):
+        write_mesh(given, tmp_path / "surface.ply")
+    assert files_in(tmp_path) == []
 
 
 @pytest.mark.parametrize("kind", SURFACE_FORMATS)

@@ -4,6 +4,7 @@
 import inspect
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -104,6 +105,20 @@ def test_a_stopped_training_goes_on(tmp_path, ball):
     with pytest.raises(SurfaceSynthesisError, match="seed = 0; expected 1"):
         train(tmp_path, "parts", ball, samples_of(ball), iterations=12, seed=1)
     train(tmp_path, "parts", ball, samples_of(ball), iterations=12, seed=1, resume=False)
+
+
+def test_the_time_to_expect_is_logged_once(tmp_path, ball, caplog):
+    def until_it_is(_):
+        return not caplog.messages
+
+    with pytest.raises(Cancelled):
+        train(tmp_path, "long", ball, samples_of(ball), iterations=100000000, time_budget=600, progress=until_it_is)
+    (text,) = caplog.messages
+    assert re.fullmatch(
+        r"The other \d+ of 100000000 iterations take about \d+:\d\d:\d\d\. "
+        r"The TimeBudget ends this update after 600 minutes\.", text
+    )
+    assert caplog.records[0].name == "surfacesynthesis"
 
 
 def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
@@ -280,9 +295,9 @@ def test_ctrl_c_leaves_a_checkpoint_to_go_on_from(tmp_path, files):
     model = str(tmp_path / "m.safetensors")
     arguments = [*files[0], model, "--checkpoint-interval", "1"]
     process = start([*arguments, "--iterations", "100000000"], subprocess.PIPE)
-    deadline = time.monotonic() + 100
-    while not os.path.exists(model + ".csv") and time.monotonic() < deadline:
-        time.sleep(0.02)
+    said = process.stderr.readline()
+    assert re.match(r"surfacesynthesis: The other \d+ of 100000000 iterations take about ", said), said
+    assert os.path.exists(model + ".csv")
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -178,6 +178,45 @@ def rle(values):
     return struct.pack("<HH2s2xI", 0x7FE0, 0x0010, b"OB", 0xFFFFFFFF) + items
 
 
+#: Compresses a DICOM file with GDCM: source, target, transfer syntax.
+_COMPRESS = """
+import sys, gdcm
+reader = gdcm.ImageReader()
+reader.SetFileName(sys.argv[1])
+assert reader.Read()
+change = gdcm.ImageChangeTransferSyntax()
+change.SetTransferSyntax(gdcm.TransferSyntax(getattr(gdcm.TransferSyntax, sys.argv[3])))
+change.SetInput(reader.GetImage())
+assert change.Change()
+writer = gdcm.ImageWriter()
+writer.SetFileName(sys.argv[2])
+writer.SetFile(reader.GetFile())
+writer.SetImage(change.GetOutput())
+assert writer.Write()
+"""
+
+
+@gdcm
+@pytest.mark.parametrize(
+    "syntax, kind, error",
+    [
+        ("JPEGLosslessProcess14_1", "i2", 0), ("JPEGLSLossless", "i2", 0), ("JPEG2000Lossless", "i2", 0), ("RLELossless", "i2", 0),
+        ("JPEGBaselineProcess1", "u1", 6), ("JPEGLSNearLossless", "i2", 6), ("JPEG2000", "i2", 6),
+    ],
+)  # fmt: skip
+def test_compressed_files_of_gdcm_are_read(tmp_path, syntax, kind, error):
+    i, j = np.meshgrid(np.arange(64), np.arange(48), indexing="ij")
+    values = np.round(100 + 80 * np.sin(i / 9) * np.cos(j / 7)).astype(kind)
+    (tmp_path / "plain.dcm").write_bytes(dicom(values, oblique()))
+    subprocess.run(
+        [sys.executable, "-c", _COMPRESS, tmp_path / "plain.dcm", tmp_path / "packed.dcm", syntax], check=True
+    )
+    assert (tmp_path / "packed.dcm").stat().st_size < 0.9 * (tmp_path / "plain.dcm").stat().st_size
+    image = read_volume(tmp_path / "packed.dcm", space="LPS")
+    assert samples_of(image).dtype == kind and lies_at(image, oblique())
+    assert np.abs(samples_of(image)[:, :, 0].astype(int) - values).max() <= error
+
+
 @gdcm
 def test_compressed_samples_and_samples_of_12_bits(tmp_path):
     values = VALUES[:, :, 3] - 40  # of both signs
@@ -451,6 +490,57 @@ def test_gifti_surfaces_and_values(tmp_path):
     write_mesh(polydata_of(*icosphere(0)), tmp_path / "other.gii")
     with pytest.raises(FormatError, match="there are 42 values '.*' for 12 points"):
         read_mesh(tmp_path / "other.gii", point_data=[tmp_path / "lh.func.gii"])
+
+
+def label_file(path, values):
+    """A GIFTI file of labels with a table of two names."""
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.gifti.GiftiImage()
+    array = nibabel.gifti.GiftiDataArray(np.int32(values), "NIFTI_INTENT_LABEL", "NIFTI_TYPE_INT32")
+    array.meta = nibabel.gifti.GiftiMetaData({"Name": "regions"})
+    image.add_gifti_data_array(array)
+    for key, name in ((0, "unknown"), (9182740, "cuneus")):
+        label = nibabel.gifti.GiftiLabel(key, 1, 0, 0, 1)
+        label.label = name
+        image.labeltable.labels.append(label)
+    nibabel.save(image, str(path))
+
+
+def test_gifti_labels_are_numbers_with_names(tmp_path):
+    points, triangles = icosphere(0)
+    values = np.where(points[:, 2] > 0, 9182740, 0)
+    label_file(tmp_path / "lh.label.gii", values)
+    write_mesh(polydata_of(points, triangles), tmp_path / "lh.ply")
+    mesh = read_mesh(tmp_path / "lh.ply", point_data=tmp_path / "lh.label.gii")
+    write_mesh(mesh, tmp_path / "lh.vtp")
+    for result in (mesh, read_mesh(tmp_path / "lh.vtp")):
+        regions = vtk_to_numpy(result.GetPointData().GetArray("regions"))
+        assert regions.dtype == np.int32 and (regions == values).all()
+        names = result.GetFieldData().GetAbstractArray("regionsLabelNames")
+        numbers = result.GetFieldData().GetArray("regionsLabelValues")
+        table = {numbers.GetValue(k): names.GetValue(k) for k in range(names.GetNumberOfValues())}
+        assert table == {0: "unknown", 9182740: "cuneus"}
+
+
+def test_commands_take_values_of_points_and_seams(tmp_path):
+    points, triangles = icosphere(0)
+    label_file(tmp_path / "lh.label.gii", np.arange(12))
+    write_mesh(polydata_of(points, triangles), tmp_path / "lh.ply")
+    done = run_command("noise", "lh.ply", "out.vtp", "--point-data", "lh.label.gii", "--range", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (vtk_to_numpy(read_mesh(tmp_path / "out.vtp").GetPointData().GetArray("regions")) == np.arange(12)).all()
+    done = run_command("noise", "lh.ply", "out.vtp", "--point-data", "lh.ply", cwd=tmp_path)
+    assert done.returncode == 2 and "values of points are read from .gii" in done.stderr
+    done = run_command("report", "lh.label.gii", cwd=tmp_path)
+    assert done.returncode == 1 and "with their surface: the surface as INPUT, and --point-data FILE" in done.stderr
+
+    (tmp_path / "seam.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3\nf 2/1 4/4 3/2\n"
+    )
+    for options, count, words in (([], 4, "--seams split makes a point for each"), (["--seams", "split"], 6, "")):
+        done = run_command("noise", "seam.obj", "out.vtp", "--range", "1", *options, cwd=tmp_path)
+        assert done.returncode == 0 and words in done.stderr, done.stderr
+        assert read_mesh(tmp_path / "out.vtp").GetNumberOfPoints() == count
 
 
 def gifti(size=(3, 3), data=None, kind="NIFTI_TYPE_FLOAT32", encoding="GZipBase64Binary", more="", corner=2):

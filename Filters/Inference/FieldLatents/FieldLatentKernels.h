@@ -37,7 +37,7 @@ struct FieldLatentKernels
   void (*NormalizeGradient)(const float* x, const float* a, const float* scale, const float* gradient,
     std::int64_t rows, std::int64_t channels, float* scratch, float* dx, float* da, float* dDelta);
 
-  /// Equation 19 with delta = 1e-6 on rows [K real, K imaginary, Q real, Q imaginary], 4 C numbers; out [rows, 2 C].
+  /// Equation 19 with delta = 1e-3 on rows [K real, K imaginary, Q real, Q imaginary], 4 C numbers; out [rows, 2 C].
   void (*Neuron)(const float* keysAndQueries, std::int64_t rows, std::int64_t channels, float* out);
   /// As Neuron(), added to @p out.
   void (*AddNeuron)(const float* keysAndQueries, std::int64_t rows, std::int64_t channels, float* out);

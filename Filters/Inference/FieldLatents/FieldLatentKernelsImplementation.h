@@ -14,7 +14,7 @@ namespace
 {
 using Size = std::int64_t;
 
-constexpr float NeuronDelta = 1e-6F;
+constexpr float NeuronDelta = 1e-3F;
 
 SURFSYNTH_INLINE float Silu(float x) { return x / (1.0F + Exp(-x)); }
 

@@ -4,6 +4,8 @@
 #include "Core/Random/CounterUniforms.h"
 
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <string>
 
 namespace surfsynth
@@ -11,6 +13,8 @@ namespace surfsynth
 
 namespace
 {
+constexpr double InitialLogDelta = -13.8; // of 1e-6
+
 bool EndsWith(const std::string& text, const std::string& end)
 {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -84,6 +88,36 @@ PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_
     {
       const double uniform = 2.0 * Uniform(key, static_cast<std::int64_t>(k)) - 1.0;
       tensor.Values[k] = static_cast<float>(std::isnan(constant) ? bound * uniform : constant);
+    }
+    ++key.Sample;
+  }
+  return model;
+}
+
+FieldLatentModel InitialFieldLatents(const FieldLatentOptions& options, std::uint64_t seed)
+{
+  CheckOptions(options);
+  FieldLatentModel model;
+  model.Options = options;
+  const std::map<std::string, std::vector<std::int64_t>> shapes = ExpectedFieldLatentTensors(options);
+  NormalKey key;
+  key.Seed = seed;
+  for (const auto& [name, shape] : shapes)
+  {
+    const std::int64_t count = std::accumulate(
+      shape.begin(), shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
+    const bool scale = EndsWith(name, ".scale");
+    const bool random = !scale && !EndsWith(name, ".log_delta");
+    // A bias has the inputs of its weights.
+    const std::int64_t inputs = EndsWith(name, ".bias") ? shapes.at(name.substr(0, name.rfind('.')) + ".weight").back()
+                                                        : shape.back();
+    const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
+    ModelTensor& tensor = model.Tensors[name];
+    tensor.Shape = shape;
+    for (std::int64_t k = 0; k < count; ++k)
+    {
+      const double constant = scale ? (k < count / 2 ? 1.0 : 0.0) : InitialLogDelta;
+      tensor.Values.push_back(static_cast<float>(random ? bound * (2.0 * Uniform(key, k) - 1.0) : constant));
     }
     ++key.Sample;
   }

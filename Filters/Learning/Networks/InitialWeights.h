@@ -3,6 +3,7 @@
 /// Initial weights of networks. No torch.
 #pragma once
 
+#include "Inference/FieldLatents/FieldLatentModel.h"
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 
@@ -25,5 +26,10 @@ PoissonNetModel InitialPoissonNet(const PoissonNetOptions& options, std::uint64_
 /// @throws InvalidInput as CheckOptions().
 std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
   const GeometricTextureOptions& options, bool discriminator, std::uint64_t seed);
+
+/// Makes field latents before training: affine and complex maps uniformly in +-1 / sqrt(inputs), biases likewise, norms
+/// with a = 1 and delta = 1e-6. A pure function of options and seed.
+/// @throws InvalidInput as CheckOptions().
+FieldLatentModel InitialFieldLatents(const FieldLatentOptions& options, std::uint64_t seed);
 
 } // namespace surfsynth

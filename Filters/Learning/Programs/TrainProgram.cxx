@@ -5,11 +5,13 @@
 //   surfacesynthesis-train flow-matching dataset.safetensors model.safetensors [option value]...
 //   surfacesynthesis-train encoding dataset.safetensors encoder.safetensors [option value]...
 //   surfacesynthesis-train geometric-texture levels.safetensors model.safetensors [option value]...
+//   surfacesynthesis-train field-latents textures.safetensors model.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there). A training that --time-budget ends early ends with 0.
 #include "Core/Common/Errors.h"
 #include "Learning/Training/EncodingTrainer.h"
+#include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
 #include "Learning/Training/TrainingClock.h"
@@ -82,6 +84,11 @@ const std::map<std::string, NoiseModel> Noises = { { "matern", NoiseModel::Mater
   { "spectral", NoiseModel::Spectral } };
 const std::map<std::string, TrainingDevice> Devices = { { "auto", TrainingDevice::Auto },
   { "cpu", TrainingDevice::CPU }, { "cuda", TrainingDevice::CUDA } };
+const std::map<std::string, FieldLatentCoordinates> Coordinates = {
+  { "logarithmic", FieldLatentCoordinates::Logarithmic }, { "barycentric", FieldLatentCoordinates::Barycentric }
+};
+const std::map<std::string, FieldLatentOptions> Sizes = { { "paper", FieldLatentOptions::Paper() },
+  { "small", FieldLatentOptions::Small() } };
 const std::map<std::string, bool> YesOrNo = { { "yes", true }, { "no", false } };
 
 /// One option of the command line: its help text, and the function that takes its value.
@@ -130,7 +137,8 @@ public:
 
   /// The options by name.
   virtual CommandOptions KnownOptions() = 0;
-  virtual std::int64_t Iterations() const = 0;
+  /// Iterations in all, and the time of those of each stage.
+  virtual TrainingClock Clock() const = 0;
   virtual void Train(const TrainingObserver& observe, const Progress& progress) = 0;
 
   void Read(const std::vector<std::string>& arguments)
@@ -229,7 +237,7 @@ public:
       } };
     return known;
   }
-  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainFlowMatching(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
@@ -249,7 +257,7 @@ public:
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
     return known;
   }
-  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainEncoding(ReadSignalDataset(this->Dataset), this->Options, this->Files, observe, progress);
@@ -282,19 +290,63 @@ public:
     return known;
   }
   /// Of all levels. @throws as ReadMultiscaleDataset().
-  std::int64_t Iterations() const override { return this->Options.IterationsPerLevel * this->Levels(); }
+  TrainingClock Clock() const override
+  {
+    const MultiscaleDataset dataset = ReadMultiscaleDataset(this->Dataset);
+    const auto levels = static_cast<std::int64_t>(dataset.Levels.size());
+    return TrainingClock(this->Options.IterationsPerLevel * levels, CostsOfLevels(dataset, this->Options.Network));
+  }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observe, progress);
   }
 
 private:
-  std::int64_t Levels() const { return static_cast<std::int64_t>(ReadMultiscaleDataset(this->Dataset).Levels.size()); }
-
   GeometricTextureTrainingOptions Options;
 };
 
-const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture" };
+class FieldLatentCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    FieldLatentTrainingOptions& o = this->Options;
+    CommandOptions known = this->SharedOptions(o);
+    AddNumber(known, "--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
+    AddNumber(known, "--batch", o.BatchSize, "one-rings in an iteration");
+    AddNumber(known, "--final-learning-rate", o.FinalLearningRate, "at the last iteration, along half a cosine");
+    AddNumber(known, "--divergence-weight", o.DivergenceWeight, "of the Kullback-Leibler divergence");
+    AddNumber(known, "--minimum-texels", o.MinimumTexels, "pixels for a vertex");
+    AddNumber(known, "--maximum-texels", o.MaximumTexels, "pixels for a vertex");
+    AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
+    AddNumber(known, "--latent-dimension", o.Network.LatentDimension, "tangent vectors of a latent code");
+    AddNumber(known, "--channels", o.Network.Channels, "of the encoder");
+    AddNumber(known, "--encoder-layers", o.Network.EncoderLayers, "of the encoder");
+    AddNumber(known, "--heads", o.Network.Heads, "of the attention, divides the channels");
+    AddNumber(known, "--samples", o.Network.SamplesPerRing, "points of a one-ring");
+    AddNumber(known, "--decoder-layers", o.Network.DecoderLayers, "hidden layers of the decoder");
+    AddNumber(known, "--decoder-width", o.Network.DecoderWidth, "channels of the decoder");
+    known["--coordinates"] = { "logarithmic or barycentric (logarithmic)",
+      [&o](const std::string& value) { o.Network.Coordinates = Choose("--coordinates", value, Coordinates); } };
+    known["--sizes"] = { "small or paper: sizes of the networks, changed by later options (small)",
+      [&o](const std::string& value) {
+        const FieldLatentCoordinates coordinates = o.Network.Coordinates;
+        o.Network = Choose("--sizes", value, Sizes);
+        o.Network.Coordinates = coordinates;
+      } };
+    return known;
+  }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    TrainFieldLatents(ReadTextureDataset(this->Dataset), this->Options, this->Files, observe, progress);
+  }
+
+private:
+  FieldLatentTrainingOptions Options;
+};
+
+const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture", "field-latents" };
 
 /// Null when there is nothing of that name.
 std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
@@ -307,6 +359,10 @@ std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
   {
     return std::make_unique<TextureCommand>();
   }
+  if (name == "field-latents")
+  {
+    return std::make_unique<FieldLatentCommand>();
+  }
   return name == "encoding" ? std::make_unique<EncodingCommand>() : nullptr;
 }
 
@@ -314,13 +370,12 @@ std::atomic<bool> Interrupted{ false };
 
 void Interrupt(int) { Interrupted = true; }
 
-/// A line that is rewritten at most once a second: iterations, loss, time left.
+/// A line that is rewritten at most once a second: iterations, loss, time left. Before it, once, the time to expect.
 class ProgressLine
 {
 public:
-  explicit ProgressLine(std::int64_t iterations)
-    : Iterations(iterations)
-    , Clock(iterations)
+  explicit ProgressLine(TrainingClock clock)
+    : Clock(std::move(clock))
   {}
 
   /// The number of the last iteration shown; 0 before the first.
@@ -331,7 +386,12 @@ public:
     this->Last = static_cast<std::int64_t>(history.Size());
     this->Clock.Add(history);
     const auto now = std::chrono::steady_clock::now();
-    const bool last = this->Last == this->Iterations;
+    const bool last = this->Last == this->Clock.NumberOfIterations();
+    const std::string forecast = this->Clock.TakeForecast();
+    if (!forecast.empty())
+    {
+      std::printf("\r%-78s\n", forecast.c_str());
+    }
     if (!last && now - this->Shown < std::chrono::seconds(1))
     {
       return;
@@ -343,7 +403,6 @@ public:
   }
 
 private:
-  std::int64_t Iterations;
   std::int64_t Last = 0;
   TrainingClock Clock;
   std::chrono::steady_clock::time_point Shown = std::chrono::steady_clock::now() - std::chrono::seconds(2);
@@ -353,7 +412,8 @@ void PrintUsage(std::ostream& stream)
 {
   stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n"
             "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n"
-            "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n";
+            "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n"
+            "       surfacesynthesis-train field-latents DATASET MODEL [OPTION VALUE]...\n";
   for (const char* name : CommandNames)
   {
     stream << "\nOptions of " << name << ", and what holds without them:\n";
@@ -368,8 +428,9 @@ int Train(TrainCommand& command)
 {
   std::signal(SIGINT, Interrupt);
   std::signal(SIGTERM, Interrupt);
-  const std::int64_t iterations = command.Iterations();
-  ProgressLine line(iterations);
+  const TrainingClock clock = command.Clock();
+  const std::int64_t iterations = clock.NumberOfIterations();
+  ProgressLine line(clock);
   const auto observe = [&line](const LossHistory& history) {
     line.Show(history);
     return !Interrupted;
@@ -408,7 +469,8 @@ int main(int argc, char* argv[])
   {
     if (!command)
     {
-      throw UsageError("what to train is missing; expected flow-matching, encoding or geometric-texture");
+      throw UsageError(
+        "what to train is missing; expected flow-matching, encoding, geometric-texture or field-latents");
     }
     command->Read({ arguments.begin() + 1, arguments.end() });
     return Train(*command);

@@ -114,6 +114,26 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   check.Weight("ReconstructionWeight", options.ReconstructionWeight);
 }
 
+std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network)
+{
+  constexpr double overhead = 1000.0; // triangles, measured
+  std::vector<double> costs;
+  for (const TriangleMesh& mesh : dataset.Levels)
+  {
+    const auto level = static_cast<std::int64_t>(costs.size());
+    double products = 0.0;
+    for (const auto& channels : { network.GeneratorChannels(level), network.DiscriminatorChannels(level) })
+    {
+      for (std::size_t k = 0; k + 1 < channels.size(); ++k)
+      {
+        products += static_cast<double>(2 * channels[k] * channels[k + 1]);
+      }
+    }
+    costs.push_back((static_cast<double>(mesh.NumberOfTriangles()) + overhead) * products);
+  }
+  return costs;
+}
+
 LossHistory GeometricTextureLossHistory()
 {
   return { { "iteration", "level" },

@@ -82,6 +82,10 @@ private:
   std::unique_ptr<Internals> Impl;
 };
 
+/// Time of an iteration of each level, in the unit of one multiplication for each triangle: that of both networks, and an
+/// overhead. For TrainingClock.
+std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network);
+
 /// Trains to the last iteration of the last level as TrainAndSave(); the files are checked before the trainer is made.
 /// @returns the trainer, with model and history.
 /// @throws the errors of GeometricTextureTrainer and TrainAndSave().

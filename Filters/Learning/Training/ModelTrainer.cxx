@@ -8,6 +8,10 @@
 
 #include <vector>
 
+#ifdef __GLIBC__ // known from the headers before
+#include <malloc.h>
+#endif
+
 namespace surfsynth
 {
 
@@ -75,6 +79,18 @@ void RequireFits(
       " for this network: it is the checkpoint of another one, or damaged.");
   }
 }
+
+/// Iterations after which ReleaseFreedMemory() is called.
+constexpr std::int64_t ReleaseInterval = 200;
+
+/// Returns freed memory to the system. The aligned blocks of tensors leave holes in the heap of glibc, which grew by half
+/// a megabyte in each iteration of a small network: by gigabytes in an hour.
+void ReleaseFreedMemory()
+{
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
 } // namespace
 
 void ModelTrainer::SaveCheckpoint(const std::string& path) const
@@ -109,6 +125,10 @@ void TrainAndSave(
   {
     trainer.Step();
     const std::int64_t done = trainer.Iteration();
+    if (done % ReleaseInterval == 0)
+    {
+      ReleaseFreedMemory();
+    }
     const bool goOn = (!observe || observe(trainer.History())) &&
       (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
     inTime = !limit.IsReached();

@@ -3,6 +3,7 @@
 
 #include "Core/Common/FormatNumber.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace surfsynth
@@ -12,6 +13,9 @@ namespace
 {
 /// Part of the weight of an iteration that is left after the next one.
 constexpr double KeptWeight = 0.98;
+/// Seconds that a forecast needs, and the shortest time that is worth one.
+constexpr double MeasuredSeconds = 1.0;
+constexpr double ForecastSeconds = 60.0;
 } // namespace
 
 std::string FormatDuration(double seconds)
@@ -24,28 +28,41 @@ std::string FormatDuration(double seconds)
 
 void TrainingClock::Add(const LossHistory& history)
 {
-  const auto iteration = static_cast<std::int64_t>(history.Size());
   const double loss = history.Last();
+  const bool first = this->First == 0;
+  this->Add(static_cast<std::int64_t>(history.Size()));
+  this->Loss = first ? loss : KeptWeight * this->Loss + (1.0 - KeptWeight) * loss;
+}
+
+void TrainingClock::Add(std::int64_t iteration)
+{
   this->Now = Clock::now();
   if (this->First == 0)
   {
     this->First = iteration;
     this->Begin = this->Now;
-    this->Loss = loss;
   }
   this->Last = iteration;
-  this->Loss = KeptWeight * this->Loss + (1.0 - KeptWeight) * loss;
 }
 
-double TrainingClock::SecondsPerIteration() const
+double TrainingClock::CostUntil(std::int64_t iteration) const
 {
-  const std::int64_t timed = this->Last - this->First;
-  return timed == 0 ? 0.0 : std::chrono::duration<double>(this->Now - this->Begin).count() / static_cast<double>(timed);
+  const auto length = static_cast<double>(this->Iterations) / static_cast<double>(this->Costs.size());
+  double cost = 0.0;
+  double begin = 0.0;
+  for (const double each : this->Costs)
+  {
+    cost += each * std::clamp(static_cast<double>(iteration) - begin, 0.0, length);
+    begin += length;
+  }
+  return cost;
 }
 
 double TrainingClock::SecondsLeft() const
 {
-  return this->SecondsPerIteration() * static_cast<double>(this->Iterations - this->Last);
+  const double done = this->CostUntil(this->Last) - this->CostUntil(this->First);
+  const double left = this->CostUntil(this->Iterations) - this->CostUntil(this->Last);
+  return done > 0.0 ? this->SecondsMeasured() * left / done : 0.0;
 }
 
 std::string TrainingClock::Describe() const
@@ -57,6 +74,19 @@ std::string TrainingClock::Describe() const
     text += ", " + FormatDuration(this->SecondsLeft()) + " left";
   }
   return text;
+}
+
+std::string TrainingClock::TakeForecast()
+{
+  if (this->Forecast || this->Last == this->First || this->SecondsMeasured() < MeasuredSeconds)
+  {
+    return "";
+  }
+  this->Forecast = true;
+  const double seconds = this->SecondsLeft();
+  return seconds < ForecastSeconds ? ""
+                                   : "The other " + std::to_string(this->Iterations - this->Last) + " of " +
+      std::to_string(this->Iterations) + " iterations take about " + FormatDuration(seconds) + ".";
 }
 
 } // namespace surfsynth

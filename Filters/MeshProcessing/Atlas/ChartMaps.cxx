@@ -21,29 +21,8 @@ namespace surfsynth
 namespace
 {
 /// Ratio to the error of a single part at which no more parts are added.
-constexpr double ErrorDrop = 0.15;
+constexpr double ErrorDrop = 0.2;
 constexpr std::size_t NumberOfIterations = 8;
-
-/// Halves a chart at the median of its triangles' centers along the longest side of its box.
-std::vector<std::size_t> HalveChart(const TriangleMesh& chart)
-{
-  const BoundingBox box = ComputeBoundingBox(chart);
-  Eigen::Index axis = 0;
-  (box.Upper - box.Lower).maxCoeff(&axis);
-  const auto center = [&](Index f) {
-    return chart.Points(chart.Triangles(f, 0), axis) + chart.Points(chart.Triangles(f, 1), axis) +
-      chart.Points(chart.Triangles(f, 2), axis);
-  };
-  std::vector<Index> order(static_cast<std::size_t>(chart.NumberOfTriangles()));
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](Index f, Index g) { return center(f) < center(g); });
-  std::vector<std::size_t> labels(order.size(), 0);
-  for (std::size_t k = 0; k < order.size() / 2; ++k)
-  {
-    labels[order[k]] = 1;
-  }
-  return labels;
-}
 
 double SignedArea(const FlatPoints& flat, const Index* t)
 {
@@ -103,6 +82,26 @@ FlatPoints Accepted(const TriangleMesh& disk, const CgalMesh& mesh, FlatPoints f
   return flat * std::sqrt(area / flatArea);
 }
 } // namespace
+
+std::vector<std::size_t> HalveChart(const TriangleMesh& chart)
+{
+  const BoundingBox box = ComputeBoundingBox(chart);
+  Eigen::Index axis = 0;
+  (box.Upper - box.Lower).maxCoeff(&axis);
+  const auto center = [&](Index f) {
+    return chart.Points(chart.Triangles(f, 0), axis) + chart.Points(chart.Triangles(f, 1), axis) +
+      chart.Points(chart.Triangles(f, 2), axis);
+  };
+  std::vector<Index> order(static_cast<std::size_t>(chart.NumberOfTriangles()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Index f, Index g) { return center(f) < center(g); });
+  std::vector<std::size_t> labels(order.size(), 0);
+  for (std::size_t k = 0; k < order.size() / 2; ++k)
+  {
+    labels[order[k]] = 1;
+  }
+  return labels;
+}
 
 std::vector<std::size_t> DivideChart(const TriangleMesh& chart, std::size_t maximumParts)
 {

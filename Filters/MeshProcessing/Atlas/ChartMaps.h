@@ -22,6 +22,10 @@ using FlatPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 /// @return [F], label of each triangle, at least two different ones; triangles of one label may be unconnected. F >= 2.
 std::vector<std::size_t> DivideChart(const TriangleMesh& chart, std::size_t maximumParts);
 
+/// Halves a chart at the median of its triangles' centers along the longest side of its box.
+/// @return [F], 0 or 1 for each triangle, both as often; triangles of one label may be unconnected. F >= 2.
+std::vector<std::size_t> HalveChart(const TriangleMesh& chart);
+
 /// Flattens a disk by least squares conformal maps.
 /// @return empty when this fails, flips a triangle or gives an outline that crosses itself.
 FlatPoints FlattenConformally(const TriangleMesh& disk);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "MeshProcessing/Atlas/ChartPacking.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -14,158 +15,257 @@ namespace surfsynth
 namespace
 {
 constexpr double Pi = 3.14159265358979323846;
-constexpr int NumberOfTurns = 60; // of a half turn
-/// Steps of the bisection for the scale: to a thousandth.
-constexpr int NumberOfBisections = 12;
+constexpr int NumberOfTurns = 30; // of a quarter turn, and again of a step
+constexpr int MostCells = 1024;
+/// Halvings until a scale is found at which the charts fit, and bisections after that.
+constexpr int NumberOfHalvings = 20;
+constexpr int NumberOfBisections = 10;
 
-/// Lowest free row above each range of columns.
-class Skyline
+/// Lower and upper side of a chart with half of the margin around it, in whole cells, for each of its columns.
+struct ChartProfile
 {
-public:
-  explicit Skyline(std::int64_t width)
-    : Width(width)
-    , Steps{ { 0, 0 } }
-  {}
+  std::vector<int> Lower; ///< lowest row that the chart touches
+  std::vector<int> Upper; ///< first row above it
+  int Height = 0;         ///< largest of Upper
 
-  /// Finds the lowest, then leftmost place of a box and raises the skyline there.
-  /// @return its lower left texel; negative when it does not fit.
-  std::pair<std::int64_t, std::int64_t> Place(std::int64_t width, std::int64_t height, std::int64_t top)
+  /// @param scale cells / unit
+  /// @param margin cells
+  ChartProfile(const ChartShape& chart, double scale, double margin)
   {
-    std::pair<std::int64_t, std::int64_t> best(-1, std::numeric_limits<std::int64_t>::max());
-    for (std::size_t k = 0; k < this->Steps.size() && this->Steps[k].Start + width <= this->Width; ++k)
+    const FlatPoints& points = *chart.Points;
+    const Eigen::RowVector2d size = scale * points.colwise().maxCoeff();
+    const auto columns = static_cast<std::size_t>(std::max(1.0, std::ceil(size.x() + margin)));
+    this->Lower.assign(columns, std::numeric_limits<int>::max());
+    this->Upper.assign(columns, 0);
+    for (Eigen::Index f = 0; f < chart.Triangles->rows(); ++f)
     {
-      const std::int64_t row = this->RowAbove(k, width, best.second);
-      best = row < best.second ? std::make_pair(this->Steps[k].Start, row) : best;
+      for (int k = 0; k < 3; ++k)
+      {
+        this->Add(
+          scale * points.row((*chart.Triangles)(f, k)), scale * points.row((*chart.Triangles)(f, (k + 1) % 3)), margin);
+      }
     }
-    if (best.first < 0 || best.second + height > top)
+    this->Height = *std::max_element(this->Upper.begin(), this->Upper.end());
+  }
+
+  /// Turns the chart by 180 degrees within @p height rows, which it must not exceed.
+  void TurnOver(int height)
+  {
+    std::reverse(this->Lower.begin(), this->Lower.end());
+    std::reverse(this->Upper.begin(), this->Upper.end());
+    std::swap(this->Lower, this->Upper);
+    for (std::size_t k = 0; k < this->Lower.size(); ++k)
     {
-      return { -1, -1 };
+      this->Lower[k] = height - this->Lower[k];
+      this->Upper[k] = height - this->Upper[k];
     }
-    this->Raise(best.first, best.first + width, best.second + height);
-    return best;
+    this->Height = *std::max_element(this->Upper.begin(), this->Upper.end());
   }
 
 private:
-  /// A range of columns up to the start of the next one.
-  struct Step
+  /// Adds a side from @p p to @p q, half a margin thick on all sides. The chart lies half a margin from the origin.
+  void Add(Eigen::RowVector2d p, Eigen::RowVector2d q, double margin)
   {
-    std::int64_t Start;
-    std::int64_t Row;
-  };
-
-  /// Highest row below a box that starts at step @p k; @p limit or more ends the search.
-  std::int64_t RowAbove(std::size_t k, std::int64_t width, std::int64_t limit) const
-  {
-    const std::int64_t end = this->Steps[k].Start + width;
-    std::int64_t row = 0;
-    for (; k < this->Steps.size() && this->Steps[k].Start < end && row < limit; ++k)
+    if (q.x() < p.x())
     {
-      row = std::max(row, this->Steps[k].Row);
+      std::swap(p, q);
     }
-    return row;
+    const auto last = std::min(static_cast<int>(q.x() + margin), static_cast<int>(this->Lower.size()) - 1);
+    for (auto column = static_cast<int>(p.x()); column <= last; ++column)
+    {
+      // The part of the side whose square of the margin's size reaches the column.
+      const double width = q.x() - p.x();
+      const auto share = [&](double x) { return width > 0.0 ? std::clamp((x - p.x()) / width, 0.0, 1.0) : 0.0; };
+      const double first = p.y() + share(column - margin) * (q.y() - p.y());
+      const double second = width > 0.0 ? p.y() + share(column + 1.0) * (q.y() - p.y()) : q.y();
+      this->Lower[column] = std::min(this->Lower[column], static_cast<int>(std::min(first, second)));
+      this->Upper[column] = std::max(
+        this->Upper[column], static_cast<int>(std::ceil(std::max(first, second) + margin)));
+    }
   }
-
-  void Raise(std::int64_t begin, std::int64_t end, std::int64_t row)
-  {
-    std::int64_t after = 0;
-    std::vector<Step> steps;
-    for (const Step& step : this->Steps)
-    {
-      after = step.Start <= end ? step.Row : after;
-      if (step.Start < begin)
-      {
-        steps.push_back(step);
-      }
-    }
-    steps.push_back({ begin, row });
-    if (end < this->Width)
-    {
-      steps.push_back({ end, after });
-    }
-    std::copy_if(this->Steps.begin(), this->Steps.end(), std::back_inserter(steps),
-      [end](const Step& step) { return step.Start > end; });
-    this->Steps = std::move(steps);
-  }
-
-  std::int64_t Width;
-  std::vector<Step> Steps;
 };
 
-/// Packs the boxes at one scale; false when they do not fit.
-bool PackAt(double scale, const std::vector<Eigen::Vector2d>& sizes, const std::vector<std::size_t>& order,
-  const Eigen::Vector2i& image, int margin, std::vector<Eigen::Vector2d>& corners)
+/// The upper side of the charts packed so far.
+class Horizon
 {
-  Skyline skyline(image.x());
-  corners.resize(sizes.size());
-  for (const std::size_t k : order)
+public:
+  Horizon(int columns, int rows)
+    : Rows(static_cast<std::size_t>(columns), 0)
+    , Top(rows)
+  {}
+
+  /// Lowest, then leftmost place of a chart: column and row; row Top or more when it does not fit.
+  std::pair<int, int> Find(const ChartProfile& chart) const
   {
-    const Eigen::Vector2d size = scale * sizes[k];
-    if (size.maxCoeff() > image.maxCoeff())
+    std::pair<int, int> best(-1, this->Top);
+    const int columns = static_cast<int>(chart.Lower.size());
+    for (int first = 0; first + columns <= static_cast<int>(this->Rows.size()); ++first)
     {
-      return false;
+      int row = 0;
+      for (int k = 0; k < columns && row < best.second; ++k)
+      {
+        row = std::max(row, this->Rows[first + k] - chart.Lower[k]);
+      }
+      best = row < best.second ? std::make_pair(first, row) : best;
     }
-    const auto [column, row] = skyline.Place(static_cast<std::int64_t>(std::ceil(size.x())) + margin,
-      static_cast<std::int64_t>(std::ceil(size.y())) + margin, image.y());
-    if (column < 0)
-    {
-      return false;
-    }
-    corners[k] = Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)).array() + 0.5 * margin;
+    return best.second + chart.Height <= this->Top ? best : std::make_pair(-1, this->Top);
   }
-  return true;
+
+  void Add(const ChartProfile& chart, const std::pair<int, int>& place)
+  {
+    for (std::size_t k = 0; k < chart.Upper.size(); ++k)
+    {
+      this->Rows[place.first + k] = place.second + chart.Upper[k];
+    }
+  }
+
+private:
+  std::vector<int> Rows;
+  int Top;
+};
+
+/// Packs charts at one scale after another.
+class ChartPacker
+{
+public:
+  ChartPacker(const std::vector<ChartShape>& charts, int width, int height, int margin)
+    : Charts(charts)
+    , Cell((std::max(width, height) + MostCells - 1) / MostCells)
+    , Columns(width / this->Cell)
+    , Rows(height / this->Cell)
+    , Margin(margin)
+    , Order(charts.size())
+  {
+    std::iota(this->Order.begin(), this->Order.end(), 0);
+    const auto heightOf = [&](std::size_t k) { return charts[k].Points->col(1).maxCoeff(); };
+    std::stable_sort(
+      this->Order.begin(), this->Order.end(), [&](std::size_t a, std::size_t b) { return heightOf(a) > heightOf(b); });
+  }
+
+  /// Packs the charts at @p scale texels / unit; false when they do not fit.
+  bool Pack(double scale, ChartPacking& packing) const
+  {
+    const double margin = static_cast<double>(this->Margin) / this->Cell;
+    const double cells = scale / this->Cell;
+    Horizon horizon(this->Columns, this->Rows);
+    packing.Scale = scale;
+    packing.Corners.resize(this->Charts.size());
+    packing.IsTurned.assign(this->Charts.size(), false);
+    for (const std::size_t k : this->Order)
+    {
+      const Eigen::RowVector2d size = cells * this->Charts[k].Points->colwise().maxCoeff();
+      if (size.x() + margin > this->Columns || size.y() + margin > this->Rows)
+      {
+        return false;
+      }
+      ChartProfile upright(this->Charts[k], cells, margin);
+      ChartProfile turned = upright;
+      const int height = upright.Height;
+      turned.TurnOver(height);
+      const std::pair<int, int> one = horizon.Find(upright);
+      const std::pair<int, int> other = horizon.Find(turned);
+      const bool turn = other.second < one.second;
+      const std::pair<int, int>& place = turn ? other : one;
+      if (place.first < 0)
+      {
+        return false;
+      }
+      horizon.Add(turn ? turned : upright, place);
+      // Turned over, the chart keeps the rest of its last column and row on the other side.
+      const Eigen::Vector2d rest(
+        static_cast<double>(upright.Lower.size()) - margin - size.x(), height - margin - size.y());
+      const Eigen::Vector2d at = Eigen::Vector2d(place.first, place.second) + (turn ? rest : Eigen::Vector2d(0.0, 0.0));
+      packing.Corners[k] = this->Cell * at.array() + 0.5 * this->Margin;
+      packing.IsTurned[k] = turn;
+    }
+    return true;
+  }
+
+private:
+  const std::vector<ChartShape>& Charts;
+  int Cell; ///< texels along a side of a cell
+  int Columns;
+  int Rows;
+  int Margin;
+  std::vector<std::size_t> Order;
+};
+
+double AreaOf(const ChartShape& chart)
+{
+  double area = 0.0;
+  for (Eigen::Index f = 0; f < chart.Triangles->rows(); ++f)
+  {
+    const auto corner = [&](int k) { return chart.Points->row((*chart.Triangles)(f, k)); };
+    const Eigen::RowVector2d a = corner(1) - corner(0);
+    const Eigen::RowVector2d b = corner(2) - corner(0);
+    area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+  }
+  return area;
 }
 } // namespace
 
 void TurnToSmallestBox(FlatPoints& flat)
 {
   double least = std::numeric_limits<double>::infinity();
-  FlatPoints best;
-  for (int k = 0; k < NumberOfTurns; ++k)
-  {
-    const double angle = Pi * k / NumberOfTurns;
+  double best = 0.0;
+  const auto turned = [&flat](double angle) -> FlatPoints {
     Eigen::Matrix2d turn;
     turn << std::cos(angle), std::sin(angle), -std::sin(angle), std::cos(angle);
-    const FlatPoints turned = flat * turn;
-    const Eigen::RowVector2d size = turned.colwise().maxCoeff() - turned.colwise().minCoeff();
-    if (size.y() >= size.x() && size.prod() < least)
-    {
-      least = size.prod();
-      best = turned;
-    }
+    return flat * turn;
+  };
+  const auto attempt = [&](double angle) {
+    const FlatPoints points = turned(angle);
+    const double area = (points.colwise().maxCoeff() - points.colwise().minCoeff()).prod();
+    best = area < least ? angle : best;
+    least = std::min(area, least);
+  };
+  // A quarter turn coarsely, then the neighborhood of the best one finely.
+  const double step = 0.5 * Pi / NumberOfTurns;
+  for (int k = 0; k < NumberOfTurns; ++k)
+  {
+    attempt(k * step);
   }
-  flat = best.rowwise() - best.colwise().minCoeff();
+  const double coarse = best;
+  for (int k = 1 - NumberOfTurns; k < NumberOfTurns; ++k)
+  {
+    attempt(coarse + k * step / NumberOfTurns);
+  }
+  flat = turned(best);
+  flat.rowwise() -= flat.colwise().minCoeff().eval();
+  const Eigen::RowVector2d size = flat.colwise().maxCoeff();
+  if (size.x() > size.y())
+  {
+    flat.col(0).swap(flat.col(1));
+    flat.col(0) = size.y() - flat.col(0).array();
+  }
 }
 
-BoxPacking PackBoxes(const std::vector<Eigen::Vector2d>& sizes, int width, int height, int margin)
+ChartPacking PackCharts(const std::vector<ChartShape>& charts, int width, int height, int margin)
 {
-  std::vector<std::size_t> order(sizes.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(
-    order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
+  const ChartPacker packer(charts, width, height, margin);
   const double area = std::accumulate(
-    sizes.begin(), sizes.end(), 0.0, [](double sum, const Eigen::Vector2d& size) { return sum + size.prod(); });
-  const Eigen::Vector2i image(width, height);
-  BoxPacking packing;
-  std::vector<Eigen::Vector2d> corners;
-  // At the scale of equal areas nothing fits. Small scales are tried until the margins leave no room.
+    charts.begin(), charts.end(), 0.0, [](double sum, const ChartShape& chart) { return sum + AreaOf(chart); });
+  // At the scale at which the charts have the area of the image nothing fits.
   double above = std::sqrt(static_cast<double>(width) * height / area);
-  double below = 0.5 * above;
-  for (int k = 0; k < 20 && packing.Scale == 0.0; ++k)
+  double below = 0.7 * above;
+  ChartPacking trial;
+  int halvings = 0;
+  for (; halvings < NumberOfHalvings && !packer.Pack(below, trial); ++halvings)
   {
-    if (PackAt(below, sizes, order, image, margin, corners))
-    {
-      packing = { below, corners };
-      break;
-    }
     above = below;
     below *= 0.5;
   }
-  for (int k = 0; k < NumberOfBisections && packing.Scale > 0.0; ++k)
+  if (halvings == NumberOfHalvings)
+  {
+    return {};
+  }
+  ChartPacking packing = trial;
+  for (int k = 0; k < NumberOfBisections; ++k)
   {
     const double middle = 0.5 * (packing.Scale + above);
-    if (PackAt(middle, sizes, order, image, margin, corners))
+    if (packer.Pack(middle, trial))
     {
-      packing = { middle, corners };
+      packing = trial;
       continue;
     }
     above = middle;

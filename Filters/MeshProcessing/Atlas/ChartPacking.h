@@ -12,21 +12,29 @@
 namespace surfsynth
 {
 
-/// Turns a flattened chart so that its box has the least area among turns by multiples of 3 degrees, stands upright and
-/// has its lower corner at the origin.
+/// Turns a flattened chart so that its box has the least area, to a tenth of a degree, stands upright and has its lower
+/// corner at the origin.
 void TurnToSmallestBox(FlatPoints& flat);
 
-/// Places of boxes in an image.
-struct BoxPacking
+/// A chart to pack.
+struct ChartShape
 {
-  double Scale = 0.0;                   ///< texels / unit of the boxes, the largest that fits
-  std::vector<Eigen::Vector2d> Corners; ///< lower corner of each box, texels
+  const FlatPoints* Points = nullptr;        ///< [V, 2], with the lower corner of their box at the origin
+  const TriangleMatrix* Triangles = nullptr; ///< [F, 3]
 };
 
-/// Packs boxes into an image by its skyline: the highest first, each where it lies lowest, then leftmost. Boxes start at
-/// whole texels, are @p margin texels apart and half of that from the sides.
-/// @param sizes width and height of each box, larger than 0
-/// @return Scale 0 when they do not fit at any scale.
-BoxPacking PackBoxes(const std::vector<Eigen::Vector2d>& sizes, int width, int height, int margin);
+/// Places of charts in an image.
+struct ChartPacking
+{
+  double Scale = 0.0;                   ///< texels / unit of the charts; 0 when they fit at no scale
+  std::vector<Eigen::Vector2d> Corners; ///< lower corner of the box of each chart, texels
+  std::vector<bool> IsTurned;           ///< true for charts that are turned by 180 degrees
+};
+
+/// Packs charts into an image along its horizon, as [Levy2002] do: the highest first, each as low as its lower side lets
+/// it sink onto the upper sides of those before, upright or upside down, leftmost among equal places. Charts keep
+/// @p margin texels apart and half of that from the sides. The scale is the largest found by bisection, to a thousandth.
+/// Images of more than 1,024 texels are divided into at most that many columns and rows of several texels.
+ChartPacking PackCharts(const std::vector<ChartShape>& charts, int width, int height, int margin);
 
 } // namespace surfsynth

@@ -20,7 +20,9 @@ namespace surfsynth
 namespace
 {
 /// Most parts of a connected part of the surface at its first division.
-constexpr std::size_t MostParts = 200;
+constexpr std::size_t MostParts = 60;
+/// Most connected pieces of a division in two.
+constexpr std::size_t MostPiecesOfTwo = 4;
 
 void RequireOptions(const SurfaceAtlasOptions& options)
 {
@@ -95,11 +97,25 @@ private:
       {
         continue;
       }
-      for (std::vector<Index>& part : this->Cutter.ConnectedParts(at, DivideChart(chart.Mesh, mostParts)))
+      for (std::vector<Index>& part : this->Divide(at, chart.Mesh, mostParts))
       {
         waiting.emplace_back(std::move(part), 2);
       }
     }
+  }
+
+  /// Parts of a chart. Where the chart is nearly flat, normals do not say where to divide it: then it is halved.
+  std::vector<std::vector<Index>> Divide(
+    const std::vector<Index>& triangles, const TriangleMesh& chart, std::size_t mostParts)
+  {
+    std::vector<std::vector<Index>> parts = this->Cutter.ConnectedParts(triangles, DivideChart(chart, mostParts));
+    const auto largest = std::max_element(
+      parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+    if (mostParts == 2 && (parts.size() > MostPiecesOfTwo || 10 * largest->size() > 9 * triangles.size()))
+    {
+      return this->Cutter.ConnectedParts(triangles, HalveChart(chart));
+    }
+    return parts;
   }
 
   /// Keeps a chart that can be flattened well enough.
@@ -130,20 +146,29 @@ private:
   const std::atomic<bool>* Stop;
 };
 
-BoxPacking PackCharts(std::vector<FlatChart>& charts, const SurfaceAtlasOptions& options)
+ChartPacking PackFlatCharts(std::vector<FlatChart>& charts, const SurfaceAtlasOptions& options)
 {
-  std::vector<Eigen::Vector2d> sizes;
+  std::vector<ChartShape> shapes;
   for (FlatChart& chart : charts)
   {
     TurnToSmallestBox(chart.Points);
-    sizes.emplace_back(chart.Points.colwise().maxCoeff().transpose());
+    shapes.push_back({ &chart.Points, &chart.Chart.Mesh.Triangles });
   }
-  BoxPacking packing = PackBoxes(sizes, options.Width, options.Height, options.Margin);
+  ChartPacking packing = PackCharts(shapes, options.Width, options.Height, options.Margin);
   if (packing.Scale == 0.0)
   {
     throw InvalidInput("MakeSurfaceAtlas: " + std::to_string(charts.size()) + " charts with margins of " +
       std::to_string(options.Margin) + " texels do not fit into an image of " + std::to_string(options.Width) + " x " +
       std::to_string(options.Height) + " texels; a larger image, a smaller margin or a larger maximum stretch fits.");
+  }
+  for (std::size_t k = 0; k < charts.size(); ++k)
+  {
+    FlatPoints& points = charts[k].Points;
+    if (packing.IsTurned[k])
+    {
+      const Eigen::RowVector2d size = points.colwise().maxCoeff();
+      points = (-points).rowwise() + size;
+    }
   }
   return packing;
 }
@@ -159,7 +184,7 @@ SurfaceAtlas MakeSurfaceAtlas(
   {
     return atlas;
   }
-  const BoxPacking packing = PackCharts(charts, options);
+  const ChartPacking packing = PackFlatCharts(charts, options);
   atlas.Coordinates.resize(3 * std::int64_t(mesh.NumberOfTriangles()), 2);
   atlas.ChartOfTriangle.resize(static_cast<std::size_t>(mesh.NumberOfTriangles()));
   atlas.NumberOfCharts = static_cast<Index>(charts.size());

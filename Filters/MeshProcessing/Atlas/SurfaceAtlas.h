@@ -45,11 +45,11 @@ struct SurfaceAtlas
 /// hierarchical seeding of CGAL's Variational_shape_approximation. A chart is flattened by least squares conformal maps
 /// [Levy2002], or else projected along its mean normal. One that is no disk, that overlaps itself or that is stretched by
 /// more than MaximumStretch is divided further; a single triangle is always flat. Charts get the same mean texel density,
-/// are turned to their smallest rectangles and packed by the heights of the image's skyline, the highest first.
+/// are turned to their smallest rectangles and packed along the horizon of the image, the highest first [Levy2002].
 ///
 /// Deterministic: the same surface and options give the same bits. Single-threaded.
 /// @param mesh manifold, consistently wound; open or closed, any genus and number of components
-/// @param stop when not null: ends the work within about a second once it is true
+/// @param stop when not null: ends the work once it is true; looked at before each division and flattening of a chart
 /// @return empty coordinates for a mesh without triangles.
 /// @throws InvalidInput when the mesh has a defect (see CheckMesh()), an option is out of range, or the charts do not fit
 /// into the image with their margins.

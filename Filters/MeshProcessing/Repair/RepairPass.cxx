@@ -157,7 +157,8 @@ private:
     return static_cast<std::int64_t>(moves.size());
   }
 
-  /// The point a hundredth of an edge from @p v in the direction in which, on the whole, its neighbours lie.
+  /// The point a hundredth of the shortest edge from @p v, or further than the merge tolerance but for a quarter of that
+  /// edge, in the direction in which, on the whole, its neighbours lie.
   CgalPoint TowardsItsSheet(CgalVertex v) const
   {
     const Eigen::Vector3d at = FromCgalPoint(this->Mesh.point(v));
@@ -169,7 +170,8 @@ private:
       shortest = std::min(shortest, edge.norm());
       direction += edge.normalized();
     }
-    return ToCgalPoint(at + 0.01 * shortest * direction.normalized());
+    const double distance = std::max(0.01 * shortest, std::min(1.5 * this->Options.MergeTolerance, 0.25 * shortest));
+    return ToCgalPoint(at + distance * direction.normalized());
   }
 
   /// Renumbers the rest without gaps, in the same order: much of CGAL relies on that.

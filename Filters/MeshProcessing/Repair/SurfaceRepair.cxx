@@ -20,6 +20,7 @@ namespace
 {
 constexpr double LargestCoordinate = 1e90;
 constexpr int MaximumPasses = 10;
+constexpr int MergingPasses = 5; ///< with the tolerance
 
 /// Percentage with at most two significant digits.
 std::string Percent(double fraction)
@@ -78,8 +79,8 @@ private:
     for (int pass = 0; pass < MaximumPasses && !this->IsSettled; ++pass)
     {
       const TriangleMesh before = pass > 0 ? this->State.Mesh : TriangleMesh();
-      // Points that a pass separated by less than the tolerance stay apart.
-      const double tolerance = pass == 0 ? this->Options.MergeTolerance : 0.0;
+      // Later passes merge points that earlier ones added; in the end points that stay too near do not change any more.
+      const double tolerance = pass < MergingPasses ? this->Options.MergeTolerance : 0.0;
       PassReport report = RunRepairPass(this->State, this->Options, tolerance, this->Stop);
       this->IsSettled = !report.NeedsAnother || (pass > 0 && IsSameMesh(before, this->State.Mesh));
       this->Add(report);

@@ -70,13 +70,15 @@ struct RepairedSurface
 /// Repairs a surface: merges points, removes duplicate triangles, separates sheets that meet in an edge or a point,
 /// winds triangles alike, removes triangles without area, components and, if asked, self-intersections, and closes
 /// holes. Repeats these steps until they change nothing, so that a repair of the result returns the result. (With a
-/// MergeTolerance it may merge points that the repair separated or added within that tolerance.)
+/// MergeTolerance of more than a tenth of the edges it may merge points that the repair separated or added within that
+/// tolerance.)
 ///
 /// The result is manifold, consistently wound and without degenerate triangles, and closed when no hole exceeds
 /// LargestHole. Points keep their coordinates, except where sheets were separated: those move by a hundredth of an
-/// edge. Points keep their order unless some are merged. A removal of self-intersections that would lose more than
-/// MaximumLoss, beside the area of the intersecting triangles, is refused, and with RemoveSelfIntersections holes stay open that only intersecting triangles could
-/// close; RepairOutcome::Warnings counts both.
+/// edge, or by one and a half MergeTolerance up to a quarter of an edge. Points keep their order unless some are merged.
+/// A removal of self-intersections that would lose more than MaximumLoss, beside the area of the intersecting triangles, is
+/// refused, and with RemoveSelfIntersections holes stay open that only intersecting triangles could close;
+/// RepairOutcome::Warnings counts both.
 ///
 /// @param losses losses of the conversion to @p mesh: the first lines of the report.
 /// @param stop asks the call to end early with a Cancelled; may be null.

@@ -387,6 +387,9 @@ TEST(FlowMatchingDeformerFilter, TheInputIsNotModifiedAndItsArraysPassThroughBut
   EXPECT_EQ(output->GetPolys(), input->GetPolys());
   EXPECT_EQ(output->GetPointData()->GetArray("Mine"), input->GetPointData()->GetArray("Mine"));
   EXPECT_EQ(output->GetPointData()->GetScalars(), input->GetPointData()->GetArray("Mine"));
+  filter->ActiveResultOn();
+  const auto colored = SurfaceOf(filter);
+  EXPECT_EQ(colored->GetPointData()->GetScalars(), colored->GetPointData()->GetArray("Displacement"));
   EXPECT_EQ(output->GetCellData()->GetArray("Part"), input->GetCellData()->GetArray("Part"));
   EXPECT_EQ(output->GetPointData()->GetNumberOfArrays(), 3) << "Mine, Displacement, InitialNoise";
   EXPECT_EQ(output->GetCellData()->GetNumberOfArrays(), 2) << "Part, AreaRatio";
@@ -619,10 +622,10 @@ TEST(FlowMatchingDeformerFilter, PrintsEveryProperty)
   filter->Print(text);
   for (const char* line :
     { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1", "NumberOfSteps: 4",
-      "Integrator: 1", "OutputTrajectory: 0", "SignalArrayName: \n", "InitialNoiseArrayName: InitialNoise",
-      "ModelDescription: deformations from matern noise; 2 blocks of width 16", "NumberOfModelLoads: 1",
-      "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1", "DisplacementArrayName: Displacement",
-      "AreaRatioArrayName: AreaRatio" })
+      "Integrator: 1", "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n",
+      "InitialNoiseArrayName: InitialNoise", "ModelDescription: deformations from matern noise; 2 blocks of width 16",
+      "NumberOfModelLoads: 1", "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1",
+      "DisplacementArrayName: Displacement", "AreaRatioArrayName: AreaRatio" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

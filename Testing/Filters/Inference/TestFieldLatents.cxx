@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Field latents: model files, and the evaluators of encoder and decoder. TestFieldLatentNetworks compares with LibTorch.
 #include "InstructionSets.h"
+#include "ModelFileChecks.h"
 #include "RandomFieldLatents.h"
 #include "SparseModels.h"
 #include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
-#include "IO/Weights/SafetensorsFile.h"
-#include "IO/Weights/SafetensorsWriter.h"
 #include "Inference/Common/MatrixProduct.h"
 
 #include <gmock/gmock.h>
@@ -29,53 +28,22 @@ using testing::HasSubstr;
 
 namespace
 {
-using Tensors = std::map<std::string, TensorData>;
-using Metadata = std::map<std::string, std::string>;
 using Complex = std::complex<float>;
 
 constexpr const char* Path = "FieldLatents.safetensors";
 
-/// The file of a small model after @p change; what reading it says.
+const ModelFileKind Kind{ Path, "field_latents",
+  [](const std::string& path) { WriteFieldLatents(path, RandomFieldLatents()); },
+  [](const std::string& path) { ReadFieldLatents(path); } };
+
+/// Message of reading the file of a small model after @p change.
 std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
 {
-  WriteFieldLatents(Path, RandomFieldLatents());
-  Tensors tensors;
-  Metadata metadata;
-  {
-    const SafetensorsFile file(Path);
-    metadata = file.Metadata();
-    for (const auto& [name, entry] : file.Tensors())
-    {
-      tensors[name] = { entry.Type, entry.Shape, file.Bytes(name) };
-    }
-  }
-  change(tensors, metadata);
-  WriteSafetensors(Path, tensors, metadata);
-  try
-  {
-    ReadFieldLatents(Path);
-  }
-  catch (const ModelMismatch& error)
-  {
-    return std::string("ModelMismatch ") + error.what();
-  }
-  catch (const FormatError& error)
-  {
-    return std::string("FormatError ") + error.what();
-  }
-  return "accepted";
+  return test::MessageAfter(Kind, change);
 }
 
-/// The same after the text @p from in the options has become @p to.
-std::string MessageWith(const std::string& from, const std::string& to)
-{
-  return MessageAfter([&](Tensors&, Metadata& metadata) {
-    std::string& text = metadata["field_latents"];
-    const std::size_t place = text.find(from);
-    ASSERT_NE(place, std::string::npos) << text;
-    text.replace(place, from.size(), to);
-  });
-}
+/// The same after the text @p from in the description has become @p to.
+std::string MessageWith(const std::string& from, const std::string& to) { return test::MessageWith(Kind, from, to); }
 
 /// Multiplies complex number @p column of each row by the number of the row's factor.
 void Turn(FieldLatentMatrix& rows, std::int64_t column, const std::function<Complex(std::int64_t row)>& factor)
@@ -106,6 +74,44 @@ FieldLatentModel WithCoordinates(FieldLatentCoordinates coordinates)
   FieldLatentOptions options = TinyFieldLatents();
   options.Coordinates = coordinates;
   return RandomFieldLatents(options);
+}
+/// Equations 5 and 18 for one corner in float64: [18], from three tangent vectors.
+Eigen::VectorXd DecoderInput(const Eigen::RowVectorXf& latent, std::complex<double> logarithm)
+{
+  Eigen::VectorXd input(18);
+  Eigen::Index pair = 6;
+  const auto vector = [&](Eigen::Index j) { return std::complex<double>(latent[2 * j], latent[2 * j + 1]); };
+  for (Eigen::Index i = 0; i < 3; ++i)
+  {
+    const std::complex<double> c = logarithm * std::conj(vector(i));
+    input[i] = c.real();
+    input[3 + i] = c.imag();
+    for (Eigen::Index j = i; j < 3; ++j, ++pair)
+    {
+      const std::complex<double> product = vector(i) * std::conj(vector(j));
+      input[pair] = product.real();
+      input[pair + 6] = product.imag();
+    }
+  }
+  return input;
+}
+
+/// The neural field in float64.
+Eigen::VectorXd NeuralField(const FieldLatentModel& model, Eigen::VectorXd x)
+{
+  for (std::int64_t layer = 0; layer <= model.Options.DecoderLayers; ++layer)
+  {
+    const std::string name = "decoder.layers." + std::to_string(layer);
+    const ModelTensor& weight = model.Tensors.at(name + ".weight");
+    const Eigen::Map<const FieldLatentMatrix> matrix(weight.Values.data(), weight.Shape[0], weight.Shape[1]);
+    x = (matrix.cast<double>() * x).eval();
+    x += Eigen::Map<const Eigen::VectorXf>(model.Tensors.at(name + ".bias").Values.data(), x.size()).cast<double>();
+    if (layer < model.Options.DecoderLayers)
+    {
+      x = (x.array() / (1.0 + (-x.array()).exp())).matrix().eval();
+    }
+  }
+  return x;
 }
 } // namespace
 
@@ -189,17 +195,10 @@ TEST(FieldLatentModel, WhatIsWrittenIsRead)
 
 TEST(FieldLatentModel, FilesThatDoNotFitAreNamed)
 {
-  EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["architecture"] = "poissonnet"; }),
-    AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr("field_latents"), HasSubstr(Path)));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("field_latents"); }),
-    HasSubstr("\"field_latents\" is missing"));
-  for (const std::string key : { "latent_dimension", "channels", "encoder_layers", "heads", "samples_per_ring",
-         "decoder_layers", "decoder_width", "iterations", "coordinates" })
-  {
-    EXPECT_THAT(MessageWith("\"" + key + "\"", "\"another\""),
-      AllOf(HasSubstr("ModelMismatch"), HasSubstr("\"" + key + "\""), HasSubstr("is missing; expected")));
-  }
+  ExpectMetadataAreChecked(Kind);
+  ExpectKeysAreNeeded(Kind,
+    { "latent_dimension", "channels", "encoder_layers", "heads", "samples_per_ring", "decoder_layers", "decoder_width",
+      "iterations", "coordinates" });
   EXPECT_THAT(MessageWith("\"logarithmic\"", "\"polar\""), HasSubstr("expected \"logarithmic\" or \"barycentric\""));
   EXPECT_THAT(MessageWith("\"heads\":3", "\"heads\":5"), HasSubstr("Heads is 5; expected a divisor"));
   EXPECT_THAT(MessageWith("\"channels\":12", "\"channels\":15"), HasSubstr("the tensors are not those"));
@@ -371,57 +370,24 @@ TEST(FieldLatentDecoder, PredictionsAreThoseOfTheEquations)
     const FieldLatentMatrix latents = RandomLatents(9, 3);
     const FieldLatentTexels texels = RandomTexels(400, 9); // several tiles
     const FieldLatentMatrix colors = FieldLatentDecoder(model).Decode(latents, texels);
-    const auto field = [&](Eigen::VectorXd x) {
-      for (int layer = 0; layer <= 2; ++layer)
-      {
-        const std::string name = "decoder.layers." + std::to_string(layer);
-        const ModelTensor& weight = model.Tensors.at(name + ".weight");
-        const Eigen::Map<const FieldLatentMatrix> matrix(weight.Values.data(), weight.Shape[0], weight.Shape[1]);
-        x = (matrix.cast<double>() * x).eval();
-        x += Eigen::Map<const Eigen::VectorXf>(model.Tensors.at(name + ".bias").Values.data(), x.size()).cast<double>();
-        if (layer < 2)
-        {
-          x = (x.array() / (1.0 + (-x.array()).exp())).matrix().eval();
-        }
-      }
-      return x;
-    };
     for (const Eigen::Index q : { 0, 170, 399 })
     {
       Eigen::VectorXd expected = Eigen::VectorXd::Zero(3);
       Eigen::VectorXd blended = Eigen::VectorXd::Zero(12);
       for (Eigen::Index k = 0; k < 3; ++k)
       {
-        std::vector<std::complex<double>> z;
-        for (Eigen::Index j = 0; j < 3; ++j)
-        {
-          z.emplace_back(latents(texels.Corners(q, k), 2 * j), latents(texels.Corners(q, k), 2 * j + 1));
-        }
         const std::complex<double> logarithm(texels.Logarithms(q, 2 * k), texels.Logarithms(q, 2 * k + 1));
-        Eigen::VectorXd input(18);
-        Eigen::Index pair = 6;
-        for (std::size_t i = 0; i < 3; ++i)
-        {
-          const std::complex<double> c = logarithm * std::conj(z[i]);
-          input[static_cast<Eigen::Index>(i)] = c.real();
-          input[static_cast<Eigen::Index>(3 + i)] = c.imag();
-          for (std::size_t j = i; j < 3; ++j, ++pair)
-          {
-            const std::complex<double> product = z[i] * std::conj(z[j]);
-            input[pair] = product.real();
-            input[pair + 6] = product.imag();
-          }
-        }
+        const Eigen::VectorXd input = DecoderInput(latents.row(texels.Corners(q, k)), logarithm);
         const double weight = texels.Barycentric(q, k);
         blended += weight * input.tail(12);
         if (coordinates == FieldLatentCoordinates::Logarithmic)
         {
-          expected += weight * field(input);
+          expected += weight * NeuralField(model, input);
         }
       }
       if (coordinates == FieldLatentCoordinates::Barycentric)
       {
-        expected = field(blended);
+        expected = NeuralField(model, blended);
       }
       EXPECT_LT((colors.row(q).transpose().cast<double>() - expected).norm(), 1e-5) << q;
     }

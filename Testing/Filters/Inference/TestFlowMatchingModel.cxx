@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Model files of flow matching: what is written is read, and what does not fit is named.
 #include "ExampleMeshes.h"
+#include "ModelFileChecks.h"
 #include "RandomFlowMatching.h"
 #include "RandomPoissonNet.h"
 
 #include "Core/Common/Errors.h"
-#include "IO/Weights/SafetensorsFile.h"
-#include "IO/Weights/SafetensorsWriter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,8 +22,8 @@ using testing::HasSubstr;
 namespace
 {
 
-using Tensors = std::map<std::string, TensorData>;
-using Metadata = std::map<std::string, std::string>;
+using test::Metadata;
+using test::Tensors;
 
 constexpr const char* Path = "FlowMatchingModel.safetensors";
 
@@ -35,47 +34,18 @@ FlowMatchingModel SmallModel()
   return model;
 }
 
-/// The file of a small model after @p change; what reading it says.
+const test::ModelFileKind Kind{ Path, "flow_matching",
+  [](const std::string& path) { WriteFlowMatchingModel(path, SmallModel()); },
+  [](const std::string& path) { ReadFlowMatchingModel(path); } };
+
+/// Message of reading the file of a small model after @p change.
 std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
 {
-  WriteFlowMatchingModel(Path, SmallModel());
-  Tensors tensors;
-  Metadata metadata;
-  {
-    const SafetensorsFile file(Path);
-    metadata = file.Metadata();
-    for (const auto& [name, entry] : file.Tensors())
-    {
-      tensors[name] = TensorData::FromFloat32(entry.Shape, file.Float32(name));
-    }
-  }
-  change(tensors, metadata);
-  WriteSafetensors(Path, tensors, metadata);
-  try
-  {
-    ReadFlowMatchingModel(Path);
-  }
-  catch (const ModelMismatch& error)
-  {
-    return std::string("ModelMismatch ") + error.what();
-  }
-  catch (const FormatError& error)
-  {
-    return std::string("FormatError ") + error.what();
-  }
-  return "accepted";
+  return test::MessageAfter(Kind, change);
 }
 
-/// The same after the text @p from in the description of the signal and noise has become @p to.
-std::string MessageWith(const std::string& from, const std::string& to)
-{
-  return MessageAfter([&](Tensors&, Metadata& metadata) {
-    std::string& text = metadata["flow_matching"];
-    const std::size_t place = text.find(from);
-    ASSERT_NE(place, std::string::npos) << text;
-    text.replace(place, from.size(), to);
-  });
-}
+/// The same after the text @p from in the description has become @p to.
+std::string MessageWith(const std::string& from, const std::string& to) { return test::MessageWith(Kind, from, to); }
 
 std::string MessageOfCheck(const std::function<void(FlowMatchingModel&)>& change)
 {
@@ -165,39 +135,13 @@ TEST(FlowMatchingModel, TheDescriptionCountsInSingularAndPlural)
   EXPECT_THAT(model.Description(), HasSubstr("; 20 iterations of training"));
 }
 
-TEST(FlowMatchingModel, AFileThatWasNotChangedIsAccepted)
-{
-  EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
-}
-
-TEST(FlowMatchingModel, AnotherArchitectureOrVersion)
-{
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["architecture"] = "poissonnet"; }),
-    AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr("flow_matching"), HasSubstr(Path)));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("architecture"); }),
-    HasSubstr("\"architecture\" is missing"));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "2"; }),
-    AllOf(HasSubstr("\"format_version\" is \"2\""), HasSubstr("expected \"1\"")));
-}
-
-TEST(FlowMatchingModel, AMissingOrBrokenDescription)
-{
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("flow_matching"); }),
-    HasSubstr("\"flow_matching\" is missing"));
-  EXPECT_THAT(
-    MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "{"; }), HasSubstr("no JSON object"));
-  EXPECT_THAT(
-    MessageAfter([](Tensors&, Metadata& metadata) { metadata["flow_matching"] = "[]"; }), HasSubstr("no JSON object"));
-}
+TEST(FlowMatchingModel, MetadataAreChecked) { test::ExpectMetadataAreChecked(Kind); }
 
 TEST(FlowMatchingModel, EachKeyOfTheDescriptionIsNeeded)
 {
-  for (const std::string key : { "signal_name", "signal_mean", "signal_scale", "noise", "noise_screening",
-         "noise_eigenpairs", "noise_scale", "iterations", "shape_moments", "shape_spread" })
-  {
-    EXPECT_THAT(MessageWith("\"" + key + "\"", "\"another\""),
-      AllOf(HasSubstr("ModelMismatch"), HasSubstr("\"" + key + "\""), HasSubstr("is missing; expected")));
-  }
+  test::ExpectKeysAreNeeded(Kind,
+    { "signal_name", "signal_mean", "signal_scale", "noise", "noise_screening", "noise_eigenpairs", "noise_scale",
+      "iterations", "shape_moments", "shape_spread" });
 }
 
 TEST(FlowMatchingModel, ValuesOfAnotherKindAreNamed)

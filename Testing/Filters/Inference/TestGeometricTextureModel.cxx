@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Model files of geometric textures: what is written is read, and what does not fit is named.
 #include "ExampleMeshes.h"
+#include "ModelFileChecks.h"
 #include "RandomGeometricTexture.h"
 #include "SparseModels.h"
 
 #include "Core/Common/Errors.h"
-#include "IO/Weights/SafetensorsFile.h"
-#include "IO/Weights/SafetensorsWriter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,45 +20,19 @@ using testing::HasSubstr;
 
 namespace
 {
-using Tensors = std::map<std::string, TensorData>;
-using Metadata = std::map<std::string, std::string>;
+using test::Metadata;
+using test::Tensors;
 
 constexpr const char* Path = "GeometricTextureModel.safetensors";
 
-TensorData Copy(const SafetensorsFile& file, const std::string& name, const TensorEntry& entry)
-{
-  return { entry.Type, entry.Shape, file.Bytes(name) };
-}
+const test::ModelFileKind Kind{ Path, "geometric_texture",
+  [](const std::string& path) { WriteGeometricTexture(path, test::RandomGeometricTexture()); },
+  [](const std::string& path) { ReadGeometricTexture(path); } };
 
-/// The file of a small model after @p change; what reading it says.
+/// Message of reading the file of a small model after @p change.
 std::string MessageAfter(const std::function<void(Tensors&, Metadata&)>& change)
 {
-  WriteGeometricTexture(Path, test::RandomGeometricTexture());
-  Tensors tensors;
-  Metadata metadata;
-  {
-    const SafetensorsFile file(Path);
-    metadata = file.Metadata();
-    for (const auto& [name, entry] : file.Tensors())
-    {
-      tensors[name] = Copy(file, name, entry);
-    }
-  }
-  change(tensors, metadata);
-  WriteSafetensors(Path, tensors, metadata);
-  try
-  {
-    ReadGeometricTexture(Path);
-  }
-  catch (const ModelMismatch& error)
-  {
-    return std::string("ModelMismatch ") + error.what();
-  }
-  catch (const FormatError& error)
-  {
-    return std::string("FormatError ") + error.what();
-  }
-  return "accepted";
+  return test::MessageAfter(Kind, change);
 }
 
 std::string MessageWithTensor(const std::string& name, const TensorData& tensor)
@@ -67,16 +40,8 @@ std::string MessageWithTensor(const std::string& name, const TensorData& tensor)
   return MessageAfter([&](Tensors& tensors, Metadata&) { tensors[name] = tensor; });
 }
 
-/// The same after the text @p from in the options has become @p to.
-std::string MessageWith(const std::string& from, const std::string& to)
-{
-  return MessageAfter([&](Tensors&, Metadata& metadata) {
-    std::string& text = metadata["geometric_texture"];
-    const std::size_t place = text.find(from);
-    ASSERT_NE(place, std::string::npos) << text;
-    text.replace(place, from.size(), to);
-  });
-}
+/// The same after the text @p from in the description has become @p to.
+std::string MessageWith(const std::string& from, const std::string& to) { return test::MessageWith(Kind, from, to); }
 
 std::string MessageOfCheck(const std::function<void(GeometricTextureModel&)>& change)
 {
@@ -164,37 +129,12 @@ TEST(GeometricTextureModel, AGeneratorAloneIsAModel)
   EXPECT_THAT(read.Description(), HasSubstr("without a template"));
 }
 
-TEST(GeometricTextureModel, AFileThatWasNotChangedIsAccepted)
-{
-  EXPECT_EQ(MessageAfter([](Tensors&, Metadata&) {}), "accepted");
-}
-
-TEST(GeometricTextureModel, AnotherArchitectureOrVersion)
-{
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["architecture"] = "poissonnet"; }),
-    AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr("geometric_texture"), HasSubstr(Path)));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("architecture"); }),
-    HasSubstr("\"architecture\" is missing"));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "2"; }),
-    AllOf(HasSubstr("\"format_version\" is \"2\""), HasSubstr("expected \"1\"")));
-}
-
-TEST(GeometricTextureModel, AMissingOrBrokenDescription)
-{
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata.erase("geometric_texture"); }),
-    HasSubstr("\"geometric_texture\" is missing"));
-  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["geometric_texture"] = "[]"; }),
-    HasSubstr("no JSON object"));
-}
+TEST(GeometricTextureModel, MetadataAreChecked) { test::ExpectMetadataAreChecked(Kind); }
 
 TEST(GeometricTextureModel, EachKeyOfTheDescriptionIsNeeded)
 {
-  for (const std::string key :
-    { "name", "levels", "layers", "start_channels", "least_channels", "most_channels", "noise_amplitude" })
-  {
-    EXPECT_THAT(MessageWith("\"" + key + "\"", "\"another\""),
-      AllOf(HasSubstr("ModelMismatch"), HasSubstr("\"" + key + "\""), HasSubstr("is missing; expected")));
-  }
+  test::ExpectKeysAreNeeded(
+    Kind, { "name", "levels", "layers", "start_channels", "least_channels", "most_channels", "noise_amplitude" });
 }
 
 TEST(GeometricTextureModel, OptionsOutOfTheirRangeAreNamed)

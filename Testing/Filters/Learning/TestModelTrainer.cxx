@@ -16,11 +16,13 @@
 
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <thread>
 #include <utility>
 
 using namespace surfsynth;
@@ -225,6 +227,36 @@ TEST_F(TrainAndSaveFiles, TheClockFollowsTheMonitoredLoss)
   clock.Add(trainer.History());
   EXPECT_DOUBLE_EQ(clock.SmoothedLoss(), 0.98 + 0.02 * 0.5);
   EXPECT_THAT(clock.Describe(), HasSubstr("iteration 2 of 10, loss 0.99, 0:00:0"));
+}
+
+TEST(TrainingClock, StagesOfOtherCostCountForTheTimeLeft)
+{
+  TrainingClock clock(10, { 1.0, 4.0 });
+  const auto begin = std::chrono::steady_clock::now();
+  clock.Add(1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  clock.Add(2);
+  const double measured = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_GE(clock.SecondsLeft(), 0.02 * (3 * 1 + 5 * 4));
+  EXPECT_LE(clock.SecondsLeft(), measured * (3 * 1 + 5 * 4));
+}
+
+TEST(TrainingClock, TheForecastComesOnceAndOnlyForLongTrainings)
+{
+  TrainingClock clock(20000);
+  TrainingClock brief(3);
+  clock.Add(1);
+  brief.Add(1);
+  EXPECT_EQ(clock.TakeForecast(), "") << "before anything is measured";
+  clock.Add(2);
+  EXPECT_EQ(clock.TakeForecast(), "") << "after less than a second";
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  clock.Add(3);
+  brief.Add(2);
+  EXPECT_THAT(clock.TakeForecast(),
+    testing::ContainsRegex("^The other 19997 of 20000 iterations take about [0-9]+:[0-9][0-9]:[0-9][0-9]\\.$"));
+  EXPECT_EQ(clock.TakeForecast(), "");
+  EXPECT_EQ(brief.TakeForecast(), "") << "less than a minute";
 }
 
 TEST(OptionChecks, EachCheckNamesOptionsOptionFoundAndExpected)

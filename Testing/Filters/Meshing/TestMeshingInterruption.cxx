@@ -6,6 +6,7 @@
 
 #include "vtkIsotropicRemeshFilter.h"
 #include "vtkSurfaceRepairFilter.h"
+#include "vtkTextureAtlasFilter.h"
 
 #include "Core/Common/Parallel.h"
 
@@ -76,6 +77,13 @@ TEST(MeshingInterruption, AbortOfRepair)
 {
   vtkNew<vtkSurfaceRepairFilter> filter;
   filter->SetInputDataObject(LargeBrokenSphere());
+  ExpectAbortAndRecovery(filter, 0.06, AbortLimit);
+}
+
+TEST(MeshingInterruption, AbortOfAtlas)
+{
+  vtkNew<vtkTextureAtlasFilter> filter;
+  filter->SetInputDataObject(IsSanitized() ? RingSphere(60, 60) : RingSphere(160, 160));
   ExpectAbortAndRecovery(filter, 0.06, AbortLimit);
 }
 

@@ -6,6 +6,7 @@
 #include "vtkIsotropicRemeshFilter.h"
 #include "vtkPoseEnsembleFilter.h"
 #include "vtkSurfaceRepairFilter.h"
+#include "vtkTextureAtlasFilter.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +16,8 @@ namespace
 {
 vtkSmartPointer<vtkAlgorithm> MakeRemesh() { return vtkSmartPointer<vtkIsotropicRemeshFilter>::New(); }
 vtkSmartPointer<vtkAlgorithm> MakeRepair() { return vtkSmartPointer<vtkSurfaceRepairFilter>::New(); }
+
+vtkSmartPointer<vtkAlgorithm> MakeAtlas() { return vtkSmartPointer<vtkTextureAtlasFilter>::New(); }
 
 vtkSmartPointer<vtkAlgorithm> MakePoses()
 {
@@ -28,6 +31,14 @@ FilterTraits RemeshTraits()
 {
   FilterTraits traits;
   traits.AcceptsEveryValidSurface = false;
+  return traits;
+}
+
+/// Atlases keep all points.
+FilterTraits AtlasTraits()
+{
+  FilterTraits traits = RemeshTraits();
+  traits.KeepsStrayPoints = true;
   return traits;
 }
 
@@ -45,6 +56,10 @@ class MalformedSurface : public ::testing::TestWithParam<MalformedCase>
 TEST_P(MalformedSurface, ToIsotropicRemesh) { CheckAlone(GetParam(), MakeRemesh, RemeshTraits()); }
 
 TEST_P(MalformedSurface, BetweenGoodBlocksToIsotropicRemesh) { CheckAsBlock(GetParam(), MakeRemesh, RemeshTraits()); }
+
+TEST_P(MalformedSurface, ToTextureAtlas) { CheckAlone(GetParam(), MakeAtlas, AtlasTraits()); }
+
+TEST_P(MalformedSurface, BetweenGoodBlocksToTextureAtlas) { CheckAsBlock(GetParam(), MakeAtlas, AtlasTraits()); }
 
 // Posing needs one component and room for handles, too.
 TEST_P(MalformedSurface, ToPoseEnsemble) { CheckAlone(GetParam(), MakePoses, RemeshTraits()); }

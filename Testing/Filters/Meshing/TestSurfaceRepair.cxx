@@ -208,6 +208,22 @@ TEST(SurfaceRepair, CubesThatShareAnEdgeBecomeTwoClosedCubes)
   EXPECT_STREQ(again->GetReport(), "");
 }
 
+TEST(SurfaceRepair, SheetsTakenApartStayApartWithinTheMergeTolerance)
+{
+  for (const double tolerance : { 0.001, 0.01, 0.02, 0.1 }) // of edges of length 1
+  {
+    vtkNew<Repair> filter;
+    filter->SetMergeTolerance(tolerance);
+    const auto output = OutputOf(filter, TwoCubesOnAnEdge().ToPolyData());
+    ExpectValid(output, true);
+    vtkNew<Repair> again;
+    again->SetMergeTolerance(tolerance);
+    const auto second = OutputOf(again, output);
+    EXPECT_STREQ(again->GetReport(), "") << tolerance;
+    EXPECT_TRUE(SameBits(second->GetPoints()->GetData(), output->GetPoints()->GetData())) << tolerance;
+  }
+}
+
 TEST(SurfaceRepair, HolesUpToTheLimitAreClosedAndMarked)
 {
   Soup soup = Icosphere(3);
@@ -233,6 +249,32 @@ TEST(SurfaceRepair, HolesUpToTheLimitAreClosedAndMarked)
     marked += filled->GetTuple1(c);
   }
   EXPECT_EQ(marked, static_cast<double>(all->GetNumberOfCells() - sphere->GetNumberOfCells()));
+}
+
+TEST(SurfaceRepair, TheActiveResultIsTheMarkOfFilledHoles)
+{
+  Soup soup = Icosphere(3);
+  const auto whole = soup.ToPolyData();
+  soup.Polys.pop_back();
+  const auto open = soup.ToPolyData();
+  for (vtkPolyData* surface : { whole.Get(), open.Get() })
+  {
+    vtkNew<vtkDoubleArray> pressure;
+    pressure->SetName("Pressure");
+    pressure->SetNumberOfTuples(surface->GetNumberOfPoints());
+    pressure->Fill(1.0);
+    surface->GetPointData()->SetScalars(pressure);
+    for (const bool active : { false, true })
+    {
+      vtkNew<Repair> filter;
+      filter->SetActiveResult(active);
+      const auto output = OutputOf(filter, surface);
+      const bool isMarked = active && surface == open.Get();
+      vtkDataArray* scalars = output->GetPointData()->GetScalars();
+      EXPECT_STREQ(scalars ? scalars->GetName() : "none", isMarked ? "none" : "Pressure");
+      EXPECT_EQ(output->GetCellData()->GetScalars() != nullptr, isMarked);
+    }
+  }
 }
 
 TEST(SurfaceRepair, SmallComponentsGoWhenAsked)
@@ -575,7 +617,7 @@ TEST(SurfaceRepair, ParametersAreClampedAndPrinted)
   filter->Print(text);
   for (const char* name : { "MergePoints: 1", "MergeTolerance: 0", "HoleFilling: 2", "MaximumHoleSize: 0",
          "KeepLargestComponent: 0", "MinimumComponentFraction: 1", "RemoveSelfIntersections: 0", "OrientOutward: 1",
-         "MaximumLoss: 0.05", "Strict: 0", "Complete: 0" })
+         "MaximumLoss: 0.05", "Strict: 0", "ActiveResult: 0", "Complete: 0" })
   {
     EXPECT_NE(text.str().find(name), std::string::npos) << name;
   }

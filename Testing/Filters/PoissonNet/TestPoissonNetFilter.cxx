@@ -355,6 +355,15 @@ TEST(PoissonNetFilter, TheInputIsNotModifiedAndItsArraysPassThrough)
     EXPECT_EQ(output->GetPointData()->GetScalars(), mine) << "active scalars stay";
     EXPECT_EQ(output->GetPoints(), surface->GetPoints());
     EXPECT_EQ(HashOf(surface), before);
+    const auto filter = PoissonNetOn(surface, "through.model");
+    filter->ActiveResultOn();
+    const vtkSmartPointer<vtkPolyData> colored = OutputOf(filter);
+    vtkDataArray* found[] = { colored->GetPointData()->GetScalars(), colored->GetCellData()->GetScalars() };
+    vtkDataArray* const atPoints = colored->GetPointData()->GetArray("Label");
+    vtkDataArray* const none = domain == PoissonNetDomain::Global ? mine.Get() : nullptr;
+    EXPECT_EQ(found[0], atPoints ? atPoints : none);
+    EXPECT_EQ(found[1], colored->GetCellData()->GetArray("Label"));
+    EXPECT_EQ(HashOf(surface), before);
   }
 }
 
@@ -462,7 +471,7 @@ TEST(PoissonNetFilter, PrintsEveryProperty)
   filter->Print(text);
   for (const char* line : { "ModelFileName: print.model", "InputNormalization: 0", "Conditions: 0 0.5",
          "ConditionArrayName: \n", "SignalArrayName: \n", "PredictionArrayName: Prediction", "LabelArrayName: Label",
-         "ClassNamesArrayName: ClassNames", "DisplacementArrayName: Displacement",
+         "ClassNamesArrayName: ClassNames", "DisplacementArrayName: Displacement", "ActiveResult: 0",
          "ModelDescription: positions at the points, 3 channels; 2 blocks, width 16, 3 input channels, 2 conditions",
          "NumberOfModelLoads: 1", "NumberOfFactorizations: 1" })
   {

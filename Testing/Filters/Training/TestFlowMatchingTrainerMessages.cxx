@@ -7,6 +7,7 @@
 #include "Learning/Training/EncodingTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 
+#include <vtkCallbackCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -146,6 +147,7 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInThePropertiesIsOneErrorThatNamesI
     { [](auto* f) { f->SetModelFileName(""); }, { "ModelFileName is empty" } },
     { [](auto* f) { f->SetSourcesPerBatch(3); }, { "SourcesPerBatch is 3; expected a number that divides BatchSize" } },
     { [](auto* f) { f->SetLearningRate(std::nan("")); }, { "LearningRate is nan" } },
+    { [](auto* f) { f->SetLearningRate(1e300); }, { "LearningRate is 1e+300" } },
     { [](auto* f) {
        f->SetNumberOfMilestones(1);
        f->SetMilestone(0, -4);
@@ -163,6 +165,22 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInThePropertiesIsOneErrorThatNamesI
     spoil(filter);
     this->ExpectRefusal(filter, parts);
   }
+}
+
+TEST_F(FlowMatchingTrainerFilter, TheTimeToExpectIsAMessage)
+{
+  const auto filter = this->OnBlocks("long");
+  filter->SetIterations(100000000);
+  std::string message;
+  vtkNew<vtkCallbackCommand> observer;
+  observer->SetClientData(&message);
+  observer->SetCallback([](vtkObject* sender, unsigned long, void* text, void* data) {
+    static_cast<std::string*>(text)->append(static_cast<const char*>(data));
+    vtkAlgorithm::SafeDownCast(sender)->SetAbortExecute(1);
+  });
+  filter->AddObserver(vtkCommand::MessageEvent, observer);
+  Update(filter);
+  EXPECT_THAT(message, ::testing::ContainsRegex("^The other [0-9]+ of 100000000 iterations take about [0-9:]+\\.$"));
 }
 
 TEST_F(FlowMatchingTrainerFilter, CudaWithoutADeviceIsAnError)

@@ -25,10 +25,15 @@ and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or
 import importlib
 import importlib.util
 
+from .supervision import end_on_interruption as _end_on_interruption
+
+_end_on_interruption()  # of the program, while the modules below are loaded
+
 from . import accessor as _accessor
 from . import vtkSurfaceSynthesisEnsembles as _ensembles
 from . import vtkSurfaceSynthesisMeshing as _meshing
 from ._version import __version__
+from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
@@ -46,6 +51,8 @@ from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .signal_datasets import read_signal_dataset, write_signal_dataset
+from .textured_files import read_textured_mesh, write_textured_mesh
+from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
 from .vtkSurfaceSynthesisFieldLatents import vtkFieldLatentDecoder, vtkFieldLatentEncoder
@@ -71,6 +78,7 @@ __all__ = [
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "TEXTURE_WRAPS",
+    "TextureDataset",
     "__version__",
     "convert_checkpoint",
     "decode_texture",
@@ -86,12 +94,16 @@ __all__ = [
     "poses",
     "read_mesh",
     "read_signal_dataset",
+    "read_textured_mesh",
+    "read_texture_dataset",
     "read_volume",
     "remesh",
     "repair",
     "repair_measures",
     "repair_report",
     "sample_signal",
+    "texture_atlas",
+    "texture_dataset",
     "topology_report",
     "vdb_surface",
     "volume_from_numpy",
@@ -109,15 +121,18 @@ __all__ = [
     "vtkTopologyReport",
     "write_mesh",
     "write_signal_dataset",
+    "write_textured_mesh",
+    "write_texture_dataset",
 ]
 
-# A filter whose library was not there when the package was built is absent; poses(), remesh(), repair() and vdb_surface()
-# say so.
+# A filter whose library was not there when the package was built is absent; poses(), remesh(), repair(), texture_atlas()
+# and vdb_surface() say so.
 for _module, _name in (
     (_ensembles, "vtkPoseEnsembleFilter"),
     (_meshing, "vtkIsotropicRemeshFilter"),
     (_meshing, "vtkSurfaceRepairFilter"),
     (_meshing, "vtkTetrahedralizeFilter"),
+    (_meshing, "vtkTextureAtlasFilter"),
     (_meshing, "vtkVDBSurfaceFilter"),
 ):
     if hasattr(_module, _name):

@@ -3,6 +3,7 @@
 
 import functools
 
+from .atlases import texture_atlas
 from .flow_matching import deform, sample_signal
 from .geometric_texture import geometric_texture
 from .noise import matern_noise
@@ -28,6 +29,10 @@ class SynthesisAccessor:
     @functools.wraps(repair, assigned=("__doc__",))
     def repair(self, *arguments, **parameters):
         return repair(self._mesh, *arguments, **parameters)
+
+    @functools.wraps(texture_atlas, assigned=("__doc__",))
+    def texture_atlas(self, *arguments, **parameters):
+        return texture_atlas(self._mesh, *arguments, **parameters)
 
     @functools.wraps(poisson_net, assigned=("__doc__",))
     def poisson_net(self, *arguments, **parameters):

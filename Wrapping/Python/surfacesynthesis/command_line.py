@@ -11,7 +11,7 @@ from .commands import COMMANDS, FORMER_COMMANDS, TRAININGS
 from .commands.common import PROGRAM, Outcome, UsageError
 from .commands.wording import in_words_of_commands
 from .deprecation import note_renamed
-from .supervision import is_supervised, run_supervised
+from .supervision import is_supervised, raise_on_interruption, run_supervised
 
 _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
@@ -92,6 +92,7 @@ def _run(arguments):
         return str(message) if parsed is None else in_words_of_commands(str(message), parsed.parser)
 
     try:
+        raise_on_interruption()
         with warnings.catch_warnings():
             warnings.simplefilter("always")
             warnings.showwarning = lambda message, *_ignored, **_also_ignored: _report(f"warning: {worded(message)}")

@@ -2,6 +2,7 @@
 """Runs one VTK algorithm the Python way: VTK's error events become exceptions, nothing is printed."""
 
 import contextlib
+import logging
 import re
 import signal
 import sys
@@ -10,6 +11,8 @@ import threading
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
 from .errors import Cancelled, SurfaceSynthesisError
+
+_log = logging.getLogger(__package__)
 
 # "ERROR: In /path/file.cxx, line 12\nvtkClass (0x1234): "
 _PREFIX = re.compile(r"^(?:ERROR|Warning|Generic Warning|Debug): In [^\n]*, line \d+\n(?:\w+ \(0x[0-9a-f]+\): )?")
@@ -83,10 +86,12 @@ class HeldSignals:
             self._previous[self.pending](self.pending, None)
 
 
-def run_algorithm(algorithm, progress=None, time=None):
+def run_algorithm(algorithm, progress=None, time=None, message=_log.warning):
     """Updates ``algorithm``, at ``time`` where one is given, and returns the texts of its warnings.
 
     ``progress`` is called with a fraction in [0, 1], never decreasing; when it returns False, the algorithm is aborted.
+    ``message`` is called with the text of each message of the algorithm, as it comes: the time that a training will take.
+    Default: the log "surfacesynthesis" of the module logging.
     Raises SurfaceSynthesisError with the texts of the error events, Cancelled, KeyboardInterrupt after Ctrl-C, or
     whatever ``progress`` raised.
     """
@@ -106,12 +111,22 @@ def run_algorithm(algorithm, progress=None, time=None):
         if cancelled or raised:
             sender.SetAbortExecute(1)
 
+    def on_message(_sender, _event, text):
+        try:
+            message(text)
+        except BaseException:
+            raised.append(sys.exc_info()[1])
+
+    on_message.CallDataType = "string0"
     with HeldSignals() as signals, _Messages(algorithm, algorithm.GetExecutive()) as messages:
-        observer = algorithm.AddObserver("ProgressEvent", on_progress)
+        observers = [
+            algorithm.AddObserver("ProgressEvent", on_progress), algorithm.AddObserver("MessageEvent", on_message)
+        ]
         try:
             algorithm.Update() if time is None else algorithm.UpdateTimeStep(time)
         finally:
-            algorithm.RemoveObserver(observer)
+            for observer in observers:
+                algorithm.RemoveObserver(observer)
             algorithm.SetAbortExecute(0)
     if raised:
         raise raised[0]
@@ -123,14 +138,14 @@ def run_algorithm(algorithm, progress=None, time=None):
     return [plain_message(text) for text in messages.warnings]
 
 
-def apply_filter(algorithm, dataset, progress=None):
+def apply_filter(algorithm, dataset, progress=None, message=_log.warning):
     """The output of a filter for a dataset that stays untouched, or None for a filter that needs none, and the texts of
-    the filter's warnings.
+    the filter's warnings. ``progress`` and ``message`` as those of run_algorithm().
 
     Raises what run_algorithm() raises.
     """
     _give(algorithm, dataset)
-    remarks = run_algorithm(algorithm, progress)
+    remarks = run_algorithm(algorithm, progress, message=message)
     return _taken(algorithm), remarks
 
 

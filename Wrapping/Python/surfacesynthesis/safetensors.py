@@ -12,13 +12,13 @@ from .errors import FormatError
 from .supervision import unfinished_name
 
 #: The types that are read and written, by the name that the format gives them.
-_TYPES = {"F64": "<f8", "I64": "<i8", "F32": "<f4"}
+_TYPES = {"F64": "<f8", "I64": "<i8", "F32": "<f4", "U8": "|u1"}
 _LARGEST_HEADER = 16 * 2**20
 
 
-def write_safetensors(path, tensors, metadata, double=()):
-    """Writes arrays by name, integers as int64, those named in ``double`` as float64 and all others as float32, and
-    texts by name; the same bytes for the same content.
+def write_safetensors(path, tensors, metadata, double=(), octets=()):
+    """Writes arrays by name, those named in ``octets`` as uint8, other integers as int64, those named in ``double`` as
+    float64 and all others as float32, and texts by name; the same bytes for the same content.
 
     The file is written beside ``path``, flushed and renamed, so that ``path`` holds the old or the new content and
     never half of one. Raises OSError.
@@ -27,6 +27,7 @@ def write_safetensors(path, tensors, metadata, double=()):
     for name, values in tensors.items():
         values = np.asarray(values)
         kind = "F64" if name in double else "I64" if values.dtype.kind in "iu" else "F32"
+        kind = "U8" if name in octets else kind
         arrays[name] = np.ascontiguousarray(values, _TYPES[kind]).reshape(values.shape)
     # large elements first, so that all are aligned
     arrays = dict(sorted(arrays.items(), key=lambda item: (-item[1].itemsize, item[0])))

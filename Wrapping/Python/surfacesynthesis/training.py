@@ -27,7 +27,8 @@ _PLACE = "    (shared parameters)\n"
 _PARAMETERS = """\
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the training stops, and a
-        checkpoint is written first.
+        checkpoint is written first. A training of a minute or more says once, after its first iterations, the time to
+        expect, in the log "surfacesynthesis" of the module logging.
     checkpoint : path, optional
         The checkpoint. Default: ``model`` with .checkpoint after it.
     losses : path, optional

@@ -92,6 +92,27 @@ def add_running_options(group):
     group.add_argument("--quiet", action="store_true", help="print errors only")
 
 
+def add_reading_options(parser):
+    """The options about how the surface INPUT is read."""
+    group = parser.add_argument_group("reading")
+    group.add_argument(
+        "--point-data",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="file with values of the points, which become point arrays: .gii (.func .shape .label) or FreeSurfer's .area "
+        ".curv .sulc .thickness .volume; repeatable",
+    )
+    group.add_argument(
+        "--seams",
+        default="join",
+        choices=["join", "split"],
+        metavar="HOW",
+        help="points with several texture coordinates, of .obj and .ply: join (default) keeps the first, split makes a point "
+        "of each",
+    )
+
+
 def as_usage(function, *arguments, **parameters):
     """Calls a function whose TypeError and ValueError are about the user's options."""
     try:
@@ -100,11 +121,29 @@ def as_usage(function, *arguments, **parameters):
         raise UsageError(str(error)) from None
 
 
+def read_input(arguments):
+    """The mesh in the file INPUT of a command with add_reading_options()."""
+    from .. import files
+
+    as_usage(files.extension, arguments.input)
+    return as_usage(files.read_mesh, arguments.input, seams=arguments.seams, point_data=arguments.point_data)
+
+
+def read_input_surface(arguments):
+    """read_input() of a surface, or of a composite dataset, which must hold something."""
+    return _surface_in(read_input(arguments), arguments.input)
+
+
 def read_surface(path):
     """The surface, or the composite dataset, in a file, which must hold something."""
     from .. import files
 
-    mesh = files.read_mesh(path)
+    return _surface_in(files.read_mesh(path), path)
+
+
+def _surface_in(mesh, path):
+    from .. import files
+
     if mesh.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{path}: the file holds no points")
     require_surface(mesh, path)
@@ -129,6 +168,17 @@ def require_surface(mesh, path):
             )
 
 
+def printed_message(arguments, bar):
+    """A function that prints a message of a filter while it runs, beside its progress bar."""
+
+    def print_message(text):
+        if not arguments.quiet:
+            bar.clear()
+            print(f"{PROGRAM}: {text}", file=sys.stderr, flush=True)
+
+    return print_message
+
+
 def run_filter(algorithm, dataset, arguments, times=None):
     """The output of a VTK filter for ``dataset``, or a list of its outputs at ``times``, with a progress bar; the filter's
     warnings are issued."""
@@ -139,7 +189,7 @@ def run_filter(algorithm, dataset, arguments, times=None):
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
     try:
         if times is None:
-            output, remarks = apply_filter(algorithm, dataset, bar)
+            output, remarks = apply_filter(algorithm, dataset, bar, printed_message(arguments, bar))
         else:
             output, remarks = outputs_at_times(algorithm, dataset, times, bar)
     finally:

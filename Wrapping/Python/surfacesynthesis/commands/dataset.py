@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``dataset``: many samples of a signal on a surface, in a file to train with."""
+"""The command ``dataset``: many samples of a signal on a surface, or images and planar meshes, in a file to train with."""
 
 import argparse
 import sys
@@ -12,12 +12,14 @@ from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_o
 
 _DESCRIPTION = """\
 Makes data to train and to test flow matching with: a file (.safetensors) with a surface and many samples of a signal on
-it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one."""
+it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one. textures makes the data
+that field latents are trained on."""
 _EXAMPLES = """\
 examples:
   %(prog)s poses armadillo.off poses.safetensors --samples 3000 --points 1500 --template armadillo.off
   %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --points 2000
   %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
+  %(prog)s textures brick.png grass.png textures.safetensors --meshes 8
 """
 _POSES = """\
 Random poses of a connected surface: its extremities turn about their joints, the part near its centroid stays and the rest
@@ -25,12 +27,15 @@ follows as rigidly as possible. Lengths are fractions of the square root of the 
 _MIXTURES = """\
 Random mixtures of Gaussians of the distance along the surface from a few centres. Lengths are fractions of the square
 root of the area."""
+_TEXTURES = """\
+Tiles of images, and random planar meshes to lay over them: farthest-point samples of the unit square and their Delaunay
+triangulation."""
 
 
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for flow matching", _DESCRIPTION, _EXAMPLES
+        commands, "dataset", "SIGNAL INPUT OUTPUT", "make data for trainings", _DESCRIPTION, _EXAMPLES
     )
     signals = parser.add_subparsers(
         title="signals", metavar="SIGNAL", required=True, prog=f"python3 -m {PROGRAM} dataset"
@@ -38,6 +43,7 @@ def add(commands):
     if hasattr(_ensembles, "vtkPoseEnsembleFilter"):
         _add_poses(signals)
     _add_mixtures(signals)
+    _add_textures(signals)
 
 
 def _add_signal(signals, name, help, description):
@@ -116,6 +122,30 @@ def _add_mixtures(signals):
     add_former_option(parser, "--width", width)
 
 
+def _add_textures(signals):
+    parser = signals.add_parser(
+        "textures",
+        help="images and planar meshes for field latents",
+        usage=f"python3 -m {PROGRAM} dataset textures IMAGE [IMAGE ...] OUTPUT [options]",
+        description=_TEXTURES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("images", metavar="IMAGE", nargs="+", help="image to read: .png .jpg .tif .bmp")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
+    data = parser.add_argument_group("data")
+    for name, default, metavar, text in (
+        ("tile", 512, "PIXELS", "largest height and width of a tile"),
+        ("side", 1024, "PIXELS", "largest shorter side of an image, which is reduced to it"),
+        ("tiles", 4, "N", "largest number of tiles of an image"),
+        ("meshes", 64, "N", "number of planar meshes"),
+        ("mesh-points", 2500, "V", "number of points of a mesh"),
+        ("seed", 0, "N", "any integer of 32 bits"),
+    ):
+        data.add_argument(f"--{name}", type=int, default=default, metavar=metavar, help=f"{text} (default: {default})")
+    add_running_options(data)
+    parser.set_defaults(run=run_textures)
+
+
 def run_poses(arguments):
     """The command ``dataset poses``; returns the line to print."""
     from ..poses import configured_poses, poses
@@ -148,6 +178,29 @@ def run_mixtures(arguments):
     return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
 
 
+def run_textures(arguments):
+    """The command ``dataset textures``; returns the line to print."""
+    from ..texture_datasets import checked_options, texture_dataset
+
+    started = time.monotonic()
+    options = {name: getattr(arguments, name) for name in ("tile", "side", "tiles", "meshes", "mesh_points", "seed")}
+    as_usage(checked_options, **options)
+    _require_dataset_name(arguments.output)
+    set_threads(arguments.threads)
+    bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
+    try:
+        made = texture_dataset(arguments.output, arguments.images, **options, progress=bar)
+    finally:
+        bar.clear()
+    seconds = time.monotonic() - started
+    return f"{len(made.images):,} tiles, {len(made.meshes):,} meshes, {seconds:.1f} s -> {arguments.output}"
+
+
+def _require_dataset_name(path):
+    if not path.endswith(".safetensors"):
+        raise UsageError(f"{path}: datasets are .safetensors files")
+
+
 def _run(arguments, signal, make):
     """Reads the surface, makes the samples and writes the file."""
     from .. import files, remeshing, sampling
@@ -156,8 +209,7 @@ def _run(arguments, signal, make):
     started = time.monotonic()
     as_usage(files.extension, arguments.input)
     as_usage(sampling.checked_range, arguments.samples, arguments.first_sample)
-    if not arguments.output.endswith(".safetensors"):
-        raise UsageError(f"{arguments.output}: datasets are .safetensors files")
+    _require_dataset_name(arguments.output)
     number_of_points = getattr(arguments, "points", None)
     if number_of_points is not None:
         as_usage(remeshing.configured_remesh, points=number_of_points)

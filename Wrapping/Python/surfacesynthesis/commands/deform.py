@@ -5,7 +5,15 @@ import os
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+)
 
 _DESCRIPTION = """\
 Deforms a surface at random, as a flow matching model has learned it: poses, shapes, deformations. Works on any
@@ -73,6 +81,7 @@ def _add(commands, name, text, description, epilog):
     output = parser.add_argument_group("output")
     output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
     add_running_options(output)
+    add_reading_options(parser)
     add_former_option(parser, "--noise", noise)
     return parser
 
@@ -102,7 +111,7 @@ def run(arguments):
     several = algorithm.GetNumberOfSamples() > 1
     if several and arguments.trajectory and kind != ".vtm":
         raise UsageError("several samples with --trajectory need a .vtm file for each flow time: name OUTPUT.vtm")
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     if not (several and kind == ".vtm"):
         as_usage(files.check_writable, mesh, arguments.output)
     outputs = run_filter(algorithm, mesh, arguments, flow_times(algorithm) if arguments.trajectory else None)

@@ -5,7 +5,16 @@ import os
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+    surface_summary,
+)
 
 _DESCRIPTION = """\
 Synthesizes the geometric texture that a model has learned from one mesh on another, of any shape and genus. Without
@@ -81,6 +90,7 @@ def add(commands):
         "--output-levels", action="store_true", help="write the surfaces after each level, by number"
     )
     add_running_options(output)
+    add_reading_options(parser)
     add_former_option(parser, "--levels", levels)
 
 
@@ -113,7 +123,7 @@ def run(arguments):
     as_usage(files.extension, arguments.output)
     if arguments.input is not None:
         as_usage(files.extension, arguments.input)
-        mesh = read_surface(arguments.input)
+        mesh = read_input_surface(arguments)
         as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     if not arguments.output_levels:

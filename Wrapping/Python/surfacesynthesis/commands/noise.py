@@ -5,7 +5,15 @@ import os
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+)
 
 _DESCRIPTION = """\
 Adds Matérn noise to the points of a surface: a Gaussian random field whose statistics do not depend on the
@@ -87,6 +95,7 @@ def add(commands):
         "itself; with several samples, OUTPUT_0, OUTPUT_1, ... are written",
     )
     add_running_options(output)
+    add_reading_options(parser)
     add_former_option(parser, "--std", deviation)
     add_former_option(parser, "--model", model)
 
@@ -99,7 +108,7 @@ def run(arguments):
     started = time.monotonic()
     noise = _filter_of(arguments)
     _check_output(arguments, files)
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(noise, mesh, arguments)
     written = _outputs(output, arguments, array_names(noise))

@@ -4,7 +4,16 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, run_filter, surface_summary
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input,
+    run_filter,
+    surface_summary,
+)
 
 _DESCRIPTION = """\
 Evaluates a trained PoissonNet on a surface: segmentation, classification, features or predicted shapes, whatever the
@@ -51,6 +60,7 @@ def add(commands):
         "--warp", type=float, metavar="SCALE", help="move the points by SCALE times the way to the predicted positions"
     )
     add_running_options(output)
+    add_reading_options(parser)
     add_former_option(parser, "--normalisation", normalization)
 
 
@@ -77,7 +87,7 @@ def run(arguments):
         raise UsageError(f"{kind} files cannot hold the prediction: write .vtp or .vtk, or move points with --warp SCALE")
     if arguments.warp is not None and not abs(arguments.warp) < float("inf"):
         raise UsageError(f"--warp must be a finite number, not {arguments.warp:g}")
-    mesh = files.read_mesh(arguments.input)
+    mesh = read_input(arguments)
     if mesh.GetNumberOfPoints() == 0:
         raise files.FormatError(f"{arguments.input}: the file holds no points")
     as_usage(files.check_writable, mesh, arguments.output)

@@ -3,7 +3,15 @@
 
 import time
 
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
+from .common import (
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+    surface_summary,
+)
 
 _DESCRIPTION = """\
 Remeshes a surface with triangles of even size and shape. Boundaries, creases and seams of arrays are kept, arrays are
@@ -47,6 +55,7 @@ def add(commands):
         "--maximum-points", type=int, default=10_000_000, metavar="N", help="limit of the output (default: 10000000)"
     )
     add_running_options(running)
+    add_reading_options(parser)
 
 
 def run(arguments):
@@ -68,7 +77,7 @@ def run(arguments):
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)

@@ -4,7 +4,15 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
+from .common import (
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+    surface_summary,
+)
 
 _DESCRIPTION = """\
 Makes a valid, manifold surface of a broken one: merges points, removes duplicate and flat triangles, takes sheets that
@@ -62,6 +70,7 @@ def add(commands):
         "--no-orient-outward", action="store_true", help="leave the side to which closed surfaces are turned"
     )
     add_running_options(running)
+    add_reading_options(parser)
     add_former_option(parser, "--no-merge", merge)
     add_former_option(parser, "--no-orient", orient)
 
@@ -87,7 +96,7 @@ def run(arguments):
     )
     as_usage(files.extension, arguments.input)
     as_usage(files.extension, arguments.output)
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)

@@ -2,7 +2,16 @@
 """The command ``report``."""
 
 from ..deprecation import add_former_option
-from .common import Outcome, add_command, add_running_options, as_usage, require_surface, run_filter
+from .common import (
+    Outcome,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input,
+    require_surface,
+    run_filter,
+)
 from .wording import with_commands
 
 _DESCRIPTION = """\
@@ -35,6 +44,7 @@ def add(commands):
         help="number of components that are described one by one, the largest first (default: 10)",
     )
     add_running_options(output)
+    add_reading_options(parser)
     add_former_option(parser, "--components", component_rows)
 
 
@@ -45,7 +55,7 @@ def run(arguments):
 
     algorithm = as_usage(configured_filter, arguments.component_rows)
     as_usage(files.extension, arguments.input)
-    mesh = files.read_mesh(arguments.input)
+    mesh = read_input(arguments)
     require_surface(mesh, arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
     text = report.to_csv().rstrip("\n") if arguments.csv else with_commands(str(report))

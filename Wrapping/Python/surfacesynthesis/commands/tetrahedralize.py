@@ -5,7 +5,16 @@ import os
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter, surface_summary
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    run_filter,
+    surface_summary,
+)
 
 _DESCRIPTION = """\
 Fills a closed surface with tetrahedra of bounded shape and size, by TetGen in a process of its own."""
@@ -61,6 +70,7 @@ def add(commands):
     )
     shape.add_argument("--surface-triangles", action="store_true", help="write the triangles of the surface as well")
     add_running_options(parser.add_argument_group("output"))
+    add_reading_options(parser)
     add_former_option(parser, "--ratio", ratio)
     add_former_option(parser, "--dihedral", angle)
     add_former_option(parser, "--volume", volume)
@@ -78,7 +88,7 @@ def run(arguments):
     kind = os.path.splitext(arguments.output)[1].lower()
     if kind not in _KINDS:
         raise UsageError(f"{arguments.output}: tetrahedra can be written to {', '.join(_KINDS)}, not to '{kind}'")
-    mesh = read_surface(arguments.input)
+    mesh = read_input_surface(arguments)
     composite = hasattr(mesh, "NewTreeIterator")
     if composite != (kind == ".vtm"):
         wanted = ".vtm" if composite else ".vtu or .vtk"

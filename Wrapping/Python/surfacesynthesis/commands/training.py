@@ -5,7 +5,7 @@ import os
 import sys
 import warnings
 
-from .common import TrainingBar, add_running_options, set_threads
+from .common import TrainingBar, add_running_options, printed_message, set_threads
 
 #: Options with a number that all trainings have: name, type, default, metavariable, help.
 _SHARED_NUMBERS = (
@@ -67,7 +67,7 @@ def train_filter(algorithm, arguments, checkpoints=()):
     set_threads(arguments.threads)
     bar = TrainingBar(sys.stderr, not (arguments.no_progress or arguments.quiet), algorithm)
     try:
-        remarks = run_algorithm(algorithm, bar)
+        remarks = run_algorithm(algorithm, bar, message=printed_message(arguments, bar))
     except KeyboardInterrupt:
         places = checkpoints or [checkpoint_of(algorithm)]
         kept = [f"; the same command goes on from {path}" for path in places if os.path.exists(path)]

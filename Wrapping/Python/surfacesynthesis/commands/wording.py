@@ -8,6 +8,8 @@ from ..vocabulary import SYNONYMS, words_of
 #: The command that runs a class.
 COMMANDS_OF_CLASSES = {
     "vtkEnsembleMetrics": "metrics",
+    "vtkFieldLatentDecoder": "decode-texture",
+    "vtkFieldLatentEncoder": "encode-texture",
     "vtkFlowMatchingDeformer": "deform",
     "vtkFlowMatchingTrainer": "train flow-matching",
     "vtkGaussianMixtureFilter": "dataset mixtures",
@@ -21,6 +23,7 @@ COMMANDS_OF_CLASSES = {
     "vtkPoseEnsembleFilter": "dataset poses",
     "vtkSurfaceRepairFilter": "repair",
     "vtkTetrahedralizeFilter": "tetrahedralize",
+    "vtkTextureAtlasFilter": "texture-atlas",
     "vtkTopologyReport": "report",
     "vtkVDBSurfaceFilter": "surface",
 }
@@ -32,6 +35,11 @@ PHRASES = {
     "a MinimumComponentFraction": "--minimum-component",
     "EncoderIterations": "--encoder-iterations",
 }
+#: Options for what the messages of readers say of read_mesh().
+_READING = {
+    "read_mesh(path, seams='split')": "--seams split",
+    "read_mesh(surface, point_data=[...])": "the surface as INPUT, and --point-data FILE",
+}
 # Names in quotes and in paths are the user's own.
 _BEFORE, _AFTER = r"(?<![\w/\"'.-])", r"(?![\w/\"']|\.\w)"
 _PROPERTY = re.compile(_BEFORE + r"(?:[A-Z][a-z]+){2,}" + _AFTER)
@@ -41,6 +49,8 @@ _CLASS = re.compile(_BEFORE + r"(vtk[A-Z]\w+)" + _AFTER + r"(?: with ([A-Z]\w+(?
 def in_words_of_commands(text, parser):
     """``text`` with the options of the command that ``parser`` reads, and the commands for other classes."""
     texts = [text for action in parser._actions for text in action.option_strings]
+    for function, option in _READING.items() if "--seams" in texts else ():
+        text = text.replace(function, option)
     offered = {text.lstrip("-").replace("-", "_"): text for text in texts}
     return _PROPERTY.sub(lambda match: _option(match[0], offered), with_commands(text))
 

@@ -8,6 +8,8 @@ import stat
 import tempfile
 import warnings
 
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObjectTree,
@@ -107,7 +109,7 @@ def volume_extension(path):
     return next((kind for kind in VOLUME_FORMATS if name.endswith(kind)), None)
 
 
-def _require_file(path):
+def require_file(path):
     """Raises OSError, in the operating system's own words, when a file is missing or unreadable, and FormatError when it
     is none: a pipe would be waited for, a device read without end."""
     mode = os.stat(path).st_mode
@@ -150,9 +152,9 @@ def read_volume(path, space="RAS", array=None, series=None):
         raise ValueError(f"{path}: series chooses among the DICOM series in a folder")
     if kind == ".dcm":
         if not os.path.isdir(path):
-            _require_file(path)
+            require_file(path)
         return to_image(path, read_dicom(path, series), space)
-    _require_file(path)
+    require_file(path)
     if kind == ".vti":
         check_vtk_xml(path)
         return with_array(path, _read_with_vtk(vtkXMLImageDataReader(), path, (vtkImageData,)), array)
@@ -171,7 +173,8 @@ def read_mesh(path, seams="join", point_data=()):
     volume that they describe.
 
     ``point_data`` are files with values of the points, which become point arrays: GIFTI (.func.gii, .shape.gii,
-    .label.gii) or FreeSurfer's (.area .curv .sulc .thickness .volume).
+    .label.gii) or FreeSurfer's (.area .curv .sulc .thickness .volume). Labels are numbers; the arrays "<name>LabelNames" and
+    "<name>LabelValues" of the field data hold the table of their names.
 
     Raises ValueError for another extension, OSError when a file cannot be opened, SurfaceSynthesisError when nibabel is
     needed and not installed, and FormatError, with the file and where possible the line, when it does not follow its
@@ -187,7 +190,7 @@ def read_mesh(path, seams="join", point_data=()):
 
 
 def _read_mesh(path, kind, seams):
-    _require_file(path)
+    require_file(path)
     if kind in _READ:
         return to_polydata(_READ[kind](path))
     if kind in _READ_WITH_SEAMS:
@@ -225,19 +228,32 @@ def _blocks(path, meshes):
 
 def _add_point_data(mesh, path, source):
     """Adds the values of points in a file as point arrays."""
-    _require_file(source)
+    require_file(source)
     if isinstance(mesh, vtkDataObjectTree):
         raise ValueError(f"{path}: values of points are for one surface, not for a composite dataset")
     name = os.path.basename(source)
     kind = os.path.splitext(name)[1].lower()
+    labels = {}
     if kind == ".gii":
-        arrays = read_gifti_values(source, mesh.GetNumberOfPoints())
+        arrays, labels = read_gifti_values(source, mesh.GetNumberOfPoints())
     elif kind in VALUES:
         arrays = {kind[1:]: read_values(source, mesh.GetNumberOfPoints())}
     else:
         raise ValueError(f"{source}: values of points are read from .gii, {', '.join(VALUES)}")
     for name, values in arrays.items():
         add_array(mesh.GetPointData(), name, values)
+        if name in labels:
+            _add_labels(mesh, name, labels[name])
+
+
+def _add_labels(mesh, name, labels):
+    """Adds the names of labels and their values as arrays of the field data."""
+    names = vtkStringArray()
+    names.SetName(f"{name}LabelNames")
+    for text in labels.values():
+        names.InsertNextValue(text)
+    mesh.GetFieldData().AddArray(names)
+    add_array(mesh.GetFieldData(), f"{name}LabelValues", np.array([*labels], dtype=np.int32))
 
 
 def _read_with_vtk(reader, path, expected=(vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
@@ -284,8 +300,14 @@ def _check_legacy(path):
 
 
 def check_writable(mesh, path):
-    """Raises ValueError or OSError when ``mesh`` cannot go to ``path``: unknown extension, a composite dataset for a
-    format of one surface, a folder that does not exist or cannot be written to. Leaves nothing behind."""
+    """Raises TypeError, ValueError or OSError when ``mesh`` cannot go to ``path``: no dataset, unknown extension, a
+    composite dataset for a format of one surface, a folder that does not exist or cannot be written to. Leaves nothing
+    behind."""
+    if not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)):
+        raise TypeError(
+            "mesh must be a vtkPolyData, a vtkUnstructuredGrid or a vtkMultiBlockDataSet, not "
+            f"{getattr(mesh, 'GetClassName', lambda: type(mesh).__name__)()}"
+        )
     kind = extension(path)
     path = os.path.realpath(path)
     if kind in SURFACES:
@@ -310,7 +332,7 @@ def check_writable(mesh, path):
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"the folder {folder} does not exist")
     try:
-        os.rmdir(_temporary_folder(folder))
+        os.rmdir(temporary_folder(folder))
     except OSError as error:
         raise OSError(f"the folder {folder} is not writable: {error.strerror}") from None
     if os.path.exists(path) and not os.path.isfile(path):
@@ -324,7 +346,7 @@ def write_mesh(mesh, path):
     PLY, GIFTI and glTF keep all point arrays (glTF those of up to four components), OBJ texture coordinates, normals and
     the array "RGB"; STL and OFF keep the shape only. STL, GIFTI and glTF have triangles, in single precision. The file
     appears under its name when it is complete: until then, and after a failure, a file that was there before stays as it
-    was. Raises ValueError, OSError, or SurfaceSynthesisError with VTK's text.
+    was. Raises TypeError for other data, ValueError, OSError, or SurfaceSynthesisError with VTK's text.
     """
     write_meshes([(mesh, path)])
 
@@ -337,7 +359,7 @@ def write_meshes(meshes):
     folders, moves = [], []
     try:
         for mesh, path in meshes:
-            folders.append(_temporary_folder(os.path.dirname(path)))
+            folders.append(temporary_folder(os.path.dirname(path)))
             try:
                 moves += _write(mesh, os.path.join(folders[-1], os.path.basename(path)), os.path.dirname(path))
             except OSError as error:  # which knows no file, or the temporary one
@@ -350,7 +372,7 @@ def write_meshes(meshes):
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _temporary_folder(folder):
+def temporary_folder(folder):
     """A new folder beside the file to be written, so that the file can be moved to its name and is never copied."""
     path = unfinished_name(folder)
     os.mkdir(path, 0o700)

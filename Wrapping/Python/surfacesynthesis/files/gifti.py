@@ -18,6 +18,7 @@ from .volumes import LARGEST_RATIO
 _BLOCK_SIZE = 1 << 20
 _BYTES = {"NIFTI_TYPE_UINT8": 1, "NIFTI_TYPE_INT32": 4, "NIFTI_TYPE_FLOAT32": 4, "NIFTI_TYPE_FLOAT64": 8}
 _POINTS, _TRIANGLES, _TIMES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE", "NIFTI_INTENT_TIME_SERIES"
+_LABELS = "NIFTI_INTENT_LABEL"
 
 
 def read_gifti(path):
@@ -41,15 +42,19 @@ def read_gifti(path):
 
 
 def read_gifti_values(path, number):
-    """The arrays of values of ``number`` points in a file, by their names."""
-    found = _values(path, _arrays(path), number)
+    """The arrays of values of ``number`` points in a file, by their names; and the names of labels by their values, for
+    each array of labels."""
+    arrays, table = _arrays_and_labels(path)
+    labels = []
+    found = _values(path, arrays, number, labels)
     if not found:
         raise FormatError(f"{path}: the file has no values of points")
-    return found
+    return found, dict.fromkeys(labels, table)
 
 
-def _values(path, arrays, number):
-    """Values of points by their names; the times of a series are the components of one array."""
+def _values(path, arrays, number, labels=None):
+    """Values of points by their names; the times of a series are the components of one array. The names of arrays of
+    labels are appended to ``labels``."""
     found, times = {}, []
     base = os.path.basename(path).removesuffix(".gii")
     for intent, name, values in arrays:
@@ -65,6 +70,8 @@ def _values(path, arrays, number):
         while key in found:
             key, count = f"{name}_{count}", count + 1
         found[key] = values
+        if intent == _LABELS and labels is not None:
+            labels.append(key)
     if times:
         found["TimeSeries"] = np.column_stack(times)
     return found
@@ -72,6 +79,11 @@ def _values(path, arrays, number):
 
 def _arrays(path):
     """The arrays in a file: intent, name and values."""
+    return _arrays_and_labels(path)[0]
+
+
+def _arrays_and_labels(path):
+    """The arrays in a file, and the names of labels by their values."""
     _Check(path).run()
     with with_nibabel(path) as nibabel:
         image = nibabel.gifti.GiftiImage.from_filename(path)
@@ -80,7 +92,7 @@ def _arrays(path):
         for array in image.darrays:
             values = np.reshape(array.data, [int(size) for size in array.dims])  # text of one row loses a dimension
             found.append((codes[array.intent], str(array.meta.get("Name", "")), values))
-        return found
+        return found, {int(label.key): str(label.label or "") for label in image.labeltable.labels}
 
 
 class _Check:

@@ -2,8 +2,8 @@
 """glTF 2.0, as text (.gltf) or binary (.glb): the triangles of its scene with normals ("Normals"), texture coordinates
 ("TCoords"; the second one turned round, as glTF counts downwards), colors ("RGB", "RGBA") and attributes of other names.
 
-vtkGLTFReader ends the process at counts, offsets and indices that are wrong; checking them all decodes the file. Materials,
-pictures, skins and animations are not kept.
+vtkGLTFReader ends the process at counts, offsets and indices that are wrong; checking them all decodes the file. Of
+materials the picture of the base color can be read and written; skins and animations are not kept.
 """
 
 import base64
@@ -21,6 +21,7 @@ _KINDS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"
 _TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
 _VERTICES, _INDICES = 34962, 34963
+_LINEAR, _CLAMP = 9729, 33071
 #: Levels of nodes, and the points that a scene may have beyond one for each byte: a mesh may stand in it many times.
 _DEEPEST, _MOST_POINTS = 100, 1 << 24
 _DATA = "data:"
@@ -29,6 +30,12 @@ _DATA = "data:"
 def read_gltf(path):
     """The triangles of a file as pairs of a name and a PolygonMesh. Raises FormatError or OSError."""
     return list(_Scene(path).meshes())
+
+
+def read_textured_gltf(path):
+    """The pairs of read_gltf(), and the bytes of the picture that is the base color of all of them; None without one."""
+    scene = _Scene(path)
+    return list(scene.meshes()), scene.picture()
 
 
 def _loaded(path):
@@ -73,12 +80,48 @@ class _Scene:
         self._document, self._binary = _loaded(path)
         self._buffers = {}
         self._visited = set()
+        self._materials = set()
         self._points_left = _MOST_POINTS + os.path.getsize(path)
 
     def meshes(self):
         """Pairs of the name of a mesh and its PolygonMesh, node by node."""
         for index in self._list(self._item("scenes", self._document.get("scene", 0)), "nodes"):
             yield from self._node(index, np.eye(4), 0)
+
+    def picture(self):
+        """The bytes of the only base color texture of the meshes that were read; None without one."""
+        pictures = {None if material is None else self._picture_of(material) for material in self._materials}
+        if len(pictures) > 1:
+            raise self._error(
+                f"the scene has {len(self._materials)} materials with different textures; one texture for all is needed"
+            )
+        index = next(iter(pictures), None)
+        if index is None:
+            return None
+        image = self._item("images", index)
+        if "bufferView" not in image:
+            return self._resource(image, "image", index)
+        view = self._item("bufferViews", image["bufferView"])
+        data = self._buffer(self._size(view, "buffer"))
+        begin, length = self._size(view, "byteOffset", 0), self._size(view, "byteLength")
+        if length > len(data) - begin:
+            raise self._error(f"the image {index} does not lie within its buffer; the file is cut off or damaged")
+        return bytes(data[begin : begin + length])
+
+    def _picture_of(self, index):
+        """The image of the base color of a material; None without one."""
+        color = self._object(self._item("materials", index), "pbrMetallicRoughness")
+        if "baseColorTexture" not in color:
+            return None
+        texture = self._object(color, "baseColorTexture")
+        if texture.get("texCoord", 0) != 0 or "KHR_texture_transform" in self._object(texture, "extensions"):
+            raise self._error("a texture has other texture coordinates than the first ones; this is not known")
+        return self._size(self._item("textures", texture.get("index")), "source")
+
+    def _object(self, item, key):
+        if not isinstance(item.get(key, {}), dict):
+            raise self._error(f"the {key} is no object")
+        return item.get(key, {})
 
     def _error(self, text):
         return FormatError(f"{self._path}: {text}")
@@ -121,6 +164,8 @@ class _Scene:
                 if not isinstance(primitive, dict) or not isinstance(primitive.get("attributes"), dict):
                     raise self._error("a part of a mesh has no attributes")
                 if primitive.get("mode", _TRIANGLES) in (_TRIANGLES, _STRIP, _FAN):  # others are points and lines
+                    material = primitive.get("material")
+                    self._materials.add(material if material is None or type(material) is int else -1)
                     yield str(mesh.get("name", f"Mesh {node['mesh']}")), self._primitive(primitive, matrix)
         for child in self._list(node, "children"):
             yield from self._node(child, matrix, depth + 1)
@@ -191,24 +236,29 @@ class _Scene:
         return self._buffers[index]
 
     def _loaded_buffer(self, index):
-        uri = self._item("buffers", index).get("uri")
-        if uri is None and index == 0 and self._binary is not None:
+        buffer = self._item("buffers", index)
+        if buffer.get("uri") is None and index == 0 and self._binary is not None:
             return self._binary
+        return self._resource(buffer, "buffer", index)
+
+    def _resource(self, item, what, index):
+        """The bytes of a buffer or image with a uri."""
+        uri = item.get("uri")
         if not isinstance(uri, str):
-            raise self._error(f"the buffer {index} is missing")
+            raise self._error(f"the {what} {index} is missing")
         if uri.startswith(_DATA):
             try:
                 return base64.b64decode(uri.partition(",")[2], validate=True)
             except (binascii.Error, ValueError):
-                raise self._error(f"the buffer {index} is damaged") from None
+                raise self._error(f"the {what} {index} is damaged") from None
         name = os.path.join(os.path.dirname(self._path), uri)
         if not uri or uri in (".", "..") or os.path.basename(uri) != uri or "%" in uri or "\0" in uri:
-            raise self._error(f"the buffer {index} is '{uri[:60]}'; a file in the same folder is needed")
+            raise self._error(f"the {what} {index} is '{uri[:60]}'; a file in the same folder is needed")
         if not os.path.isfile(name):
-            raise self._error(f"the file {uri[:60]} with a buffer is missing, or no regular file")
+            raise self._error(f"the file {uri[:60]} with {'a buffer' if what == 'buffer' else 'an image'} is missing, or no regular file")
         self._points_left += os.path.getsize(name)
         with open(name, "rb") as file:
-            return file.read(self._size(self._item("buffers", index), "byteLength"))
+            return file.read(self._size(item, "byteLength") if what == "buffer" else -1)
 
 
 def _triangles(ids, mode):
@@ -235,9 +285,10 @@ def _array(name, values, matrix):
     return name.removeprefix("_"), values
 
 
-def write_gltf(meshes, file, binary):
+def write_gltf(meshes, file, binary, png=None):
     """Writes pairs of a name and a PolygonMesh of triangles to a binary file object: points, "Normals", "TCoords", "RGB" or
-    "RGBA", and arrays of up to four components under their names behind an underscore, in single precision."""
+    "RGBA", and arrays of up to four components under their names behind an underscore, in single precision; ``png``, the
+    bytes of a PNG file, as their base color."""
     writer = _Buffer()
     parts = [{"name": name, "primitives": [writer.add_mesh(mesh)]} for name, mesh in meshes if len(mesh.points)]
     document = {"asset": {"version": "2.0", "generator": "SurfaceSynthesis"}}
@@ -246,8 +297,13 @@ def write_gltf(meshes, file, binary):
         document |= {
             "scene": 0, "scenes": [{"nodes": list(places)}], "nodes": [{"mesh": place} for place in places],
             "meshes": parts, "accessors": writer.accessors, "bufferViews": writer.views,
-            "buffers": [{"byteLength": len(writer.data)}],
+            "buffers": [{}],
         }  # fmt: skip
+        if png is not None:
+            document |= _material(writer.add_bytes(png))
+            for part in parts:
+                part["primitives"][0]["material"] = 0
+        document["buffers"][0]["byteLength"] = len(writer.data)
     if not binary and parts:
         encoded = base64.b64encode(writer.data).decode()
         document["buffers"][0]["uri"] = f"{_DATA}application/octet-stream;base64,{encoded}"
@@ -259,6 +315,17 @@ def write_gltf(meshes, file, binary):
     length = 12 + 8 + len(text) + 8 + len(writer.data)
     file.write(struct.pack("<4sII", b"glTF", 2, length) + struct.pack("<I4s", len(text), b"JSON") + text)
     file.write(struct.pack("<I4s", len(writer.data), b"BIN\0") + bytes(writer.data))
+
+
+def _material(view):
+    """The objects of a material whose base color is the PNG picture in a buffer view: no highlights, both sides."""
+    color = {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0, "roughnessFactor": 1.0}
+    return {
+        "images": [{"bufferView": view, "mimeType": "image/png"}],
+        "samplers": [{"magFilter": _LINEAR, "minFilter": _LINEAR, "wrapS": _CLAMP, "wrapT": _CLAMP}],
+        "textures": [{"sampler": 0, "source": 0}],
+        "materials": [{"name": "texture", "pbrMetallicRoughness": color, "doubleSided": True}],
+    }
 
 
 class _Buffer:
@@ -280,6 +347,12 @@ class _Buffer:
             return {"attributes": attributes, "mode": _POINTS}
         indices = self.add(mesh.connectivity.astype(np.uint32), _INDICES)
         return {"attributes": attributes, "mode": _TRIANGLES, "indices": indices}
+
+    def add_bytes(self, data):
+        """Adds bytes and returns their buffer view."""
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)})
+        self.data += data + bytes(-len(data) % 4)
+        return len(self.views) - 1
 
     def add(self, values, target):
         kind = next(code for code, name in _KINDS.items() if name == values.dtype.str[1:])

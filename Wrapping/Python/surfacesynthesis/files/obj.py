@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Wavefront OBJ: points, faces, texture coordinates ("TCoords"), normals ("Normals"), and colors behind the coordinates
-("RGB"). Groups and materials are not kept."""
+("RGB"). Groups and materials are not kept; materials.py reads their textures."""
 
 import re
 
@@ -128,8 +128,11 @@ def _rows(data):
         yield first, held
 
 
-def write_obj(mesh, file):
-    """Writes a PolygonMesh to a binary file object, with its arrays "TCoords", "Normals" and "RGB"."""
+def write_obj(mesh, file, library=None):
+    """Writes a PolygonMesh to a binary file object, with its arrays "TCoords", "Normals" and "RGB"; with the material
+    "texture" of the MTL file ``library`` when one is named."""
+    if library is not None:
+        file.write(f"mtllib {library}\n".encode())
     points, colors = mesh.points, mesh.arrays.get("RGB")
     if colors is not None and colors.dtype == np.uint8:
         points = np.column_stack([points, colors / points.dtype.type(255)])
@@ -140,6 +143,8 @@ def write_obj(mesh, file):
         if values is not None and values.shape[1:] == (size,):
             write_rows(file, values, prefix)
             corner = form or {"%d": "%d//%d", "%d/%d": "%d/%d/%d"}[corner]
+    if library is not None:
+        file.write(b"usemtl texture\n")
     polygons, numbers = len(mesh.offsets) - 1, corner.count("%")
     ids = np.repeat(mesh.connectivity + 1, numbers)
     if polygons and (np.diff(mesh.offsets) == 3).all():

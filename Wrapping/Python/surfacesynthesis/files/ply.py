@@ -312,8 +312,9 @@ class _BinaryBody:
         """Bytes after the last element are allowed: some programs pad their files."""
 
 
-def write_ply(mesh, file):
-    """Writes a PolygonMesh to a binary file object, as binary PLY with all its point arrays as vertex properties."""
+def write_ply(mesh, file, texture=None):
+    """Writes a PolygonMesh to a binary file object, as binary PLY with all its point arrays as vertex properties; with a
+    comment that names the file of a texture when there is one."""
     fields = [(axis, _kind_to_write(mesh.points)) for axis in "xyz"]
     columns = [mesh.points[:, k] for k in range(3)]
     for name, values in mesh.arrays.items():
@@ -327,7 +328,9 @@ def write_ply(mesh, file):
     vertices = np.zeros(len(mesh.points), dtype=[(name, "<" + kind) for name, kind in fields])
     for (name, _), column in zip(fields, columns):
         vertices[name] = column
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    header = ["ply", "format binary_little_endian 1.0"]
+    header += [] if texture is None else [f"comment TextureFile {texture}"]
+    header += [f"element vertex {len(vertices)}"]
     header += [f"property {_NAMES[kind]} {name}" for name, kind in fields]
     sizes = np.diff(mesh.offsets)
     length = "uchar" if len(sizes) == 0 or sizes.max() < 256 else "int"

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps of the training of field latents beside the rate of sgemm, per second of processor time.
+#include "ProductRate.h"
+#include "SmallTextures.h"
+
+#include "Core/Common/Parallel.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
+#include "Inference/FieldLatents/FieldLatentOperations.h"
+#include "Learning/Training/FieldLatentTrainer.h"
+
+#include <benchmark/benchmark.h>
+
+#include <cstdlib>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace surfsynth::bench
+{
+namespace
+{
+
+/// Operations of one step: those of the forward pass, and twice as many for the derivatives.
+double StepOperations(const FieldLatentTrainingOptions& options)
+{
+  const FieldLatentOptions& network = options.Network;
+  const double decoder = static_cast<double>(network.SamplesPerRing) * NeuralFieldOperations(network);
+  return 3.0 * static_cast<double>(options.BatchSize) * (EncoderOperations(network, network.SamplesPerRing) + decoder);
+}
+
+void FieldLatentStep(benchmark::State& state, const FieldLatentOptions& network, std::int64_t batch)
+{
+  FieldLatentTrainingOptions options;
+  options.Network = network;
+  options.BatchSize = batch;
+  options.Device = TrainingDevice::CPU;
+  FieldLatentTrainer trainer(test::SmallTextures(), options);
+  trainer.Step();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    trainer.Step();
+  }
+  const double seconds = ProcessorSeconds() - start;
+  const double rate = StepOperations(options) * static_cast<double>(state.iterations()) / seconds;
+  state.counters["GFLOP"] = 1e-9 * StepOperations(options);
+  state.counters["GFLOPperSecond"] = 1e-9 * rate;
+  state.counters["OfProductRate"] = rate / ProductRate();
+}
+
+} // namespace
+} // namespace surfsynth::bench
+
+/// On one thread: OMP_NUM_THREADS=1.
+int main(int argc, char** argv)
+{
+  using namespace surfsynth;
+#ifdef __GLIBC__
+  // As surfacesynthesis-train: memory that tensors give back is kept.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv))
+  {
+    return EXIT_FAILURE;
+  }
+  const SingleThreadedBlas blas;
+  benchmark::RegisterBenchmark("FieldLatentStep/small", [](benchmark::State& state) {
+    bench::FieldLatentStep(state, FieldLatentOptions::Small(), 48);
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("FieldLatentStep/paper", [](benchmark::State& state) {
+    bench::FieldLatentStep(state, FieldLatentOptions::Paper(), 16);
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return EXIT_SUCCESS;
+}
