@@ -83,6 +83,7 @@ public:
    */
   void SetTargetConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetTargetData(vtkDataObject* target) { this->SetInputDataObject(1, target); }
+  void RemoveTarget() { this->SetInputConnection(1, nullptr); }
   ///@}
 
   ///@{

@@ -99,6 +99,7 @@ public:
    */
   void SetTextureConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetTextureData(vtkDataObject* image) { this->SetInputDataObject(1, image); }
+  void RemoveTexture() { this->SetInputConnection(1, nullptr); }
   ///@}
 
   ///@{

@@ -36,7 +36,7 @@ def prototypes():
 
 def inputs_of(prototype):
     return [prototype.GetProperty(name) for name in ("Input", "Reference", "Source", "Samples", "Template", "TemplateMesh",
-                                                     "GivenTemplate") if prototype.GetProperty(name)
+                                                     "GivenTemplate", "Target") if prototype.GetProperty(name)
             and prototype.GetProperty(name).IsA("vtkSMInputProperty")]
 
 

@@ -15,6 +15,10 @@ from server_manager_xml import is_base, is_former, proxy_of
 TRAINER = "Filters/Training/vtkModelTrainer.h"
 SAMPLER = "Filters/FlowMatching/vtkFlowMatchingSampler.h"
 FILTERS = (
+    ("Filters/FieldLatents/vtkFieldLatentDecoder.h", "Wrapping/ParaView/FieldLatentDecoder.xml", 5, 3,
+     {"Target", "InstalledModels", "Resolution"}),
+    ("Filters/FieldLatents/vtkFieldLatentEncoder.h", "Wrapping/ParaView/FieldLatentEncoder.xml", 5, 2,
+     {"TextureImage", "InstalledModels"}),
     (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues", "InstalledModels"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues", "InstalledModels"}),

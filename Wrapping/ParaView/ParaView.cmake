@@ -47,6 +47,7 @@ set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 include("${CMAKE_CURRENT_SOURCE_DIR}/Filters/MeshProcessing/Options.cmake")
 set(surfsynth_filter_modules
   VTK::SurfaceSynthesisEnsembles
+  VTK::SurfaceSynthesisFieldLatents
   VTK::SurfaceSynthesisFlowMatching
   VTK::SurfaceSynthesisGeometricTexture
   VTK::SurfaceSynthesisMeshing

@@ -5,6 +5,7 @@
 #include <pqDataRepresentation.h>
 #include <pqOutputPort.h>
 #include <pqPipelineSource.h>
+#include <pqRepresentation.h>
 #include <pqServerManagerModel.h>
 #include <pqView.h>
 #include <vtkPVDataInformation.h>
@@ -48,6 +49,7 @@ void pqResultsBehavior::onStartup()
   pqServerManagerModel* model = pqApplicationCore::instance()->getServerManagerModel();
   QObject::connect(model, &pqServerManagerModel::viewAdded, this, &pqResultsBehavior::watchTable);
   QObject::connect(model, &pqServerManagerModel::dataUpdated, this, &pqResultsBehavior::colorLateResults);
+  QObject::connect(model, &pqServerManagerModel::representationAdded, this, &pqResultsBehavior::showDirectColors);
   for (pqView* view : model->findItems<pqView*>())
   {
     this->watchTable(view);
@@ -119,6 +121,23 @@ void pqResultsBehavior::colorLateResults(pqPipelineSource* source)
       // after the representations have been updated
       QTimer::singleShot(0, port, [port]() { pqResultsBehavior::colorByArray(port); });
     }
+  }
+}
+
+void pqResultsBehavior::showDirectColors(pqRepresentation* shown)
+{
+  auto* representation = qobject_cast<pqDataRepresentation*>(shown);
+  pqOutputPort* port = representation ? representation->getOutputPortFromInput() : nullptr;
+  if (!port || pqApplicationCore::instance()->isLoadingState() || !isOfPlugin(port->getSource()))
+  {
+    return;
+  }
+  vtkPVXMLElement* colors = port->getSource()->getProxy()->GetHints()->FindNestedElementByName("DirectColors");
+  int number = -1;
+  if (colors && colors->GetScalarAttribute("port", &number) && number == port->getPortNumber())
+  {
+    vtkSMPropertyHelper(representation->getProxy(), "MapScalars", true).Set(0);
+    representation->getProxy()->UpdateVTKObjects();
   }
 }
 

@@ -6,6 +6,8 @@
  *  - The table of Topology Report leads with Property and Value. ParaView orders columns by name.
  *  - A filter whose first update failed is colored by its array once an update succeeds. ParaView chooses colors once,
  *    when the empty result is shown.
+ *  - Colors of points, the output that the hint DirectColors names, are shown as they are. ParaView would map the lengths
+ *    of such vectors to colors.
  */
 
 #ifndef pqResultsBehavior_h
@@ -17,6 +19,7 @@
 class QHeaderView;
 class pqOutputPort;
 class pqPipelineSource;
+class pqRepresentation;
 class pqView;
 
 class pqResultsBehavior : public QObject
@@ -37,6 +40,7 @@ private:
   void watchTable(pqView* view);
   void colorLateResults(pqPipelineSource* source);
 
+  static void showDirectColors(pqRepresentation* shown);
   static void leadWithValues(QHeaderView* header);
   static void colorByArray(pqOutputPort* port);
 
