@@ -12,7 +12,7 @@ if state.endswith(".py"):
         exec(compile(file.read(), state, "exec"), globals())
 else:
     LoadState(state)
-view = GetActiveViewOrCreate("RenderView")
+view = GetActiveView() or CreateRenderView()
 view.ViewSize = [900, 700]
 Render(view)
 SaveScreenshot(picture, view)

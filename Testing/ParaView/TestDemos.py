@@ -47,7 +47,9 @@ def first_views_show_what_the_filters_do():
     mesh.GetPointData().SetScalars(heights)
     view = CreateView("RenderView")
     ball = XMLPolyDataReader(FileName=[surfaces.write(mesh, "first_view.vtp")])
-    cut = ExtractSurface(Input=Threshold(Input=ball, UpperThreshold=0.95, ThresholdMethod="Below Upper Threshold"))
+    ball.UpdatePipeline()
+    below = Threshold(Input=ball, Scalars=["POINTS", "Height"], LowerThreshold=-2.0, UpperThreshold=0.95)
+    cut = ExtractSurface(Input=below)
     repaired = Show(SurfaceRepair(Input=cut, HoleFilling="All"), view)
     assert list(repaired.ColorArrayName) == ["CELLS", "FilledHole"], repaired.ColorArrayName
     predicted = Show(PoissonNet(Input=ball, ModelFileName=os.path.join(FOLDER, os.pardir, "Models", "smoothed_curvature.safetensors")), view)

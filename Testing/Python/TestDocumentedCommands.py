@@ -28,11 +28,13 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
-from surfacesynthesis import texture_dataset, write_mesh, write_signal_dataset
+from surfacesynthesis import encode_texture, texture_atlas, texture_dataset, write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
+from surfacesynthesis.textured_files import write_image
 from TestScannerFiles import series
+from TestTextureCommands import pattern, write_random_latents, write_textured_ball
 from TestVolumes import nifti
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
@@ -147,6 +149,17 @@ def blocks(path):
     write_mesh(samples, path)
 
 
+def picture(path):
+    write_image(pattern(), path)
+
+
+def encoded_ball(path):
+    """A ball with field latents."""
+    write_random_latents(path.with_suffix(".safetensors"))
+    mesh = texture_atlas(polydata_of(*icosphere(1, 50.0)), resolution=64)
+    write_mesh(encode_texture(mesh, pattern(), model=path.with_suffix(".safetensors")), path)
+
+
 def torus(path):
     i, j = np.meshgrid(np.arange(20), np.arange(10), indexing="ij")
     u, v = i * 2 * np.pi / 20, j * 2 * np.pi / 10
@@ -240,6 +253,11 @@ INPUTS = {
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},
+    "encode-texture": {"duck.obj": write_textured_ball, "duck.glb": write_textured_ball,
+                       "bark.png": picture, "latents.safetensors": write_random_latents},
+    "decode-texture": {"duck.vtp": encoded_ball, "fine.off": ball, "latents.safetensors": write_random_latents},
+    "transfer-texture": {"duck.obj": write_textured_ball, "fine.off": small_ball,
+                         "latents.safetensors": write_random_latents},
     "texture-atlas": {"scan.stl": small_ball, "scan.ply": small_ball, "scan.off": small_ball},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
@@ -265,6 +283,8 @@ NEEDS = {
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
     "texture-atlas": "vtkTextureAtlasFilter",
+    "encode-texture": "vtkTextureAtlasFilter", "decode-texture": "vtkTextureAtlasFilter",
+    "transfer-texture": "vtkTextureAtlasFilter",
     "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",
 }  # fmt: skip
 #: Commands whose examples need what tests do not have.

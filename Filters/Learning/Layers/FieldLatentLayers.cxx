@@ -270,11 +270,111 @@ torch::Tensor PlainAttention(const torch::Tensor& queriesKeysValues, std::int64_
     .reshape({ sizes.Rings, sizes.Tokens, sizes.Width });
 }
 
-/// Orders the rows of a real matrix [2 C, ...] by head: real parts of a head, then its imaginary parts.
-torch::Tensor RowsByHead(const torch::Tensor& matrix, std::int64_t heads)
+/// Order of the numbers of complex channels: real parts of a group of @p Size channels, its imaginary parts, the next
+/// group.
+struct ChannelOrder
+{
+  std::int64_t Size;
+
+  std::int64_t Place(std::int64_t channel, std::int64_t part) const
+  {
+    return (2 * (channel / this->Size) + part) * this->Size + channel % this->Size;
+  }
+};
+
+/// Real matrices [n 2 out, 2 in] of complex maps [n, 2, out, in], one after the other.
+class RealMatricesStep : public torch::autograd::Function<RealMatricesStep>
+{
+public:
+  static torch::Tensor forward(
+    AutogradContext* context, const torch::Tensor& maps, std::int64_t rowGroup, std::int64_t columnGroup)
+  {
+    const torch::Tensor in = maps.contiguous();
+    const torch::Tensor out = torch::empty({ in.size(0) * 2 * in.size(2), 2 * in.size(3) }, in.options());
+    const float* from = in.data_ptr<float>();
+    float* to = out.data_ptr<float>();
+    ForWeights(in.sizes(), { rowGroup }, { columnGroup },
+      [&](std::int64_t re, std::int64_t im, const std::int64_t* rows, const std::int64_t* columns) {
+        to[rows[0] + columns[0]] = from[re];
+        to[rows[0] + columns[1]] = -from[im];
+        to[rows[1] + columns[0]] = from[im];
+        to[rows[1] + columns[1]] = from[re];
+      });
+    context->saved_data["shape"] = in.sizes().vec();
+    context->saved_data["row_group"] = rowGroup;
+    context->saved_data["column_group"] = columnGroup;
+    return out;
+  }
+
+  static variable_list backward(AutogradContext* context, const variable_list& gradients)
+  {
+    RequireFirstDerivatives();
+    const torch::Tensor gradient = gradients[0].contiguous();
+    const std::vector<std::int64_t> shape = context->saved_data["shape"].toIntVector();
+    const torch::Tensor out = torch::empty(shape, gradient.options());
+    const float* from = gradient.data_ptr<float>();
+    float* to = out.data_ptr<float>();
+    ForWeights(shape, { context->saved_data["row_group"].toInt() }, { context->saved_data["column_group"].toInt() },
+      [&](std::int64_t re, std::int64_t im, const std::int64_t* rows, const std::int64_t* columns) {
+        to[re] = from[rows[0] + columns[0]] + from[rows[1] + columns[1]];
+        to[im] = from[rows[1] + columns[0]] - from[rows[0] + columns[1]];
+      });
+    return { out, torch::Tensor(), torch::Tensor() };
+  }
+
+private:
+  /// Calls body for each complex weight with the places of its parts, the places of its two rows and of its two columns.
+  template <typename Body>
+  static void ForWeights(at::IntArrayRef shape, ChannelOrder rowOrder, ChannelOrder columnOrder, const Body& body)
+  {
+    const std::int64_t outputs = shape[2];
+    const std::int64_t inputs = shape[3];
+    for (std::int64_t map = 0; map < shape[0]; ++map)
+    {
+      for (std::int64_t o = 0; o < outputs; ++o)
+      {
+        const std::int64_t first = 2 * map * outputs;
+        const std::int64_t rows[2] = { (first + rowOrder.Place(o, 0)) * 2 * inputs,
+          (first + rowOrder.Place(o, 1)) * 2 * inputs };
+        for (std::int64_t group = 0; group < inputs; group += columnOrder.Size)
+        {
+          for (std::int64_t i = group; i < group + columnOrder.Size; ++i)
+          {
+            const std::int64_t columns[2] = { group + i, group + i + columnOrder.Size };
+            body((first + o) * inputs + i, (first + outputs + o) * inputs + i, rows, columns);
+          }
+        }
+      }
+    }
+  }
+};
+
+/// Orders the rows of a real matrix [2 C, ...] as ChannelOrder.
+torch::Tensor RowsByGroup(const torch::Tensor& matrix, std::int64_t group)
 {
   const std::int64_t rows = matrix.size(0);
-  return matrix.view({ 2, heads, rows / 2 / heads, matrix.size(1) }).transpose(0, 1).reshape({ rows, matrix.size(1) });
+  return matrix.view({ 2, rows / 2 / group, group, matrix.size(1) }).transpose(0, 1).reshape({ rows, matrix.size(1) });
+}
+
+/// Real matrices of complex maps of the same size, one after the other: [n 2 out, 2 in].
+/// @param rowGroup, columnGroup channels of a group, see ChannelOrder; 0: all in one
+torch::Tensor RealMatrices(
+  const std::vector<torch::Tensor>& maps, std::int64_t rowGroup = 0, std::int64_t columnGroup = 0)
+{
+  const std::int64_t rows = rowGroup > 0 ? rowGroup : maps.front().size(1);
+  const std::int64_t columns = columnGroup > 0 ? columnGroup : maps.front().size(2);
+  if (IsFused(maps.front()))
+  {
+    return RealMatricesStep::apply(maps.size() == 1 ? maps.front().unsqueeze(0) : torch::stack(maps), rows, columns);
+  }
+  std::vector<torch::Tensor> matrices;
+  for (const torch::Tensor& map : maps)
+  {
+    const torch::Tensor matrix = torch::cat(
+      { torch::cat({ map[0], -map[1] }, 1), torch::cat({ map[1], map[0] }, 1) }, 0);
+    matrices.push_back(RowsByGroup(RowsByGroup(matrix, rows).t().contiguous(), columns).t());
+  }
+  return torch::cat(matrices);
 }
 } // namespace
 
@@ -284,14 +384,10 @@ ComplexMapImpl::ComplexMapImpl(std::int64_t in, std::int64_t out)
   this->Weight = this->register_parameter("weight", torch::empty({ 2, out, in }).uniform_(-bound, bound));
 }
 
-torch::Tensor ComplexMapImpl::Matrix() const
+torch::Tensor ComplexMapImpl::forward(const torch::Tensor& x)
 {
-  const torch::Tensor re = this->Weight[0];
-  const torch::Tensor im = this->Weight[1];
-  return torch::cat({ torch::cat({ re, -im }, 1), torch::cat({ im, re }, 1) }, 0);
+  return torch::linear(x, RealMatrices({ this->Weight }));
 }
-
-torch::Tensor ComplexMapImpl::forward(const torch::Tensor& x) { return torch::linear(x, this->Matrix()); }
 
 RingNormImpl::RingNormImpl(std::int64_t channels)
 {
@@ -314,7 +410,7 @@ VectorNeuronImpl::VectorNeuronImpl(std::int64_t channels)
 
 torch::Tensor VectorNeuronImpl::forward(const torch::Tensor& x)
 {
-  const torch::Tensor keysAndQueries = torch::linear(x, torch::cat({ this->Key->Matrix(), this->Query->Matrix() }));
+  const torch::Tensor keysAndQueries = torch::linear(x, RealMatrices({ this->Key->Weight, this->Query->Weight }));
   return IsFused(x) ? NeuronStep::apply(keysAndQueries) : PlainNeuron(keysAndQueries);
 }
 
@@ -329,12 +425,12 @@ RingAttentionImpl::RingAttentionImpl(std::int64_t channels, std::int64_t heads)
 
 torch::Tensor RingAttentionImpl::forward(const torch::Tensor& x)
 {
-  const torch::Tensor maps = torch::cat({ RowsByHead(this->Query->Matrix(), this->Heads),
-    RowsByHead(this->Key->Matrix(), this->Heads), RowsByHead(this->Value->Matrix(), this->Heads) });
-  const torch::Tensor queriesKeysValues = torch::linear(x, maps);
+  const std::int64_t group = this->Query->Weight.size(1) / this->Heads;
+  const torch::Tensor queriesKeysValues = torch::linear(
+    x, RealMatrices({ this->Query->Weight, this->Key->Weight, this->Value->Weight }, group));
   const torch::Tensor attended = IsFused(x) ? AttentionStep::apply(queriesKeysValues, this->Heads)
                                             : PlainAttention(queriesKeysValues, this->Heads);
-  return torch::linear(attended, RowsByHead(this->Out->Matrix().t(), this->Heads).t());
+  return torch::linear(attended, RealMatrices({ this->Out->Weight }, 0, group));
 }
 
 } // namespace surfsynth

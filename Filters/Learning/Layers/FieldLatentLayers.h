@@ -20,13 +20,10 @@ class ComplexMapImpl : public torch::nn::Module
 public:
   /// Initializes real and imaginary part uniformly in +-1 / sqrt(in).
   ComplexMapImpl(std::int64_t in, std::int64_t out);
-  /// The real matrix of the map, [2 out, 2 in]: rows of real parts, then of imaginary parts.
-  torch::Tensor Matrix() const;
   /// Maps [..., 2 in] to [..., 2 out].
   torch::Tensor forward(const torch::Tensor& x);
 
-private:
-  torch::Tensor Weight;
+  torch::Tensor Weight; ///< [2, out, in]
 };
 TORCH_MODULE(ComplexMap);
 

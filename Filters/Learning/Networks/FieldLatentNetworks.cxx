@@ -44,6 +44,13 @@ torch::Tensor FieldLatentTransformerImpl::forward(const torch::Tensor& x)
   return attended + this->Neuron2(this->Neuron1(this->Norm2(attended)));
 }
 
+torch::Tensor FieldLatentTransformerImpl::LastToken(const torch::Tensor& x)
+{
+  const torch::Tensor attended = x + this->Attention(this->Norm1(x));
+  const torch::Tensor normalized = this->Norm2(attended).select(1, -1);
+  return attended.select(1, -1) + this->Neuron2(this->Neuron1(normalized));
+}
+
 FieldLatentEncoderNetworkImpl::FieldLatentEncoderNetworkImpl(const FieldLatentOptions& options)
 {
   const std::int64_t channels = options.Channels;
@@ -81,11 +88,12 @@ FieldLatentGaussians FieldLatentEncoderNetworkImpl::forward(
   const torch::Tensor& logarithms, const torch::Tensor& colors)
 {
   torch::Tensor features = this->Features(logarithms, colors);
-  for (const auto& layer : *this->Layers)
+  const std::size_t last = this->Layers->size() - 1;
+  for (std::size_t layer = 0; layer < last; ++layer)
   {
-    features = layer->as<FieldLatentTransformer>()->forward(features);
+    features = this->Layers[layer]->as<FieldLatentTransformer>()->forward(features);
   }
-  const torch::Tensor token = features.select(1, -1);
+  const torch::Tensor token = this->Layers[last]->as<FieldLatentTransformer>()->LastToken(features);
   const torch::Tensor mean = this->MeanOut(this->MeanNeuron(token));
   const torch::Tensor invariant = ConjugateProduct(this->Product(token), token);
   return { torch::stack(mean.chunk(2, -1), -1), this->DeviationOut(torch::silu(this->DeviationIn(invariant))) };

@@ -29,6 +29,8 @@ public:
   FieldLatentTransformerImpl(std::int64_t channels, std::int64_t heads);
   /// Maps [R, T, 2 C] to the same shape.
   torch::Tensor forward(const torch::Tensor& x);
+  /// The last token of each ring after the layer, [R, 2 C], without the rest of the others.
+  torch::Tensor LastToken(const torch::Tensor& x);
 
 private:
   RingNorm Norm1{ nullptr };

@@ -336,7 +336,7 @@ public:
       } };
     return known;
   }
-  std::int64_t Iterations() const override { return this->Options.Iterations; }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
     TrainFieldLatents(ReadTextureDataset(this->Dataset), this->Options, this->Files, observe, progress);

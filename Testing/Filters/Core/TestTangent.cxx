@@ -351,7 +351,7 @@ TEST(OneRings, FramesTurnTheLogarithmsTheOppositeWay)
 TEST(OneRings, NumbersOfVerticesAndTrianglesDoNotMatter)
 {
   for (const TriangleMesh& mesh :
-    { test::IrregularSphere(3), test::SphereWithoutCap(2, 0.4), test::UvSphere(6, 40), Cone(9.0 * Pi / 8.0, 9, 3) })
+    { test::IrregularSphere(2), test::SphereWithoutCap(2, 0.4), test::UvSphere(6, 40), Cone(9.0 * Pi / 8.0, 9, 3) })
   {
     std::vector<Index> id;
     const TriangleMesh other = Renumbered(mesh, id);
@@ -647,11 +647,13 @@ TEST(RingSamples, NumbersOutOfRangeAreRefused)
 TEST(OneRings, AreTheSameForEveryNumberOfThreads)
 {
   const TriangleMesh mesh = test::BumpySurface(5); // more vertices than a range of the loops
+  std::vector<Index> some(800);
+  std::iota(some.begin(), some.end(), 0);
   const auto with = [&](int threads) {
     const ThreadScope scope(threads);
     const OneRings rings(mesh);
-    const RingSamples samples = SampleRingsUniformly(rings, 8);
-    const RingSamples random = SampleRingsAtRandom(rings, { 1, 2, 3 }, 8, 1);
+    const RingSamples samples = SampleRingsUniformly(rings, some, 8);
+    const RingSamples random = SampleRingsAtRandom(rings, some, 8, 1);
     std::vector<Complex> logs(3 * samples.Places.size());
     rings.CornerLogarithms(samples.Places.data(), static_cast<std::int64_t>(samples.Places.size()), logs.data());
     return std::make_tuple(Eigen::VectorXcd(rings.NeighborLogarithms), Eigen::VectorXcd(rings.Transport),

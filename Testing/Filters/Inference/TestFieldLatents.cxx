@@ -75,6 +75,44 @@ FieldLatentModel WithCoordinates(FieldLatentCoordinates coordinates)
   options.Coordinates = coordinates;
   return RandomFieldLatents(options);
 }
+/// Equations 5 and 18 for one corner in float64: [18], from three tangent vectors.
+Eigen::VectorXd DecoderInput(const Eigen::RowVectorXf& latent, std::complex<double> logarithm)
+{
+  Eigen::VectorXd input(18);
+  Eigen::Index pair = 6;
+  const auto vector = [&](Eigen::Index j) { return std::complex<double>(latent[2 * j], latent[2 * j + 1]); };
+  for (Eigen::Index i = 0; i < 3; ++i)
+  {
+    const std::complex<double> c = logarithm * std::conj(vector(i));
+    input[i] = c.real();
+    input[3 + i] = c.imag();
+    for (Eigen::Index j = i; j < 3; ++j, ++pair)
+    {
+      const std::complex<double> product = vector(i) * std::conj(vector(j));
+      input[pair] = product.real();
+      input[pair + 6] = product.imag();
+    }
+  }
+  return input;
+}
+
+/// The neural field in float64.
+Eigen::VectorXd NeuralField(const FieldLatentModel& model, Eigen::VectorXd x)
+{
+  for (std::int64_t layer = 0; layer <= model.Options.DecoderLayers; ++layer)
+  {
+    const std::string name = "decoder.layers." + std::to_string(layer);
+    const ModelTensor& weight = model.Tensors.at(name + ".weight");
+    const Eigen::Map<const FieldLatentMatrix> matrix(weight.Values.data(), weight.Shape[0], weight.Shape[1]);
+    x = (matrix.cast<double>() * x).eval();
+    x += Eigen::Map<const Eigen::VectorXf>(model.Tensors.at(name + ".bias").Values.data(), x.size()).cast<double>();
+    if (layer < model.Options.DecoderLayers)
+    {
+      x = (x.array() / (1.0 + (-x.array()).exp())).matrix().eval();
+    }
+  }
+  return x;
+}
 } // namespace
 
 TEST(MatrixProduct, BlocksAndTransposesAreThoseOfTheDefinition)
@@ -332,57 +370,24 @@ TEST(FieldLatentDecoder, PredictionsAreThoseOfTheEquations)
     const FieldLatentMatrix latents = RandomLatents(9, 3);
     const FieldLatentTexels texels = RandomTexels(400, 9); // several tiles
     const FieldLatentMatrix colors = FieldLatentDecoder(model).Decode(latents, texels);
-    const auto field = [&](Eigen::VectorXd x) {
-      for (int layer = 0; layer <= 2; ++layer)
-      {
-        const std::string name = "decoder.layers." + std::to_string(layer);
-        const ModelTensor& weight = model.Tensors.at(name + ".weight");
-        const Eigen::Map<const FieldLatentMatrix> matrix(weight.Values.data(), weight.Shape[0], weight.Shape[1]);
-        x = (matrix.cast<double>() * x).eval();
-        x += Eigen::Map<const Eigen::VectorXf>(model.Tensors.at(name + ".bias").Values.data(), x.size()).cast<double>();
-        if (layer < 2)
-        {
-          x = (x.array() / (1.0 + (-x.array()).exp())).matrix().eval();
-        }
-      }
-      return x;
-    };
     for (const Eigen::Index q : { 0, 170, 399 })
     {
       Eigen::VectorXd expected = Eigen::VectorXd::Zero(3);
       Eigen::VectorXd blended = Eigen::VectorXd::Zero(12);
       for (Eigen::Index k = 0; k < 3; ++k)
       {
-        std::vector<std::complex<double>> z;
-        for (Eigen::Index j = 0; j < 3; ++j)
-        {
-          z.emplace_back(latents(texels.Corners(q, k), 2 * j), latents(texels.Corners(q, k), 2 * j + 1));
-        }
         const std::complex<double> logarithm(texels.Logarithms(q, 2 * k), texels.Logarithms(q, 2 * k + 1));
-        Eigen::VectorXd input(18);
-        Eigen::Index pair = 6;
-        for (std::size_t i = 0; i < 3; ++i)
-        {
-          const std::complex<double> c = logarithm * std::conj(z[i]);
-          input[static_cast<Eigen::Index>(i)] = c.real();
-          input[static_cast<Eigen::Index>(3 + i)] = c.imag();
-          for (std::size_t j = i; j < 3; ++j, ++pair)
-          {
-            const std::complex<double> product = z[i] * std::conj(z[j]);
-            input[pair] = product.real();
-            input[pair + 6] = product.imag();
-          }
-        }
+        const Eigen::VectorXd input = DecoderInput(latents.row(texels.Corners(q, k)), logarithm);
         const double weight = texels.Barycentric(q, k);
         blended += weight * input.tail(12);
         if (coordinates == FieldLatentCoordinates::Logarithmic)
         {
-          expected += weight * field(input);
+          expected += weight * NeuralField(model, input);
         }
       }
       if (coordinates == FieldLatentCoordinates::Barycentric)
       {
-        expected = field(blended);
+        expected = NeuralField(model, blended);
       }
       EXPECT_LT((colors.row(q).transpose().cast<double>() - expected).norm(), 1e-5) << q;
     }

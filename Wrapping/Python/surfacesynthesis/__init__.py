@@ -37,6 +37,7 @@ from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
+from .field_latents import TEXTURE_WRAPS, DecodedTexture, decode_texture, encode_texture
 from .files import read_mesh, read_volume, write_mesh
 from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
@@ -54,6 +55,7 @@ from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
+from .vtkSurfaceSynthesisFieldLatents import vtkFieldLatentDecoder, vtkFieldLatentEncoder
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
@@ -64,6 +66,7 @@ from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextu
 __all__ = [
     "Cancelled",
     "DISTANCES",
+    "DecodedTexture",
     "EnsembleMetrics",
     "FormatError",
     "HOLES",
@@ -74,10 +77,13 @@ __all__ = [
     "PREPARATIONS",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
+    "TEXTURE_WRAPS",
     "TextureDataset",
     "__version__",
     "convert_checkpoint",
+    "decode_texture",
     "deform",
+    "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
     "gaussian_mixtures",
@@ -103,6 +109,8 @@ __all__ = [
     "volume_from_numpy",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
+    "vtkFieldLatentDecoder",
+    "vtkFieldLatentEncoder",
     "vtkFlowMatchingDeformer",
     "vtkFlowMatchingSampler",
     "vtkGaussianMixtureFilter",

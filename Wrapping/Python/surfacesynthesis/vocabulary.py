@@ -20,7 +20,7 @@ SYNONYMS = {
     "layers": ({"Layers", "ComplexLayers"}, "those of the network that is trained"),
     "losses": ({"LossTableFileName"}, "the file of a table of losses"),
     "minimum_component": ({"MinimumComponentFraction"}, "smaller ones go"),
-    "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName"}, "the array of the result"),
+    "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName", "TextureArrayName"}, "the array of the result"),
     "normalization": ({"InputNormalization"}, "only the input is normalised"),
     "points": ({"TargetNumberOfPoints"}, "what a function is given is wanted"),
     "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),

@@ -8,6 +8,7 @@ from . import (
     convert,
     dataset,
     deform,
+    field_latents,
     geometric_texture,
     geometric_texture_distance,
     levels,
@@ -35,7 +36,7 @@ COMMANDS = [
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance]
+] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
 COMMANDS.append(convert)

@@ -8,6 +8,8 @@ from ..vocabulary import SYNONYMS, words_of
 #: The command that runs a class.
 COMMANDS_OF_CLASSES = {
     "vtkEnsembleMetrics": "metrics",
+    "vtkFieldLatentDecoder": "decode-texture",
+    "vtkFieldLatentEncoder": "encode-texture",
     "vtkFlowMatchingDeformer": "deform",
     "vtkFlowMatchingTrainer": "train flow-matching",
     "vtkGaussianMixtureFilter": "dataset mixtures",

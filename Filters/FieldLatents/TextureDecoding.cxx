@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TextureDecoding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Texels that are decoded at once.
+constexpr std::size_t TexelsOfTile = 32768;
+
+/// Turns a color of the network into a byte.
+unsigned char ToByte(float value)
+{
+  return static_cast<unsigned char>(std::floor(std::clamp(0.5F * (value + 1.0F), 0.0F, 1.0F) * 255.0F + 0.5F));
+}
+
+/// Returns the texels of a tile as the decoder takes them.
+FieldLatentTexels TexelsOf(const LatentField& field, const WeldedSurface& welded, const std::vector<SurfacePlace>& tile)
+{
+  const auto count = static_cast<Eigen::Index>(tile.size());
+  std::vector<std::complex<double>> logarithms(tile.size() * 3);
+  welded.Rings.CornerLogarithms(tile.data(), count, logarithms.data());
+  FieldLatentTexels texels;
+  texels.Corners.resize(count, 3);
+  texels.Logarithms.resize(count, 6);
+  texels.Barycentric.resize(count, 3);
+  for (Eigen::Index q = 0; q < count; ++q)
+  {
+    const SurfacePlace& place = tile[static_cast<std::size_t>(q)];
+    for (int k = 0; k < 3; ++k)
+    {
+      const Index v = welded.Mesh.Triangles(place.Triangle, k);
+      const std::complex<double> z = logarithms[static_cast<std::size_t>(3 * q + k)] /
+        field.Radii[static_cast<std::size_t>(v)];
+      texels.Corners(q, k) = v;
+      texels.Logarithms(q, 2 * k) = static_cast<float>(z.real());
+      texels.Logarithms(q, 2 * k + 1) = static_cast<float>(z.imag());
+      texels.Barycentric(q, k) = static_cast<float>(place.Weights[k]);
+    }
+  }
+  return texels;
+}
+} // namespace
+
+void DecodeColors(const FieldLatentDecoder& decoder, const LatentField& field, const WeldedSurface& welded,
+  const DecodedPlaces& places, unsigned char* out, const Progress& progress)
+{
+  const std::size_t count = places.Decoded.size();
+  const auto share = [count](std::size_t k) { return static_cast<double>(k) / static_cast<double>(count); };
+  std::vector<SurfacePlace> tile;
+  for (std::size_t begin = 0; begin < count; begin += TexelsOfTile)
+  {
+    const std::size_t end = std::min(count, begin + TexelsOfTile);
+    tile.clear();
+    for (std::size_t k = begin; k < end; ++k)
+    {
+      tile.push_back(places.Places[places.Decoded[k]]);
+    }
+    const FieldLatentMatrix colors = decoder.Decode(
+      field.Latents, TexelsOf(field, welded, tile), SubProgress(progress, share(begin), share(end)));
+    for (std::size_t k = begin; k < end; ++k)
+    {
+      unsigned char* color = out + 3 * static_cast<std::size_t>(places.Decoded[k]);
+      std::transform(colors.row(static_cast<Eigen::Index>(k - begin)).data(),
+        colors.row(static_cast<Eigen::Index>(k - begin)).data() + 3, color, ToByte);
+    }
+  }
+}
+
+} // namespace surfsynth

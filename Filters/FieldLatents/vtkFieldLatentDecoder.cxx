@@ -1,0 +1,480 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkFieldLatentDecoder.h"
+
+#include "AtlasPlaces.h"
+#include "BlockBridge.h"
+#include "BlockCache.h"
+#include "DataObjects.h"
+#include "FileCache.h"
+#include "FilterSupport.h"
+#include "InstalledModelList.h"
+#include "LatentArrays.h"
+#include "NewArray.h"
+#include "Reporting.h"
+#include "SampleMemory.h"
+#include "SurfaceBridge.h"
+#include "SurfaceCoordinates.h"
+#include "SurfaceInputs.h"
+#include "TextureDecoding.h"
+#include "WeldedSurface.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
+#include "IO/Weights/InstalledModels.h"
+#include "Inference/FieldLatents/FieldLatentDecoder.h"
+
+#include <vtkDataObject.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
+#include <vtkImageData.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <functional>
+#include <map>
+#include <new>
+#include <optional>
+#include <utility>
+
+using surfsynth::Surface;
+using surfsynth::WeldedSurface;
+using Pipeline = vtkStreamingDemandDrivenPipeline;
+
+vtkStandardNewMacro(vtkFieldLatentDecoder);
+
+namespace
+{
+constexpr int LeastResolution = 16;
+constexpr int MostResolution = 16384;
+/// Fractions of the work on a surface before, and after, its texels are decoded.
+constexpr double BeforeDecoding = 0.3;
+constexpr double AfterTexels = 0.95;
+
+/// Calls visit(iterator) for each block of a tree that is not empty.
+void EachBlock(vtkDataObjectTree* tree, const std::function<void(vtkDataObjectTreeIterator*)>& visit)
+{
+  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+  place->VisitOnlyLeavesOn();
+  place->TraverseSubTreeOn();
+  place->SkipEmptyNodesOn();
+  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+  {
+    visit(place);
+  }
+}
+
+/// Returns an image with the colors @p scalars.
+vtkSmartPointer<vtkImageData> ImageOf(vtkUnsignedCharArray* scalars, const int size[2])
+{
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(size[0], size[1], 1);
+  image->GetPointData()->SetScalars(scalars);
+  return image;
+}
+
+/// Converts and checks a target. @throws InvalidInput
+Surface ToTarget(vtkPolyData* polydata)
+{
+  surfsynth::MeshRequirements requirements;
+  requirements.ManifoldEdges = false;
+  try
+  {
+    return surfsynth::ToSurface(polydata, requirements);
+  }
+  catch (const surfsynth::InvalidInput& error)
+  {
+    throw surfsynth::InvalidInput(std::string("The target on port 1: ") + error.what());
+  }
+}
+} // namespace
+
+/// Model, meshes and atlases of the last update.
+class vtkFieldLatentDecoder::Internals
+{
+public:
+  explicit Internals(vtkFieldLatentDecoder* self)
+    : Self(self)
+  {}
+
+  /// Checks the properties and reads the model file. @throws the errors of the reader.
+  void Begin(vtkInformationVector** inputVector)
+  {
+    this->RequireNames();
+    vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+    this->RequireMemory(input);
+    this->HasTarget = this->Self->GetNumberOfInputConnections(1) > 0;
+    this->Target = this->HasTarget ? surfsynth::SurfaceOn(inputVector[1]) : nullptr;
+    if (this->HasTarget && !this->Target)
+    {
+      throw surfsynth::InvalidInput("The target on port 1 is " +
+        surfsynth::DescribeInput(vtkDataObject::GetData(inputVector[1])) + "; one vtkPolyData is needed.");
+    }
+    if (this->HasTarget && vtkDataObjectTree::SafeDownCast(input))
+    {
+      throw surfsynth::InvalidInput(
+        "The input on port 0 is a composite dataset, and there is a target on port 1; a target "
+        "needs one vtkPolyData on port 0 (vtkExtractBlock, vtkMergeBlocks).");
+    }
+    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+    if (model != this->Model)
+    {
+      this->Decoder.reset(); // first, so that the weights of two models are never held
+      this->Model = model;
+      this->Decoder.emplace(*model);
+    }
+    this->Images.clear();
+    this->Blocks.Begin();
+    this->Atlases.Begin();
+  }
+
+  /// Fills the second output from the images of the blocks, and forgets what the input no longer has.
+  void End(vtkDataObject* input, vtkDataObject* output)
+  {
+    if (auto* image = vtkImageData::SafeDownCast(output))
+    {
+      if (!this->Images.empty())
+      {
+        image->ShallowCopy(this->Images.begin()->second);
+      }
+    }
+    else if (auto* tree = vtkDataObjectTree::SafeDownCast(output))
+    {
+      tree->CopyStructure(vtkDataObjectTree::SafeDownCast(input));
+      EachBlock(vtkDataObjectTree::SafeDownCast(input), [&](vtkDataObjectTreeIterator* place) {
+        const auto found = this->Images.find(place->GetCurrentFlatIndex());
+        if (found != this->Images.end())
+        {
+          tree->SetDataSet(place, found->second);
+        }
+      });
+    }
+    this->Blocks.DropUnused();
+    this->Atlases.DropUnused();
+  }
+
+  /// Releases what only an update needs.
+  void Release()
+  {
+    this->Images.clear();
+    this->Target = nullptr;
+  }
+
+  void Decode(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  {
+    auto* input = vtkPolyData::SafeDownCast(block.Input);
+    if (this->HasTarget && surfsynth::IsEmpty(this->Target))
+    {
+      return;
+    }
+    Surface surface = surfsynth::ConvertSurface(input);
+    surface.FlatIndex = block.FlatIndex;
+    surface.Where = block.Where;
+    vtkPolyData* shown = this->HasTarget ? this->Target.Get() : input;
+    std::optional<Surface> target;
+    if (this->HasTarget)
+    {
+      target = ToTarget(shown);
+    }
+    const Surface& onto = target ? *target : surface;
+    // Errors of texture coordinates and codes are reported before long work.
+    surfsynth::TextureCoordinates coordinates = surfsynth::ReadTextureCoordinates(shown, onto);
+    surfsynth::RequireAtlas(coordinates, onto);
+    const WeldedSurface& welded = this->Welded(surface);
+    const surfsynth::LatentField field = surfsynth::ReadLatentArrays(
+      input, surface, welded, this->Self->LatentArrayName, this->Model->Options.LatentDimension);
+    this->Warn(surface.Where, surfsynth::DescribeDegenerateCoordinates(coordinates, onto));
+    const surfsynth::AtlasPlaces& atlas = this->Atlas(
+      surface, onto, std::move(coordinates), surfsynth::SubProgress(progress, 0.05, BeforeDecoding));
+    this->Warn(surface.Where, atlas.Warning);
+    vtkPolyData* output = vtkPolyData::SafeDownCast(block.Output);
+    output->ShallowCopy(shown);
+    this->AddColors(field, welded, atlas, output, surfsynth::SubProgress(progress, BeforeDecoding, 1.0));
+    this->Images[block.FlatIndex] = ImageOf(this->Texture, this->Self->Resolution);
+    this->Texture = nullptr;
+  }
+
+  std::shared_ptr<const surfsynth::FieldLatentModel> Model; ///< of this update
+  surfsynth::FileCache<surfsynth::FieldLatentModel> File{ [](const std::string& path) {
+                                                           return surfsynth::ReadFieldLatents(path);
+                                                         },
+    "A field-latent model in safetensors format is needed, as the training of field latents writes it." };
+  surfsynth::InstalledModelList Installed;
+  vtkTypeInt64 NumberOfUnfoldings = 0;
+  vtkTypeInt64 NumberOfRasterizations = 0;
+
+private:
+  void RequireNames() const
+  {
+    const std::pair<const std::string*, const char*> names[] = { { &this->Self->ModelFileName, "ModelFileName" },
+      { &this->Self->LatentArrayName, "LatentArrayName" }, { &this->Self->TextureArrayName, "TextureArrayName" } };
+    for (const auto& [value, property] : names)
+    {
+      if (value->empty())
+      {
+        throw surfsynth::InvalidInput(std::string(property) + " is empty; " +
+          (value == names[0].first ? "the path of a field-latent model is needed."
+                                   : "a name for the arrays is needed."));
+      }
+    }
+  }
+
+  /// Refuses a Resolution that does not fit into the limit of memory.
+  void RequireMemory(vtkDataObject* input) const
+  {
+    double blocks = 1.0;
+    if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
+    {
+      blocks = 0.0;
+      EachBlock(tree, [&blocks](vtkDataObjectTreeIterator*) { blocks += 1.0; });
+    }
+    const int* size = this->Self->Resolution;
+    const double needed = blocks * size[0] * size[1] * (surfsynth::AtlasPlaces::BytesOfTexel + 3.0);
+    const double limit = this->Self->MemoryLimit > 0 ? this->Self->MemoryLimit * 1048576.0
+                                                     : static_cast<double>(surfsynth::DefaultMemoryLimit());
+    if (limit > 0.0 && needed > limit)
+    {
+      const double factor = std::sqrt(limit / needed);
+      const auto fitting = [&](int k) { return std::to_string(static_cast<int>(factor * size[k])); };
+      throw surfsynth::InvalidInput("A Resolution of " + std::to_string(size[0]) + " x " + std::to_string(size[1]) +
+        " texels takes about " + surfsynth::FormatNumber(std::ceil(needed / 1048576.0)) + " MiB; at most " +
+        surfsynth::FormatNumber(std::floor(limit / 1048576.0)) + " MiB are allowed (MemoryLimit). " + fitting(0) +
+        " x " + fitting(1) + " texels fit.");
+    }
+  }
+
+  /// Returns the welded surface of this block, from an earlier update when the mesh is the same.
+  const WeldedSurface& Welded(const Surface& surface)
+  {
+    if (const WeldedSurface* found = this->Blocks.Find(surface))
+    {
+      return *found;
+    }
+    this->Blocks.Drop(surface);
+    WeldedSurface welded(surface);
+    ++this->NumberOfUnfoldings;
+    return this->Blocks.Insert(surface, std::move(welded));
+  }
+
+  /// Returns the places of the atlas of this block, from an earlier update when nothing that they depend on has changed.
+  const surfsynth::AtlasPlaces& Atlas(const Surface& surface, const Surface& onto,
+    surfsynth::TextureCoordinates coordinates, const surfsynth::Progress& progress)
+  {
+    surfsynth::AtlasRasterOptions options;
+    options.Width = this->Self->Resolution[0];
+    options.Height = this->Self->Resolution[1];
+    options.GutterWidth = this->Self->GutterWidth < 0 ? surfsynth::AtlasRasterOptions::WholeImage
+                                                      : this->Self->GutterWidth;
+    const bool isSource = !this->HasTarget;
+    const auto isCurrent = [&](const surfsynth::AtlasPlaces& held) {
+      return held.Is(onto, isSource, coordinates, options);
+    };
+    if (const surfsynth::AtlasPlaces* found = this->Atlases.Find(surface, isCurrent))
+    {
+      return *found;
+    }
+    this->Atlases.Drop(surface);
+    surfsynth::AtlasPlaces atlas(
+      *this->Blocks.Find(surface), onto, isSource, std::move(coordinates), options, progress);
+    ++this->NumberOfRasterizations;
+    return this->Atlases.Insert(surface, std::move(atlas));
+  }
+
+  /// Decodes the texels into Texture and the colors of the points into @p output.
+  void AddColors(const surfsynth::LatentField& field, const WeldedSurface& welded, const surfsynth::AtlasPlaces& atlas,
+    vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    const int* size = this->Self->Resolution;
+    const std::string& name = this->Self->TextureArrayName;
+    this->Texture = surfsynth::NewArray<vtkUnsignedCharArray>(name, static_cast<vtkIdType>(size[0]) * size[1], 3);
+    unsigned char* texels = this->Texture->GetPointer(0);
+    surfsynth::DecodeColors(
+      *this->Decoder, field, welded, atlas.Texels, texels, surfsynth::SubProgress(progress, 0.0, AfterTexels));
+    for (const auto& [texel, source] : atlas.Gutters)
+    {
+      std::copy_n(texels + 3 * static_cast<std::size_t>(source), 3, texels + 3 * static_cast<std::size_t>(texel));
+    }
+    const auto colors = surfsynth::NewArray<vtkUnsignedCharArray>(name, output->GetNumberOfPoints(), 3);
+    surfsynth::DecodeColors(*this->Decoder, field, welded, atlas.Points, colors->GetPointer(0),
+      surfsynth::SubProgress(progress, AfterTexels, 1.0));
+    output->GetPointData()->AddArray(colors);
+    output->GetPointData()->SetActiveScalars(name.c_str()); // SetScalars() would remove the active ones of the input
+  }
+
+  void Warn(const std::string& where, const std::string& text) const
+  {
+    if (!text.empty())
+    {
+      surfsynth::ReportWarning(this->Self, where, text);
+    }
+  }
+
+  vtkFieldLatentDecoder* Self;
+  std::optional<surfsynth::FieldLatentDecoder> Decoder; ///< of Model
+  bool HasTarget = false;
+  vtkSmartPointer<vtkPolyData> Target;                          ///< during an update
+  vtkSmartPointer<vtkUnsignedCharArray> Texture;                ///< of the block that is decoded
+  std::map<unsigned int, vtkSmartPointer<vtkImageData>> Images; ///< of this update, by flat index
+  surfsynth::BlockCache<WeldedSurface> Blocks;
+  surfsynth::BlockCache<surfsynth::AtlasPlaces> Atlases;
+};
+
+vtkFieldLatentDecoder::vtkFieldLatentDecoder()
+  : Impl(std::make_unique<Internals>(this))
+{
+  this->SetNumberOfInputPorts(2);
+  this->SetNumberOfOutputPorts(2);
+}
+
+vtkFieldLatentDecoder::~vtkFieldLatentDecoder() = default;
+
+void vtkFieldLatentDecoder::SetModelFileName(const char* name)
+{
+  surfsynth::SetString(this, this->ModelFileName, name);
+}
+
+void vtkFieldLatentDecoder::SetLatentArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->LatentArrayName, name);
+}
+
+void vtkFieldLatentDecoder::SetTextureArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->TextureArrayName, name);
+}
+
+void vtkFieldLatentDecoder::SetResolution(int width, int height)
+{
+  const int size[2] = { std::clamp(width, LeastResolution, MostResolution),
+    std::clamp(height, LeastResolution, MostResolution) };
+  if (size[0] != this->Resolution[0] || size[1] != this->Resolution[1])
+  {
+    std::copy_n(size, 2, this->Resolution);
+    this->Modified();
+  }
+}
+
+int vtkFieldLatentDecoder::FillInputPortInformation(int port, vtkInformation* info)
+{
+  if (port == 1)
+  {
+    info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+    return surfsynth::AcceptSurface(info);
+  }
+  return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
+}
+
+int vtkFieldLatentDecoder::FillOutputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkDataObject");
+  return 1;
+}
+
+int vtkFieldLatentDecoder::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface))
+  {
+    return 0;
+  }
+  vtkDataObject* input = vtkDataObject::GetData(inputVector[0]);
+  const std::string name = vtkDataObjectTree::SafeDownCast(input) ? input->GetClassName() : "vtkImageData";
+  vtkInformation* images = outputVector->GetInformationObject(1);
+  vtkDataObject* held = vtkDataObject::GetData(images);
+  if (!held || name != held->GetClassName())
+  {
+    images->Set(vtkDataObject::DATA_OBJECT(), surfsynth::NewDataObject(name));
+  }
+  return 1;
+}
+
+int vtkFieldLatentDecoder::RequestInformation(
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
+{
+  vtkInformation* images = outputVector->GetInformationObject(1);
+  if (vtkImageData::SafeDownCast(vtkDataObject::GetData(images)))
+  {
+    const int extent[6] = { 0, this->Resolution[0] - 1, 0, this->Resolution[1] - 1, 0, 0 };
+    images->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
+    vtkDataObject::SetPointDataActiveScalarInfo(images, VTK_UNSIGNED_CHAR, 3);
+  }
+  return 1;
+}
+
+int vtkFieldLatentDecoder::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkDataObject* images = vtkDataObject::GetData(outputVector, 1);
+  images->Initialize();
+  std::string problem;
+  try
+  {
+    this->Impl->Begin(inputVector);
+    const auto decode = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+      this->Impl->Decode(block, progress);
+    };
+    const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface, decode);
+    if (outputVector->GetInformationObject(0)->Has(vtkDemandDrivenPipeline::DATA_NOT_GENERATED()))
+    {
+      outputVector->GetInformationObject(1)->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    }
+    else if (success)
+    {
+      this->Impl->End(vtkDataObject::GetData(inputVector[0]), images);
+    }
+    this->Impl->Release();
+    return success;
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "There is not enough memory for the model.";
+  }
+  catch (const std::exception& error)
+  {
+    problem = error.what();
+  }
+  this->Impl->Release();
+  surfsynth::ReportError(this, "", problem);
+  vtkDataObject::GetData(outputVector)->Initialize();
+  return 0;
+}
+
+std::string vtkFieldLatentDecoder::GetModelDescription() const
+{
+  return this->Impl->Model ? this->Impl->Model->Description() : "";
+}
+
+vtkStringArray* vtkFieldLatentDecoder::GetInstalledModels() { return this->Impl->Installed.Names("field_latents"); }
+
+const char* vtkFieldLatentDecoder::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
+
+vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+
+vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfUnfoldings() const { return this->Impl->NumberOfUnfoldings; }
+
+vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfRasterizations() const { return this->Impl->NumberOfRasterizations; }
+
+void vtkFieldLatentDecoder::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "ModelFileName: " << this->ModelFileName << "\n";
+  os << indent << "Resolution: " << this->Resolution[0] << " x " << this->Resolution[1] << "\n";
+  os << indent << "GutterWidth: " << this->GutterWidth << "\n";
+  os << indent << "LatentArrayName: " << this->LatentArrayName << "\n";
+  os << indent << "TextureArrayName: " << this->TextureArrayName << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
+  os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
+  os << indent << "NumberOfUnfoldings: " << this->GetNumberOfUnfoldings() << "\n";
+  os << indent << "NumberOfRasterizations: " << this->GetNumberOfRasterizations() << "\n";
+}

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""encode_texture() and decode_texture(): what the filters give, as Python has it."""
+
+import json
+
+import numpy as np
+import pytest
+from surfacesynthesis import (
+    Cancelled,
+    SurfaceSynthesisError,
+    SurfaceSynthesisWarning,
+    decode_texture,
+    encode_texture,
+    vtkFieldLatentEncoder,
+)
+from surfacesynthesis.safetensors import write_safetensors
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+
+D, C, WIDTH = 2, 4, 8
+
+
+def shapes():
+    """Shapes of the tensors of a model of two vectors, four channels, a layer and a decoder of 2 x 8."""
+    found = {
+        "encoder.lift.weight": (2 * C, 3), "encoder.lift.bias": (2 * C,),
+        "encoder.gather.weight": (2 * C, 3), "encoder.gather.bias": (2 * C,),
+        "encoder.filter.0.weight": (C, 1), "encoder.filter.0.bias": (C,),
+        "encoder.filter.2.weight": (2 * C, C), "encoder.filter.2.bias": (2 * C,),
+        "encoder.mean.neuron.key.weight": (2, C, C), "encoder.mean.neuron.query.weight": (2, C, C),
+        "encoder.mean.out.weight": (2, D, C), "encoder.deviation.product.weight": (2, C, C),
+        "encoder.deviation.0.weight": (C, 2 * C), "encoder.deviation.0.bias": (C,),
+        "encoder.deviation.2.weight": (D, C), "encoder.deviation.2.bias": (D,),
+        "decoder.layers.0.weight": (WIDTH, 2 * D + D * (D + 1)), "decoder.layers.0.bias": (WIDTH,),
+        "decoder.layers.1.weight": (WIDTH, WIDTH), "decoder.layers.1.bias": (WIDTH,),
+        "decoder.layers.2.weight": (3, WIDTH), "decoder.layers.2.bias": (3,),
+    }
+    for norm in ("norm1", "norm2"):
+        found[f"encoder.layers.0.{norm}.scale"] = (2, C)
+        found[f"encoder.layers.0.{norm}.log_delta"] = (C,)
+    for name in ("attention.query", "attention.key", "attention.value", "attention.out", "neuron1.key", "neuron1.query",
+                 "neuron2.key", "neuron2.query"):
+        found[f"encoder.layers.0.{name}.weight"] = (2, C, C)
+    return found
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """A model file with random weights."""
+    random = np.random.default_rng(3)
+    sizes = {"latent_dimension": D, "channels": C, "encoder_layers": 1, "heads": 2, "samples_per_ring": 12}
+    sizes |= {"decoder_layers": 2, "decoder_width": WIDTH, "iterations": 0, "coordinates": "logarithmic"}
+    tensors = {name: random.uniform(-1, 1, shape).astype(np.float32) for name, shape in shapes().items()}
+    path = tmp_path_factory.mktemp("models") / "random.safetensors"
+    metadata = {"architecture": "field_latents", "format_version": "1", "field_latents": json.dumps(sizes)}
+    write_safetensors(str(path), tensors, metadata)
+    return path
+
+
+def plane(cells=4):
+    source, triangles = vtkPlaneSource(), vtkTriangleFilter()
+    source.SetResolution(cells, cells)
+    triangles.SetInputConnection(source.GetOutputPort())
+    triangles.Update()
+    mesh = vtkPolyData()
+    mesh.ShallowCopy(triangles.GetOutput())
+    return mesh
+
+
+def pattern():
+    """An image, top row first."""
+    y, x = np.mgrid[0:24, 0:32] / 24.0
+    return np.stack([0.5 + 0.5 * np.sin(9 * x), 0.5 + 0.5 * np.cos(7 * y), x / x.max()], axis=-1)
+
+
+def array(mesh, name):
+    return vtk_to_numpy(mesh.GetPointData().GetArray(name))
+
+
+def test_codes_and_texture_have_the_shapes_that_are_described(model):
+    mesh = plane()
+    coded = encode_texture(mesh, pattern(), model)
+    assert mesh.GetPointData().GetArray("FieldLatent_0") is None, "the mesh is not modified"
+    assert array(coded, "FieldLatent_0").shape == array(coded, "FieldLatent_1").shape == (25, 3)
+    assert array(coded, "FieldLatentDeviation").shape == (25, 2)
+    assert (array(coded, "FieldLatentRadius") > 0).all()
+    decoded = decode_texture(coded, model, resolution=(40, 20))
+    assert decoded.image.GetDimensions() == (40, 20, 1)
+    assert array(decoded.image, "Texture").dtype == np.uint8 and array(decoded.mesh, "Texture").shape == (25, 3)
+    assert decoded.mesh.GetPointData().GetScalars().GetName() == "Texture"
+    other = decode_texture(coded, model, target=plane(3), resolution=32)
+    assert other.mesh.GetNumberOfPoints() == 16 and other.image.GetDimensions() == (32, 32, 1)
+
+
+def test_an_array_is_the_image_with_its_top_row_first(model):
+    image = pattern()
+    expected = array(encode_texture(plane(), image, model), "FieldLatent_0")
+    bytes_ = array(encode_texture(plane(), np.round(255 * image).astype(np.uint8), model), "FieldLatent_0")
+    scale = np.abs(expected).max()
+    assert np.abs(bytes_ - expected).max() < 0.02 * scale, "rounding to bytes"
+    assert np.abs(array(encode_texture(plane(), image[::-1], model), "FieldLatent_0") - expected).max() > 0.1 * scale
+    mesh = plane()
+    colors = numpy_to_vtk(np.repeat(1.0 - array(mesh, "TextureCoordinates")[:, 1:], 3, axis=1), deep=True)
+    colors.SetName("Shade")
+    mesh.GetPointData().AddArray(colors)
+    ramp = np.linspace(0, 1, 400, endpoint=False)[:, None] + 0.5 / 400  # dark at the top
+    by_image = array(encode_texture(mesh, ramp, model), "FieldLatent_0")
+    assert np.abs(array(encode_texture(mesh, None, model, color="Shade"), "FieldLatent_0") - by_image).max() < 0.02 * np.abs(by_image).max()
+
+
+def test_blocks_and_names(model):
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, plane())
+    coded = encode_texture(blocks, pattern(), model, latent_name="Code", samples_per_ring=20, texture_wrap="clamp")
+    assert array(coded.GetBlock(0), "Code_1").shape == (25, 3)
+    decoded = decode_texture(coded, model, resolution=16, latent_name="Code", name="Paint", gutter_width=-1)
+    assert array(decoded.image.GetBlock(0), "Paint").shape == (256, 3)
+
+
+def test_errors_and_warnings(model):
+    bare = plane()
+    bare.GetPointData().SetTCoords(None)
+    with pytest.raises(SurfaceSynthesisError, match="vtkTextureAtlasFilter"):
+        encode_texture(bare, pattern(), model)
+    with pytest.raises(SurfaceSynthesisError, match="FieldLatent_0"):
+        decode_texture(plane(), model)
+    with pytest.warns(SurfaceSynthesisWarning, match="clamped"):
+        encode_texture(plane(), 255.0 * pattern(), model)
+    with pytest.raises(Cancelled):
+        encode_texture(plane(), pattern(), model, progress=lambda fraction: False)
+    for arguments in ({"texture_wrap": "mirror"}, {"samples_per_ring": 5000}, {"image": np.zeros((2, 2, 2, 2))}):
+        with pytest.raises(ValueError):
+            encode_texture(plane(), **{"image": pattern(), "model": model, **arguments})
+    for arguments in ({"resolution": 8}, {"resolution": (16, 16, 16)}, {"gutter_width": -2}, {"memory_limit": 0}):
+        with pytest.raises(ValueError):
+            decode_texture(plane(), model, **arguments)
+    for mesh in ((np.zeros((3, 3)), np.array([[0, 1, 2]])), vtkFieldLatentEncoder()):
+        with pytest.raises(TypeError):
+            encode_texture(mesh, pattern(), model)
+    with pytest.raises(TypeError):
+        decode_texture(plane(), model, target=vtkMultiBlockDataSet())
