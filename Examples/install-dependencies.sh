@@ -27,8 +27,8 @@ packages=(
   libtet1.5-dev
   # files of scanners and of neuroimaging, in Python: GDCM (BSD-3-Clause), nibabel (MIT)
   python3-gdcm python3-nibabel
-  # the examples: surfaces and scans, plots and an X server without a screen
-  libcgal-demo mricron-data python3-matplotlib xauth xvfb
+  # the examples: surfaces and scans, images, plots and an X server without a screen
+  libcgal-demo mricron-data python3-matplotlib python3-pil xauth xvfb
 )
 testing_packages=(
   clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy

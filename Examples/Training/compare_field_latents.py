@@ -26,12 +26,12 @@ from typing import NamedTuple
 import numpy as np
 from field_latent_images import unpack
 from PIL import Image
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.sparse import coo_matrix, identity
 from scipy.sparse.linalg import splu
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import reference
-from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkImageData, vtkStaticCellLocator
+from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkStaticCellLocator
 
 import surfacesynthesis
 from surfacesynthesis.datasets import dataset_of_pair
@@ -143,7 +143,8 @@ def with_atlas(points, triangles, color):
     image = np.zeros((ATLAS * ATLAS, 3))
     image[known] = color(np.einsum("qk,qkx->qx", places.weights[known], corners), corners)
     image = np.rint(np.clip(image, 0, 255)).astype(np.uint8).reshape(ATLAS, ATLAS, 3)
-    return Textured(points, triangles, coordinates, image)
+    nearest = distance_transform_edt(~known.reshape(ATLAS, ATLAS), return_distances=False, return_indices=True)
+    return Textured(points, triangles, coordinates, image[tuple(nearest)])  # charts have gutters of their colors
 
 
 def atlas_of(points, triangles):
@@ -277,23 +278,14 @@ def vtk_of(surface):
     return mesh
 
 
-def vtk_image(image):
-    """The vtkImageData of an image with its top row first."""
-    data = vtkImageData()
-    data.SetDimensions(image.shape[1], image.shape[0], 1)
-    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(image[::-1]).reshape(-1, 3), deep=True))
-    return data
-
-
 def by_field_latents(surface, coarse, model):
     """The atlas [H, W, 3] that is encoded on a triangulation (points, triangles) and decoded on the surface."""
     carried = retextured(*coarse, surface)
-    encoded = surfacesynthesis.encode_texture(vtk_of(carried), vtk_image(carried.image), model=model)
-    resolution = (surface.image.shape[1], surface.image.shape[0])
-    decoded = surfacesynthesis.decode_texture(encoded, model=model, target=vtk_of(surface), resolution=resolution)
-    image = next(part for part in decoded if isinstance(part, vtkImageData))
-    values = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(resolution[1], resolution[0], -1)
-    return values[::-1, :, :3]
+    encoded = surfacesynthesis.encode_texture(vtk_of(carried), carried.image, model=model)
+    height, width = surface.image.shape[:2]
+    decoded = surfacesynthesis.decode_texture(encoded, model=model, target=vtk_of(surface), resolution=(width, height))
+    values = vtk_to_numpy(decoded.image.GetPointData().GetScalars())
+    return values.reshape(height, width, 3)[::-1]  # VTK has the bottom row first
 
 
 def by_vertex_colors(surface, coarse, texels, known):
@@ -397,12 +389,16 @@ def draw(crops, path):
     pyplot.close(figure)
 
 
-def write_tables(rows, sizes, path):
-    """Writes all rows, and prints means and standard deviations over the surfaces."""
+def write_rows(rows, path):
+    """Writes all rows as comma-separated values."""
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
+
+
+def print_table(rows, sizes):
+    """Prints means and standard deviations over the surfaces."""
     print("| points | method | PSNR, dB | DSSIM | field latents before it, dB |\n|---:|---|---:|---:|---:|")
     for size in sizes:
         of_size = [row for row in rows if abs(row["points"] - size) < 0.1 * size]
@@ -440,8 +436,9 @@ def main(arguments=None):
         found, parts = compared(name, surface, options.points, models)
         rows += found
         crops += [(name, size, images, titles) for size, images, titles in parts[-1:]]
-        write_tables(rows, options.points, os.path.join(options.output, "metrics.csv"))
+        write_rows(rows, os.path.join(options.output, "metrics.csv"))  # what there is, should a surface fail
         draw(crops, os.path.join(options.output, "crops.png"))
+    print_table(rows, options.points)
     print(f"wrote {options.output}/metrics.csv and crops.png", file=sys.stderr)
 
 

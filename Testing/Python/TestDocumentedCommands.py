@@ -28,7 +28,7 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
-from surfacesynthesis import encode_texture, texture_atlas, write_mesh, write_signal_dataset
+from surfacesynthesis import encode_texture, texture_atlas, texture_dataset, write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
@@ -67,6 +67,7 @@ REDUCED = {
     "--points 20000": "--points 300",
     "--points 2500": "--points 300",
     "--meshes 8": "--meshes 1 --mesh-points 64",
+    "--iterations 40000": "--iterations 1 --batch 3",
     "points=2500": "points=300",
     "--iterations 6000 --width 48": "--iterations 1 --width 16",
     "--iterations 3000 --width 32": "--iterations 1 --width 16",
@@ -202,6 +203,12 @@ def photograph(path):
     writer.Write()
 
 
+def textures(path):
+    """A dataset of field latents."""
+    path.parent.mkdir(exist_ok=True)
+    texture_dataset(path, [np.random.default_rng(4).random((32, 32, 3))], meshes=1, mesh_points=64)
+
+
 def model(name):
     return lambda path: shutil.copyfile(MODELS / f"{name}.safetensors", path)
 
@@ -266,7 +273,8 @@ INPUTS = {
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
                                     "data/armadillo_poses.safetensors": signals("Position"),
                                     "data/bunny_mixtures.safetensors": signals("Heat", 1, 1),
-                                    "bodies.safetensors": signals("Position", 2)},
+                                    "bodies.safetensors": signals("Position", 2),
+                                    "field-latents/textures.safetensors": textures},
     "Wrapping/ParaView/README.md": {"poses.safetensors": signals("Position")},
 }  # fmt: skip
 #: Classes that a command needs, which a build may lack.
