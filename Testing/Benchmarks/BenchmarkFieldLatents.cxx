@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Field latents: encoder and decoder of the paper's sizes.
+// Field latents: encoder, decoder and denoising network of the paper's sizes.
 #include "BenchmarkMeshes.h"
 #include "ProductRate.h"
 #include "RandomFieldLatents.h"
+#include "RandomLatentDiffusion.h"
 
 #include "Inference/FieldLatents/FieldLatentDecoder.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
+#include "Inference/FieldLatents/LatentDiffusionNetwork.h"
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 
 namespace surfsynth::bench
 {
@@ -68,12 +71,45 @@ void FieldLatentDecode(benchmark::State& state, const TriangleMesh& mesh)
   CountOperations(state, DecoderOperations(options) * static_cast<double>(count), seconds);
 }
 
+/// One evaluation of the denoising network of the paper's sizes.
+void LatentDiffusionEvaluate(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const LatentDiffusionOptions options = LatentDiffusionOptions::Paper();
+  const LatentDiffusionNetwork network(
+    test::RandomLatentDiffusion(options), std::make_shared<TangentHierarchy>(OneRings(mesh)));
+  const auto vertices = static_cast<std::int64_t>(mesh.NumberOfPoints());
+  const auto coarse = static_cast<std::int64_t>(network.Surface().Centers.size());
+  const FieldLatentMatrix latents = test::RandomLatents(vertices, options.LatentDimension);
+  PeakMemory memory;
+  memory.Restart();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(network.Evaluate(latents, 500.0).data());
+  }
+  const double seconds = ProcessorSeconds() - start;
+  state.counters["CoarseShare"] = static_cast<double>(coarse) / static_cast<double>(vertices);
+  state.counters["PeakAboveStartMiB"] = memory.AboveStartMiB();
+  CountOperations(state, LatentDiffusionOperations(options, vertices, coarse), seconds);
+}
+
+/// Rings and coarser level of a surface.
+void LatentDiffusionLevels(benchmark::State& state, const TriangleMesh& mesh)
+{
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(TangentHierarchy(OneRings(mesh)).Centers.data());
+  }
+}
+
 } // namespace
 
 void RegisterFieldLatents()
 {
   Register("FieldLatentEncode", FieldLatentEncode, Sizes("10000"));
   Register("FieldLatentDecode", FieldLatentDecode, Sizes("10000"));
+  Register("LatentDiffusionLevels", LatentDiffusionLevels, Sizes("30000"));
+  Register("LatentDiffusionEvaluate", LatentDiffusionEvaluate, Sizes("30000"));
 }
 
 } // namespace surfsynth::bench

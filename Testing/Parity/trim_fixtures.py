@@ -27,6 +27,7 @@ FIXTURES = [
     "dgts/discriminator_random",
     "dgts/train_step",
     "dgts/gt_losses",
+    "fieldconv/fieldconv_eight",
 ]
 
 
@@ -49,6 +50,8 @@ def is_read(fixture, name):
         return "f32." not in name and name not in {
             "ref.edge_mean_std", "source.n_edges", "source.vertex2vertex", "source.vs", "target.vs", "real.level1_faces"
         } and not name.endswith("norms")
+    if fixture.startswith("fieldconv/"):
+        return name == "in.x" or name.startswith("pre.") or name.startswith("conv") and not name.endswith(".out")
     if fixture.startswith("dgts/"):
         return is_read_of_dgts(name)
     if name == "mesh.vertices" or ".head." in name and name.startswith("ref."):

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Neighborhoods of tangent vector fields on a surface and on one coarser level, for networks such as those of
+/// [Mitchel2024], section 9.2.
+#pragma once
+
+#include "Core/Tangent/OneRings.h"
+
+#include <complex>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// Neighborhood of each vertex: the vertex itself, which comes first, and its neighbors. All numbers but the ids are
+/// without unit, and do not depend on the numbers of the vertices; a frame turned by an angle turns its logarithms by
+/// the opposite one.
+struct TangentNeighborhoods
+{
+  std::vector<Index> Start;   ///< [V + 1], first edge of each vertex
+  std::vector<Index> Sources; ///< [E], the vertex at the other end
+  /// [E], logarithm of the source in the frame of the vertex, over Radius; 0 for the vertex itself.
+  std::vector<std::complex<float>> Logarithms;
+  std::vector<std::complex<float>> Transport; ///< [E], parallel transport from the source to the vertex, of modulus 1
+  std::vector<float> Weights;                 ///< [E], area of the source over the area of all sources of the vertex
+  double Radius = 0.0;                        ///< radius of the mean vertex area element, sqrt(A / (pi V)), world units
+
+  /// Number of vertices, V.
+  Index NumberOfVertices() const { return static_cast<Index>(this->Start.size()) - 1; }
+};
+
+/// A surface and one coarser level. Coarse vertices are a maximal independent set: no two are neighbors, and each other
+/// vertex has one as a neighbor and belongs to the nearest of those, along the edge. Vertices are chosen in descending
+/// order of the area of their rings (then of the angle, then of the number of neighbors, each in single precision; then
+/// ascending by number), which bending keeps and renumbering keeps where these differ.
+///
+/// Coarse vertices are neighbors when an edge joins their clusters. Logarithm and transport follow the shortest path of
+/// at most three edges through such an edge: the logarithm is the sum of those of the edges, each transported back, so
+/// that the transport of log_a b to b is -log_b a, as for the edges of OneRings.
+struct TangentHierarchy
+{
+  /// Builds both levels, O(V log V). Deterministic. Vertices without triangles are coarse vertices without neighbors and
+  /// do not count in Radius.
+  explicit TangentHierarchy(const OneRings& rings);
+
+  TangentNeighborhoods Fine;
+  TangentNeighborhoods Coarse;
+  std::vector<Index> Centers;                ///< [W], vertex of each coarse vertex, ascending
+  std::vector<Index> Clusters;               ///< [V], coarse vertex of each vertex
+  std::vector<std::complex<float>> ToCenter; ///< [V], parallel transport to the coarse vertex, of modulus 1
+  std::vector<Index> MemberStart;            ///< [W + 1], first of the members of each coarse vertex
+  std::vector<Index> Members;                ///< [V], vertices by cluster, ascending in each
+};
+
+} // namespace surfsynth
