@@ -324,6 +324,15 @@ def test_texture_without_coordinates_is_refused(texels, tmp_path):
         read_textured_mesh(scene(tmp_path, "newmtl first\nmap_Kd a.png\n", obj))
 
 
+def test_faces_without_texture_coordinates_are_counted(texels, tmp_path):
+    write_image(image_of(texels), tmp_path / "a.png")
+    mtl = "newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd a.png\n"
+    for corners in ("2 4 3", "2//1 4//1 3//1"):
+        with pytest.raises(FormatError, match="1 of 2 faces have no texture coordinates"):
+            obj = OBJ.replace("2/1 4/4 3/3", corners).replace("usemtl first", "vn 0 0 1\nusemtl first")
+            read_textured_mesh(scene(tmp_path, mtl, obj))
+
+
 def changed_gltf(square, texels, folder, change):
     """A written file, with its document changed."""
     write_textured_mesh(square, image_of(texels), folder / "t.gltf")

@@ -18,7 +18,7 @@ _MOVING = {"-o": 0.0, "-s": 1.0}
 
 def texture_of_obj(path, any_folder=False):
     """The path of the only texture of the faces in an OBJ file; None without one."""
-    libraries, materials, current = [], {}, None
+    libraries, materials, current, faces, bare = [], {}, None, 0, 0
     for row in _lines(path):
         keyword, _, rest = row.partition(" ")
         if keyword == "mtllib":
@@ -27,6 +27,8 @@ def texture_of_obj(path, any_folder=False):
             current = rest.strip()
         elif keyword == "f":
             materials[current] = None
+            faces += 1
+            bare += "/" not in rest or "//" in rest
     textures = {}
     for library in libraries:
         try:
@@ -42,6 +44,8 @@ def texture_of_obj(path, any_folder=False):
             "Save each material as a file of its own, or bake them into one texture"
         )
     entry = next((one for one in found if one is not None and one[1] is not None), None)
+    if entry is not None and 0 < bare < faces:
+        raise FormatError(f"{path}: {bare} of {faces} faces have no texture coordinates, and the material has a texture")
     return None if entry is None else beside(entry[0], entry[1], any_folder, path)
 
 
