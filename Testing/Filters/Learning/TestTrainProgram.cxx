@@ -48,15 +48,16 @@ public:
       pointers.push_back(argument.data());
     }
     pointers.push_back(nullptr);
+    const int file = open(this->Output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666); // before Text() reads
     this->Process = fork();
     if (this->Process == 0)
     {
-      const int file = open(this->Output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
       dup2(file, STDOUT_FILENO);
       dup2(file, STDERR_FILENO);
       execv(pointers[0], pointers.data());
       _exit(127);
     }
+    close(file);
   }
   ~ProgramRun()
   {
