@@ -17,7 +17,7 @@ from test_training import icosphere
 
 import surfacesynthesis
 
-SIZES = ("--channels", "8", "--encoder-layers", "1", "--heads", "2", "--samples", "8", "--decoder-width", "16")
+SIZES = ("--channels", "8", "--encoder-layers", "1", "--heads", "2", "--samples-per-ring", "8", "--decoder-width", "16")
 
 
 def make_packages(folder):

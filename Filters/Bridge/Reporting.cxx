@@ -22,6 +22,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkEnsembleMetrics", "Ensemble Metrics" },
     { "vtkFieldLatentDecoder", "Field Latent Decoder" },
     { "vtkFieldLatentEncoder", "Field Latent Encoder" },
+    { "vtkFieldLatentTrainer", "Field Latent Trainer" },
     { "vtkFlowMatchingDeformer", "Flow Matching Deformer" },
     { "vtkFlowMatchingSampler", "Flow Matching Sampler" },
     { "vtkFlowMatchingTrainer", "Flow Matching Trainer" },

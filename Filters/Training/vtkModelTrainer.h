@@ -31,7 +31,7 @@
  * absent; a file that is damaged, cannot be written, or would be written over another of the training's; a loss that is
  * not finite. Inputs on several MPI ranks are an error on all of them.
  *
- * @sa vtkFlowMatchingTrainer, vtkGeometricTextureTrainer
+ * @sa vtkFieldLatentTrainer, vtkFlowMatchingTrainer, vtkGeometricTextureTrainer
  */
 
 #ifndef vtkModelTrainer_h

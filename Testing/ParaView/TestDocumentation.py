@@ -24,6 +24,8 @@ FILTERS = (
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues", "InstalledModels"}),
     ("Filters/Ensembles/vtkEnsembleLayoutFilter.h", "Wrapping/ParaView/EnsembleLayout.xml", 6, 0, set()),
     ("Filters/Statistics/vtkEnsembleMetrics.h", "Wrapping/ParaView/EnsembleMetrics.xml", 3, 5, {"Reference", "Source"}),
+    (("Filters/Training/vtkFieldLatentTrainer.h", TRAINER), "Wrapping/ParaView/FieldLatentTrainer.xml", 28, 4,
+     {"StopBackground"}),
     (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones", "StopBackground"}),
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
@@ -61,10 +63,13 @@ DEFAULTS_OF_PARAVIEW = {
     ("vtkGeometricTextureSynthesizer", "TextureScale"): "0",
     # the window is frozen during an update
     ("vtkModelTrainer", "TimeBudget"): "2",
+    ("vtkFieldLatentTrainer", "TimeBudget"): "2",
     ("vtkFlowMatchingTrainer", "TimeBudget"): "2",
     ("vtkGeometricTextureTrainer", "TimeBudget"): "2",
     ("vtkMultiscaleMeshFitter", "TimeBudget"): "2",
 }
+#: Defaults that a class gives to properties of its base.
+DEFAULTS_OF_CLASSES = {("vtkFieldLatentTrainer", "LearningRate"): "1e-3"}
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
@@ -132,7 +137,7 @@ def check(headers, xml, at_least_settable, at_least_readable, inherited, left_ou
         element = properties.pop(name, None)
         assert element is not None, f"{name} is in {header} and not in {xml}"
         assert element.get("command") == "Set" + name
-        default = DEFAULTS_OF_PARAVIEW.get((proxy.get("class"), name), default)
+        default = {**DEFAULTS_OF_CLASSES, **DEFAULTS_OF_PARAVIEW}.get((proxy.get("class"), name), default)
         same_default = element.get("default_values") == default or (
             not element.tag.startswith("String") and float(element.get("default_values")) == float(default))
         assert same_default, f"{name}: default {element.get('default_values')}, {default} in the header"

@@ -16,8 +16,14 @@ def proxy_of(path):
         assert proxy.get("base_proxygroup") == BASES, path
         inherited = proxy_of(os.path.join(os.path.dirname(path), base + ".xml"))
         assert is_base(os.path.join(os.path.dirname(path), base + ".xml")) and inherited.get("name") == base
-        own = {element.get("name") for element in proxy if element.tag.endswith("Property")}
+        own, overridden = set(), set()
+        for element in proxy:
+            if element.tag.endswith("Property"):
+                (overridden if element.get("override") == "1" else own).add(element.get("name"))
         shared = [element for element in inherited if element.tag.endswith("Property")]
+        unknown = overridden - {element.get("name") for element in shared}
+        assert not unknown, f"{path} overrides {sorted(unknown)}, which {base}.xml has not"
+        shared = [element for element in shared if element.get("name") not in overridden]
         repeated = own & {element.get("name") for element in shared}
         assert not repeated, f"{path} repeats {sorted(repeated)} of {base}.xml"
         for place, element in enumerate(shared):

@@ -116,6 +116,7 @@ COMMANDS = {
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
     "transfer-texture": ("encode_texture", "decode_texture"),
+    "train field-latents": ("train_field_latents",),
     "train flow-matching": ("train_flow_matching",),
     "train geometric-texture": ("train_geometric_texture",),
 }
@@ -146,17 +147,21 @@ if hasattr(surfacesynthesis, "vtkTetrahedralizeFilter"):
 #: Where the keywords of a function are, if not in its own signature.
 SIGNATURES = {}
 if "train_flow_matching" in surfacesynthesis.__all__:
-    from surfacesynthesis import flow_matching_training, geometric_texture_training
+    from surfacesynthesis import field_latent_training, flow_matching_training, geometric_texture_training
 
     FUNCTIONS["fit_levels"] = ("vtkMultiscaleMeshFitter", set())
+    FUNCTIONS["train_field_latents"] = ("vtkFieldLatentTrainer", {"images"})
     FUNCTIONS["train_flow_matching"] = ("vtkFlowMatchingTrainer", {"samples"})
     FUNCTIONS["train_geometric_texture"] = ("vtkGeometricTextureTrainer", {"levels", "template"})
     SIGNATURES = {
         "fit_levels": geometric_texture_training.configured_fitter,
+        "train_field_latents": field_latent_training.configured_filter,
         "train_flow_matching": flow_matching_training.configured_filter,
         "train_geometric_texture": geometric_texture_training.configured_trainer,
     }
     VALUES += [
+        (field_latent_training.SIZES, "vtkFieldLatentTrainer", "Sizes"),
+        (field_latent_training.COORDINATES, "vtkFieldLatentTrainer", "Coordinates"),
         (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),
         (flow_matching_training.DEVICES, "vtkFlowMatchingTrainer", "Device"),
         (geometric_texture_training.training.DEVICES, "vtkGeometricTextureTrainer", "Device"),
@@ -166,10 +171,9 @@ if "train_flow_matching" in surfacesynthesis.__all__:
 PROGRAM = {
     "encoding": "vtkFlowMatchingTrainer",
     "flow-matching": "vtkFlowMatchingTrainer",
+    "field-latents": "vtkFieldLatentTrainer",
     "geometric-texture": "vtkGeometricTextureTrainer",
 }
-#: What surfacesynthesis-train alone trains: no class of VTK and no function has words for it.
-PROGRAM_ALONE = {"field-latents"}
 
 
 def class_of(name):
@@ -268,8 +272,7 @@ def words_in_use():
         used += [(command, word_of(option), classes) for option in options_of(parser)]
     if TRAIN_PROGRAM:
         for trained, options in program_options(help_of_program()).items():
-            if trained not in PROGRAM_ALONE:
-                used += [(f"surfacesynthesis-train {trained}", word, [PROGRAM[trained]]) for word in options]
+            used += [(f"surfacesynthesis-train {trained}", word, [PROGRAM[trained]]) for word in options]
     return [(place, word, [class_of(name) for name in classes]) for place, word, classes in used]
 
 
@@ -345,7 +348,7 @@ def test_all_that_speaks_is_read():
     assert {"vtkMaternNoiseFilter", "vtkPoissonNetFilter"} <= {cls.__name__ for _, _, cls in proxies()}
     if TRAIN_PROGRAM:
         options = program_options(help_of_program())
-        assert set(options) == {*PROGRAM, *PROGRAM_ALONE} and all(len(words) > 10 for words in options.values())
+        assert set(options) == set(PROGRAM) and all(len(words) > 10 for words in options.values())
     if "train_flow_matching" in surfacesynthesis.__all__:
         assert TRAIN_PROGRAM, "the build has trainings, so it has the program"
 
@@ -356,7 +359,7 @@ def test_each_word_has_one_meaning_everywhere():
 
 def test_no_synonym_is_left_over():
     used = {word for _, word, _ in words_in_use()}
-    needed = set(SYNONYMS) if len(FUNCTIONS) == 22 else set()  # a build without a library has fewer
+    needed = set(SYNONYMS) if len(FUNCTIONS) == 23 else set()  # a build without a library has fewer
     assert needed <= used
 
 
@@ -396,10 +399,15 @@ def test_choices_of_options_are_the_values_of_python():
 if TRAIN_PROGRAM:
 
     def test_values_of_the_program_are_those_of_python():
-        texts = program_options(help_of_program())["flow-matching"]
-        for word, values in (("noise_model", flow_matching_training.NOISES), ("device", flow_matching_training.DEVICES)):
-            listed = re.split(r", | or ", texts[word].partition(" (")[0])
-            assert listed == list(values), word
+        options = program_options(help_of_program())
+        for trained, word, values in (
+            ("flow-matching", "noise_model", flow_matching_training.NOISES),
+            ("flow-matching", "device", flow_matching_training.DEVICES),
+            ("field-latents", "sizes", field_latent_training.SIZES),
+            ("field-latents", "coordinates", field_latent_training.COORDINATES),
+        ):
+            listed = re.split(r", | or ", re.split(r" \(|: ", options[trained][word])[0])
+            assert listed == list(values), (trained, word)
 
 
 @pytest.mark.parametrize("file, proxy, cls", proxies(), ids=lambda value: value if isinstance(value, str) else "")

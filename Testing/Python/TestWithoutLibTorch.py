@@ -13,8 +13,10 @@ MODELS = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.
 TRAINING = (
     "FittedLevels",
     "fit_levels",
+    "train_field_latents",
     "train_flow_matching",
     "train_geometric_texture",
+    "vtkFieldLatentTrainer",
     "vtkFlowMatchingTrainer",
     "vtkGeometricTextureTrainer",
     "vtkMultiscaleMeshFitter",

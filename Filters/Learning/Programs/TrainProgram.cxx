@@ -119,7 +119,8 @@ void AddNumber(CommandOptions& known, const std::string& name, Number& target, c
 std::string CurrentName(const std::string& option)
 {
   static const std::map<std::string, std::string> former = { { "--least-channels", "--minimum-channels" },
-    { "--most-channels", "--maximum-channels" }, { "--name", "--texture-name" }, { "--noise", "--noise-model" } };
+    { "--most-channels", "--maximum-channels" }, { "--name", "--texture-name" }, { "--noise", "--noise-model" },
+    { "--samples", "--samples-per-ring" } };
   const auto found = former.find(option);
   if (found == former.end())
   {
@@ -323,7 +324,7 @@ public:
     AddNumber(known, "--channels", o.Network.Channels, "of the encoder");
     AddNumber(known, "--encoder-layers", o.Network.EncoderLayers, "of the encoder");
     AddNumber(known, "--heads", o.Network.Heads, "of the attention, divides the channels");
-    AddNumber(known, "--samples", o.Network.SamplesPerRing, "points of a one-ring");
+    AddNumber(known, "--samples-per-ring", o.Network.SamplesPerRing, "points of a one-ring");
     AddNumber(known, "--decoder-layers", o.Network.DecoderLayers, "hidden layers of the decoder");
     AddNumber(known, "--decoder-width", o.Network.DecoderWidth, "channels of the decoder");
     known["--coordinates"] = { "logarithmic or barycentric (logarithmic)",

@@ -180,8 +180,8 @@ TEST_F(TrainProgram, TrainsFieldLatents)
   WriteTextureDataset(this->File("textures.safetensors"), SmallTextures());
   const auto training = [this](const std::string& model, const Arguments& more) {
     Arguments arguments = { "field-latents", this->File("textures.safetensors"), this->File(model), "--channels", "8",
-      "--encoder-layers", "1", "--heads", "2", "--samples", "6", "--decoder-layers", "2", "--decoder-width", "12",
-      "--batch", "6", "--device", "cpu" };
+      "--encoder-layers", "1", "--heads", "2", "--samples-per-ring", "6", "--decoder-layers", "2", "--decoder-width",
+      "12", "--batch", "6", "--device", "cpu" };
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   };

@@ -147,8 +147,10 @@ if hasattr(_meshing, "vtkTetrahedralizeFilter"):
 _TRAINING = {
     "FittedLevels": "geometric_texture_training",
     "fit_levels": "geometric_texture_training",
+    "train_field_latents": "field_latent_training",
     "train_flow_matching": "flow_matching_training",
     "train_geometric_texture": "geometric_texture_training",
+    "vtkFieldLatentTrainer": "vtkSurfaceSynthesisTraining",
     "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisTraining",
     "vtkGeometricTextureTrainer": "vtkSurfaceSynthesisTraining",
     "vtkMultiscaleMeshFitter": "vtkSurfaceSynthesisTraining",

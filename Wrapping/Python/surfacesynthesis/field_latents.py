@@ -208,7 +208,7 @@ def _require_surface(name, given, accepted, text):
 
 
 def _image(given):
-    """A texture as vtkImageData; rows of an array are turned over."""
+    """A texture as vtkImageData."""
     if isinstance(given, vtkImageData):
         return given
     if not isinstance(given, np.ndarray):
@@ -218,7 +218,11 @@ def _image(given):
             f"image must be an array of numbers of the shape [H, W] or [H, W, C], not of {given.dtype} {list(given.shape)}"
         )
     values = given.astype(np.uint8) * 255 if given.dtype.kind == "b" else given
-    values = values.astype(np.float32) if values.dtype == np.float16 else values
+    return image_of_array(values.astype(np.float32) if values.dtype == np.float16 else values)
+
+
+def image_of_array(values):
+    """A vtkImageData of an array [H, W] or [H, W, C], whose row 0, the top row, becomes the last one."""
     height, width = values.shape[:2]
     image = vtkImageData()
     image.SetDimensions(width, height, 1)

@@ -66,16 +66,18 @@ _RAISES = """\
     """
 
 
-def documented(columns):
-    """A decorator that ends the docstring of a training: shared parameters, losses in ``columns``, errors."""
+def documented(columns, learning_rate="5e-4"):
+    """A decorator that ends the docstring of a training: shared parameters, losses in ``columns``, errors. The default of
+    the learning rate is ``learning_rate``."""
     names = ", ".join(f'"{name}"' for name in columns[:-1]) + f' and "{columns[-1]}"'
     text = f"{names}, with a number for each iteration. Empty arrays for empty inputs, of which no model is written."
+    parameters = _PARAMETERS.replace("Default 5e-4", f"Default {learning_rate}")
     lines = textwrap.fill(text, 119, initial_indent=8 * " ", subsequent_indent=8 * " ")
 
     def decorate(function):
         if function.__doc__:  # absent with python -OO
             before, _ = function.__doc__.split(_PLACE)
-            function.__doc__ = f"{before}{_PARAMETERS}{_RETURNS}{lines}\n{_RAISES}"
+            function.__doc__ = f"{before}{parameters}{_RETURNS}{lines}\n{_RAISES}"
         return function
 
     return decorate

@@ -18,14 +18,16 @@ _SHARED_NUMBERS = (
 
 def add_training_options(parser, numbers):
     """Adds the options of a training to its parser: ``numbers``, rows as above by the title of their group, and the
-    options of all trainings.
+    options of all trainings, but for those that ``numbers`` has with another default.
 
     Returns the groups by title, and the options with a number by name.
     """
     groups, options = {}, {}
+    own = {name for rows in numbers.values() for name, *_ in rows}
+    shared = [row for row in _SHARED_NUMBERS if row[0] not in own]
     for title, rows in numbers.items():
         groups[title] = parser.add_argument_group(title)
-        for name, kind, default, metavar, text in [*rows, *(_SHARED_NUMBERS if title == "training" else ())]:
+        for name, kind, default, metavar, text in [*rows, *(shared if title == "training" else ())]:
             options[name] = groups[title].add_argument(
                 f"--{name}", type=kind, default=default, metavar=metavar, help=f"{text} (default: %(default)s)"
             )

@@ -10,6 +10,7 @@ COMMANDS_OF_CLASSES = {
     "vtkEnsembleMetrics": "metrics",
     "vtkFieldLatentDecoder": "decode-texture",
     "vtkFieldLatentEncoder": "encode-texture",
+    "vtkFieldLatentTrainer": "train field-latents",
     "vtkFlowMatchingDeformer": "deform",
     "vtkFlowMatchingTrainer": "train flow-matching",
     "vtkGaussianMixtureFilter": "dataset mixtures",

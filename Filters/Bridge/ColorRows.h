@@ -3,6 +3,8 @@
 /// Colors of VTK arrays of any type, as the networks of field latents take them.
 #pragma once
 
+#include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
+
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@ struct ColorRows
 /// @param name begins messages: "The texture image"
 /// @param isUsed for each tuple whether it is read; the others become black. Empty for all.
 /// @throws InvalidInput when there are no tuples, other numbers of components, or a value is not finite.
-ColorRows ReadColors(vtkDataArray* array, const std::string& name, const std::vector<bool>& isUsed = {});
+VTKSURFACESYNTHESISBRIDGE_EXPORT ColorRows ReadColors(
+  vtkDataArray* array, const std::string& name, const std::vector<bool>& isUsed = {});
 
 } // namespace surfsynth
