@@ -160,6 +160,7 @@ if "train_flow_matching" in surfacesynthesis.__all__:
         "train_geometric_texture": geometric_texture_training.configured_trainer,
     }
     VALUES += [
+        (field_latent_training.training.DEVICES, "vtkFieldLatentTrainer", "Device"),
         (field_latent_training.SIZES, "vtkFieldLatentTrainer", "Sizes"),
         (field_latent_training.COORDINATES, "vtkFieldLatentTrainer", "Coordinates"),
         (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),

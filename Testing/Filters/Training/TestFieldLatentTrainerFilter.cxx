@@ -22,10 +22,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <limits>
 #include <sstream>
 #include <string>
+#include <thread>
 
 using namespace surfsynth;
 using namespace surfsynthtest;
@@ -280,12 +282,13 @@ TEST(FieldLatentTrainerFilter, TrainsInTheBackground)
   OutputOf(TrainerFor("front.model"));
   const auto filter = TrainerFor("back.model");
   filter->BackgroundOn();
-  do
+  OutputOf(filter);
+  while (std::string(filter->GetBackgroundState()).find("running") == 0)
   {
-    filter->Modified();
-    OutputOf(filter);
-  } while (std::string(filter->GetBackgroundState()).find("running") == 0);
-  filter->Modified();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_THAT(filter->GetBackgroundState(), HasSubstr("finished"));
+  filter->Modified(); // looks after the training
   OutputOf(filter);
   EXPECT_EQ(TableOf(filter)->GetNumberOfRows(), Iterations);
   filter->BackgroundOff();
