@@ -59,11 +59,28 @@ bool IsAtGutter(const AtlasRaster& raster, std::size_t texel)
   return false;
 }
 
-/// Orders places by triangle, so that what belongs to a vertex is used again soon.
+/// Orders places by triangle, so that what belongs to a vertex is used again soon; those of one triangle stay in order.
+/// A counting sort, linear in places and triangles.
 void OrderByTriangle(DecodedPlaces& places)
 {
-  std::stable_sort(places.Decoded.begin(), places.Decoded.end(),
-    [&](std::uint32_t a, std::uint32_t b) { return places.Places[a].Triangle < places.Places[b].Triangle; });
+  const auto triangleOf = [&](std::uint32_t k) { return static_cast<std::size_t>(places.Places[k].Triangle); };
+  std::size_t triangles = 0;
+  for (const std::uint32_t k : places.Decoded)
+  {
+    triangles = std::max(triangles, triangleOf(k) + 1);
+  }
+  std::vector<std::size_t> next(triangles + 1, 0); // of each triangle, the place in the order
+  for (const std::uint32_t k : places.Decoded)
+  {
+    ++next[triangleOf(k) + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<std::uint32_t> ordered(places.Decoded.size());
+  for (const std::uint32_t k : places.Decoded)
+  {
+    ordered[next[triangleOf(k)]++] = k;
+  }
+  places.Decoded = std::move(ordered);
 }
 
 /// Returns the places of the points of a welded surface themselves.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TextureDecoding.h"
 
+#include "Core/Common/LoopGrain.h"
+#include "Core/Common/Parallel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -32,20 +35,22 @@ FieldLatentTexels TexelsOf(const LatentField& field, const WeldedSurface& welded
   texels.Corners.resize(count, 3);
   texels.Logarithms.resize(count, 6);
   texels.Barycentric.resize(count, 3);
-  for (Eigen::Index q = 0; q < count; ++q)
-  {
-    const SurfacePlace& place = tile[static_cast<std::size_t>(q)];
-    for (int k = 0; k < 3; ++k)
+  ParallelFor(count, FineGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t q = begin; q < end; ++q)
     {
-      const Index v = welded.Mesh.Triangles(place.Triangle, k);
-      const std::complex<double> z = logarithms[static_cast<std::size_t>(3 * q + k)] /
-        field.Radii[static_cast<std::size_t>(v)];
-      texels.Corners(q, k) = v;
-      texels.Logarithms(q, 2 * k) = static_cast<float>(z.real());
-      texels.Logarithms(q, 2 * k + 1) = static_cast<float>(z.imag());
-      texels.Barycentric(q, k) = static_cast<float>(place.Weights[k]);
+      const SurfacePlace& place = tile[static_cast<std::size_t>(q)];
+      for (int k = 0; k < 3; ++k)
+      {
+        const Index v = welded.Mesh.Triangles(place.Triangle, k);
+        const std::complex<double> z = logarithms[static_cast<std::size_t>(3 * q + k)] /
+          field.Radii[static_cast<std::size_t>(v)];
+        texels.Corners(q, k) = v;
+        texels.Logarithms(q, 2 * k) = static_cast<float>(z.real());
+        texels.Logarithms(q, 2 * k + 1) = static_cast<float>(z.imag());
+        texels.Barycentric(q, k) = static_cast<float>(place.Weights[k]);
+      }
     }
-  }
+  });
   return texels;
 }
 } // namespace

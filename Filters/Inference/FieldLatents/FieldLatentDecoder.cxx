@@ -119,17 +119,33 @@ void FieldLatentDecoder::Internals::Reserve(TexelScratch& scratch) const
   scratch.Colors.resize(rows * 3);
 }
 
-/// Finds the different vertices of a tile, and the place of each corner among them.
+/// Finds the different vertices of a tile, and the place of each corner among them. Texels of one triangle follow one
+/// another: corners that are those of the texel before are not looked up.
 void FieldLatentDecoder::Internals::FindVertices(const std::int32_t* corners, std::int64_t count, TexelScratch& scratch)
 {
-  scratch.Vertices.assign(corners, corners + Corners * count);
+  const auto isRepeated = [corners](std::int64_t k) { return k >= Corners && corners[k] == corners[k - Corners]; };
+  scratch.Vertices.clear();
+  for (std::int64_t k = 0; k < Corners * count; ++k)
+  {
+    if (!isRepeated(k))
+    {
+      scratch.Vertices.push_back(corners[k]);
+    }
+  }
   std::sort(scratch.Vertices.begin(), scratch.Vertices.end());
   scratch.Vertices.erase(std::unique(scratch.Vertices.begin(), scratch.Vertices.end()), scratch.Vertices.end());
   scratch.Ids.resize(static_cast<std::size_t>(Corners * count));
-  std::transform(corners, corners + Corners * count, scratch.Ids.begin(), [&scratch](std::int32_t vertex) {
-    const auto found = std::lower_bound(scratch.Vertices.begin(), scratch.Vertices.end(), vertex);
-    return static_cast<std::int32_t>(found - scratch.Vertices.begin());
-  });
+  for (std::int64_t k = 0; k < Corners * count; ++k)
+  {
+    const auto id = static_cast<std::size_t>(k);
+    if (isRepeated(k))
+    {
+      scratch.Ids[id] = scratch.Ids[id - Corners];
+      continue;
+    }
+    const auto found = std::lower_bound(scratch.Vertices.begin(), scratch.Vertices.end(), corners[k]);
+    scratch.Ids[id] = static_cast<std::int32_t>(found - scratch.Vertices.begin());
+  }
 }
 
 /// Share of the outer products z z^* in the first layer, with its bias where corners are decoded apart.
