@@ -40,7 +40,7 @@ class TextureDataset(NamedTuple):
 
 
 def texture_dataset(path, images, tile=512, side=1024, tiles=4, meshes=64, mesh_points=2500, seed=0, progress=None):
-    """Writes a dataset to train field latents on: tiles of images, and random planar meshes [Mitchel2024, section 9.1].
+    """Writes a dataset to train field latents on: tiles of images, and random planar meshes [Mitchel2024], section 9.1.
 
     Images whose shorter side exceeds ``side`` are reduced to it. Tiles of an image do not overlap; images with a side
     shorter than 16 pixels are refused. Points of the meshes are farthest-point samples of the unit square, triangulated
