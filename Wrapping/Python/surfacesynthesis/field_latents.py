@@ -218,7 +218,8 @@ def _image(given):
             f"image must be an array of numbers of the shape [H, W] or [H, W, C], not of {given.dtype} {list(given.shape)}"
         )
     values = given.astype(np.uint8) * 255 if given.dtype.kind == "b" else given
-    return image_of_array(values.astype(np.float32) if values.dtype == np.float16 else values)
+    native = np.float32 if values.dtype == np.float16 else values.dtype.newbyteorder("=")
+    return image_of_array(values.astype(native))
 
 
 def image_of_array(values):
