@@ -169,7 +169,7 @@ PROGRAM = {
     "geometric-texture": "vtkGeometricTextureTrainer",
 }
 #: What surfacesynthesis-train alone trains: no class of VTK and no function has words for it.
-PROGRAM_ALONE = {"field-latents"}
+PROGRAM_ALONE = {"field-latents", "latent-diffusion"}
 
 
 def class_of(name):
