@@ -296,18 +296,40 @@ SURFSYNTH_INLINE void AddFilterGradient(
     }
     sums.Bias[k] = bias;
   }
-  for (int e = 0; e < edges; ++e)
+  constexpr int pair = 2; // layers whose sums stay in registers together
+  for (int j = 0; j < K; j += pair)
   {
-    const Vector cosine = tape.Cosine[e];
-    const Vector sine = tape.Sine[e];
-#pragma GCC unroll 8
-    for (int j = 0; j < K; ++j)
+    Vector share[pair];
+    Vector radius[pair];
+    Vector cosine[pair];
+    Vector sine[pair];
+#pragma GCC unroll 2
+    for (int i = 0; i < pair; ++i)
     {
-      const Vector by = tape.ByFirst[e][j];
-      shares[j] += by;
-      sums.Radius[j] += numbers[e].Radius * by;
-      sums.Aligned[j] += cosine * by;
-      sums.Aligned[K + j] += sine * by;
+      share[i] = shares[j + i];
+      radius[i] = sums.Radius[j + i];
+      cosine[i] = sums.Aligned[j + i];
+      sine[i] = sums.Aligned[K + j + i];
+    }
+    for (int e = 0; e < edges; ++e)
+    {
+#pragma GCC unroll 2
+      for (int i = 0; i < pair; ++i)
+      {
+        const Vector by = tape.ByFirst[e][j + i];
+        share[i] += by;
+        radius[i] += numbers[e].Radius * by;
+        cosine[i] += tape.Cosine[e] * by;
+        sine[i] += tape.Sine[e] * by;
+      }
+    }
+#pragma GCC unroll 2
+    for (int i = 0; i < pair; ++i)
+    {
+      shares[j + i] = share[i];
+      sums.Radius[j + i] = radius[i];
+      sums.Aligned[j + i] = cosine[i];
+      sums.Aligned[K + j + i] = sine[i];
     }
   }
 }

@@ -25,7 +25,7 @@ using torch::autograd::variable_list;
 /// Parts of the rows whose sums are added in order, whatever the number of threads.
 constexpr std::int64_t FieldParts = 8;
 /// Most rows of a tile.
-constexpr std::int64_t FieldTileRows = 128;
+constexpr std::int64_t FieldTileRows = 256;
 
 /// Calls body(part, begin, end) for each part of the rows, on torch's threads.
 template <typename Body>
