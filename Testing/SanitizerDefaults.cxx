@@ -26,6 +26,8 @@ const char* __tsan_default_suppressions()
     "race:libopenblas\n"
     // As OpenBLAS: TBB's task queue is lock-free code that is not instrumented. VTK's own loops run on it.
     "race:libtbb\n"
+    // VTK builds this locator in tasks of TBB, which have ended before the arrays are read again, unseen.
+    "race:vtkStaticCellLocator::BuildLocator\n"
     // As TBB, on which OpenVDB runs everything: that one task has ended before the next step begins is invisible, so
     // that every step is reported, whether it lies in the library or in OpenVDB's templates.
     "race:libopenvdb\n"

@@ -88,6 +88,10 @@ void AddLatentArrays(
     }
   }
   vtkPointData* data = output->GetPointData();
+  for (Eigen::Index j = dimension; data->HasArray(VectorName(name, j).c_str()); ++j)
+  {
+    data->RemoveArray(VectorName(name, j).c_str()); // of a model of more dimensions
+  }
   for (const auto& array : vectors)
   {
     data->AddArray(array);

@@ -66,7 +66,7 @@ vtkDataArray* ColorArray(vtkPolyData* polydata, const std::string& name)
 }
 } // namespace
 
-TextureImage::TextureImage(vtkImageData* image)
+ColorImage::ColorImage(vtkImageData* image)
 {
   std::array<int, 3> size{};
   image->GetDimensions(size.data());
@@ -76,9 +76,9 @@ TextureImage::TextureImage(vtkImageData* image)
   this->Colors = ReadColors(scalars, ImageName);
 }
 
-TextureView TextureImage::View() const { return { this->Colors.Values.data(), this->Width, this->Height, 3 }; }
+TextureView ColorImage::View() const { return { this->Colors.Values.data(), this->Width, this->Height, 3 }; }
 
-TextureColors::TextureColors(const TextureImage& image, TextureWrap wrap, TextureCoordinates coordinates)
+TextureColors::TextureColors(const ColorImage& image, TextureWrap wrap, TextureCoordinates coordinates)
   : Image(&image)
   , Wrap(wrap)
   , Coordinates(std::move(coordinates))

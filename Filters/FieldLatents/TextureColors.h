@@ -20,11 +20,11 @@ namespace surfsynth
 {
 
 /// A texture image as RGB from -1 to 1.
-struct TextureImage
+struct ColorImage
 {
   /// Reads the active point scalars of @p image.
   /// @throws InvalidInput when the image is empty, has several slices or no scalars; as ReadColors().
-  explicit TextureImage(vtkImageData* image);
+  explicit ColorImage(vtkImageData* image);
 
   /// Returns the image for SampleTexture().
   TextureView View() const;
@@ -39,7 +39,7 @@ class TextureColors
 {
 public:
   /// Of an image, which must outlive this object, through the texture coordinates of @p coordinates [3 F, 2].
-  TextureColors(const TextureImage& image, TextureWrap wrap, TextureCoordinates coordinates);
+  TextureColors(const ColorImage& image, TextureWrap wrap, TextureCoordinates coordinates);
   /// Of the point array @p name of @p polydata, from which @p surface was converted, or of its active point scalars for
   /// "". Linear in triangles. @p surface must outlive this object.
   /// @throws InvalidInput when there is no such array, it has not a tuple for each point, or as ReadColors().
@@ -51,7 +51,7 @@ public:
   std::vector<std::string> Remarks; ///< warnings about point colors; see ColorRows
 
 private:
-  const TextureImage* Image = nullptr;
+  const ColorImage* Image = nullptr;
   TextureWrap Wrap = TextureWrap::Clamp;
   TextureCoordinates Coordinates;
   const TriangleMatrix* Triangles = nullptr;

@@ -17,6 +17,7 @@
 #include "SurfaceInputs.h"
 #include "TextureDecoding.h"
 #include "WeldedSurface.h"
+#include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -408,6 +409,13 @@ int vtkFieldLatentDecoder::RequestInformation(
     images->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
     vtkDataObject::SetPointDataActiveScalarInfo(images, VTK_UNSIGNED_CHAR, 3);
   }
+  return 1;
+}
+
+int vtkFieldLatentDecoder::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  surfsynth::RequestWhole(inputVector[1]);
   return 1;
 }
 

@@ -31,7 +31,7 @@
  *
  * Port 1: a vtkImageData of Resolution, point scalars TextureArrayName, unsigned char, 3 components, RGB; row 0 is at
  * v = 0. Texels outside of all triangles, up to GutterWidth, have the color of the nearest texel inside; others are
- * black. For a composite input a vtkMultiBlockDataSet with an image in the place of each block.
+ * black. For a composite input a dataset of its type with an image in the place of each block.
  *
  * @par Cost
  * Linear in the texels that show the surface; 64 bytes for each texel of the image. One-rings and the places of texels
@@ -160,6 +160,8 @@ protected:
   int RequestDataObject(
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
   int RequestInformation(
+    vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
+  int RequestUpdateExtent(
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;
   int RequestData(
     vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector) override;

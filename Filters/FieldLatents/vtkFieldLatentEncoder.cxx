@@ -12,6 +12,7 @@
 #include "SurfaceCoordinates.h"
 #include "TextureColors.h"
 #include "WeldedSurface.h"
+#include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Tangent/RingSamples.h"
@@ -41,8 +42,10 @@ vtkStandardNewMacro(vtkFieldLatentEncoder);
 
 namespace
 {
-/// Vertices whose samples are held at once.
-constexpr std::size_t VerticesOfTile = 4096;
+/// Samples that are held at once: about 18 MiB.
+constexpr std::size_t SamplesOfTile = 262144;
+/// Largest number of samples of a ring, whatever the model advises.
+constexpr std::int64_t MostSamples = 4096;
 /// Fraction of the work on a surface after its rings are unfolded.
 constexpr double AfterUnfolding = 0.1;
 
@@ -93,9 +96,10 @@ surfsynth::FieldLatentCodes EncodeColors(const surfsynth::FieldLatentEncoder& en
   codes.Mean = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);
   codes.LogDeviation = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), dimension);
   const auto share = [&](std::size_t k) { return static_cast<double>(k) / static_cast<double>(vertices.size()); };
-  for (std::size_t begin = 0; begin < vertices.size(); begin += VerticesOfTile)
+  const std::size_t verticesOfTile = std::max<std::size_t>(1, SamplesOfTile / static_cast<std::size_t>(samplesPerRing));
+  for (std::size_t begin = 0; begin < vertices.size(); begin += verticesOfTile)
   {
-    const std::size_t end = std::min(vertices.size(), begin + VerticesOfTile);
+    const std::size_t end = std::min(vertices.size(), begin + verticesOfTile);
     const surfsynth::Progress part = surfsynth::SubProgress(progress, share(begin), share(end));
     surfsynth::Report(part, 0.0);
     const std::vector<surfsynth::Index> tile(vertices.data() + begin, vertices.data() + end);
@@ -168,8 +172,8 @@ public:
     const surfsynth::TextureColors colors = this->ColorsOf(input, surface);
     const WeldedSurface& welded = this->Welded(surface);
     surfsynth::Report(progress, AfterUnfolding);
-    const int samples = this->Self->SamplesPerRing > 0 ? this->Self->SamplesPerRing
-                                                       : static_cast<int>(this->Model->Options.SamplesPerRing);
+    const std::int64_t advised = std::min(this->Model->Options.SamplesPerRing, MostSamples);
+    const int samples = this->Self->SamplesPerRing > 0 ? this->Self->SamplesPerRing : static_cast<int>(advised);
     const surfsynth::FieldLatentCodes codes = EncodeColors(
       *this->Encoder, welded, colors, samples, surfsynth::SubProgress(progress, AfterUnfolding, 1.0));
     auto* output = vtkPolyData::SafeDownCast(block.Output);
@@ -229,7 +233,7 @@ private:
 
   vtkFieldLatentEncoder* Self;
   std::optional<surfsynth::FieldLatentEncoder> Encoder; ///< of Model
-  std::optional<surfsynth::TextureImage> Image;         ///< during an update
+  std::optional<surfsynth::ColorImage> Image;           ///< during an update
   surfsynth::BlockCache<WeldedSurface> Blocks;
 };
 
@@ -271,6 +275,13 @@ int vtkFieldLatentEncoder::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
+}
+
+int vtkFieldLatentEncoder::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  surfsynth::RequestWhole(inputVector[1]);
+  return 1;
 }
 
 int vtkFieldLatentEncoder::RequestData(

@@ -97,7 +97,7 @@ def one_rank(case, ranks):
 def blocks(case, ranks):
     made = pv.MaternNoise(Input=pv.XMLMultiBlockDataReader(FileName=["blocks.vtm"]), CorrelationRange=1.5, Seed=11)
     made.UpdatePipeline()
-    pv.SaveData(f"found_blocks_{ranks}.vtm", proxy=made)
+    pv.SaveData(f"found_blocks_{ranks}.vtm", proxy=made, DataMode="Binary")
     found = read_blocks(f"found_blocks_{ranks}.vtm")
     for k in (0, 1, 2, 4):
         surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")
@@ -232,7 +232,7 @@ def textured_blocks(case, ranks):
     readers = [read_surface(f"ball{k}.vtp") for k in range(2)]
     made = pv.GeometricTextureSynthesizer(Input=pv.GroupDatasets(Input=readers), **TEXTURED)
     made.UpdatePipeline()
-    pv.SaveData(f"found_textured_{ranks}.vtm", proxy=made)
+    pv.SaveData(f"found_textured_{ranks}.vtm", proxy=made, DataMode="Binary")
     expected = np.load("textured_blocks.npz")
     for k, block in enumerate(read_blocks(f"found_textured_{ranks}.vtm")):
         points = surfaces.vtk_to_numpy(block.GetPoints().GetData())
@@ -299,7 +299,7 @@ def bad_block(case, ranks):
     made = pv.MaternNoise(
         Input=pv.XMLMultiBlockDataReader(FileName=["bad_blocks.vtm"]), CorrelationRange=1.5, Seed=11)
     made.UpdatePipeline()
-    pv.SaveData(f"found_bad_blocks_{ranks}.vtm", proxy=made)
+    pv.SaveData(f"found_bad_blocks_{ranks}.vtm", proxy=made, DataMode="Binary")
     found = read_blocks(f"found_bad_blocks_{ranks}.vtm")
     for k in (0, 1, 2, 4):
         surfaces.assert_same(surfaces.array(found[k]), np.load(f"block{k}.npy"), f"{case}, block {k}")

@@ -15,9 +15,10 @@ from surfacesynthesis import (
 )
 from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkIOImage import vtkPNGReader, vtkPNGWriter
 
 D, C, WIDTH = 2, 4, 8
 
@@ -108,6 +109,41 @@ def test_an_array_is_the_image_with_its_top_row_first(model):
     ramp = np.linspace(0, 1, 400, endpoint=False)[:, None] + 0.5 / 400  # dark at the top
     by_image = array(encode_texture(mesh, ramp, model), "FieldLatent_0")
     assert np.abs(array(encode_texture(mesh, None, model, color="Shade"), "FieldLatent_0") - by_image).max() < 0.02 * np.abs(by_image).max()
+
+
+def test_arrays_of_the_other_byte_order_are_the_same_image(model):
+    image = pattern().astype("<f4")
+    expected = array(encode_texture(plane(), image, model), "FieldLatent_0")
+    assert np.array_equal(array(encode_texture(plane(), image.astype(">f4"), model), "FieldLatent_0"), expected)
+
+
+def test_a_piece_needs_the_whole_image(model, tmp_path):
+    image = np.round(255 * pattern()).astype(np.uint8)
+    data = vtkImageData()
+    data.SetDimensions(image.shape[1], image.shape[0], 1)
+    data.GetPointData().SetScalars(numpy_to_vtk(image[::-1].reshape(-1, 3), deep=True))
+    writer, reader, encoder = vtkPNGWriter(), vtkPNGReader(), vtkFieldLatentEncoder()
+    writer.SetInputData(data)
+    for file in (writer, reader):
+        file.SetFileName(str(tmp_path / "pattern.png"))
+    writer.Write()
+    encoder.SetInputData(plane())
+    encoder.SetInputConnection(1, reader.GetOutputPort())
+    encoder.SetModelFileName(str(model))
+    encoder.UpdatePiece(0, 2, 0)
+    expected = array(encode_texture(plane(), image, model), "FieldLatent_0")
+    assert np.array_equal(array(encoder.GetOutput(), "FieldLatent_0"), expected)
+
+
+def test_codes_of_a_model_of_more_dimensions_go(model):
+    mesh = plane()
+    for k in range(D + 2):
+        old = numpy_to_vtk(np.ones((25, 3), dtype=np.float32), deep=True)
+        old.SetName(f"FieldLatent_{k}")
+        mesh.GetPointData().AddArray(old)
+    coded = encode_texture(mesh, pattern(), model)
+    assert coded.GetPointData().GetArray(f"FieldLatent_{D}") is None
+    assert decode_texture(coded, model, resolution=32).image.GetDimensions() == (32, 32, 1)
 
 
 def test_blocks_and_names(model):

@@ -2,6 +2,7 @@
 """texture_dataset(), its files, and the command ``dataset textures``."""
 
 import json
+import struct
 
 import numpy as np
 import pytest
@@ -229,3 +230,10 @@ def test_the_command_says_what_is_wrong(tmp_path, capsys):
     (tmp_path / "b.png").write_text("no image")
     assert main(["dataset", "textures", str(tmp_path / "b.png"), str(tmp_path / "t.safetensors")]) == 1
     assert "b.png" in capsys.readouterr().err
+
+
+def test_an_image_of_an_absurd_size_is_refused_by_its_header(tmp_path):
+    header = b"BM" + struct.pack("<IHHI", 84, 0, 0, 54) + struct.pack("<IiiHHIIiiII", 40, 40000, 40000, 1, 24, 0, 0, 0, 0, 0, 0)
+    (tmp_path / "huge.bmp").write_bytes(header + bytes(30))
+    with pytest.raises(FormatError, match="the BMP image is cut off"):
+        texture_dataset(str(tmp_path / "out.safetensors"), [str(tmp_path / "huge.bmp")], **SMALL)

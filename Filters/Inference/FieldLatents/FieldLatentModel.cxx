@@ -20,7 +20,7 @@ namespace
 {
 constexpr const char* FieldLatentArchitecture = "field_latents";
 constexpr const char* DescriptionKey = "field_latents";
-constexpr const char* FieldLatentKind = "a model of field latents, as vtkFieldLatentTrainer writes it";
+constexpr const char* FieldLatentKind = "a model of field latents, as surfacesynthesis-train writes it";
 
 void ReadDescription(const SafetensorsFile& file, FieldLatentModel& model)
 {

@@ -218,7 +218,7 @@ def _image(given):
             f"image must be an array of numbers of the shape [H, W] or [H, W, C], not of {given.dtype} {list(given.shape)}"
         )
     values = given.astype(np.uint8) * 255 if given.dtype.kind == "b" else given
-    values = values.astype(np.float32) if values.dtype == np.float16 else values
+    values = values.astype(np.float32 if values.dtype == np.float16 else values.dtype.newbyteorder("="))
     height, width = values.shape[:2]
     image = vtkImageData()
     image.SetDimensions(width, height, 1)

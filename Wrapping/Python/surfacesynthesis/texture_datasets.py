@@ -2,7 +2,6 @@
 """Images and planar meshes in files: training data of field latents."""
 
 import os
-import zlib
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +10,10 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkDelaunay2D
 from vtkmodules.vtkImagingCore import vtkImageResize
-from vtkmodules.vtkIOImage import vtkImageReader2Factory
 
 from .arguments import INT_MIN, integer, progress_callback
 from .errors import Cancelled, FormatError
-from .pipeline import silent_console
+from .files.images import read_image
 from .safetensors import read_safetensors, write_safetensors
 
 _CONTENT, _VERSION = "textures", "1"
@@ -40,7 +38,7 @@ class TextureDataset(NamedTuple):
 
 
 def texture_dataset(path, images, tile=512, side=1024, tiles=4, meshes=64, mesh_points=2500, seed=0, progress=None):
-    """Writes a dataset to train field latents on: tiles of images, and random planar meshes [Mitchel2024, section 9.1].
+    """Writes a dataset to train field latents on: tiles of images, and random planar meshes [Mitchel2024], section 9.1.
 
     Images whose shorter side exceeds ``side`` are reduced to it. Tiles of an image do not overlap; images with a side
     shorter than 16 pixels are refused. Points of the meshes are farthest-point samples of the unit square, triangulated
@@ -51,7 +49,7 @@ def texture_dataset(path, images, tile=512, side=1024, tiles=4, meshes=64, mesh_
     path : str or path-like
         The file to write; its ending should be .safetensors.
     images : list of path or array
-        Image files that VTK reads (.png, .jpg, .tif, .bmp, ...) or arrays [H, W], [H, W, 1], [H, W, 3] or [H, W, 4] of
+        Image files (.png, .jpg, .bmp, .tga) or arrays [H, W], [H, W, 1], [H, W, 3] or [H, W, 4] of
         uint8, of uint16, or of floating-point numbers from 0 to 1. An alpha channel is dropped.
     tile : int
         Largest height and width of a tile in pixels, at least 16. Default 512.
@@ -246,38 +244,13 @@ class _Reporter:
 
 
 def _read_image(path):
-    with open(path, "rb") as file:
-        _require_whole_png(path, file)
-    with silent_console() as console:
-        reader = vtkImageReader2Factory.CreateImageReader2(path)
-        if reader is None:
-            raise FormatError(f"{path}: this is no image, or one of a kind that VTK does not read")
-        reader.SetFileName(path)
-        reader.Update()
-        errors, _ = console()
-    output = reader.GetOutput()
-    width, height, depth = output.GetDimensions()
-    scalars = output.GetPointData().GetScalars()
-    if errors or scalars is None or 0 in (width, height) or depth != 1:
-        raise FormatError(f"{path}: {'; '.join(errors) or 'this is no image of two dimensions'}")
-    array = vtk_to_numpy(scalars).reshape(height, width, -1)[::-1]  # VTK has the bottom row first
+    image = read_image(path)
+    width, height, _ = image.GetDimensions()
+    array = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1]  # VTK has the bottom row first
     try:
         return image_array(array)
     except (TypeError, ValueError) as error:
         raise FormatError(f"{path}: {error}") from None
-
-
-def _require_whole_png(path, file):
-    """Raises FormatError for a PNG file with a missing or changed chunk, for which VTK 9.1 ends the process."""
-    if file.read(8) != b"\x89PNG\r\n\x1a\n":
-        return
-    kind = b""
-    while kind != b"IEND":
-        head = file.read(8)
-        size, kind = int.from_bytes(head[:4], "big"), head[4:]
-        data = file.read(size) if size < 2**31 else b""
-        if len(data) != size or file.read(4) != zlib.crc32(kind + data).to_bytes(4, "big"):
-            raise FormatError(f"{path}: the image is truncated, or changed")
 
 
 def _tiles_of(image, tile, most, random):

@@ -445,7 +445,10 @@ def _write_with_vtk(writer, mesh, path):
         writer.SetFileTypeToBinary()
     if hasattr(writer, "SetCompressorTypeToLZ4"):  # ten times as fast as ZLib, and noise hardly shrinks with either
         writer.SetCompressorTypeToLZ4()
-        writer.EncodeAppendedDataOff()  # and not inline: VTK's writer of such data crashes when the disk is full
+        # Inline: ParaView 5.11 with Debian 12's Expat cannot read data that are appended. VTK's writer of inline data
+        # crashes when the disk is full.
+        writer.SetDataModeToBinary()
+        _require_space(os.path.dirname(path), mesh.GetActualMemorySize() * 1024)
     with HeldSignals() as signals, silent_console() as collected:
         writer.AddObserver(
             "ProgressEvent", lambda sender, _: sender.SetAbortExecute(0 if signals.pending is None else 1)
