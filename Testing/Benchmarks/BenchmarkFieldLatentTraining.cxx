@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of the training of field latents beside the rate of sgemm, per second of processor time.
+// Steps of the trainings of field latents and of their diffusion beside the rate of sgemm, per second of processor time.
 #include "ProductRate.h"
+#include "SmallLatents.h"
 #include "SmallTextures.h"
 
 #include "Core/Common/Parallel.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
+#include "Core/Tangent/TangentHierarchy.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
+#include "Inference/FieldLatents/LatentDiffusionNetwork.h"
 #include "Learning/Training/FieldLatentTrainer.h"
+#include "Learning/Training/LatentDiffusionTrainer.h"
 
 #include <benchmark/benchmark.h>
 
@@ -49,6 +53,35 @@ void FieldLatentStep(benchmark::State& state, const FieldLatentOptions& network,
   state.counters["OfProductRate"] = rate / ProductRate();
 }
 
+/// One step of the diffusion on one surface of 3,000 vertices; d = 8 tangent vectors.
+void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& network)
+{
+  LatentSurface surface;
+  surface.Mesh = test::Torus(75, 40);
+  const Index vertices = surface.Mesh.NumberOfPoints();
+  surface.Means = LatentColumns::Random(vertices, 2 * network.LatentDimension);
+  surface.Deviations = LatentColumns::Constant(vertices, network.LatentDimension, 0.1F);
+  LatentDiffusionTrainingOptions options;
+  options.Network = network;
+  options.BatchSize = 1;
+  options.Device = TrainingDevice::CPU;
+  LatentDiffusionTrainer trainer({ { surface } }, options);
+  trainer.Step();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    trainer.Step();
+  }
+  const double seconds = ProcessorSeconds() - start;
+  const TangentHierarchy levels{ OneRings(surface.Mesh) };
+  // The forward pass, and twice as many operations for the derivatives.
+  const double operations = 3.0 * LatentDiffusionOperations(network, vertices, levels.Coarse.NumberOfVertices());
+  const double rate = operations * static_cast<double>(state.iterations()) / seconds;
+  state.counters["GFLOP"] = 1e-9 * operations;
+  state.counters["GFLOPperSecond"] = 1e-9 * rate;
+  state.counters["OfProductRate"] = rate / ProductRate();
+}
+
 } // namespace
 } // namespace surfsynth::bench
 
@@ -72,6 +105,12 @@ int main(int argc, char** argv)
   })->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("FieldLatentStep/paper", [](benchmark::State& state) {
     bench::FieldLatentStep(state, FieldLatentOptions::Paper(), 16);
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("LatentDiffusionStep/small", [](benchmark::State& state) {
+    bench::LatentDiffusionStep(state, LatentDiffusionOptions::Small());
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("LatentDiffusionStep/paper", [](benchmark::State& state) {
+    bench::LatentDiffusionStep(state, LatentDiffusionOptions::Paper());
   })->Unit(benchmark::kMillisecond);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -37,6 +37,25 @@ struct FieldFilter
   const float* Bias;     ///< [K], of the second layer
 };
 
+/// Edges of one level by their sources.
+struct FieldSources
+{
+  const std::int32_t* Start;   ///< [V + 1], first edge of each source
+  const std::int32_t* Edges;   ///< [E], number of the edge in FieldNeighborhoods
+  const std::int32_t* Targets; ///< [E], vertex whose neighborhood the edge belongs to
+};
+
+/// Derivatives by the weights of a filter, shapes as in FieldFilter, that GatherFieldsGradient() adds to.
+struct FieldFilterGradient
+{
+  float* Shares;
+  float* Radius;
+  float* Aligned;
+  float* Directed;
+  float* Hidden;
+  float* Bias;
+};
+
 /// Kernels for one instruction set.
 struct LatentDiffusionKernels
 {
@@ -46,6 +65,14 @@ struct LatentDiffusionKernels
   /// @param features [V, 2 C] @param units [V, 2 C], their directions: see Units() @param out [rows, K 2 C]
   void (*GatherFields)(const FieldNeighborhoods& at, const FieldFilter& filter, const float* features,
     const float* units, std::int64_t first, std::int64_t rows, std::int64_t channels, float* out);
+
+  /// Derivatives of GatherFields() by the features of the sources [first, first + rows), those through their directions
+  /// included, and by the weights of the filter. Each source reads the derivatives of its neighbors, so that no two
+  /// threads write to the same place; the hidden layers are computed again.
+  /// @param dSums [V, K 2 C], derivatives by the results @param dFeatures [rows, 2 C], derivatives by the features
+  void (*GatherFieldsGradient)(const FieldNeighborhoods& at, const FieldSources& sources, const FieldFilter& filter,
+    const float* features, const float* units, const float* dSums, std::int64_t first, std::int64_t rows,
+    std::int64_t channels, float* dFeatures, const FieldFilterGradient& gradient);
 
   /// units = x / sqrt(|x|^2 + 1e-6), x [rows, 2 C].
   void (*Units)(const float* x, std::int64_t rows, std::int64_t channels, float* units);

@@ -60,6 +60,9 @@ struct EdgeNumbers
   float ByImaginary[K];
   float Re; ///< weight times transport
   float Im;
+  float Radius; ///< length of the logarithm
+  float LogX;   ///< direction of the logarithm in the frame of the source
+  float LogY;
 };
 
 SURFSYNTH_INLINE void Prepare(const FieldNeighborhoods& at, const FieldFilter& filter, std::int32_t e, EdgeNumbers& out)
@@ -89,6 +92,9 @@ SURFSYNTH_INLINE void Prepare(const FieldNeighborhoods& at, const FieldFilter& f
   }
   out.Re = at.Weights[e] * tr;
   out.Im = at.Weights[e] * ti;
+  out.Radius = radius;
+  out.LogX = lx;
+  out.LogY = ly;
 }
 
 /// Most edges whose numbers are prepared together.
@@ -176,6 +182,269 @@ void GatherFields(const FieldNeighborhoods& at, const FieldFilter& filter, const
   }
 }
 
+/// Edges whose hidden layers are kept together for the derivatives by the weights.
+constexpr int TapedEdges = 8;
+
+/// Hidden layers of some edges, and the derivatives by them.
+struct EdgeTape
+{
+  Vector First[TapedEdges][K];    ///< first layer
+  Vector ByFirst[TapedEdges][K];  ///< by its arguments
+  Vector ByHidden[TapedEdges][K]; ///< by the arguments of the second layer
+  Vector Cosine[TapedEdges];      ///< of the aligned angle
+  Vector Sine[TapedEdges];
+};
+
+/// Derivatives by the weights of a filter, for each lane.
+struct FilterSums
+{
+  Vector Radius[K];
+  Vector Aligned[2 * K];
+  Vector Directed[2 * K];
+  Vector Hidden[K * K];
+  Vector Bias[K];
+};
+
+/// Features of one source in some channels and the derivatives by them.
+struct SourceLanes
+{
+  Vector Re;
+  Vector Im;
+  Vector UnitRe;
+  Vector UnitIm;
+  Vector ByRe;
+  Vector ByIm;
+  Vector ByUnitRe;
+  Vector ByUnitIm;
+};
+
+/// Adds the derivatives by the features that come through one edge. @param dSum [K, 2 C] of the target, from the channel on
+SURFSYNTH_INLINE void AddEdgeGradient(const EdgeNumbers& edge, const FieldFilter& filter, const float* dSum,
+  Size channels, Size count, Vector* first, Vector* byFirst, Vector* byHidden, SourceLanes& at)
+{
+#pragma GCC unroll 8
+  for (int j = 0; j < K; ++j)
+  {
+    first[j] = Relu(edge.Constant[j] + edge.ByReal[j] * at.UnitRe + edge.ByImaginary[j] * at.UnitIm);
+  }
+  const Vector xr = edge.Re * at.Re - edge.Im * at.Im;
+  const Vector xi = edge.Re * at.Im + edge.Im * at.Re;
+  Vector byXr = {};
+  Vector byXi = {};
+  Vector sums[K] = {};
+#pragma GCC unroll 8
+  for (int k = 0; k < K; ++k)
+  {
+    Vector hidden = filter.Bias[k] + filter.Hidden[k * K] * first[0];
+#pragma GCC unroll 8
+    for (int j = 1; j < K; ++j)
+    {
+      hidden += filter.Hidden[k * K + j] * first[j];
+    }
+    const Vector gr = Load(dSum + 2 * k * channels, count);
+    const Vector gi = Load(dSum + (2 * k + 1) * channels, count);
+    const Vector active = Relu(hidden);
+    byXr += active * gr;
+    byXi += active * gi;
+    const Vector by = hidden > 0.0F ? gr * xr + gi * xi : Vector{};
+    byHidden[k] = by;
+#pragma GCC unroll 8
+    for (int j = 0; j < K; ++j)
+    {
+      sums[j] += filter.Hidden[k * K + j] * by;
+    }
+  }
+#pragma GCC unroll 8
+  for (int j = 0; j < K; ++j)
+  {
+    byFirst[j] = first[j] > 0.0F ? sums[j] : Vector{};
+    at.ByUnitRe += edge.ByReal[j] * byFirst[j];
+    at.ByUnitIm += edge.ByImaginary[j] * byFirst[j];
+  }
+  at.ByRe += edge.Re * byXr + edge.Im * byXi;
+  at.ByIm += edge.Re * byXi - edge.Im * byXr;
+}
+
+/// Adds the derivatives by the weights that come through the edges of a tape. @param shares [K], those by the shares
+SURFSYNTH_INLINE void AddFilterGradient(
+  const EdgeTape& tape, const EdgeNumbers* numbers, int edges, Vector* shares, FilterSums& sums)
+{
+#pragma GCC unroll 8
+  for (int k = 0; k < K; ++k)
+  {
+    Vector row[K];
+    Vector bias = sums.Bias[k];
+#pragma GCC unroll 8
+    for (int j = 0; j < K; ++j)
+    {
+      row[j] = sums.Hidden[k * K + j];
+    }
+    for (int e = 0; e < edges; ++e)
+    {
+      const Vector by = tape.ByHidden[e][k];
+      bias += by;
+#pragma GCC unroll 8
+      for (int j = 0; j < K; ++j)
+      {
+        row[j] += by * tape.First[e][j];
+      }
+    }
+#pragma GCC unroll 8
+    for (int j = 0; j < K; ++j)
+    {
+      sums.Hidden[k * K + j] = row[j];
+    }
+    sums.Bias[k] = bias;
+  }
+  constexpr int pair = 2; // layers whose sums stay in registers together
+  for (int j = 0; j < K; j += pair)
+  {
+    Vector share[pair];
+    Vector radius[pair];
+    Vector cosine[pair];
+    Vector sine[pair];
+#pragma GCC unroll 2
+    for (int i = 0; i < pair; ++i)
+    {
+      share[i] = shares[j + i];
+      radius[i] = sums.Radius[j + i];
+      cosine[i] = sums.Aligned[j + i];
+      sine[i] = sums.Aligned[K + j + i];
+    }
+    for (int e = 0; e < edges; ++e)
+    {
+#pragma GCC unroll 2
+      for (int i = 0; i < pair; ++i)
+      {
+        const Vector by = tape.ByFirst[e][j + i];
+        share[i] += by;
+        radius[i] += numbers[e].Radius * by;
+        cosine[i] += tape.Cosine[e] * by;
+        sine[i] += tape.Sine[e] * by;
+      }
+    }
+#pragma GCC unroll 2
+    for (int i = 0; i < pair; ++i)
+    {
+      shares[j + i] = share[i];
+      sums.Radius[j + i] = radius[i];
+      sums.Aligned[j + i] = cosine[i];
+      sums.Aligned[K + j + i] = sine[i];
+    }
+  }
+}
+
+SURFSYNTH_INLINE float SumOfLanes(const Vector& value)
+{
+  float sum = 0.0F;
+  for (int lane = 0; lane < Lanes; ++lane)
+  {
+    sum += value[lane];
+  }
+  return sum;
+}
+
+/// Derivatives by some channels of one source, from @p edges edges, at most TapedEdges.
+SURFSYNTH_INLINE void AddSourceGradient(const EdgeNumbers* numbers, const std::int32_t* targets, int edges,
+  const FieldFilter& filter, const float* dSums, Size channels, Size count, SourceLanes& at, Vector* shares,
+  FilterSums& sums)
+{
+  EdgeTape tape;
+  for (int e = 0; e < edges; ++e)
+  {
+    AddEdgeGradient(numbers[e], filter, dSums + targets[e] * 2 * K * channels, channels, count, tape.First[e],
+      tape.ByFirst[e], tape.ByHidden[e], at);
+    tape.Cosine[e] = numbers[e].LogX * at.UnitRe + numbers[e].LogY * at.UnitIm;
+    tape.Sine[e] = numbers[e].LogY * at.UnitRe - numbers[e].LogX * at.UnitIm;
+  }
+  AddFilterGradient(tape, numbers, edges, shares, sums);
+}
+
+/// Derivatives by the features of source @p q. @param shares [K], sums that are added to
+SURFSYNTH_INLINE void GatherSourceGradient(const FieldNeighborhoods& at, const FieldSources& sources,
+  const FieldFilter& filter, const float* features, const float* units, const float* dSums, Size q, Size channels,
+  float* dFeatures, Vector* shares, FilterSums& sums)
+{
+  EdgeNumbers numbers[TapedEdges];
+  const float dx = at.Directions ? at.Directions[2 * q] : 0.0F;
+  const float dy = at.Directions ? at.Directions[2 * q + 1] : 0.0F;
+  for (std::int32_t begin = sources.Start[q]; begin < sources.Start[q + 1]; begin += TapedEdges)
+  {
+    const int rest = sources.Start[q + 1] - begin;
+    const int edges = rest < TapedEdges ? rest : TapedEdges;
+    for (int e = 0; e < edges; ++e)
+    {
+      Prepare(at, filter, sources.Edges[begin + e], numbers[e]);
+    }
+    for (Size c = 0; c < channels; c += Lanes)
+    {
+      const Size count = channels - c < Lanes ? channels - c : Lanes;
+      const Size row = q * 2 * channels + c;
+      SourceLanes lanes = { Load(features + row, count), Load(features + row + channels, count),
+        Load(units + row, count), Load(units + row + channels, count), {}, {}, {}, {} };
+      Vector own[K] = {};
+      AddSourceGradient(numbers, sources.Targets + begin, edges, filter, dSums + c, channels, count, lanes, own, sums);
+      const Vector cosine = dx * lanes.UnitRe + dy * lanes.UnitIm;
+      const Vector sine = dy * lanes.UnitRe - dx * lanes.UnitIm;
+      for (int j = 0; j < K; ++j)
+      {
+        shares[j] += own[j];
+        sums.Directed[j] += cosine * own[j];
+        sums.Directed[K + j] += sine * own[j];
+      }
+      // By x, of u = x / n with n^2 = |x|^2 + 1e-6: (du - u Re<u, du>) / n.
+      const Vector square = lanes.Re * lanes.Re + lanes.Im * lanes.Im + 1e-6F;
+      Vector inverse;
+      for (int lane = 0; lane < Lanes; ++lane)
+      {
+        inverse[lane] = 1.0F / __builtin_sqrtf(square[lane]);
+      }
+      const Vector along = lanes.UnitRe * lanes.ByUnitRe + lanes.UnitIm * lanes.ByUnitIm;
+      const Vector re = lanes.ByRe + inverse * (lanes.ByUnitRe - along * lanes.UnitRe);
+      const Vector im = lanes.ByIm + inverse * (lanes.ByUnitIm - along * lanes.UnitIm);
+      const bool more = begin > sources.Start[q];
+      Store(more ? Load(dFeatures + c, count) + re : re, dFeatures + c, count);
+      Store(more ? Load(dFeatures + channels + c, count) + im : im, dFeatures + channels + c, count);
+    }
+  }
+}
+
+SURFSYNTH_INLINE void AddLanes(const Vector* sums, int count, float* out)
+{
+  for (int k = 0; k < count; ++k)
+  {
+    out[k] += SumOfLanes(sums[k]);
+  }
+}
+
+void GatherFieldsGradient(const FieldNeighborhoods& at, const FieldSources& sources, const FieldFilter& filter,
+  const float* features, const float* units, const float* dSums, Size first, Size rows, Size channels, float* dFeatures,
+  const FieldFilterGradient& gradient)
+{
+  FilterSums sums = {};
+  Vector shares[K] = {};
+  for (Size row = 0; row < rows; ++row)
+  {
+    const Size q = first + row;
+    GatherSourceGradient(
+      at, sources, filter, features, units, dSums, q, channels, dFeatures + 2 * row * channels, shares, sums);
+    const bool last = row + 1 == rows || (at.Shares && at.Shares[q + 1] != at.Shares[q]);
+    if (last)
+    {
+      AddLanes(shares, K, gradient.Shares + (at.Shares ? at.Shares[q] : 0) * K);
+      for (int j = 0; j < K; ++j)
+      {
+        shares[j] = Vector{};
+      }
+    }
+  }
+  AddLanes(sums.Radius, K, gradient.Radius);
+  AddLanes(sums.Aligned, 2 * K, gradient.Aligned);
+  AddLanes(sums.Directed, 2 * K, gradient.Directed);
+  AddLanes(sums.Hidden, K * K, gradient.Hidden);
+  AddLanes(sums.Bias, K, gradient.Bias);
+}
+
 void Units(const float* __restrict__ x, Size rows, Size channels, float* __restrict__ units)
 {
   for (Size row = 0; row < rows; ++row, x += 2 * channels, units += 2 * channels)
@@ -207,7 +476,7 @@ void Squares(const float* __restrict__ x, Size rows, Size channels, float* __res
 }
 } // namespace
 
-extern const LatentDiffusionKernels SURFSYNTH_KERNELS = { GatherFields, Units, Squares };
+extern const LatentDiffusionKernels SURFSYNTH_KERNELS = { GatherFields, GatherFieldsGradient, Units, Squares };
 
 } // namespace surfsynth
 

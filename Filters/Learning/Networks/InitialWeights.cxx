@@ -34,6 +34,37 @@ double ConstantOf(const std::string& name)
   }
   return EndsWith(name, "grad_scaler") ? 0.01 : std::nan("");
 }
+
+std::int64_t CountOf(const std::vector<std::int64_t>& shape)
+{
+  return std::accumulate(shape.begin(), shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
+}
+
+/// Bound of the random numbers of a tensor of a denoising network.
+double DiffusionBound(const std::string& name, const std::vector<std::int64_t>& shape)
+{
+  const bool filter = name.find(".filter.") != std::string::npos;
+  if (EndsWith(name, ".filter.radius") || EndsWith(name, ".filter.aligned") || EndsWith(name, ".filter.directed"))
+  {
+    return std::sqrt(2.0); // three inputs
+  }
+  if (EndsWith(name, ".bias"))
+  {
+    return 1.0 / std::sqrt(static_cast<double>(shape.back()));
+  }
+  const std::int64_t inputs = shape.size() == 4 ? shape[2] * shape[3] : shape.back();
+  return std::sqrt((filter ? 6.0 : 1.0) / static_cast<double>(inputs));
+}
+
+/// Initial value of all elements of a tensor of a denoising network, or NaN for random ones.
+double DiffusionConstant(const std::string& name)
+{
+  if (EndsWith(name, ".convolution2.weight") || name == "output.weight")
+  {
+    return 0.0;
+  }
+  return name == "latent_scale" ? 1.0 : EndsWith(name, ".log_delta") ? InitialLogDelta : std::nan("");
+}
 } // namespace
 
 std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
@@ -104,8 +135,7 @@ FieldLatentModel InitialFieldLatents(const FieldLatentOptions& options, std::uin
   key.Seed = seed;
   for (const auto& [name, shape] : shapes)
   {
-    const std::int64_t count = std::accumulate(
-      shape.begin(), shape.end(), std::int64_t(1), std::multiplies<std::int64_t>());
+    const std::int64_t count = CountOf(shape);
     const bool scale = EndsWith(name, ".scale");
     const bool random = !scale && !EndsWith(name, ".log_delta");
     // A bias has the inputs of its weights.
@@ -118,6 +148,31 @@ FieldLatentModel InitialFieldLatents(const FieldLatentOptions& options, std::uin
     {
       const double constant = scale ? (k < count / 2 ? 1.0 : 0.0) : InitialLogDelta;
       tensor.Values.push_back(static_cast<float>(random ? bound * (2.0 * Uniform(key, k) - 1.0) : constant));
+    }
+    ++key.Sample;
+  }
+  return model;
+}
+
+LatentDiffusionModel InitialLatentDiffusion(const LatentDiffusionOptions& options, std::uint64_t seed)
+{
+  CheckOptions(options);
+  LatentDiffusionModel model;
+  model.Options = options;
+  NormalKey key;
+  key.Seed = seed;
+  for (const auto& [name, shape] : ExpectedLatentDiffusionTensors(options))
+  {
+    const std::int64_t count = CountOf(shape);
+    const bool scale = EndsWith(name, ".norm.scale");
+    const double bound = DiffusionBound(name, shape);
+    ModelTensor& tensor = model.Tensors[name];
+    tensor.Shape = shape;
+    for (std::int64_t k = 0; k < count; ++k)
+    {
+      const double constant = scale ? (k < count / 2 ? 1.0 : 0.0) : DiffusionConstant(name);
+      const double random = bound * (2.0 * Uniform(key, k) - 1.0);
+      tensor.Values.push_back(static_cast<float>(std::isnan(constant) ? random : constant));
     }
     ++key.Sample;
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "Inference/FieldLatents/FieldLatentModel.h"
+#include "Inference/FieldLatents/LatentDiffusionModel.h"
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 
@@ -31,5 +32,12 @@ std::map<std::string, ModelTensor> InitialGeometricTextureTensors(
 /// with a = 1 and delta = 1e-6. A pure function of options and seed.
 /// @throws InvalidInput as CheckOptions().
 FieldLatentModel InitialFieldLatents(const FieldLatentOptions& options, std::uint64_t seed);
+
+/// Makes a denoising network before training: matrices uniformly in +-1 / sqrt(inputs), those of filters, which ReLU
+/// follow, in +-sqrt(6 / inputs) [He2015]; biases in +-1 / sqrt(inputs), norms with a = 1 and delta = 1e-6. The weights of
+/// the last convolution of each block and of the output are 0 ([Dhariwal2021]): blocks begin as the identity, and the
+/// network predicts 0. Factors of the latents are 1. A pure function of options and seed.
+/// @throws InvalidInput as CheckOptions().
+LatentDiffusionModel InitialLatentDiffusion(const LatentDiffusionOptions& options, std::uint64_t seed);
 
 } // namespace surfsynth

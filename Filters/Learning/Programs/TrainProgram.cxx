@@ -6,6 +6,7 @@
 //   surfacesynthesis-train encoding dataset.safetensors encoder.safetensors [option value]...
 //   surfacesynthesis-train geometric-texture levels.safetensors model.safetensors [option value]...
 //   surfacesynthesis-train field-latents textures.safetensors model.safetensors [option value]...
+//   surfacesynthesis-train latent-diffusion latents.safetensors model.safetensors [option value]...
 //
 // Ends with 0 when the model is trained, 1 after an error, 2 when the arguments are wrong, 3 when it was interrupted (Ctrl-C:
 // a checkpoint is written; the same command goes on from there). A training that --time-budget ends early ends with 0.
@@ -14,6 +15,7 @@
 #include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
+#include "Learning/Training/LatentDiffusionTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
 #include <atomic>
@@ -89,6 +91,10 @@ const std::map<std::string, FieldLatentCoordinates> Coordinates = {
 };
 const std::map<std::string, FieldLatentOptions> Sizes = { { "paper", FieldLatentOptions::Paper() },
   { "small", FieldLatentOptions::Small() } };
+const std::map<std::string, LatentDiffusionOptions> DiffusionSizes = { { "paper", LatentDiffusionOptions::Paper() },
+  { "small", LatentDiffusionOptions::Small() } };
+const std::map<std::string, DiffusionTarget> Targets = { { "noise", DiffusionTarget::Noise },
+  { "data", DiffusionTarget::Data }, { "velocity", DiffusionTarget::Velocity } };
 const std::map<std::string, bool> YesOrNo = { { "yes", true }, { "no", false } };
 
 /// One option of the command line: its help text, and the function that takes its value.
@@ -347,7 +353,63 @@ private:
   FieldLatentTrainingOptions Options;
 };
 
-const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture", "field-latents" };
+class LatentDiffusionCommand : public TrainCommand
+{
+public:
+  CommandOptions KnownOptions() override
+  {
+    LatentDiffusionTrainingOptions& o = this->Options;
+    CommandOptions known = this->SharedOptions(o);
+    AddNumber(known, "--iterations", o.Iterations, "iterations in all, those of a checkpoint included");
+    AddNumber(known, "--batch", o.BatchSize, "surfaces in an iteration");
+    AddNumber(known, "--final-learning-rate", o.FinalLearningRate, "at the last iteration, along half a cosine");
+    AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
+    AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
+    AddNumber(known, "--snr-limit", o.SnrLimit, "of the weights of the loss, 0: square error of the target");
+    AddNumber(known, "--condition-dropout", o.ConditionDropout, "part of the surfaces without labels and directions");
+    this->AddSizes(known);
+    known["--target"] = { "noise, data or velocity: what the network predicts (noise)",
+      [&o](const std::string& value) { o.Network.Target = Choose("--target", value, Targets); } };
+    known["--sample-latents"] = { "yes or no: draw latents from their Gaussians, or take the means (yes)",
+      [&o](const std::string& value) { o.SampleLatents = Choose("--sample-latents", value, YesOrNo); } };
+    return known;
+  }
+  TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
+  void Train(const TrainingObserver& observe, const Progress& progress) override
+  {
+    TrainLatentDiffusion(ReadLatentDataset(this->Dataset), this->Options, this->Files, observe, progress);
+  }
+
+private:
+  void AddSizes(CommandOptions& known)
+  {
+    LatentDiffusionOptions& network = this->Options.Network;
+    AddNumber(known, "--channels", network.Channels, "on the surface");
+    AddNumber(known, "--coarse-channels", network.CoarseChannels, "on the coarser level");
+    AddNumber(known, "--input-blocks", network.InputBlocks, "before the pooling");
+    AddNumber(known, "--coarse-blocks", network.CoarseBlocks, "on the coarser level");
+    AddNumber(known, "--output-blocks", network.OutputBlocks, "after the unpooling");
+    AddNumber(known, "--embedding-dimension", network.EmbeddingDimension, "numbers of the embedding, even");
+    AddNumber(known, "--time-steps", network.TimeSteps, "of the diffusion");
+    AddNumber(known, "--first-variance", network.FirstVariance, "of the first step");
+    AddNumber(known, "--last-variance", network.LastVariance, "of the last step");
+    known["--sizes"] = { "small or paper: sizes of the network, changed by later options (small)",
+      [&network](const std::string& value) {
+        const LatentDiffusionOptions sizes = Choose("--sizes", value, DiffusionSizes);
+        network.Channels = sizes.Channels;
+        network.CoarseChannels = sizes.CoarseChannels;
+        network.InputBlocks = sizes.InputBlocks;
+        network.CoarseBlocks = sizes.CoarseBlocks;
+        network.OutputBlocks = sizes.OutputBlocks;
+        network.EmbeddingDimension = sizes.EmbeddingDimension;
+      } };
+  }
+
+  LatentDiffusionTrainingOptions Options;
+};
+
+const char* const CommandNames[] = { "flow-matching", "encoding", "geometric-texture", "field-latents",
+  "latent-diffusion" };
 
 /// Null when there is nothing of that name.
 std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
@@ -363,6 +425,10 @@ std::unique_ptr<TrainCommand> MakeCommand(const std::string& name)
   if (name == "field-latents")
   {
     return std::make_unique<FieldLatentCommand>();
+  }
+  if (name == "latent-diffusion")
+  {
+    return std::make_unique<LatentDiffusionCommand>();
   }
   return name == "encoding" ? std::make_unique<EncodingCommand>() : nullptr;
 }
@@ -414,7 +480,8 @@ void PrintUsage(std::ostream& stream)
   stream << "usage: surfacesynthesis-train flow-matching DATASET MODEL [OPTION VALUE]...\n"
             "       surfacesynthesis-train encoding DATASET MODEL [OPTION VALUE]...\n"
             "       surfacesynthesis-train geometric-texture DATASET MODEL [OPTION VALUE]...\n"
-            "       surfacesynthesis-train field-latents DATASET MODEL [OPTION VALUE]...\n";
+            "       surfacesynthesis-train field-latents DATASET MODEL [OPTION VALUE]...\n"
+            "       surfacesynthesis-train latent-diffusion DATASET MODEL [OPTION VALUE]...\n";
   for (const char* name : CommandNames)
   {
     stream << "\nOptions of " << name << ", and what holds without them:\n";
@@ -471,7 +538,8 @@ int main(int argc, char* argv[])
     if (!command)
     {
       throw UsageError(
-        "what to train is missing; expected flow-matching, encoding, geometric-texture or field-latents");
+        "what to train is missing; expected flow-matching, encoding, geometric-texture, field-latents or "
+        "latent-diffusion");
     }
     command->Read({ arguments.begin() + 1, arguments.end() });
     return Train(*command);

@@ -2,6 +2,7 @@
 //
 // surfacesynthesis-train from outside: arguments, files, exit status, signals.
 #include "ExampleMeshes.h"
+#include "SmallLatents.h"
 #include "SmallTextures.h"
 #include "TrainingData.h"
 
@@ -9,6 +10,7 @@
 #include "IO/Datasets/SignalDataset.h"
 #include "IO/Datasets/TextureDataset.h"
 #include "Inference/FieldLatents/FieldLatentModel.h"
+#include "Inference/FieldLatents/LatentDiffusionModel.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 
@@ -124,7 +126,8 @@ TEST_F(TrainProgram, HelpNamesEachOptionWithItsDefault)
   ProgramRun run({ "--help" }, this->File("output"));
   EXPECT_EQ(run.Status(), 0);
   for (const char* text : { "usage: surfacesynthesis-train flow-matching DATASET MODEL", "--iterations ", "(20000)",
-         "--noise-model ", "--device ", "--resume ", "--checkpoint-interval ", "(500)", "--encoder " })
+         "--noise-model ", "--device ", "--resume ", "--checkpoint-interval ", "(500)", "--encoder ",
+         "Options of latent-diffusion", "--snr-limit " })
   {
     EXPECT_THAT(run.Text(), HasSubstr(text));
   }
@@ -194,6 +197,31 @@ TEST_F(TrainProgram, TrainsFieldLatents)
   this->Expect(training("m", { "--sizes", "large" }), 2, "--sizes is \"large\"; expected one of paper, small");
   this->Expect(training("m", { "--iterations", "1", "--heads", "3" }), 1, "Heads is 3; expected a divisor of the 8");
   this->Expect({ "field-latents", this->File("data.safetensors"), this->File("m") }, 1, "expected \"textures\"");
+}
+
+TEST_F(TrainProgram, TrainsADiffusionOfFieldLatents)
+{
+  WriteLatentDataset(this->File("latents.safetensors"), SmallLatents());
+  const auto training = [this](const std::string& model, const Arguments& more) {
+    Arguments arguments = { "latent-diffusion", this->File("latents.safetensors"), this->File(model), "--channels", "4",
+      "--coarse-channels", "6", "--coarse-blocks", "1", "--output-blocks", "1", "--embedding-dimension", "6", "--batch",
+      "2", "--device", "cpu" };
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  this->Expect(training("m", { "--iterations", "2", "--target", "velocity" }), 0, "iteration 2 of 2, loss ");
+  const LatentDiffusionModel model = ReadLatentDiffusion(this->File("m"));
+  EXPECT_EQ(model.Iterations, 2);
+  EXPECT_EQ(model.Options.CoarseChannels, 6);
+  EXPECT_EQ(model.Options.LatentDimension, 2);
+  EXPECT_EQ(model.Options.NumberOfLabels, 3);
+  EXPECT_EQ(model.Options.Target, DiffusionTarget::Velocity);
+  this->Expect(
+    training("n", { "--target", "score" }), 2, "--target is \"score\"; expected one of data, noise, velocity");
+  this->Expect(training("n", { "--sizes", "large" }), 2, "--sizes is \"large\"; expected one of paper, small");
+  this->Expect(training("n", { "--condition-dropout", "2" }), 1, "ConditionDropout is 2; expected a number in [0, 1]");
+  this->Expect(
+    { "latent-diffusion", this->File("data.safetensors"), this->File("n") }, 1, "expected \"field_latents\"");
 }
 
 TEST_F(TrainProgram, ATimeBudgetEndsTheTrainingAndTheSameCommandGoesOn)
