@@ -19,12 +19,14 @@
 #include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 
+#include <vtkDataArray.h>
 #include <vtkDataObject.h>
 #include <vtkImageData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 
 #include <algorithm>
@@ -42,12 +44,14 @@ vtkStandardNewMacro(vtkFieldLatentEncoder);
 
 namespace
 {
-/// Samples that are held at once: about 18 MiB.
-constexpr std::size_t SamplesOfTile = 262144;
+/// Samples that are held at once: about 9 MiB.
+constexpr std::size_t SamplesOfTile = 131072;
 /// Largest number of samples of a ring, whatever the model advises.
 constexpr std::int64_t MostSamples = 4096;
 /// Fraction of the work on a surface after its rings are unfolded.
 constexpr double AfterUnfolding = 0.1;
+/// Fraction of the work on a tile in which its colors are sampled.
+constexpr double OfSampling = 0.1;
 
 /// Returns the points that are vertices.
 std::vector<surfsynth::Index> VerticesOf(const WeldedSurface& welded)
@@ -65,9 +69,10 @@ std::vector<surfsynth::Index> VerticesOf(const WeldedSurface& welded)
 
 /// Samples the colors in the rings of @p vertices.
 surfsynth::FieldLatentRings SampleColors(const WeldedSurface& welded, const surfsynth::TextureColors& colors,
-  const std::vector<surfsynth::Index>& vertices, int samplesPerRing)
+  const std::vector<surfsynth::Index>& vertices, int samplesPerRing, const surfsynth::Progress& progress)
 {
   const surfsynth::RingSamples samples = surfsynth::SampleRingsUniformly(welded.Rings, vertices, samplesPerRing);
+  surfsynth::Report(progress, 0.5);
   const auto count = static_cast<Eigen::Index>(samples.Places.size());
   surfsynth::FieldLatentRings rings;
   rings.Offsets = samples.Offsets;
@@ -86,6 +91,22 @@ surfsynth::FieldLatentRings SampleColors(const WeldedSurface& welded, const surf
   return rings;
 }
 
+/// Returns the end of the tile of vertices that begins at place @p begin: about SamplesOfTile samples, at least a vertex.
+std::size_t EndOfTile(const surfsynth::OneRings& rings, const std::vector<surfsynth::Index>& vertices,
+  std::size_t begin, int samplesPerRing)
+{
+  std::size_t end = begin;
+  std::size_t samples = 0;
+  while (end < vertices.size() && samples < SamplesOfTile)
+  {
+    // A ring has at least a sample in each of its triangles.
+    const auto triangles = rings.RingStart[vertices[end] + 1] - rings.RingStart[vertices[end]];
+    samples += static_cast<std::size_t>(samplesPerRing) + static_cast<std::size_t>(triangles);
+    ++end;
+  }
+  return end;
+}
+
 /// Encodes the colors at all vertices, a tile after the other.
 surfsynth::FieldLatentCodes EncodeColors(const surfsynth::FieldLatentEncoder& encoder, const WeldedSurface& welded,
   const surfsynth::TextureColors& colors, int samplesPerRing, const surfsynth::Progress& progress)
@@ -96,14 +117,15 @@ surfsynth::FieldLatentCodes EncodeColors(const surfsynth::FieldLatentEncoder& en
   codes.Mean = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);
   codes.LogDeviation = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), dimension);
   const auto share = [&](std::size_t k) { return static_cast<double>(k) / static_cast<double>(vertices.size()); };
-  const std::size_t verticesOfTile = std::max<std::size_t>(1, SamplesOfTile / static_cast<std::size_t>(samplesPerRing));
-  for (std::size_t begin = 0; begin < vertices.size(); begin += verticesOfTile)
+  for (std::size_t begin = 0, end = 0; begin < vertices.size(); begin = end)
   {
-    const std::size_t end = std::min(vertices.size(), begin + verticesOfTile);
+    end = EndOfTile(welded.Rings, vertices, begin, samplesPerRing);
     const surfsynth::Progress part = surfsynth::SubProgress(progress, share(begin), share(end));
     surfsynth::Report(part, 0.0);
     const std::vector<surfsynth::Index> tile(vertices.data() + begin, vertices.data() + end);
-    const surfsynth::FieldLatentCodes found = encoder.Encode(SampleColors(welded, colors, tile, samplesPerRing), part);
+    const surfsynth::FieldLatentRings rings = SampleColors(
+      welded, colors, tile, samplesPerRing, surfsynth::SubProgress(part, 0.0, OfSampling));
+    const surfsynth::FieldLatentCodes found = encoder.Encode(rings, surfsynth::SubProgress(part, OfSampling, 1.0));
     for (std::size_t k = 0; k < tile.size(); ++k)
     {
       codes.Mean.row(tile[k]) = found.Mean.row(static_cast<Eigen::Index>(k));
@@ -133,7 +155,7 @@ public:
     {
       throw surfsynth::InvalidInput("LatentArrayName is empty; a name for the arrays is needed.");
     }
-    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+    const auto model = this->File.Get(surfsynth::ExistingModelPath(this->Self->ModelFileName));
     if (model != this->Model)
     {
       this->Encoder.reset(); // first, so that the weights of two models are never held
@@ -169,6 +191,7 @@ public:
     Surface surface = surfsynth::ConvertSurface(input);
     surface.FlatIndex = block.FlatIndex;
     surface.Where = block.Where;
+    this->RequireOtherNames(input);
     const surfsynth::TextureColors colors = this->ColorsOf(input, surface);
     const WeldedSurface& welded = this->Welded(surface);
     surfsynth::Report(progress, AfterUnfolding);
@@ -187,7 +210,7 @@ public:
                                                          },
     "A field-latent model in safetensors format is needed, as the training of field latents writes it." };
   surfsynth::InstalledModelList Installed;
-  vtkTypeInt64 NumberOfUnfoldings = 0;
+  vtkTypeInt64 NumberOfRingComputations = 0;
 
 private:
   /// Returns the welded surface of this block, from an earlier update when the mesh is the same.
@@ -199,8 +222,27 @@ private:
     }
     this->Blocks.Drop(surface);
     WeldedSurface welded(surface);
-    ++this->NumberOfUnfoldings;
+    ++this->NumberOfRingComputations;
     return this->Blocks.Insert(surface, std::move(welded));
+  }
+
+  /// Refuses names of the output that are those of the colors or texture coordinates.
+  void RequireOtherNames(vtkPolyData* input) const
+  {
+    vtkPointData* data = input->GetPointData();
+    vtkDataArray* colors = this->Self->ColorArrayName.empty() ? data->GetScalars()
+                                                              : data->GetArray(this->Self->ColorArrayName.c_str());
+    const std::pair<vtkDataArray*, const char*> roles[] = { { data->GetTCoords(), "texture coordinates" },
+      { this->Image ? nullptr : colors, "colors" } };
+    for (const auto& [array, role] : roles)
+    {
+      const std::string name = array && array->GetName() ? array->GetName() : "";
+      if (surfsynth::IsLatentName(name, this->Self->LatentArrayName))
+      {
+        throw surfsynth::InvalidInput("The " + std::string(role) + " of the points are the array \"" + name +
+          "\", a name that LatentArrayName gives to the output; another LatentArrayName is needed.");
+      }
+    }
   }
 
   surfsynth::TextureColors ColorsOf(vtkPolyData* input, const Surface& surface) const
@@ -322,7 +364,7 @@ const char* vtkFieldLatentEncoder::GetInstalledModelsFolder() const { return thi
 
 vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 
-vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfUnfoldings() const { return this->Impl->NumberOfUnfoldings; }
+vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfRingComputations() const { return this->Impl->NumberOfRingComputations; }
 
 void vtkFieldLatentEncoder::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -334,5 +376,5 @@ void vtkFieldLatentEncoder::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LatentArrayName: " << this->LatentArrayName << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
-  os << indent << "NumberOfUnfoldings: " << this->GetNumberOfUnfoldings() << "\n";
+  os << indent << "NumberOfRingComputations: " << this->GetNumberOfRingComputations() << "\n";
 }

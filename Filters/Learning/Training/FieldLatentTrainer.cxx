@@ -79,7 +79,7 @@ class FieldLatentTrainer::Internals
 public:
   Internals(TextureDataset dataset, const FieldLatentTrainingOptions& options)
     : Options(options)
-    , Rings(std::move(dataset))
+    , Rings(std::move(dataset), options.Network.Coordinates == FieldLatentCoordinates::Barycentric)
     , Where(ChooseDevice(options.Device))
     , Network(MakeFieldLatentNetwork(InitialFieldLatents(options.Network, options.Seed)))
   {

@@ -116,7 +116,7 @@ TextureRings::Mesh TextureRings::Prepare(PlanarMesh planar)
   return mesh;
 }
 
-TextureRings::TextureRings(TextureDataset dataset)
+TextureRings::TextureRings(TextureDataset dataset, bool inTriangles)
   : Dataset(std::move(dataset))
 {
   CheckDataset(this->Dataset);
@@ -124,7 +124,7 @@ TextureRings::TextureRings(TextureDataset dataset)
   for (PlanarMesh& planar : this->Dataset.Meshes)
   {
     this->Meshes.push_back(Prepare(std::move(planar)));
-    if (this->Meshes.back().Triangles.empty())
+    if (inTriangles && this->Meshes.back().Triangles.empty())
     {
       throw InvalidInput("TextureRings: mesh " + std::to_string(this->Meshes.size() - 1) +
         " has no triangle of three interior vertices; expected a larger mesh.");

@@ -37,8 +37,10 @@ struct TextureRingBatch
 class TextureRings
 {
 public:
-  /// Finds the rings. @throws InvalidInput as CheckDataset(), and when no triangle of a mesh has three interior corners.
-  explicit TextureRings(TextureDataset dataset);
+  /// Finds the rings. @param inTriangles true when batches will be TextureRingSizes::InTriangles
+  /// @throws InvalidInput as CheckDataset(), and, for batches in triangles, when no triangle of a mesh has three interior
+  /// corners.
+  explicit TextureRings(TextureDataset dataset, bool inTriangles = false);
 
   /// Draws the rings of an iteration.
   TextureRingBatch Draw(const TextureRingSizes& sizes, std::uint64_t seed, std::int64_t iteration) const;

@@ -119,7 +119,7 @@ TEST(TextureRings, SmallImagesHoldTheirRings)
   for (const bool inTriangles : { false, true })
   {
     sizes.InTriangles = inTriangles;
-    const TextureRingBatch batch = TextureRings(dataset).Draw(sizes, 1, 0);
+    const TextureRingBatch batch = TextureRings(dataset, inTriangles).Draw(sizes, 1, 0);
     for (const float value : batch.TargetColors)
     {
       EXPECT_LE(std::abs(value), 1.0F);
@@ -229,8 +229,12 @@ TEST(FieldLatentTrainer, OptionsAndDatasetsThatDoNotFitAreNamed)
   EXPECT_THAT(refusal([](Options& o) { o.Network.Heads = 5; }), HasSubstr("Heads is 5"));
   TextureDataset dataset = SmallTextures();
   dataset.Meshes[1] = SquareMesh(2);
-  EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer(dataset, TinyTraining(3)); }),
+  FieldLatentTrainingOptions barycentric = TinyTraining(1);
+  barycentric.BatchSize = 3;
+  barycentric.Network.Coordinates = FieldLatentCoordinates::Barycentric;
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer(dataset, barycentric); }),
     HasSubstr("mesh 1 has no triangle of three interior vertices"));
+  EXPECT_NO_THROW(FieldLatentTrainer(dataset, TinyTraining(1))) << "rings by themselves need no such triangle";
   EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer({}, TinyTraining(3)); }), HasSubstr("0 images"));
 }
 
