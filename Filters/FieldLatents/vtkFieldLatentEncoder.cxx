@@ -11,11 +11,11 @@
 #include "SurfaceBridge.h"
 #include "SurfaceCoordinates.h"
 #include "TextureColors.h"
+#include "TextureEncoding.h"
 #include "WeldedSurface.h"
 #include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Tangent/RingSamples.h"
 #include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 
@@ -27,8 +27,6 @@
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <exception>
 #include <new>
 #include <optional>
@@ -42,76 +40,8 @@ vtkStandardNewMacro(vtkFieldLatentEncoder);
 
 namespace
 {
-/// Samples that are held at once: about 18 MiB.
-constexpr std::size_t SamplesOfTile = 262144;
-/// Largest number of samples of a ring, whatever the model advises.
-constexpr std::int64_t MostSamples = 4096;
 /// Fraction of the work on a surface after its rings are unfolded.
 constexpr double AfterUnfolding = 0.1;
-
-/// Returns the points that are vertices.
-std::vector<surfsynth::Index> VerticesOf(const WeldedSurface& welded)
-{
-  std::vector<surfsynth::Index> vertices;
-  for (surfsynth::Index v = 0; v < welded.Rings.NumberOfPoints(); ++v)
-  {
-    if (welded.IsVertex(v))
-    {
-      vertices.push_back(v);
-    }
-  }
-  return vertices;
-}
-
-/// Samples the colors in the rings of @p vertices.
-surfsynth::FieldLatentRings SampleColors(const WeldedSurface& welded, const surfsynth::TextureColors& colors,
-  const std::vector<surfsynth::Index>& vertices, int samplesPerRing)
-{
-  const surfsynth::RingSamples samples = surfsynth::SampleRingsUniformly(welded.Rings, vertices, samplesPerRing);
-  const auto count = static_cast<Eigen::Index>(samples.Places.size());
-  surfsynth::FieldLatentRings rings;
-  rings.Offsets = samples.Offsets;
-  rings.Colors.resize(count, 3);
-  rings.Logarithms.resize(count, 2);
-  colors.Sample(samples.Places.data(), count, rings.Colors.data());
-  for (std::size_t k = 0; k < vertices.size(); ++k)
-  {
-    const double radius = welded.Rings.RingRadius(vertices[k]);
-    for (std::int64_t s = samples.Offsets[k]; s < samples.Offsets[k + 1]; ++s)
-    {
-      const std::complex<double> z = samples.Logarithms[static_cast<std::size_t>(s)] / radius;
-      rings.Logarithms.row(s) << static_cast<float>(z.real()), static_cast<float>(z.imag());
-    }
-  }
-  return rings;
-}
-
-/// Encodes the colors at all vertices, a tile after the other.
-surfsynth::FieldLatentCodes EncodeColors(const surfsynth::FieldLatentEncoder& encoder, const WeldedSurface& welded,
-  const surfsynth::TextureColors& colors, int samplesPerRing, const surfsynth::Progress& progress)
-{
-  const std::vector<surfsynth::Index> vertices = VerticesOf(welded);
-  const std::int64_t dimension = encoder.Options().LatentDimension;
-  surfsynth::FieldLatentCodes codes;
-  codes.Mean = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);
-  codes.LogDeviation = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), dimension);
-  const auto share = [&](std::size_t k) { return static_cast<double>(k) / static_cast<double>(vertices.size()); };
-  const std::size_t verticesOfTile = std::max<std::size_t>(1, SamplesOfTile / static_cast<std::size_t>(samplesPerRing));
-  for (std::size_t begin = 0; begin < vertices.size(); begin += verticesOfTile)
-  {
-    const std::size_t end = std::min(vertices.size(), begin + verticesOfTile);
-    const surfsynth::Progress part = surfsynth::SubProgress(progress, share(begin), share(end));
-    surfsynth::Report(part, 0.0);
-    const std::vector<surfsynth::Index> tile(vertices.data() + begin, vertices.data() + end);
-    const surfsynth::FieldLatentCodes found = encoder.Encode(SampleColors(welded, colors, tile, samplesPerRing), part);
-    for (std::size_t k = 0; k < tile.size(); ++k)
-    {
-      codes.Mean.row(tile[k]) = found.Mean.row(static_cast<Eigen::Index>(k));
-      codes.LogDeviation.row(tile[k]) = found.LogDeviation.row(static_cast<Eigen::Index>(k));
-    }
-  }
-  return codes;
-}
 } // namespace
 
 /// Model, image and meshes of the last update.
@@ -172,10 +102,9 @@ public:
     const surfsynth::TextureColors colors = this->ColorsOf(input, surface);
     const WeldedSurface& welded = this->Welded(surface);
     surfsynth::Report(progress, AfterUnfolding);
-    const std::int64_t advised = std::min(this->Model->Options.SamplesPerRing, MostSamples);
-    const int samples = this->Self->SamplesPerRing > 0 ? this->Self->SamplesPerRing : static_cast<int>(advised);
-    const surfsynth::FieldLatentCodes codes = EncodeColors(
-      *this->Encoder, welded, colors, samples, surfsynth::SubProgress(progress, AfterUnfolding, 1.0));
+    const surfsynth::FieldLatentCodes codes = surfsynth::EncodeColors(*this->Encoder, welded,
+      surfsynth::ColorsOn(colors), surfsynth::VerticesOf(welded), this->Self->SamplesPerRing,
+      surfsynth::SubProgress(progress, AfterUnfolding, 1.0));
     auto* output = vtkPolyData::SafeDownCast(block.Output);
     output->ShallowCopy(input);
     surfsynth::AddLatentArrays(welded, codes, this->Self->LatentArrayName, output);
