@@ -181,7 +181,7 @@ private:
   {
     ReportError(this->Self, at.Name,
       "The dataset lies in pieces on " + std::to_string(owners) + (at.FlatIndex > 0 ? " or more" : "") +
-        " ranks, and what this filter makes of a piece is no part of what it makes of the whole; bring the pieces "
+        " ranks, and the result of this filter on a piece differs from its result on the whole; bring the pieces "
         "together on one rank first (vtkAggregateDataSetFilter).");
   }
 

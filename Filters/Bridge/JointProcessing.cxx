@@ -57,7 +57,7 @@ std::string WorkWhereInputsLie(
   if (count > 1)
   {
     return "The inputs lie on " + std::to_string(count) +
-      " ranks, and what this filter makes of a part is no part of what it makes of the whole; bring the datasets "
+      " ranks, and the result of this filter on a part differs from its result on the whole; bring the datasets "
       "together on one rank first (vtkAggregateDataSetFilter).";
   }
   std::string error;

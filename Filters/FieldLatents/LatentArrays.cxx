@@ -5,6 +5,7 @@
 #include "PointRows.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/UsedPoints.h"
 
 #include <vtkFloatArray.h>
@@ -12,13 +13,22 @@
 #include <vtkPolyData.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <limits>
 
 namespace surfsynth
 {
 
 namespace
 {
+/// Largest relative deviation of ratios of radii that are the same but for rounding of points.
+constexpr double RadiusTolerance = 1e-3;
+/// Least ratio, over 1 or below, that is a warning; smaller changes cannot be seen.
+constexpr double LeastScaling = 0.01;
+/// Least length of the normal components of vectors that is a warning, relative to that of the vectors.
+constexpr double LeastNormalPart = 0.02;
+
 std::string VectorName(const std::string& name, std::int64_t j) { return name + "_" + std::to_string(j); }
 
 /// Largest natural logarithm of a deviation in an array: beyond, it is no longer finite in single precision.
@@ -55,7 +65,59 @@ void RequireLatents(vtkPolyData* polydata, const std::string& name, std::int64_t
   throw InvalidInput(
     "The surface has " + FormatCount(count, "point array") + " of field latents (LatentArrayName)" + needed);
 }
+
+/// Sums over the vertices that tell whether a surface is as it was encoded.
+struct EncodedShape
+{
+  double Smallest = std::numeric_limits<double>::infinity(); ///< ratio of the radius of a ring to that of its latents
+  double Largest = 0.0;
+  double SquaredLength = 0.0;  ///< of vectors
+  double SquaredTangent = 0.0; ///< of their tangential parts
+
+  void AddRadii(double ring, double latent)
+  {
+    this->Smallest = std::min(this->Smallest, ring / latent);
+    this->Largest = std::max(this->Largest, ring / latent);
+  }
+
+  /// Text of the warning; empty without one.
+  std::string Warning(const std::string& name) const
+  {
+    const double ratio = 0.5 * (this->Smallest + this->Largest);
+    if (!(this->Largest - this->Smallest <= RadiusTolerance * ratio))
+    {
+      return ""; // another triangulation
+    }
+    if (std::abs(std::log(ratio)) > LeastScaling)
+    {
+      return "All one-rings have " + FormatNumber(ratio) + " times the radius of the point array \"" + name +
+        "Radius\": the surface seems to have been scaled after vtkFieldLatentEncoder, which changes its texture. "
+        "Multiply that array by this number, or encode the scaled surface.";
+    }
+    const double normal = std::sqrt(std::max(0.0, this->SquaredLength - this->SquaredTangent));
+    if (normal > LeastNormalPart * std::sqrt(this->SquaredLength))
+    {
+      return "The vectors \"" + VectorName(name, 0) +
+        "\" and following do not lie in the tangent planes: the surface seems to have been turned or bent after "
+        "vtkFieldLatentEncoder and its vectors not, which changes its texture. Turn all vectors too "
+        "(vtkTransformPolyDataFilter with TransformAllInputVectors), or encode the turned surface.";
+    }
+    return "";
+  }
+};
 } // namespace
+
+bool IsLatentName(const std::string& name, const std::string& latentName)
+{
+  if (name.compare(0, latentName.size(), latentName) != 0)
+  {
+    return false;
+  }
+  const std::string rest = name.substr(latentName.size());
+  const bool isVector = rest.size() > 1 && rest[0] == '_' &&
+    std::all_of(rest.begin() + 1, rest.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return isVector || rest == "Deviation" || rest == "Radius";
+}
 
 void AddLatentArrays(
   const WeldedSurface& welded, const FieldLatentCodes& codes, const std::string& name, vtkPolyData* output)
@@ -113,6 +175,7 @@ LatentField ReadLatentArrays(vtkPolyData* polydata, const Surface& surface, cons
   LatentField field;
   field.Latents = FieldLatentMatrix::Zero(points, 2 * dimension);
   field.Radii.assign(static_cast<std::size_t>(points), 0.0);
+  EncodedShape shape;
   for (std::int64_t j = 0; j < dimension; ++j)
   {
     const PointRows rows = ReadPointRows(polydata, used, { VectorName(name, j), Property }, 3);
@@ -121,8 +184,12 @@ LatentField ReadLatentArrays(vtkPolyData* polydata, const Surface& surface, cons
       const Index v = used.Id(k);
       if (welded.IsVertex(v))
       {
-        field.Latents(v, 2 * j) = static_cast<float>(rows.row(k).dot(welded.Rings.Frames.X.row(v)));
-        field.Latents(v, 2 * j + 1) = static_cast<float>(rows.row(k).dot(welded.Rings.Frames.Y.row(v)));
+        const double x = rows.row(k).dot(welded.Rings.Frames.X.row(v));
+        const double y = rows.row(k).dot(welded.Rings.Frames.Y.row(v));
+        field.Latents(v, 2 * j) = static_cast<float>(x);
+        field.Latents(v, 2 * j + 1) = static_cast<float>(y);
+        shape.SquaredLength += rows.row(k).squaredNorm();
+        shape.SquaredTangent += x * x + y * y;
       }
     }
   }
@@ -135,8 +202,13 @@ LatentField ReadLatentArrays(vtkPolyData* polydata, const Surface& surface, cons
       throw InvalidInput("The point array \"" + name + "Radius\" is not larger than 0 at point " + std::to_string(v) +
         "; the radius of the ring to which a code belongs is needed, as vtkFieldLatentEncoder makes it.");
     }
-    field.Radii[static_cast<std::size_t>(v)] = welded.IsVertex(v) ? radii(k, 0) : 0.0;
+    if (welded.IsVertex(v))
+    {
+      field.Radii[static_cast<std::size_t>(v)] = radii(k, 0);
+      shape.AddRadii(welded.Rings.RingRadius(v), radii(k, 0));
+    }
   }
+  field.Warning = shape.Warning(name);
   return field;
 }
 

@@ -15,16 +15,19 @@ namespace surfsynth
 
 namespace
 {
-/// Samples that are held at once: about 18 MiB.
-constexpr std::size_t SamplesOfTile = 262144;
+/// Samples that are held at once: about 9 MiB.
+constexpr std::size_t SamplesOfTile = 131072;
 /// Largest number of samples of a ring, whatever the model advises.
 constexpr std::int64_t MostSamples = 4096;
+/// Fraction of the work on a tile in which its colors are sampled.
+constexpr double OfSampling = 0.1;
 
 /// Samples the colors in the rings of @p vertices.
-FieldLatentRings SampleColors(
-  const WeldedSurface& welded, const ColorSource& colors, const std::vector<Index>& vertices, int samplesPerRing)
+FieldLatentRings SampleColors(const WeldedSurface& welded, const ColorSource& colors,
+  const std::vector<Index>& vertices, int samplesPerRing, const Progress& progress)
 {
   const RingSamples samples = SampleRingsUniformly(welded.Rings, vertices, samplesPerRing);
+  Report(progress, 0.5);
   const auto count = static_cast<Eigen::Index>(samples.Places.size());
   FieldLatentRings rings;
   rings.Offsets = samples.Offsets;
@@ -41,6 +44,21 @@ FieldLatentRings SampleColors(
     }
   }
   return rings;
+}
+
+/// Returns the end of the tile of vertices that begins at place @p begin: about SamplesOfTile samples, at least a vertex.
+std::size_t EndOfTile(const OneRings& rings, const std::vector<Index>& vertices, std::size_t begin, int samplesPerRing)
+{
+  std::size_t end = begin;
+  std::size_t samples = 0;
+  while (end < vertices.size() && samples < SamplesOfTile)
+  {
+    // A ring has at least a sample in each of its triangles.
+    const auto triangles = rings.RingStart[vertices[end] + 1] - rings.RingStart[vertices[end]];
+    samples += static_cast<std::size_t>(samplesPerRing) + static_cast<std::size_t>(triangles);
+    ++end;
+  }
+  return end;
 }
 } // namespace
 
@@ -89,14 +107,14 @@ FieldLatentCodes EncodeColors(const FieldLatentEncoder& encoder, const WeldedSur
   codes.Mean = FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);
   codes.LogDeviation = FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), dimension);
   const auto share = [&](std::size_t k) { return static_cast<double>(k) / static_cast<double>(vertices.size()); };
-  const std::size_t verticesOfTile = std::max<std::size_t>(1, SamplesOfTile / static_cast<std::size_t>(samples));
-  for (std::size_t begin = 0; begin < vertices.size(); begin += verticesOfTile)
+  for (std::size_t begin = 0, end = 0; begin < vertices.size(); begin = end)
   {
-    const std::size_t end = std::min(vertices.size(), begin + verticesOfTile);
+    end = EndOfTile(welded.Rings, vertices, begin, samples);
     const Progress part = SubProgress(progress, share(begin), share(end));
     Report(part, 0.0);
     const std::vector<Index> tile(vertices.data() + begin, vertices.data() + end);
-    const FieldLatentCodes found = encoder.Encode(SampleColors(welded, colors, tile, samples), part);
+    const FieldLatentRings rings = SampleColors(welded, colors, tile, samples, SubProgress(part, 0.0, OfSampling));
+    const FieldLatentCodes found = encoder.Encode(rings, SubProgress(part, OfSampling, 1.0));
     for (std::size_t k = 0; k < tile.size(); ++k)
     {
       codes.Mean.row(tile[k]) = found.Mean.row(static_cast<Eigen::Index>(k));

@@ -84,6 +84,19 @@ vtkSmartPointer<vtkImageData> ImageOf(vtkUnsignedCharArray* scalars, const int s
   return image;
 }
 
+/// Announces that there is no image where an empty surface gave none: a pipeline that waits for one updates again and
+/// again.
+void AnnounceEmptyImage(vtkInformation* output)
+{
+  auto* image = vtkImageData::SafeDownCast(vtkDataObject::GetData(output));
+  if (image && image->GetNumberOfPoints() == 0)
+  {
+    constexpr int None[6] = { 0, -1, 0, -1, 0, -1 };
+    output->Set(Pipeline::WHOLE_EXTENT(), None, 6);
+    output->Set(Pipeline::UPDATE_EXTENT(), None, 6);
+  }
+}
+
 /// Converts and checks a target. @throws InvalidInput
 Surface ToTarget(vtkPolyData* polydata)
 {
@@ -127,7 +140,7 @@ public:
         "The input on port 0 is a composite dataset, and there is a target on port 1; a target "
         "needs one vtkPolyData on port 0 (vtkExtractBlock, vtkMergeBlocks).");
     }
-    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+    const auto model = this->File.Get(surfsynth::ExistingModelPath(this->Self->ModelFileName));
     if (model != this->Model)
     {
       this->Decoder.reset(); // first, so that the weights of two models are never held
@@ -188,12 +201,14 @@ public:
       target = ToTarget(shown);
     }
     const Surface& onto = target ? *target : surface;
+    this->RequireOtherName(shown);
     // Errors of texture coordinates and codes are reported before long work.
     surfsynth::TextureCoordinates coordinates = surfsynth::ReadTextureCoordinates(shown, onto);
     surfsynth::RequireAtlas(coordinates, onto);
     const WeldedSurface& welded = this->Welded(surface);
     const surfsynth::LatentField field = surfsynth::ReadLatentArrays(
       input, surface, welded, this->Self->LatentArrayName, this->Model->Options.LatentDimension);
+    this->Warn(surface.Where, field.Warning);
     this->Warn(surface.Where, surfsynth::DescribeDegenerateCoordinates(coordinates, onto));
     const surfsynth::AtlasPlaces& atlas = this->Atlas(
       surface, onto, std::move(coordinates), surfsynth::SubProgress(progress, 0.05, BeforeDecoding));
@@ -211,7 +226,7 @@ public:
                                                          },
     "A field-latent model in safetensors format is needed, as the training of field latents writes it." };
   surfsynth::InstalledModelList Installed;
-  vtkTypeInt64 NumberOfUnfoldings = 0;
+  vtkTypeInt64 NumberOfRingComputations = 0;
   vtkTypeInt64 NumberOfRasterizations = 0;
 
 private:
@@ -227,6 +242,20 @@ private:
           (value == names[0].first ? "the path of a field-latent model is needed."
                                    : "a name for the arrays is needed."));
       }
+    }
+  }
+
+  /// Refuses a TextureArrayName that names another array of the output.
+  void RequireOtherName(vtkPolyData* shown) const
+  {
+    const std::string& name = this->Self->TextureArrayName;
+    vtkDataArray* coordinates = shown->GetPointData()->GetTCoords();
+    const bool isCoordinates = coordinates && coordinates->GetName() && name == coordinates->GetName();
+    if (isCoordinates || (!this->HasTarget && surfsynth::IsLatentName(name, this->Self->LatentArrayName)))
+    {
+      throw surfsynth::InvalidInput("TextureArrayName is \"" + name + "\", the name of " +
+        (isCoordinates ? "the texture coordinates" : "an array of field latents (LatentArrayName)") +
+        "; another name is needed.");
     }
   }
 
@@ -263,7 +292,7 @@ private:
     }
     this->Blocks.Drop(surface);
     WeldedSurface welded(surface);
-    ++this->NumberOfUnfoldings;
+    ++this->NumberOfRingComputations;
     return this->Blocks.Insert(surface, std::move(welded));
   }
 
@@ -439,6 +468,7 @@ int vtkFieldLatentDecoder::RequestData(
     else if (success)
     {
       this->Impl->End(vtkDataObject::GetData(inputVector[0]), images);
+      AnnounceEmptyImage(outputVector->GetInformationObject(1));
     }
     this->Impl->Release();
     return success;
@@ -468,7 +498,7 @@ const char* vtkFieldLatentDecoder::GetInstalledModelsFolder() const { return thi
 
 vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 
-vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfUnfoldings() const { return this->Impl->NumberOfUnfoldings; }
+vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfRingComputations() const { return this->Impl->NumberOfRingComputations; }
 
 vtkTypeInt64 vtkFieldLatentDecoder::GetNumberOfRasterizations() const { return this->Impl->NumberOfRasterizations; }
 
@@ -483,6 +513,6 @@ void vtkFieldLatentDecoder::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
-  os << indent << "NumberOfUnfoldings: " << this->GetNumberOfUnfoldings() << "\n";
+  os << indent << "NumberOfRingComputations: " << this->GetNumberOfRingComputations() << "\n";
   os << indent << "NumberOfRasterizations: " << this->GetNumberOfRasterizations() << "\n";
 }

@@ -3,20 +3,20 @@
  * @class   vtkFieldLatentDecoder
  * @brief   Decodes field latents of a surface to a texture image and to colors of points
  *
- * Makes a texture of the codes of vtkFieldLatentEncoder, tangent vectors at the points of a surface ([Mitchel2024],
+ * Makes a texture of the latents of vtkFieldLatentEncoder, tangent vectors at the points of a surface ([Mitchel2024],
  * section 4): a neural field at each corner of a triangle gives colors, which are blended by barycentric coordinates.
  * The texture may have any resolution, and be laid on another triangulation or atlas of the same shape.
  *
  * @par Model file
- * As for vtkFieldLatentEncoder; the model must be the one that has made the codes.
+ * As for vtkFieldLatentEncoder; the model must be the one that has made the latents.
  *
  * @par Input
- * Port 0: the surface with the codes: vtkPolyData with triangles, polygons or strips, float or double points; or,
+ * Port 0: the surface with the latents: vtkPolyData with triangles, polygons or strips, float or double points; or,
  * without a target, a composite dataset of such blocks, processed block by block: a block that cannot be processed is
  * reported and left empty. It needs the point arrays <name>_0 to <name>_<d - 1> (3 components) and <name>Radius (1
  * component, larger than 0) of vtkFieldLatentEncoder, any floating-point type, with <name> LatentArrayName and d the
  * dimension of the model. They may be interpolated: vectors are projected to the tangent planes. Points with the same
- * coordinates are one vertex, with the codes of the one with the lowest id. Requirements on the mesh are those of
+ * coordinates are one vertex, with the latents of the one with the lowest id. Requirements on the mesh are those of
  * vtkFieldLatentEncoder. Empty input gives empty output.
  *
  * Port 1, optional: the target, a vtkPolyData on which the texture is laid. Each place of it gets the color of the
@@ -106,7 +106,7 @@ public:
 
   ///@{
   /**
-   * Name of the arrays with the codes: the first part of all, as described for vtkFieldLatentEncoder; not empty. Default
+   * Name of the arrays with the latents: the first part of all, as described for vtkFieldLatentEncoder; not empty. Default
    * "FieldLatent".
    */
   void SetLatentArrayName(const char* name);
@@ -141,13 +141,13 @@ public:
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of meshes whose one-rings were unfolded since this object was made. Unchanged while only the model, codes,
+   * Number of meshes whose one-rings were computed since this object was made. Unchanged while only the model, latents,
    * texture coordinates or other properties change.
    */
-  vtkTypeInt64 GetNumberOfUnfoldings() const;
+  vtkTypeInt64 GetNumberOfRingComputations() const;
 
   /**
-   * Number of atlases rasterized since this object was made. Unchanged while only the model, codes or names change.
+   * Number of atlases rasterized since this object was made. Unchanged while only the model, latents or names change.
    */
   vtkTypeInt64 GetNumberOfRasterizations() const;
 

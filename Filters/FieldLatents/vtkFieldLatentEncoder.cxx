@@ -19,12 +19,14 @@
 #include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 
+#include <vtkDataArray.h>
 #include <vtkDataObject.h>
 #include <vtkImageData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 
 #include <exception>
@@ -63,7 +65,7 @@ public:
     {
       throw surfsynth::InvalidInput("LatentArrayName is empty; a name for the arrays is needed.");
     }
-    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+    const auto model = this->File.Get(surfsynth::ExistingModelPath(this->Self->ModelFileName));
     if (model != this->Model)
     {
       this->Encoder.reset(); // first, so that the weights of two models are never held
@@ -99,6 +101,7 @@ public:
     Surface surface = surfsynth::ConvertSurface(input);
     surface.FlatIndex = block.FlatIndex;
     surface.Where = block.Where;
+    this->RequireOtherNames(input);
     const surfsynth::TextureColors colors = this->ColorsOf(input, surface);
     const WeldedSurface& welded = this->Welded(surface);
     surfsynth::Report(progress, AfterUnfolding);
@@ -116,7 +119,7 @@ public:
                                                          },
     "A field-latent model in safetensors format is needed, as the training of field latents writes it." };
   surfsynth::InstalledModelList Installed;
-  vtkTypeInt64 NumberOfUnfoldings = 0;
+  vtkTypeInt64 NumberOfRingComputations = 0;
 
 private:
   /// Returns the welded surface of this block, from an earlier update when the mesh is the same.
@@ -128,8 +131,27 @@ private:
     }
     this->Blocks.Drop(surface);
     WeldedSurface welded(surface);
-    ++this->NumberOfUnfoldings;
+    ++this->NumberOfRingComputations;
     return this->Blocks.Insert(surface, std::move(welded));
+  }
+
+  /// Refuses names of the output that are those of the colors or texture coordinates.
+  void RequireOtherNames(vtkPolyData* input) const
+  {
+    vtkPointData* data = input->GetPointData();
+    vtkDataArray* colors = this->Self->ColorArrayName.empty() ? data->GetScalars()
+                                                              : data->GetArray(this->Self->ColorArrayName.c_str());
+    const std::pair<vtkDataArray*, const char*> roles[] = { { data->GetTCoords(), "texture coordinates" },
+      { this->Image ? nullptr : colors, "colors" } };
+    for (const auto& [array, role] : roles)
+    {
+      const std::string name = array && array->GetName() ? array->GetName() : "";
+      if (surfsynth::IsLatentName(name, this->Self->LatentArrayName))
+      {
+        throw surfsynth::InvalidInput("The " + std::string(role) + " of the points are the array \"" + name +
+          "\", a name that LatentArrayName gives to the output; another LatentArrayName is needed.");
+      }
+    }
   }
 
   surfsynth::TextureColors ColorsOf(vtkPolyData* input, const Surface& surface) const
@@ -251,7 +273,7 @@ const char* vtkFieldLatentEncoder::GetInstalledModelsFolder() const { return thi
 
 vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
 
-vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfUnfoldings() const { return this->Impl->NumberOfUnfoldings; }
+vtkTypeInt64 vtkFieldLatentEncoder::GetNumberOfRingComputations() const { return this->Impl->NumberOfRingComputations; }
 
 void vtkFieldLatentEncoder::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -263,5 +285,5 @@ void vtkFieldLatentEncoder::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LatentArrayName: " << this->LatentArrayName << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
-  os << indent << "NumberOfUnfoldings: " << this->GetNumberOfUnfoldings() << "\n";
+  os << indent << "NumberOfRingComputations: " << this->GetNumberOfRingComputations() << "\n";
 }

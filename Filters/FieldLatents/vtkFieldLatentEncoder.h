@@ -3,10 +3,10 @@
  * @class   vtkFieldLatentEncoder
  * @brief   Encodes the texture of a surface as field latents: tangent vectors at its points
  *
- * Field latents are the codes of a variational autoencoder whose latent space is a set of tangent vectors at each vertex
- * ([Mitchel2024], section 4). The encoder samples the colors in the one-ring of each vertex and computes a code from
- * them; vtkFieldLatentDecoder makes a texture of codes, on this surface or, after interpolation, on another
- * triangulation or in another atlas. Codes turn with the surface, do not depend on its scale or position, on the order
+ * Field latents are the latent codes of a variational autoencoder whose latent space is a set of tangent vectors at each
+ * vertex ([Mitchel2024], section 4). The encoder samples the colors in the one-ring of each vertex and computes latents from
+ * them; vtkFieldLatentDecoder makes a texture of latents, on this surface or, after interpolation, on another
+ * triangulation or in another atlas. Latents turn with the surface, do not depend on its scale or position, on the order
  * of points and cells or on bending without stretching.
  *
  * @par Model file
@@ -34,16 +34,19 @@
  *
  * @par Output
  * The input, untouched, plus point arrays, float32, for d the dimension of the model and <name> LatentArrayName:
- *  - <name>_0 to <name>_<d - 1>, 3 components: tangent vectors of the mean of the code in world axes, no unit;
+ *  - <name>_0 to <name>_<d - 1>, 3 components: tangent vectors of the mean of the latent code in world axes, no unit;
  *  - <name>Deviation, d components: standard deviation of the components of each tangent vector, no unit, at most
  *    exp(80);
  *  - <name>Radius, 1 component: radius of the one-ring as a disk, sqrt(area / pi), world units.
  *
- * All are 0 at points that no polygon or strip uses.
+ * All are 0 at points that no polygon or strip uses. They belong to the position and scale of the surface: a filter that
+ * moves it afterwards has to turn all vectors (vtkTransformPolyDataFilter with TransformAllInputVectors), and to multiply
+ * <name>Radius by the factor of a scaling, which vectors must not have. vtkFieldLatentDecoder warns where it finds that
+ * this was not done. It is simpler to encode the surface in its place.
  *
  * @par Cost
  * Linear in the number of points times the samples of a ring; memory beside input and output does not grow with the
- * samples. One-rings are unfolded once for each mesh and kept until it changes. The same bits for every number of
+ * samples. One-rings are computed once for each mesh and kept until it changes. The same bits for every number of
  * threads. Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFieldLatentDecoder, vtkSurfaceRepairFilter
@@ -151,10 +154,10 @@ public:
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of meshes whose one-rings were unfolded since this object was made. Unchanged while only the model, colors,
+   * Number of meshes whose one-rings were computed since this object was made. Unchanged while only the model, colors,
    * texture coordinates or other properties change.
    */
-  vtkTypeInt64 GetNumberOfUnfoldings() const;
+  vtkTypeInt64 GetNumberOfRingComputations() const;
 
 protected:
   vtkFieldLatentEncoder();

@@ -108,6 +108,19 @@ void FillPort(vtkDataObject* input, const surfsynth::OutputSeries& series, const
   }
 }
 
+/// Announces that there is no image where an empty surface gave none: a pipeline that waits for one updates again and
+/// again.
+void AnnounceEmptyImage(vtkInformation* output)
+{
+  auto* image = vtkImageData::SafeDownCast(vtkDataObject::GetData(output));
+  if (image && image->GetNumberOfPoints() == 0)
+  {
+    constexpr int None[6] = { 0, -1, 0, -1, 0, -1 };
+    output->Set(Pipeline::WHOLE_EXTENT(), None, 6);
+    output->Set(Pipeline::UPDATE_EXTENT(), None, 6);
+  }
+}
+
 /// Number of blocks and points of the input.
 std::pair<double, double> SizesOf(vtkDataObject* input)
 {
@@ -192,6 +205,7 @@ public:
     Surface surface = this->Shown(block, shown, surfsynth::SubProgress(progress, 0.0, AfterAtlas));
     surfsynth::TextureCoordinates coordinates = surfsynth::ReadTextureCoordinates(shown, surface);
     surfsynth::RequireAtlas(coordinates, surface);
+    this->RequireOtherName(shown);
     this->Warn(surface.Where, surfsynth::DescribeDegenerateCoordinates(coordinates, surface));
     surfsynth::PreparedTextures& prepared = this->Prepared(
       surface, surfsynth::SubProgress(progress, AfterAtlas, AfterTriangulation));
@@ -263,8 +277,8 @@ private:
 
   void ReadModels()
   {
-    const auto model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
-    const auto autoencoder = this->AutoencoderFile.Get(surfsynth::ModelPath(this->Self->AutoencoderFileName));
+    const auto model = this->File.Get(surfsynth::ExistingModelPath(this->Self->ModelFileName));
+    const auto autoencoder = this->AutoencoderFile.Get(surfsynth::ExistingModelPath(this->Self->AutoencoderFileName));
     this->Model = model;
     if (autoencoder != this->Autoencoder)
     {
@@ -281,6 +295,17 @@ private:
     {
       throw surfsynth::InvalidInput("NumberOfSteps is " + std::to_string(this->Self->NumberOfSteps) +
         ", and the model has " + std::to_string(model->Options.TimeSteps) + " time steps; at most as many are needed.");
+    }
+  }
+
+  /// Refuses a TextureArrayName that is the name of the texture coordinates.
+  void RequireOtherName(vtkPolyData* shown) const
+  {
+    const char* coordinates = shown->GetPointData()->GetTCoords()->GetName();
+    if (coordinates && this->Self->TextureArrayName == coordinates)
+    {
+      throw surfsynth::InvalidInput("TextureArrayName is \"" + this->Self->TextureArrayName +
+        "\", the name of the texture coordinates; another name is needed.");
     }
   }
 
@@ -516,7 +541,8 @@ private:
     vtkNew<vtkPolyData> latents;
     surfsynth::SetGeometry(latents, welded.Mesh, surfsynth::HasDoublePoints(shown));
     surfsynth::AddLatentArrays(welded, codes, this->Self->LatentArrayName, latents);
-    surfsynth::LatentField field{ std::move(codes.Mean), {} };
+    surfsynth::LatentField field;
+    field.Latents = std::move(codes.Mean);
     for (surfsynth::Index v = 0; v < welded.Rings.NumberOfPoints(); ++v)
     {
       field.Radii.push_back(welded.Rings.RingRadius(v));
@@ -763,6 +789,7 @@ int vtkFieldLatentTextureFilter::RequestData(
     {
       this->Impl->End(vtkDataObject::GetData(inputVector[0]), outputVector);
       this->SetTimeOfOutputs(outputVector, time);
+      AnnounceEmptyImage(outputVector->GetInformationObject(ImagePort));
     }
     this->Impl->Release();
     return success;

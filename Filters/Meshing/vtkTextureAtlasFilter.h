@@ -86,8 +86,8 @@ public:
   double GetCoverage() const { return this->Coverage; }
 
   /**
-   * Root of the mean over the surface of (S^2 + s^2) / 2 [Sander2001], with S and s the largest and smallest ratio of a
-   * length on the surface to that in the texture in each triangle, relative to the mean density: 1 without distortion.
+   * Root of the mean over the surface of (S^2 + s^2) / 2 [Sander2001]; 1 without distortion. S is the largest and s the
+   * smallest ratio, in a triangle, of a length on the surface to its length in the texture, relative to the mean density.
    * For the last block of a composite input.
    */
   double GetRootMeanStretch() const { return this->RootMeanStretch; }

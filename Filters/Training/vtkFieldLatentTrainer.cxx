@@ -101,6 +101,7 @@ private:
     options.DivergenceWeight = self.DivergenceWeight;
     options.MinimumTexels = self.MinimumTexels;
     options.MaximumTexels = self.MaximumTexels;
+    options.TargetPower = self.TargetPower;
     options.GradientClip = self.GradientClip;
     return options;
   }
@@ -168,5 +169,6 @@ void vtkFieldLatentTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "DivergenceWeight: " << this->DivergenceWeight << "\n";
   os << indent << "MinimumTexels: " << this->MinimumTexels << "\n";
   os << indent << "MaximumTexels: " << this->MaximumTexels << "\n";
+  os << indent << "TargetPower: " << this->TargetPower << "\n";
   os << indent << "GradientClip: " << this->GradientClip << "\n";
 }

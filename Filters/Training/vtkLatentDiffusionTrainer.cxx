@@ -134,7 +134,7 @@ private:
       throw surfsynth::InvalidInput(
         "AutoencoderFileName is empty; the path of an autoencoder of field latents is needed.");
     }
-    return surfsynth::ReadFieldLatents(surfsynth::ModelPath(this->Self->AutoencoderFileName));
+    return surfsynth::ReadFieldLatents(surfsynth::ExistingModelPath(this->Self->AutoencoderFileName));
   }
 
   vtkImageData* Image(vtkInformationVector* port) const

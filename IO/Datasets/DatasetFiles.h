@@ -3,6 +3,7 @@
 /// Common parts of the readers and writers of dataset files. Private to the datasets.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace surfsynth
@@ -21,5 +22,9 @@ constexpr double CopiesInMemory = 2.0;
 /// @throws ModelMismatch when it is missing or another.
 const std::string& RequireMetadata(
   const SafetensorsFile& file, const std::string& key, const std::string& expected, const std::string& kind);
+
+/// Checks the numbers k of the tensors "<prefix>.<k>" and "<prefix>.<k>.<part>": 0 to @p count - 1, without leading zeros.
+/// @throws ModelMismatch naming the first tensor with another number: after a gap it would not be read.
+void RequireNumbers(const SafetensorsFile& file, const std::string& prefix, std::size_t count);
 
 } // namespace surfsynth

@@ -285,6 +285,7 @@ LatentDataset ReadLatentDataset(const std::string& path)
   {
     RequireSurface(file, surfaces);
   }
+  RequireNumbers(file, "surfaces", surfaces);
   file.RequireMemory(CopiesInMemory);
   LatentDataset dataset;
   const auto autoencoder = file.Metadata().find("autoencoder");

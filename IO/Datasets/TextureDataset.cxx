@@ -63,6 +63,8 @@ std::pair<std::size_t, std::size_t> RequireTextures(const SafetensorsFile& file)
     file.RequireFloatingPoint(MeshTensor(meshes, "points"));
     file.RequireIntegers(MeshTensor(meshes, "triangles"));
   }
+  RequireNumbers(file, "images", images);
+  RequireNumbers(file, "meshes", meshes);
   return { images, meshes };
 }
 

@@ -17,7 +17,9 @@ namespace surfsynth
 /// Points of a plane, [V, 2].
 using PlanarPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-/// An RGB image. Row 0 is its first row in memory.
+/// An RGB image. Row 0 is its first row in memory, and the lowest one of the plane when meshes are laid over it: training
+/// with files whose first row is the top sees mirror images of what the encoder sees, as it does with random rotations; a
+/// network that is to tell an image from its mirror image needs the rows turned over.
 struct TextureImage
 {
   std::int64_t Height = 0;           ///< H, rows
@@ -53,7 +55,7 @@ std::uint64_t ContentHash(const TextureDataset& dataset);
 
 /// Reads a dataset file: safetensors with the metadata `content` ("textures") and `format_version` ("1"), for each image
 /// k = 0, 1, ... the tensor `images.<k>` [H, W, 3] of bytes (U8), and for each mesh k = 0, 1, ... the tensors
-/// `meshes.<k>.points` [V, 2] of a floating-point type and `meshes.<k>.triangles` [F, 3] integers.
+/// `meshes.<k>.points` [V, 2] of a floating-point type and `meshes.<k>.triangles` [F, 3] integers. Numbers have no gap.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format; ModelMismatch
 /// when it is no such dataset.
 TextureDataset ReadTextureDataset(const std::string& path);

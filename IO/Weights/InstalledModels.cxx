@@ -3,6 +3,8 @@
 
 #include "SafetensorsFile.h"
 
+#include "Core/Common/Errors.h"
+
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -86,6 +88,21 @@ std::string ModelPath(const std::string& name)
   }
   const std::filesystem::path installed = std::filesystem::path(InstalledModelsFolder()) / (name + Extension);
   return std::filesystem::is_regular_file(installed, error) ? installed.string() : name;
+}
+
+std::string ExistingModelPath(const std::string& name)
+{
+  std::string found = ModelPath(name);
+  const std::filesystem::path path(found);
+  std::error_code error;
+  if (path.has_parent_path() || path.has_extension() || std::filesystem::exists(path, error))
+  {
+    return found;
+  }
+  const std::string folder = InstalledModelsFolder();
+  throw InvalidInput("There is no installed model \"" + name + "\" (" +
+    (folder.empty() ? "no folder of installed models is found" : "in " + folder) +
+    ") and no file of this name; the path of a model file, or the name of an installed model, is needed.");
 }
 
 } // namespace surfsynth

@@ -26,4 +26,9 @@ std::vector<std::string> InstalledModels(const ModelPredicate& isWanted);
 /// name where @p name has no folder and no extension and no such file exists.
 std::string ModelPath(const std::string& name);
 
+/// The same for a name that must be found.
+/// @throws InvalidInput when @p name has no folder and no extension, and is neither a file nor an installed model. The text
+/// names the folder of the installed models.
+std::string ExistingModelPath(const std::string& name);
+
 } // namespace surfsynth

@@ -280,8 +280,6 @@ def test_obj_of_another_program(texels, tmp_path):
 @pytest.mark.parametrize(
     "mtl, text",
     [
-        ("newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd b.png\n", "2 materials with different textures"),
-        ("newmtl first\nmap_Kd a.png\nnewmtl second\n", "2 materials with different textures"),
         ("newmtl first\nmap_Kd -s 2 2 2 a.png\n", "-s of map_Kd moves the texture"),
         ("newmtl first\nmap_Kd ../a.png\nnewmtl second\nmap_Kd ../a.png\n", "outside of the folder of scene.obj"),
         ("newmtl first\nmap_Kd /etc/hostname\nnewmtl second\nmap_Kd /etc/hostname\n", "outside of the folder"),
@@ -315,6 +313,68 @@ def test_missing_files_of_obj(tmp_path):
     (tmp_path / "scene.mtl").unlink()
     with pytest.warns(SurfaceSynthesisWarning, match="scene.mtl is missing"):
         assert read_textured_mesh(path)[1] is None
+
+
+def colors_at(mesh, image):
+    """The texel at the center of each triangle."""
+    corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    width, height, _ = image.GetDimensions()
+    centers = point_array(mesh, "TCoords")[corners].mean(axis=1) * [width, height]
+    columns, rows = np.floor(centers).astype(int).T
+    return texels_of(image)[rows, columns]
+
+
+def test_textures_of_several_materials_become_tiles_of_one_image(tmp_path):
+    write_image(image_of(np.full((6, 9, 3), [200, 100, 50], dtype=np.uint8)), tmp_path / "a.png")
+    write_image(image_of(np.full((4, 5, 1), 70, dtype=np.uint8)), tmp_path / "b.png")
+    mesh, image = read_textured_mesh(scene(tmp_path, "newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd b.png\n"))
+    assert colors_at(mesh, image).tolist() == [[200, 100, 50], [70, 70, 70]]
+    assert mesh.GetNumberOfPoints() == 6 and mesh.GetNumberOfCells() == 2, "points between materials are doubled"
+    coordinates = point_array(mesh, "TCoords")
+    assert coordinates.min() > 0 and coordinates.max() < 1, "margins keep tiles apart"
+    plain = "newmtl first\nmap_Kd a.png\nnewmtl second\nKd 1 0 0.2\n"
+    assert colors_at(*read_textured_mesh(scene(tmp_path, plain))).tolist() == [[200, 100, 50], [255, 0, 51]]
+    without = OBJ.replace("2/1 4/4 3/3", "2 4 3")
+    assert colors_at(*read_textured_mesh(scene(tmp_path, plain, without))).tolist() == [[200, 100, 50], [255, 0, 51]]
+    same = "newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd ./a.png\n"
+    assert read_textured_mesh(scene(tmp_path, same))[1].GetDimensions() == (9, 6, 1), "one texture stays as it is"
+
+
+def test_tiles_hold_their_textures_texel_by_texel(tmp_path):
+    random = np.random.default_rng(1)
+    images = [random.integers(0, 255, shape, dtype=np.uint8) for shape in ((6, 9, 3), (4, 5, 4))]
+    for name, values in zip(("a.png", "b.png"), images):
+        write_image(image_of(values), tmp_path / name)
+    mesh, image = read_textured_mesh(scene(tmp_path, "newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd b.png\n"))
+    corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    coordinates = point_array(mesh, "TCoords")[corners]
+    for values, own, unit in zip(images, coordinates, ([[0, 0], [1, 0], [0, 1]], [[0, 0], [1, 1], [0, 1]])):
+        size = np.array(values.shape[1::-1])
+        corner = np.round(own[0] * image.GetDimensions()[:2]).astype(int)
+        assert np.allclose(own * image.GetDimensions()[:2], corner + np.array(unit) * size, rtol=0, atol=1e-9)
+        found = texels_of(image)[corner[1] : corner[1] + size[1], corner[0] : corner[0] + size[0]]
+        assert np.array_equal(found[..., : values.shape[2]], values)
+        assert values.shape[2] == 4 or (found[..., 3] == 255).all()
+
+
+def test_several_textures_of_which_one_is_repeated_are_refused(texels, tmp_path):
+    for name in ("a.png", "b.png"):
+        write_image(image_of(texels), tmp_path / name)
+    mtl = "newmtl first\nmap_Kd a.png\nnewmtl second\nmap_Kd b.png\n"
+    path = scene(tmp_path, mtl, OBJ.replace("vt 1 1\n", "vt 1 2.5\n"))
+    with pytest.raises(FormatError, match=r"1 corners of faces have texture coordinates outside \[0, 1\].*repeated"):
+        read_textured_mesh(path)
+    write_textured_mesh(read_textured_mesh(scene(tmp_path, mtl))[0], None, tmp_path / "t.ply")
+
+
+def test_a_line_may_name_several_material_files(texels, tmp_path):
+    write_image(image_of(texels), tmp_path / "a.png")
+    (tmp_path / "other.mtl").write_text("newmtl second\nmap_Kd a.png\n")
+    path = scene(tmp_path, "newmtl first\nmap_Kd a.png\n", OBJ.replace("scene.mtl", "scene.mtl other.mtl"))
+    assert np.array_equal(texels_of(read_textured_mesh(path)[1]), texels)
+    (tmp_path / "scene.mtl").rename(tmp_path / "two words.mtl")
+    (tmp_path / "scene.obj").write_text(OBJ.replace("scene.mtl", "two words.mtl").replace("usemtl second\n", ""))
+    assert np.array_equal(texels_of(read_textured_mesh(path)[1]), texels)
 
 
 def test_texture_without_coordinates_is_refused(texels, tmp_path):
@@ -360,11 +420,27 @@ def test_gltf_of_several_parts_is_one_surface(square, texels, tmp_path):
     assert np.array_equal(texels_of(image), texels)
 
 
+def test_gltf_with_several_materials_has_one_image(square, tmp_path):
+    texels = np.full((4, 6, 3), [10, 200, 30], dtype=np.uint8)
+    other = png_of(image_of(np.full((8, 8, 3), [90, 0, 250], dtype=np.uint8)))
+
+    def add_materials(document):
+        first = document["meshes"][0]["primitives"][0]
+        document["images"].append({"uri": "data:image/png;base64," + base64.b64encode(other).decode()})
+        document["textures"].append({"source": 1})
+        document["materials"].append({"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}})
+        document["materials"].append({"pbrMetallicRoughness": {"baseColorFactor": [1, 0.2158605, 0, 1]}})
+        bare = {name: index for name, index in first["attributes"].items() if name != "TEXCOORD_0"}
+        parts = [first, {**first, "material": 1}, {**first, "material": 2, "attributes": bare}]
+        document["meshes"][0]["primitives"] = parts
+
+    mesh, image = read_textured_mesh(changed_gltf(square, texels, tmp_path, add_materials))
+    count = square.GetNumberOfCells()
+    expected = count * [[10, 200, 30]] + count * [[90, 0, 250]] + count * [[255, 128, 0]]  # sRGB of linear values
+    assert colors_at(mesh, image).tolist() == expected
+
+
 GLTF_FAULTS = {
-    "2 materials with different textures": lambda d: (
-        d["materials"].append({}),
-        d["meshes"][0]["primitives"].append({**d["meshes"][0]["primitives"][0], "material": 1}),
-    ),
     "is none of its 1 materials": lambda d: d["meshes"][0]["primitives"][0].update(material=5),
     "is none of its 1 textures": lambda d: d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"].update(index=-1),
     "is none of its 1 images": lambda d: d["textures"][0].update(source=2),

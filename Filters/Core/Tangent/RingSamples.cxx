@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <string>
 
@@ -18,6 +19,10 @@ namespace
 /// Least rings of a range: each has some ten samples or more.
 constexpr std::int64_t RingGrain = 256;
 constexpr int MostSamples = 65536;
+/// Rings with more triangles, and with more than their samples, do not have a sample in each triangle.
+constexpr int LeastLargeRing = 1024;
+/// Inverse of the plastic ratio x^3 = x + 1: its powers 1 and 2 make a low-discrepancy sequence of the unit square.
+constexpr double PlasticRatio = 0.75487766624669276;
 /// Tells these random numbers from others of the same seed.
 constexpr std::uint32_t RingStream = 0x52494e47;
 
@@ -39,6 +44,14 @@ void RequireRings(const char* function, const OneRings& rings, const std::vector
 
 double CornerArea(const RingCorner& corner) { return 0.5 * corner.Length * corner.OtherY; }
 
+/// Number of samples of a ring with more triangles than that.
+std::int64_t MostOfRing(int numberOfSamples) { return std::max<std::int64_t>(LeastLargeRing, numberOfSamples); }
+
+bool IsLarge(const OneRings& rings, Index v, int numberOfSamples)
+{
+  return rings.RingStart[v + 1] - rings.RingStart[v] > MostOfRing(numberOfSamples);
+}
+
 /// Number of samples of a triangle with the share @p share of its ring's area.
 std::int64_t SamplesOfShare(double share, int numberOfSamples)
 {
@@ -59,6 +72,36 @@ void WriteSample(const OneRings& rings, Index c, double s, double t, RingSamples
   place.Weights[(c % 3 + 1) % 3] = weightA;
   place.Weights[(c % 3 + 2) % 3] = weightB;
   samples.Logarithms[at] = rings.Corners[c].Logarithm(weightA, weightB);
+}
+
+/// Writes the samples of a ring of vertex @p v with more triangles than samples: sample i of n lies in the triangle that
+/// holds the fraction (i + 1/2) / n of the ring's area, counted from its largest triangle.
+void SampleLargeRing(const OneRings& rings, Index v, std::int64_t count, RingSamples& samples, std::int64_t at)
+{
+  const auto first = rings.RingCorners.begin() + rings.RingStart[v];
+  const auto last = rings.RingCorners.begin() + rings.RingStart[v + 1];
+  const auto largest = std::max_element(
+    first, last, [&rings](Index a, Index b) { return CornerArea(rings.Corners[a]) < CornerArea(rings.Corners[b]); });
+  auto corner = largest;
+  double reached = CornerArea(rings.Corners[*corner]);
+  for (std::int64_t i = 0; i < count; ++i)
+  {
+    const double middle = static_cast<double>(i) + 0.5;
+    const double wanted = rings.Areas[v] * middle / static_cast<double>(count);
+    while (wanted > reached)
+    {
+      const auto next = std::next(corner) == last ? first : std::next(corner);
+      if (next == largest)
+      {
+        break; // rounding errors of the sum
+      }
+      corner = next;
+      reached += CornerArea(rings.Corners[*corner]);
+    }
+    const double s = middle * PlasticRatio;
+    const double t = s * PlasticRatio;
+    WriteSample(rings, *corner, s - std::floor(s), t - std::floor(t), samples, at + i);
+  }
 }
 
 /// Makes room for the samples, with @p count(v) of vertex v.
@@ -87,6 +130,10 @@ RingSamples SampleRingsUniformly(const OneRings& rings, const std::vector<Index>
     return SamplesOfShare(CornerArea(rings.Corners[c]) / rings.Areas[v], numberOfSamples);
   };
   const auto ofVertex = [&](Index v) {
+    if (IsLarge(rings, v, numberOfSamples))
+    {
+      return MostOfRing(numberOfSamples);
+    }
     return std::accumulate(rings.RingCorners.begin() + rings.RingStart[v],
       rings.RingCorners.begin() + rings.RingStart[v + 1], std::int64_t(0),
       [&](std::int64_t sum, Index c) { return sum + ofCorner(v, c); });
@@ -98,6 +145,11 @@ RingSamples SampleRingsUniformly(const OneRings& rings, const std::vector<Index>
     {
       const Index v = vertices[k];
       std::int64_t at = samples.Offsets[k];
+      if (IsLarge(rings, v, numberOfSamples))
+      {
+        SampleLargeRing(rings, v, samples.Offsets[k + 1] - at, samples, at);
+        continue;
+      }
       for (Index r = rings.RingStart[v]; r < rings.RingStart[v + 1]; ++r)
       {
         const Index c = rings.RingCorners[r];

@@ -29,6 +29,10 @@ struct RingSamples
 ///   p + sqrt(s) ((1 - t) (a - p) + t (b - p)),  s = (i + 1/2) / n,  t = frac((i + 1/2) (sqrt(5) - 1) / 2),
 /// a Fibonacci lattice taken to the triangle without change of area. Samples depend on the shapes of triangles only: not on
 /// the numbers of vertices, the frames, the start of the ring or the threads. Their order is that of the ring.
+///
+/// A ring with more than n = max(1024, numberOfSamples) triangles has n samples: one in each of the triangles that hold
+/// the fractions (i + 1/2) / n of its area, counted counter-clockwise from its largest triangle. The cost of a vertex
+/// with very many triangles stays bounded.
 /// @param vertices vertex ids; the samples of all rings of a large mesh take about 3 kB for each vertex
 /// @param numberOfSamples samples of a ring, 1 to 65536
 /// @throws InvalidInput when a vertex is out of range, or the number of samples.

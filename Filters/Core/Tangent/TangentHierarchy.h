@@ -32,7 +32,9 @@ struct TangentNeighborhoods
 /// A surface and one coarser level. Coarse vertices are a maximal independent set: no two are neighbors, and each other
 /// vertex has one as a neighbor and belongs to the nearest of those, along the edge. Vertices are chosen in descending
 /// order of the area of their rings (then of the angle, then of the number of neighbors, each in single precision; then
-/// ascending by number), which bending keeps and renumbering keeps where these differ.
+/// ascending by number), which bending keeps and renumbering keeps where these differ. Vertices that agree in all three, as
+/// those of regular meshes do, are chosen by number: other numbers then give another hierarchy of the same quality. Among
+/// several nearest coarse vertices, and among shortest paths of equal length, the one of the lowest number counts.
 ///
 /// Coarse vertices are neighbors when an edge joins their clusters. Logarithm and transport follow the shortest path of
 /// at most three edges through such an edge: the logarithm is the sum of those of the edges, each transported back, so

@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace surfsynth
@@ -74,6 +76,20 @@ std::vector<std::int64_t> CutIntoTiles(const std::vector<std::int64_t>& offsets)
   return tiles;
 }
 
+/// Reports progress, and sets @p stop when that throws.
+void ReportOrStop(const Progress& progress, double fraction, std::atomic<bool>& stop)
+{
+  try
+  {
+    Report(progress, fraction);
+  }
+  catch (...)
+  {
+    stop = true;
+    throw;
+  }
+}
+
 /// A tile: some rings, the tokens of which follow each other; the token of equation 22 is the last of its ring.
 struct Tile
 {
@@ -96,6 +112,8 @@ struct Tile
 class FieldLatentEncoder::Internals
 {
 public:
+  using Heartbeat = std::function<void()>;
+
   /// Temporaries of one tile.
   struct TileScratch
   {
@@ -124,16 +142,18 @@ public:
     , Kernels(BestFieldLatentKernels())
   {}
 
-  void EncodeTile(const Tile& tile, FieldLatentCodes& codes) const;
+  /// @param beat is called now and then; it may throw
+  void EncodeTile(const Tile& tile, const Heartbeat& beat, FieldLatentCodes& codes) const;
 
   FieldLatentOptions Options;
 
 private:
   void Lift(const Tile& tile, TileScratch& scratch) const;
   void NormalizeRings(const Tile& tile, const FieldLatentNorm& norm, const float* in, float* out) const;
-  void Attend(const Tile& tile, TileScratch& scratch) const;
-  void AttendRing(std::int64_t tokens, const float* in, float* scores, float* out) const;
-  void ApplyLayer(const Tile& tile, const FieldLatentLayer& layer, bool last, TileScratch& scratch) const;
+  void Attend(const Tile& tile, const Heartbeat& beat, TileScratch& scratch) const;
+  void AttendRing(std::int64_t tokens, const Heartbeat& beat, const float* in, float* scores, float* out) const;
+  void ApplyLayer(
+    const Tile& tile, const FieldLatentLayer& layer, bool last, const Heartbeat& beat, TileScratch& scratch) const;
   void KeepTokens(const Tile& tile, float* rows) const;
   void PredictMean(const Tile& tile, TileScratch& scratch, FieldLatentCodes& codes) const;
   void PredictDeviation(const Tile& tile, TileScratch& scratch, FieldLatentCodes& codes) const;
@@ -181,8 +201,10 @@ void FieldLatentEncoder::Internals::NormalizeRings(
   }
 }
 
-/// Attention within one ring. @param in [tokens, 6 C]: queries, keys and values. @param out [tokens, 2 C]
-void FieldLatentEncoder::Internals::AttendRing(std::int64_t tokens, const float* in, float* scores, float* out) const
+/// Attention within one ring, quadratic in its tokens: @p beat is called for each block of queries of a ring that is a
+/// tile of its own. @param in [tokens, 6 C]: queries, keys and values. @param out [tokens, 2 C]
+void FieldLatentEncoder::Internals::AttendRing(
+  std::int64_t tokens, const Heartbeat& beat, const float* in, float* scores, float* out) const
 {
   const std::int64_t width = 2 * this->Options.Channels;
   const std::int64_t size = width / this->Options.Heads;
@@ -196,6 +218,10 @@ void FieldLatentEncoder::Internals::AttendRing(std::int64_t tokens, const float*
     for (std::int64_t query = 0; query < tokens; query += QueriesAtOnce)
     {
       const std::int64_t count = std::min(QueriesAtOnce, tokens - query);
+      if (tokens > TileTokens)
+      {
+        beat();
+      }
       // A column for each query, so that the loops of the softmax run along rows.
       MultiplyBlocks(
         { keys, 3 * width }, { queries + query * 3 * width, 3 * width, true }, scores, count, tokens, size, count);
@@ -207,13 +233,13 @@ void FieldLatentEncoder::Internals::AttendRing(std::int64_t tokens, const float*
 }
 
 /// Attention within each ring, from Wide to Other.
-void FieldLatentEncoder::Internals::Attend(const Tile& tile, TileScratch& scratch) const
+void FieldLatentEncoder::Internals::Attend(const Tile& tile, const Heartbeat& beat, TileScratch& scratch) const
 {
   const std::int64_t width = 2 * this->Options.Channels;
   for (std::int64_t v = tile.First; v < tile.Last; ++v)
   {
     const std::int64_t row = tile.Row(v);
-    this->AttendRing(tile.Samples(v) + 1, scratch.Wide.data() + 3 * width * row, scratch.Scores.data(),
+    this->AttendRing(tile.Samples(v) + 1, beat, scratch.Wide.data() + 3 * width * row, scratch.Scores.data(),
       scratch.Other.data() + width * row);
   }
 }
@@ -231,7 +257,7 @@ void FieldLatentEncoder::Internals::KeepTokens(const Tile& tile, float* rows) co
 
 /// One VN-transformer layer; the last one leaves only the tokens, in the first rows, for nothing else is read.
 void FieldLatentEncoder::Internals::ApplyLayer(
-  const Tile& tile, const FieldLatentLayer& layer, bool last, TileScratch& scratch) const
+  const Tile& tile, const FieldLatentLayer& layer, bool last, const Heartbeat& beat, TileScratch& scratch) const
 {
   const std::int64_t channels = this->Options.Channels;
   const std::int64_t width = 2 * channels;
@@ -241,7 +267,7 @@ void FieldLatentEncoder::Internals::ApplyLayer(
   float* wide = scratch.Wide.data();
   this->NormalizeRings(tile, layer.Norm1, features, other);
   Multiply(other, layer.QueryKeyValue.data(), wide, tokens, width, 3 * width);
-  this->Attend(tile, scratch);
+  this->Attend(tile, beat, scratch);
   Multiply(other, layer.Out.data(), features, tokens, width, width, true);
   this->NormalizeRings(tile, layer.Norm2, features, other);
   if (last)
@@ -297,14 +323,14 @@ void FieldLatentEncoder::Internals::PredictDeviation(
     channels, dimension, true);
 }
 
-void FieldLatentEncoder::Internals::EncodeTile(const Tile& tile, FieldLatentCodes& codes) const
+void FieldLatentEncoder::Internals::EncodeTile(const Tile& tile, const Heartbeat& beat, FieldLatentCodes& codes) const
 {
   TileScratch scratch = this->Pool.Borrow();
   scratch.Reserve(std::max(tile.Tokens(), TileTokens), this->Options.Channels);
   this->Lift(tile, scratch);
   for (std::size_t layer = 0; layer < this->Weights.Layers.size(); ++layer)
   {
-    this->ApplyLayer(tile, this->Weights.Layers[layer], layer + 1 == this->Weights.Layers.size(), scratch);
+    this->ApplyLayer(tile, this->Weights.Layers[layer], layer + 1 == this->Weights.Layers.size(), beat, scratch);
   }
   this->PredictMean(tile, scratch, codes);
   this->PredictDeviation(tile, scratch, codes);
@@ -333,14 +359,28 @@ FieldLatentCodes FieldLatentEncoder::Encode(const FieldLatentRings& rings, const
   const auto count = static_cast<std::int64_t>(vertices > 0 ? tiles.size() - 1 : 0);
   const SingleThreadedBlas blas;
   std::atomic<std::int64_t> done{ 0 };
+  std::atomic<bool> stop{ false };
+  const auto report = [&] { ReportOrStop(progress, static_cast<double>(done) / static_cast<double>(count), stop); };
+  const std::thread::id caller = std::this_thread::get_id();
+  // Within a tile, which may be one ring of very many triangles: progress on the calling thread, the end on all.
+  const auto beat = [&] {
+    if (std::this_thread::get_id() == caller)
+    {
+      report();
+    }
+    else if (stop)
+    {
+      throw Cancelled("Stopped on request.");
+    }
+  };
   ParallelTasks(
     count,
     [&](std::int64_t tile) {
       const auto k = static_cast<std::size_t>(tile);
-      this->Impl->EncodeTile({ rings, tiles[k], tiles[k + 1] }, codes);
+      this->Impl->EncodeTile({ rings, tiles[k], tiles[k + 1] }, beat, codes);
       ++done;
     },
-    [&] { Report(progress, static_cast<double>(done) / static_cast<double>(count)); });
+    report);
   if (!codes.Mean.allFinite() || !codes.LogDeviation.allFinite())
   {
     RefuseRings("a latent code is not finite", "samples and weights that single precision can hold");

@@ -51,8 +51,8 @@ struct FieldLatentCodes
 /// - The mean of equation 20 runs over the tokens of one ring, samples and token, because the encoder works at each
 ///   vertex by itself. Its delta is exp(log_delta), so that it stays positive.
 /// - The delta of equation 19 is 1e-3: with smaller ones rounding errors of small keys grow to those of results.
-/// - The softmax takes the real part of <query, key> over sqrt(2 C / heads), the number of real components ("keys and
-///   values" in section 9.1 is a slip).
+/// - The softmax takes the real part of <query, key> over sqrt(2 C / heads), the number of real components (section 9.1
+///   has "keys and values").
 /// - The invariant feature of equation 25 is conj(L3 x) x: the product without the conjugate is not invariant.
 ///
 /// A vertex without samples has a mean of 0.

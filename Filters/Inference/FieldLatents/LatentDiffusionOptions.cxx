@@ -5,6 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 
+#include <cmath>
 #include <tuple>
 
 namespace surfsynth
@@ -16,6 +17,22 @@ auto AsTuple(const LatentDiffusionOptions& o)
 {
   return std::tie(o.LatentDimension, o.Channels, o.CoarseChannels, o.InputBlocks, o.CoarseBlocks, o.OutputBlocks,
     o.EmbeddingDimension, o.NumberOfLabels, o.Directed, o.TimeSteps, o.FirstVariance, o.LastVariance, o.Target);
+}
+
+/// Least logarithm of the part of the variance of latents that the forward process may leave: its square can be divided by.
+constexpr double LeastLogarithm = -300.0;
+
+/// Logarithm of alpha of the last step, the product of 1 - variance of all steps.
+double LogarithmOfSignal(const LatentDiffusionOptions& options)
+{
+  double sum = 0.0;
+  for (std::int64_t step = 0; step < options.TimeSteps; ++step)
+  {
+    const double place = options.TimeSteps > 1 ? static_cast<double>(step) / static_cast<double>(options.TimeSteps - 1)
+                                               : 0.0;
+    sum += std::log1p(-(options.FirstVariance + place * (options.LastVariance - options.FirstVariance)));
+  }
+  return sum;
 }
 
 using Shapes = std::map<std::string, std::vector<std::int64_t>>;
@@ -116,6 +133,14 @@ void CheckOptions(const LatentDiffusionOptions& options)
   {
     throw InvalidInput("LatentDiffusionOptions: the variances are " + FormatNumber(options.FirstVariance) + " and " +
       FormatNumber(options.LastVariance) + "; expected 0 < FirstVariance <= LastVariance < 1.");
+  }
+  const double logarithm = LogarithmOfSignal(options);
+  if (logarithm < LeastLogarithm)
+  {
+    throw InvalidInput("LatentDiffusionOptions: variances of " + FormatNumber(options.FirstVariance) + " to " +
+      FormatNumber(options.LastVariance) + " leave exp(" + FormatNumber(logarithm) +
+      ") of the variance of the latents " + "after " + std::to_string(options.TimeSteps) +
+      " steps; expected at least exp(" + FormatNumber(LeastLogarithm) + "): fewer steps or smaller variances.");
   }
 }
 

@@ -46,7 +46,8 @@ struct LatentDiffusionOptions
 bool operator==(const LatentDiffusionOptions& a, const LatentDiffusionOptions& b);
 
 /// Checks the options.
-/// @throws InvalidInput naming the first option that is out of its range.
+/// @throws InvalidInput naming the first option that is out of its range, or the variances when the forward process leaves
+/// less than exp(-300) of the variance of the latents.
 void CheckOptions(const LatentDiffusionOptions& options);
 
 /// Text of a target in model files and commands: "noise", "data", "velocity".

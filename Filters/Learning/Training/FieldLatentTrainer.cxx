@@ -71,6 +71,7 @@ void CheckOptions(const FieldLatentTrainingOptions& options)
   check.Positive("MaximumTexels", options.MaximumTexels);
   check.Require(
     options.MaximumTexels >= options.MinimumTexels, "MaximumTexels", options.MaximumTexels, "at least MinimumTexels");
+  check.Weight("TargetPower", options.TargetPower);
   check.Weight("GradientClip", options.GradientClip);
 }
 
@@ -79,7 +80,7 @@ class FieldLatentTrainer::Internals
 public:
   Internals(TextureDataset dataset, const FieldLatentTrainingOptions& options)
     : Options(options)
-    , Rings(std::move(dataset))
+    , Rings(std::move(dataset), options.Network.Coordinates == FieldLatentCoordinates::Barycentric)
     , Where(ChooseDevice(options.Device))
     , Network(MakeFieldLatentNetwork(InitialFieldLatents(options.Network, options.Seed)))
   {
@@ -141,6 +142,7 @@ FieldLatentLosses FieldLatentTrainer::Internals::Losses()
   sizes.Samples = network.SamplesPerRing;
   sizes.MinimumTexels = this->Options.MinimumTexels;
   sizes.MaximumTexels = this->Options.MaximumTexels;
+  sizes.TargetPower = this->Options.TargetPower;
   sizes.InTriangles = network.Coordinates == FieldLatentCoordinates::Barycentric;
   const TextureRingBatch batch = this->Rings.Draw(sizes, this->Options.Seed, this->Done());
   const auto tensor = [&](const std::vector<float>& values, std::int64_t columns, bool triangles) {
@@ -190,8 +192,9 @@ std::map<std::string, std::string> FieldLatentTrainer::Internals::Recipe() const
     { "batch_size", std::to_string(o.BatchSize) }, { "learning_rate", FormatExact(o.LearningRate) },
     { "final_learning_rate", FormatExact(o.FinalLearningRate) },
     { "divergence_weight", FormatExact(o.DivergenceWeight) }, { "minimum_texels", FormatExact(o.MinimumTexels) },
-    { "maximum_texels", FormatExact(o.MaximumTexels) }, { "gradient_clip", FormatExact(o.GradientClip) },
-    { "seed", std::to_string(o.Seed) }, { "dataset", std::to_string(this->Rings.Hash()) } };
+    { "maximum_texels", FormatExact(o.MaximumTexels) }, { "target_power", FormatExact(o.TargetPower) },
+    { "gradient_clip", FormatExact(o.GradientClip) }, { "seed", std::to_string(o.Seed) },
+    { "dataset", std::to_string(this->Rings.Hash()) } };
 }
 
 TrainingCheckpoint FieldLatentTrainer::Internals::Checkpoint()

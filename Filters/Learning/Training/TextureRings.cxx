@@ -46,6 +46,29 @@ Eigen::RowVector3d UniformInTriangle(double u, double v)
   return { 1.0 - root, root * (1.0 - v), root * v };
 }
 
+/// Barycentric coordinates of a point of a triangle with density proportional to the power k of the @p heavy one: that
+/// has the distribution Beta(k + 1, 2), a product of Beta(k + 1, 1) and Beta(k + 2, 1); the others share the rest evenly.
+Eigen::RowVector3d WeightedInTriangle(double power, Eigen::Index heavy, double u, double v, double w)
+{
+  const double largest = std::pow(u, 1.0 / (power + 1.0)) * std::pow(v, 1.0 / (power + 2.0));
+  Eigen::RowVector3d weights;
+  weights[heavy] = largest;
+  weights[(heavy + 1) % 3] = (1.0 - largest) * (1.0 - w);
+  weights[(heavy + 2) % 3] = (1.0 - largest) * w;
+  return weights;
+}
+
+/// Place of a vertex among the corners of one of its triangles.
+Eigen::Index CornerOf(const PlanarMesh& mesh, Index triangle, Index vertex)
+{
+  Eigen::Index corner = 0;
+  while (mesh.Triangles(triangle, corner) != vertex)
+  {
+    ++corner;
+  }
+  return corner;
+}
+
 Eigen::RowVector2d PointOf(const PlanarMesh& mesh, Index triangle, const Eigen::RowVector3d& barycentric)
 {
   Eigen::RowVector2d point = Eigen::RowVector2d::Zero();
@@ -116,7 +139,7 @@ TextureRings::Mesh TextureRings::Prepare(PlanarMesh planar)
   return mesh;
 }
 
-TextureRings::TextureRings(TextureDataset dataset)
+TextureRings::TextureRings(TextureDataset dataset, bool inTriangles)
   : Dataset(std::move(dataset))
 {
   CheckDataset(this->Dataset);
@@ -124,7 +147,7 @@ TextureRings::TextureRings(TextureDataset dataset)
   for (PlanarMesh& planar : this->Dataset.Meshes)
   {
     this->Meshes.push_back(Prepare(std::move(planar)));
-    if (this->Meshes.back().Triangles.empty())
+    if (inTriangles && this->Meshes.back().Triangles.empty())
     {
       throw InvalidInput("TextureRings: mesh " + std::to_string(this->Meshes.size() - 1) +
         " has no triangle of three interior vertices; expected a larger mesh.");
@@ -181,7 +204,7 @@ TextureRings::Placement TextureRings::Place(
 }
 
 void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key,
-  std::int64_t count, float* logarithms, float* colors)
+  double power, std::int64_t count, float* logarithms, float* colors)
 {
   const std::vector<Index>& around = mesh.Incident[static_cast<std::size_t>(vertex)];
   std::vector<double> areas; // of the triangles up to each
@@ -198,8 +221,12 @@ void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& p
     const double chosen = area * Uniform(key, 3 * k);
     const auto found = std::min(std::upper_bound(areas.begin(), areas.end(), chosen), areas.end() - 1);
     const Index triangle = around[static_cast<std::size_t>(found - areas.begin())];
-    const Eigen::RowVector2d point = PointOf(
-      mesh.Planar, triangle, UniformInTriangle(Uniform(key, 3 * k + 1), Uniform(key, 3 * k + 2)));
+    const double u = Uniform(key, 3 * k + 1);
+    const double v = Uniform(key, 3 * k + 2);
+    const Eigen::RowVector3d weights = power == 0.0
+      ? UniformInTriangle(u, v)
+      : WeightedInTriangle(power, CornerOf(mesh.Planar, triangle, vertex), u, v, Uniform(key, 3 * count + k));
+    const Eigen::RowVector2d point = PointOf(mesh.Planar, triangle, weights);
     logarithms[0] = static_cast<float>((point.x() - center.x()) / radius);
     logarithms[1] = static_cast<float>((point.y() - center.y()) / radius);
     ReadColor(*placement.Image, placement.Offset + (point - placement.Center) * placement.Linear, colors);
@@ -240,7 +267,7 @@ void TextureRings::DrawRings(
     NormalKey own = WithStream(key, EncoderStream);
     own.Component += static_cast<std::uint32_t>(k);
     const std::int64_t place = at + static_cast<std::int64_t>(k) * sizes.Samples;
-    SampleRing(mesh, vertices[k], placement, own, sizes.Samples, batch.Logarithms.data() + 2 * place,
+    SampleRing(mesh, vertices[k], placement, own, 0.0, sizes.Samples, batch.Logarithms.data() + 2 * place,
       batch.Colors.data() + 3 * place);
   }
   const NormalKey target = WithStream(key, TargetStream);
@@ -251,7 +278,8 @@ void TextureRings::DrawRings(
   }
   else
   {
-    SampleRing(mesh, chosen, placement, target, sizes.Samples, batch.TargetLogarithms.data() + 2 * at, colors);
+    float* logarithms = batch.TargetLogarithms.data() + 2 * at;
+    SampleRing(mesh, chosen, placement, target, sizes.TargetPower, sizes.Samples, logarithms, colors);
   }
 }
 

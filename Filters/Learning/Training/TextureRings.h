@@ -19,7 +19,10 @@ struct TextureRingSizes
   std::int64_t Samples = 64;    ///< points of a ring, N
   double MinimumTexels = 10.0;  ///< least number of pixels for a vertex
   double MaximumTexels = 150.0; ///< largest number of pixels for a vertex; drawn log-uniformly
-  bool InTriangles = false;     ///< rings of the corners of triangles, with targets in these
+  /// Power k >= 0: points of the loss have a density proportional to b^k in the ring, where b is the barycentric
+  /// coordinate of the ring's vertex; 0: uniform. Those of triangles are uniform.
+  double TargetPower = 0.0;
+  bool InTriangles = false; ///< rings of the corners of triangles, with targets in these
 };
 
 /// Points and colors of the rings of one iteration. Logarithms are divided by r_p, colors from -1 to 1.
@@ -37,8 +40,10 @@ struct TextureRingBatch
 class TextureRings
 {
 public:
-  /// Finds the rings. @throws InvalidInput as CheckDataset(), and when no triangle of a mesh has three interior corners.
-  explicit TextureRings(TextureDataset dataset);
+  /// Finds the rings. @param inTriangles true when batches will be TextureRingSizes::InTriangles
+  /// @throws InvalidInput as CheckDataset(), and, for batches in triangles, when no triangle of a mesh has three interior
+  /// corners.
+  explicit TextureRings(TextureDataset dataset, bool inTriangles = false);
 
   /// Draws the rings of an iteration.
   TextureRingBatch Draw(const TextureRingSizes& sizes, std::uint64_t seed, std::int64_t iteration) const;
@@ -70,7 +75,7 @@ private:
     const TextureRingSizes& sizes, const NormalKey& key, std::int64_t first, TextureRingBatch& batch) const;
   Placement Place(
     const Mesh& mesh, const std::vector<Index>& vertices, const TextureRingSizes& sizes, NormalKey key) const;
-  static void SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key,
+  static void SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key, double power,
     std::int64_t count, float* logarithms, float* colors);
   static void SampleTriangle(const Mesh& mesh, Index triangle, const Placement& placement, const NormalKey& key,
     std::int64_t count, float* barycentric, float* colors);

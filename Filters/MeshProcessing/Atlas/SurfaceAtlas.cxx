@@ -21,6 +21,8 @@ namespace
 {
 /// Most parts of a connected part of the surface at its first division.
 constexpr std::size_t MostParts = 60;
+/// Largest magnitude of the binary exponent of coordinates whose products stay well inside double precision.
+constexpr int LargestExponent = 100;
 /// Most connected pieces of a division in two.
 constexpr std::size_t MostPiecesOfTwo = 4;
 
@@ -48,6 +50,19 @@ MeshTopology RequireSurface(const TriangleMesh& mesh)
   requirements.ManifoldVertices = true;
   requirements.ConsistentWinding = true;
   return RequireValidMesh(mesh, requirements);
+}
+
+/// Exponent of the power of two that brings coordinates near 1 when their third powers leave the range of double
+/// precision; 0 otherwise.
+int ExtremeExponent(const TriangleMesh& mesh)
+{
+  const double largest = mesh.Points.size() > 0 ? mesh.Points.cwiseAbs().maxCoeff() : 0.0;
+  int exponent = 0;
+  if (std::isfinite(largest) && largest > 0.0)
+  {
+    std::frexp(largest, &exponent);
+  }
+  return std::abs(exponent) > LargestExponent ? exponent : 0;
 }
 
 /// A chart and its place in the plane.
@@ -178,6 +193,15 @@ SurfaceAtlas MakeSurfaceAtlas(
   const TriangleMesh& mesh, const SurfaceAtlasOptions& options, const std::atomic<bool>* stop)
 {
   RequireOptions(options);
+  const int exponent = ExtremeExponent(mesh);
+  if (exponent != 0)
+  {
+    TriangleMesh scaled = mesh;
+    scaled.Points = mesh.Points.unaryExpr([exponent](double x) { return std::ldexp(x, -exponent); });
+    SurfaceAtlas atlas = MakeSurfaceAtlas(scaled, options, stop);
+    atlas.TexelsPerLength = std::ldexp(atlas.TexelsPerLength, -exponent);
+    return atlas;
+  }
   std::vector<FlatChart> charts = std::move(ChartMaker(mesh, options.MaximumStretch, stop).Charts);
   SurfaceAtlas atlas;
   if (charts.empty())

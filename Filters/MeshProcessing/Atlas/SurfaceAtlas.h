@@ -33,8 +33,8 @@ struct SurfaceAtlas
   Index NumberOfCharts = 0;           ///< number of charts
   double TexelsPerLength = 0.0;       ///< mean texel density, texels / world unit, the same in all charts
   double Coverage = 0.0;              ///< part of the image that triangles cover, 0 to 1
-  /// Root of the mean over the surface of (S^2 + s^2) / 2, with S and s the largest and smallest ratio of a length on the
-  /// surface to that in the texture in each triangle [Sander2001], relative to the mean density: 1 without distortion.
+  /// Root of the mean over the surface of (S^2 + s^2) / 2 [Sander2001]; 1 without distortion. S is the largest and s the
+  /// smallest ratio, in a triangle, of a length on the surface to its length in the texture, relative to the mean density.
   double RootMeanStretch = 1.0;
   double LargestStretch = 1.0; ///< largest of all S and 1 / s
 };

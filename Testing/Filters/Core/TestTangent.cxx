@@ -572,6 +572,31 @@ TEST(RingSamples, HaveTheMomentsOfTheUniformDistribution)
   check(SampleRingsAtRandom(rings, { 0 }, 65536, 1), 4e-3);
 }
 
+TEST(RingSamples, RingsOfVeryManyTrianglesHaveABoundedNumber)
+{
+  const TriangleMesh cone = Cone(1.9 * Pi, 5000, 1);
+  const OneRings rings(cone);
+  ASSERT_EQ(rings.RingStart[1], 5000);
+  for (const int asked : { 32, 3000 })
+  {
+    const RingSamples samples = SampleRingsUniformly(rings, { 0 }, asked);
+    const int count = std::max(1024, asked);
+    ASSERT_EQ(samples.Offsets[1], count);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    Complex turns = 0.0;
+    for (int s = 0; s < count; ++s)
+    {
+      EXPECT_EQ(cone.Triangles(samples.Places[s].Triangle, 0), 0);
+      EXPECT_NEAR(samples.Places[s].Weights.sum(), 1.0, 1e-14);
+      EXPECT_GE(samples.Places[s].Weights.minCoeff(), 0.0);
+      mean += samples.Places[s].Weights / count;
+      turns += samples.Logarithms[s] / std::abs(samples.Logarithms[s]) / static_cast<double>(count);
+    }
+    EXPECT_NEAR(mean[0], 1.0 / 3.0, 5e-3) << "uniform along the radius";
+    EXPECT_LE(std::abs(turns), 5e-3) << "uniform around the vertex";
+  }
+}
+
 TEST(RingSamples, AreTheSameForEveryNumberingAndFrame)
 {
   const TriangleMesh mesh = test::IrregularSphere(2);

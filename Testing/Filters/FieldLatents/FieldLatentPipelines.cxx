@@ -12,11 +12,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include <unistd.h>
 
 namespace surfsynthtest
 {
 
 using namespace surfsynth;
+
+namespace
+{
+/// A folder that is removed at the end of the process.
+struct TemporaryFolder
+{
+  TemporaryFolder() { std::filesystem::create_directories(this->Path); }
+  ~TemporaryFolder()
+  {
+    std::error_code ignored;
+    std::filesystem::remove_all(this->Path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path Path = std::filesystem::path(testing::TempDir()) /
+    ("surfsynth-field-latents-" + std::to_string(getpid()));
+};
+} // namespace
 
 FieldLatentOptions SmallFieldLatents()
 {
@@ -31,6 +54,12 @@ FieldLatentOptions SmallFieldLatents()
   return options;
 }
 
+std::string ModelFile(const std::string& name)
+{
+  static const TemporaryFolder folder;
+  return (folder.Path / name).string();
+}
+
 std::string WriteFieldLatentModel(const std::string& name, const FieldLatentOptions& options, std::uint64_t seed)
 {
   FieldLatentModel model = surfsynth::test::RandomFieldLatents(options, seed);
@@ -42,8 +71,9 @@ std::string WriteFieldLatentModel(const std::string& name, const FieldLatentOpti
   };
   scale("encoder.mean.out.weight", 4.0F);
   scale("decoder.layers." + std::to_string(options.DecoderLayers) + ".weight", 6.0F);
-  WriteFieldLatents(name, model);
-  return name;
+  const std::string path = ModelFile(name);
+  WriteFieldLatents(path, model);
+  return path;
 }
 
 void AddTextureCoordinates(vtkPolyData* surface, const PlaneMap& map, int type)

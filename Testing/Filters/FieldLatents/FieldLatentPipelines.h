@@ -27,8 +27,11 @@ namespace surfsynthtest
 /// Dimension 2, 4 channels, 1 layer, 2 heads, 12 samples, decoder 2 x 8.
 surfsynth::FieldLatentOptions SmallFieldLatents();
 
-/// Writes a model with random weights into the folder of the test and returns its path, which is @p name. The last layer
-/// is scaled so that colors differ.
+/// Returns the path of a file @p name in a temporary folder of this process, which is removed at its end.
+std::string ModelFile(const std::string& name);
+
+/// Writes a model with random weights to ModelFile(@p name) and returns its path. The last layer is scaled so that colors
+/// differ.
 std::string WriteFieldLatentModel(
   const std::string& name, const surfsynth::FieldLatentOptions& options = SmallFieldLatents(), std::uint64_t seed = 1);
 

@@ -23,31 +23,32 @@ vtkDataArray* CodesOf(vtkAlgorithm* filter) { return PointArray(filter->GetOutpu
 struct Cost
 {
   vtkTypeInt64 Loads;
-  vtkTypeInt64 Unfoldings;
+  vtkTypeInt64 RingComputations;
   vtkTypeInt64 Rasterizations;
   bool operator==(const Cost& other) const
   {
-    return this->Loads == other.Loads && this->Unfoldings == other.Unfoldings &&
+    return this->Loads == other.Loads && this->RingComputations == other.RingComputations &&
       this->Rasterizations == other.Rasterizations;
   }
 };
 
 std::ostream& operator<<(std::ostream& os, const Cost& cost)
 {
-  return os << cost.Loads << " loads, " << cost.Unfoldings << " unfoldings, " << cost.Rasterizations
+  return os << cost.Loads << " loads, " << cost.RingComputations << " ring computations, " << cost.Rasterizations
             << " rasterizations";
 }
 
 Cost CostOf(vtkFieldLatentDecoder* filter)
 {
   EXPECT_TRUE(Update(filter));
-  return { filter->GetNumberOfModelLoads(), filter->GetNumberOfUnfoldings(), filter->GetNumberOfRasterizations() };
+  return { filter->GetNumberOfModelLoads(), filter->GetNumberOfRingComputations(),
+    filter->GetNumberOfRasterizations() };
 }
 
 Cost CostOf(vtkFieldLatentEncoder* filter)
 {
   EXPECT_TRUE(Update(filter));
-  return { filter->GetNumberOfModelLoads(), filter->GetNumberOfUnfoldings(), 0 };
+  return { filter->GetNumberOfModelLoads(), filter->GetNumberOfRingComputations(), 0 };
 }
 
 /// A network with more work than the others have.
@@ -99,7 +100,7 @@ TEST(FieldLatentCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     EXPECT_TRUE(Update(encoder));
     EXPECT_EQ(events.Executions, 0) << "nothing has changed";
     const PropertyChanges<vtkFieldLatentEncoder> changes = {
-      { "ModelFileName", [](vtkFieldLatentEncoder* f) { f->SetModelFileName("two.model"); } },
+      { "ModelFileName", [](vtkFieldLatentEncoder* f) { f->SetModelFileName(ModelFile("two.model").c_str()); } },
       { "ColorArrayName", [](vtkFieldLatentEncoder* f) { f->SetColorArrayName("Color"); } },
       { "TextureWrap", [](vtkFieldLatentEncoder* f) { f->SetTextureWrapToRepeat(); } },
       { "SamplesPerRing", [](vtkFieldLatentEncoder* f) { f->SetSamplesPerRing(20); } },
@@ -108,14 +109,14 @@ TEST(FieldLatentCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     ExpectOneExecutionEach(encoder.Get(), changes, events);
     encoder->SetLatentArrayName("FieldLatent");
   }
-  const auto decoder = DecoderOn(SurfaceOf(encoder), "one.model");
+  const auto decoder = DecoderOn(SurfaceOf(encoder), ModelFile("one.model"));
   ASSERT_TRUE(Update(decoder));
   EventRecorder events(decoder);
   EXPECT_TRUE(Update(decoder));
   decoder->Update(1);
   EXPECT_EQ(events.Executions, 0) << "neither for the image";
   const PropertyChanges<vtkFieldLatentDecoder> changes = {
-    { "ModelFileName", [](vtkFieldLatentDecoder* f) { f->SetModelFileName("two.model"); } },
+    { "ModelFileName", [](vtkFieldLatentDecoder* f) { f->SetModelFileName(ModelFile("two.model").c_str()); } },
     { "Resolution", [](vtkFieldLatentDecoder* f) { f->SetResolution(40, 20); } },
     { "GutterWidth", [](vtkFieldLatentDecoder* f) { f->SetGutterWidth(2); } },
     { "TextureArrayName", [](vtkFieldLatentDecoder* f) { f->SetTextureArrayName("B"); } },

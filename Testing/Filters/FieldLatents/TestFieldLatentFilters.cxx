@@ -547,6 +547,20 @@ TEST(FieldLatentFilters, EmptyInputGivesEmptyOutput)
   const auto decoder = DecoderOn(empty, Model());
   EXPECT_EQ(SurfaceOf(decoder)->GetNumberOfPoints(), 0);
   EXPECT_EQ(ImageOf(decoder)->GetNumberOfPoints(), 0);
+  {
+    EventRecorder events(decoder);
+    decoder->Update();
+    decoder->Update(1);
+    EXPECT_EQ(events.Executions, 0) << "nothing has changed";
+    decoder->SetInputDataObject(Encoded(TexturedGrid(4), Pattern(), Model()));
+    decoder->Update();
+    EXPECT_TRUE(TexelsOf(decoder)) << "an image when there is a surface";
+    EXPECT_EQ(events.Executions, 1);
+    decoder->SetInputDataObject(empty);
+    decoder->Update();
+    decoder->Update(1);
+    EXPECT_EQ(events.Executions, 2);
+  }
   const auto ontoNothing = DecoderOn(Encoded(TexturedGrid(4), Pattern(), Model()), Model());
   ontoNothing->SetTargetData(empty);
   EXPECT_EQ(SurfaceOf(ontoNothing)->GetNumberOfPoints(), 0);

@@ -11,6 +11,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -60,10 +61,13 @@ TEST(FieldLatentMessages, ModelFiles)
   EXPECT_THAT(ErrorOf(EncoderOn(TexturedGrid(4), Pattern(), "missing.model")),
     AllOf(HasSubstr("missing.model"), HasSubstr("cannot be read"), HasSubstr("field-latent model")));
   EXPECT_THAT(ErrorOf(DecoderOn(CodedGrid(), "")), HasSubstr("ModelFileName is empty"));
-  WriteGeometricTexture("texture.model", surfsynth::test::RandomGeometricTexture());
-  EXPECT_THAT(ErrorOf(EncoderOn(TexturedGrid(4), Pattern(), "texture.model")),
+  EXPECT_THAT(ErrorOf(EncoderOn(TexturedGrid(4), Pattern(), "not_installed")),
+    AllOf(HasSubstr("no installed model \"not_installed\""), HasSubstr("the path of a model file")));
+  const std::string other = ModelFile("texture.model");
+  WriteGeometricTexture(other, surfsynth::test::RandomGeometricTexture());
+  EXPECT_THAT(ErrorOf(EncoderOn(TexturedGrid(4), Pattern(), other)),
     AllOf(HasSubstr("geometric_texture"), HasSubstr("field_latents")));
-  EXPECT_THAT(ErrorOf(DecoderOn(CodedGrid(), "texture.model")), HasSubstr("field_latents"));
+  EXPECT_THAT(ErrorOf(DecoderOn(CodedGrid(), other)), HasSubstr("field_latents"));
 }
 
 TEST(FieldLatentMessages, Names)
@@ -74,6 +78,31 @@ TEST(FieldLatentMessages, Names)
   const auto decoder = DecoderOn(CodedGrid(), Model());
   decoder->SetTextureArrayName(nullptr);
   EXPECT_THAT(ErrorOf(decoder), HasSubstr("TextureArrayName is empty"));
+}
+
+TEST(FieldLatentMessages, NamesOfOtherRoles)
+{
+  const auto decoder = DecoderOn(CodedGrid(), Model());
+  for (const char* name : { "FieldLatent_0", "FieldLatentRadius", "FieldLatentDeviation" })
+  {
+    decoder->SetTextureArrayName(name);
+    EXPECT_THAT(ErrorOf(decoder), AllOf(HasSubstr(name), HasSubstr("an array of field latents"))) << name;
+  }
+  decoder->SetTextureArrayName(CodedGrid()->GetPointData()->GetTCoords()->GetName());
+  EXPECT_THAT(ErrorOf(decoder), HasSubstr("the name of the texture coordinates"));
+  decoder->SetTextureArrayName("FieldLatent_");
+  EXPECT_THAT(WarningsOf(decoder), IsEmpty());
+  const auto colored = TexturedGrid(4);
+  AddColors(colored);
+  colored->GetPointData()->GetArray("Color")->SetName("FieldLatent_1");
+  const auto encoder = EncoderOn(colored, nullptr, Model());
+  encoder->SetColorArrayName("FieldLatent_1");
+  EXPECT_THAT(
+    ErrorOf(encoder), AllOf(HasSubstr("colors"), HasSubstr("\"FieldLatent_1\""), HasSubstr("LatentArrayName")));
+  encoder->SetTextureData(Pattern());
+  EXPECT_THAT(WarningsOf(encoder), IsEmpty()) << "then these are no colors";
+  colored->GetPointData()->GetTCoords()->SetName("FieldLatent_0");
+  EXPECT_THAT(ErrorOf(encoder), AllOf(HasSubstr("texture coordinates"), HasSubstr("\"FieldLatent_0\"")));
 }
 
 TEST(FieldLatentMessages, TextureCoordinates)
@@ -182,6 +211,35 @@ TEST(FieldLatentMessages, Codes)
   options.LatentDimension = 1;
   EXPECT_THAT(
     ErrorOf(DecoderOn(CodedGrid(), WriteFieldLatentModel("one_vector.model", options))), HasSubstr("needs 1"));
+}
+
+TEST(FieldLatentMessages, SurfacesThatWereScaledOrTurnedAfterEncodingAreAWarning)
+{
+  const auto bumpy = [](double scale, double angle) {
+    const auto grid = TexturedGrid(5);
+    for (vtkIdType p = 0; p < grid->GetNumberOfPoints(); ++p)
+    {
+      double x[3];
+      grid->GetPoint(p, x);
+      const double z = 0.1 * std::sin(6.0 * x[0]) * std::cos(5.0 * x[1]);
+      grid->GetPoints()->SetPoint(p, scale * x[0], scale * (std::cos(angle) * x[1] - std::sin(angle) * z),
+        scale * (std::sin(angle) * x[1] + std::cos(angle) * z));
+    }
+    return grid;
+  };
+  const auto coded = Encoded(bumpy(1.0, 0.0), Pattern(), Model());
+  const auto warningsAfter = [&](double scale, double angle) {
+    vtkNew<vtkPolyData> moved;
+    moved->ShallowCopy(coded);
+    moved->SetPoints(bumpy(scale, angle)->GetPoints());
+    return WarningsOf(DecoderOn(moved, Model()));
+  };
+  EXPECT_THAT(warningsAfter(1.0, 0.0), IsEmpty());
+  EXPECT_THAT(warningsAfter(2.5, 0.0),
+    ElementsAre(AllOf(HasSubstr("2.5 times the radius"), HasSubstr("FieldLatentRadius"), HasSubstr("scaled after"))));
+  EXPECT_THAT(warningsAfter(1.0, 0.5), ElementsAre(AllOf(HasSubstr("tangent planes"), HasSubstr("turned or bent"))));
+  coded->GetPointData()->GetArray("FieldLatentRadius")->SetComponent(3, 0, 0.5);
+  EXPECT_THAT(warningsAfter(2.5, 0.5), IsEmpty()) << "other radii are those of another triangulation";
 }
 
 TEST(FieldLatentMessages, Meshes)

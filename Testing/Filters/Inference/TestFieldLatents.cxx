@@ -361,6 +361,23 @@ TEST(FieldLatentEncoder, ReportsProgressAndStops)
   EXPECT_THROW(encoder.Encode(rings, [](double) { return false; }), Cancelled);
 }
 
+TEST(FieldLatentEncoder, ReportsProgressWithinARingOfVeryManySamples)
+{
+  const FieldLatentEncoder encoder(RandomFieldLatents());
+  FieldLatentRings rings = RandomRings(1, 2000);
+  for (const int count : { 1, 2 })
+  {
+    const ThreadScope threads(count);
+    int reports = 0;
+    encoder.Encode(rings, [&](double) { return ++reports > 0; });
+    EXPECT_GT(reports, 20) << "one tile of many blocks of queries";
+    reports = 0;
+    EXPECT_THROW(encoder.Encode(rings, [&](double) { return ++reports < 5; }), Cancelled);
+    EXPECT_EQ(reports, 5) << "stops within the tile";
+    rings = RandomRings(2, 2000);
+  }
+}
+
 TEST(FieldLatentDecoder, PredictionsAreThoseOfTheEquations)
 {
   for (const FieldLatentCoordinates coordinates :

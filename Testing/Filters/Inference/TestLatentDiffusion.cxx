@@ -26,6 +26,7 @@
 using namespace surfsynth;
 using namespace surfsynth::test;
 using surfsynthtest::TextOf;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -427,6 +428,10 @@ TEST(LatentDiffusionOptions, ShapesFollowTheSizes)
   options = {};
   options.LastVariance = 1.0;
   EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(options); }), HasSubstr("FirstVariance <= LastVariance < 1"));
+  options.FirstVariance = 0.5;
+  options.LastVariance = 0.9;
+  EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(options); }),
+    AllOf(HasSubstr("variances of 0.5 to 0.9"), HasSubstr("after 1000 steps"), HasSubstr("at least exp(-300)")));
   options = {};
   options.CoarseBlocks = 0;
   EXPECT_THAT(TextOf<InvalidInput>([&] { CheckOptions(options); }), HasSubstr("CoarseBlocks is 0; expected 1 to 64"));

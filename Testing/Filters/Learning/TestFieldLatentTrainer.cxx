@@ -109,6 +109,30 @@ TEST(TextureRings, SamplesLieInTheRingsAndHaveTheColorsOfTheImage)
   EXPECT_NE(batch.TargetLogarithms, batch.Logarithms);
 }
 
+TEST(TextureRings, TargetsLieNearTheVertexByTheirPower)
+{
+  const TextureRings rings(SmallTextures());
+  TextureRingSizes sizes;
+  sizes.Rings = 8;
+  sizes.Samples = 4000;
+  const auto meanSquare = [&](const std::vector<float>& logarithms) {
+    return std::inner_product(logarithms.begin(), logarithms.end(), logarithms.begin(), 0.0) /
+      static_cast<double>(sizes.Rings * sizes.Samples);
+  };
+  const TextureRingBatch uniform = rings.Draw(sizes, 5, 0);
+  for (const double power : { 1.0, 2.0, 5.5 })
+  {
+    sizes.TargetPower = power;
+    const TextureRingBatch batch = rings.Draw(sizes, 5, 0);
+    EXPECT_EQ(batch.Logarithms, uniform.Logarithms); // the encoder's samples stay
+    EXPECT_EQ(batch.Colors, uniform.Colors);
+    // A point is 1 - b times as far as the opposite edge: with density b^k the mean of (1 - b)^2 is 6 / ((k + 3) (k + 4)).
+    EXPECT_NEAR(meanSquare(batch.TargetLogarithms) / meanSquare(uniform.TargetLogarithms),
+      12.0 / ((power + 3.0) * (power + 4.0)), 0.02)
+      << power;
+  }
+}
+
 TEST(TextureRings, SmallImagesHoldTheirRings)
 {
   TextureDataset dataset = SmallTextures();
@@ -119,7 +143,7 @@ TEST(TextureRings, SmallImagesHoldTheirRings)
   for (const bool inTriangles : { false, true })
   {
     sizes.InTriangles = inTriangles;
-    const TextureRingBatch batch = TextureRings(dataset).Draw(sizes, 1, 0);
+    const TextureRingBatch batch = TextureRings(dataset, inTriangles).Draw(sizes, 1, 0);
     for (const float value : batch.TargetColors)
     {
       EXPECT_LE(std::abs(value), 1.0F);
@@ -226,11 +250,16 @@ TEST(FieldLatentTrainer, OptionsAndDatasetsThatDoNotFitAreNamed)
   EXPECT_THAT(refusal([](Options& o) { o.FinalLearningRate = 0.0; }), HasSubstr("FinalLearningRate is 0"));
   EXPECT_THAT(refusal([](Options& o) { o.DivergenceWeight = -1.0; }), HasSubstr("DivergenceWeight is -1"));
   EXPECT_THAT(refusal([](Options& o) { o.MaximumTexels = 5.0; }), HasSubstr("MaximumTexels is 5; expected at least"));
+  EXPECT_THAT(refusal([](Options& o) { o.TargetPower = -1.0; }), HasSubstr("TargetPower is -1"));
   EXPECT_THAT(refusal([](Options& o) { o.Network.Heads = 5; }), HasSubstr("Heads is 5"));
   TextureDataset dataset = SmallTextures();
   dataset.Meshes[1] = SquareMesh(2);
-  EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer(dataset, TinyTraining(3)); }),
+  FieldLatentTrainingOptions barycentric = TinyTraining(1);
+  barycentric.BatchSize = 3;
+  barycentric.Network.Coordinates = FieldLatentCoordinates::Barycentric;
+  EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer(dataset, barycentric); }),
     HasSubstr("mesh 1 has no triangle of three interior vertices"));
+  EXPECT_NO_THROW(FieldLatentTrainer(dataset, TinyTraining(1))) << "rings by themselves need no such triangle";
   EXPECT_THAT(TextOf<InvalidInput>([&] { FieldLatentTrainer({}, TinyTraining(3)); }), HasSubstr("0 images"));
 }
 

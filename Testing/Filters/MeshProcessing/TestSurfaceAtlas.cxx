@@ -247,6 +247,21 @@ TEST(SurfaceAtlas, ATextureOfPositionsIsReadBack)
   }
 }
 
+TEST(SurfaceAtlas, DoesNotDependOnTheUnitOfLength)
+{
+  const TriangleMesh mesh = IrregularSphere(2);
+  const SurfaceAtlas atlas = MakeSurfaceAtlas(mesh, Sized(256, 256));
+  for (const double unit : { std::ldexp(1.0, 333), std::ldexp(1.0, -300) }) // about 1e100 and 1e-90
+  {
+    TriangleMesh other = mesh;
+    other.Points *= unit;
+    const SurfaceAtlas scaled = MakeSurfaceAtlas(other, Sized(256, 256));
+    EXPECT_EQ(scaled.NumberOfCharts, atlas.NumberOfCharts);
+    EXPECT_EQ(scaled.Coordinates, atlas.Coordinates);
+    EXPECT_EQ(scaled.TexelsPerLength * unit, atlas.TexelsPerLength);
+  }
+}
+
 TEST(SurfaceAtlas, HasTheSameBitsEachTime)
 {
   const TriangleMesh mesh = BumpySurface(3);

@@ -117,6 +117,11 @@ TEST(TextureDataset, FilesThatDoNotFitAreNamed)
     tensors["meshes.0.triangles"] = TensorData::FromInt64({ 1, 3 }, { 0, 1, std::int64_t(1) << 40 });
   }),
     HasSubstr("triangle 0 of mesh 0 has vertices that do not exist"));
+  EXPECT_THAT(MessageAfter([](Tensors& tensors, Metadata&) { tensors["images.2"] = tensors["images.0"]; }),
+    AllOf(HasSubstr("a tensor \"images.2\""), HasSubstr("\"images.1\" is missing")));
+  EXPECT_THAT(
+    MessageAfter([](Tensors& tensors, Metadata&) { tensors["meshes.01.points"] = tensors["meshes.0.points"]; }),
+    AllOf(HasSubstr("\"meshes.01.points\""), HasSubstr("\"meshes.1\" is missing")));
   EXPECT_THROW(ReadTextureDataset("absent.safetensors"), InvalidInput);
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Common/Errors.h"
 #include "IO/Weights/InstalledModels.h"
 
 #include <gmock/gmock.h>
@@ -9,8 +10,10 @@
 #include <fstream>
 
 using namespace surfsynth;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::EndsWith;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 namespace
@@ -55,6 +58,16 @@ TEST(InstalledModels, AnotherFolderIsNamedByTheEnvironmentAndMayHoldAnything)
   ::setenv("SURFACE_SYNTHESIS_MODELS", (folder / "missing").c_str(), 1);
   EXPECT_THAT(InstalledModels(HasArchitecture("poissonnet")), IsEmpty());
   EXPECT_EQ(ModelPath("knobs"), "knobs");
+  try
+  {
+    ExistingModelPath("knobs");
+    ADD_FAILURE() << "accepted";
+  }
+  catch (const InvalidInput& error)
+  {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("no installed model \"knobs\""), HasSubstr("no file of this name")));
+  }
+  EXPECT_EQ(ExistingModelPath("folder/knobs"), "folder/knobs") << "files are judged by their readers";
   ::unsetenv("SURFACE_SYNTHESIS_MODELS");
   fs::remove_all(folder);
 }

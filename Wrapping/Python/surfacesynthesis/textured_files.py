@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 
+import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 
@@ -13,14 +14,14 @@ from . import files
 from .errors import FormatError
 from .files.gltf import read_textured_gltf, write_gltf
 from .files.images import image_of, png_of, read_image
-from .files.materials import texture_of_obj, texture_of_ply
+from .files.materials import texture_of_ply, textures_of_obj
 from .files.obj import write_obj
 from .files.ply import write_ply
 from .files.polygons import from_polydata, named_by_role, to_polydata
+from .files.tiles import joined_textures
 
 #: Formats of a surface with its texture.
 TEXTURED = (".obj", ".gltf", ".glb", ".ply")
-_TEXTURE_OF = {".obj": texture_of_obj, ".ply": texture_of_ply}
 
 
 def read_textured_mesh(path, any_folder=False):
@@ -28,8 +29,9 @@ def read_textured_mesh(path, any_folder=False):
 
     Points with several texture coordinates are doubled. The texture is that of the MTL file of an OBJ file (``map_Kd``), the
     base color texture of glTF, or the file in the comment ``TextureFile`` of PLY: PNG, JPEG, BMP or TGA (the latter two
-    uncompressed). Colors of materials are not applied to it. The parts of a glTF scene become one surface, with the arrays
-    that all have.
+    uncompressed). The parts of a glTF scene become one surface, with the arrays
+    that all have. Textures of several materials become tiles of one image, and their texture coordinates are mapped to
+    them; a material without a texture becomes a tile of its color. Otherwise colors of materials are not applied.
 
     Parameters
     ----------
@@ -47,8 +49,8 @@ def read_textured_mesh(path, any_folder=False):
     Raises
     ------
     FormatError
-        The surface or the image does not follow its format; the surface has several textures (the text says how many
-        materials); a texture without texture coordinates; a file elsewhere; no surface.
+        The surface or the image does not follow its format; several textures of which one is repeated (texture coordinates
+        outside [0, 1]), or of a PLY file; a texture without texture coordinates; a file elsewhere; no surface.
     ValueError, OSError
         The extension is not known, a file is missing or cannot be read.
 
@@ -62,25 +64,60 @@ def read_textured_mesh(path, any_folder=False):
     image = None
     if kind in (".gltf", ".glb"):
         files.require_file(path)
-        meshes, picture = read_textured_gltf(path)
-        mesh = _joined(path, meshes)
-        image = None if picture is None else image_of(path, picture)
+        meshes, textures = read_textured_gltf(path)
+        _require_coordinates(path, meshes, textures)
+        mesh = _joined(path, meshes, textures is not None)
+        if textures is not None:
+            counts = [len(part.offsets) - 1 for _, part in meshes]
+            different = list(dict.fromkeys(textures))
+            numbers = np.repeat([different.index(texture) for texture in textures], counts)
+            mesh, image = _with_textures(path, mesh, numbers, different, lambda data: image_of(path, data))
     else:
         mesh = files.read_mesh(path, seams="split")
-        if kind in _TEXTURE_OF:
-            name = _TEXTURE_OF[kind](path, any_folder)
+        textures = textures_of_obj(path, any_folder) if kind == ".obj" else None
+        if textures is not None and mesh.GetPointData().GetTCoords() is not None:
+            mesh, image = _with_textures(path, mesh, *textures, read_image)
+        elif textures is not None:
+            raise _no_coordinates(path)
+        elif kind == ".ply":
+            name = texture_of_ply(path, any_folder)
             image = None if name is None else read_image(name)
     if not isinstance(mesh, vtkPolyData):
         raise FormatError(f"{path}: a surface is needed, and not a {mesh.GetClassName()}")
     if image is not None and mesh.GetPointData().GetTCoords() is None:
-        raise FormatError(f"{path}: the surface has a texture but no texture coordinates")
+        raise _no_coordinates(path)
     return mesh, image
 
 
-def _joined(path, meshes):
-    """One vtkPolyData of pairs of a name and a PolygonMesh, with the arrays that all have."""
+def _no_coordinates(path):
+    return FormatError(f"{path}: the surface has a texture but no texture coordinates")
+
+
+def _require_coordinates(path, meshes, textures):
+    """Raises FormatError for a part of a scene with a picture and without texture coordinates."""
+    for (_, mesh), texture in zip(meshes, textures or ()):
+        if isinstance(texture, bytes) and "TCoords" not in mesh.arrays:
+            raise _no_coordinates(path)
+
+
+def _with_textures(path, mesh, numbers, textures, read):
+    """A surface and its only texture; of several, tiles of one image. ``numbers`` [F] are those of the polygons."""
+    textures = [texture if isinstance(texture, tuple) else read(texture) for texture in textures]
+    used = np.unique(numbers)
+    if len(used) == 1:
+        image = textures[used[0]]
+        return mesh, None if isinstance(image, tuple) else image
+    return joined_textures(path, mesh, numbers, textures)
+
+
+def _joined(path, meshes, textured):
+    """One vtkPolyData of pairs of a name and a PolygonMesh, with the arrays that all have. ``textured`` surfaces keep
+    texture coordinates that only some parts have; those of others are 0."""
     if not meshes:
         raise FormatError(f"{path}: the scene has no triangles")
+    if textured:
+        parts = [(name, {"TCoords": np.zeros((len(mesh.points), 2), dtype=np.float32), **mesh.arrays}) for name, mesh in meshes]
+        meshes = [(name, mesh._replace(arrays=arrays)) for (_, mesh), (name, arrays) in zip(meshes, parts)]
     if len(meshes) == 1:
         return to_polydata(meshes[0][1])
     append = vtkAppendPolyData()

@@ -34,7 +34,7 @@ Lays the texture of a surface on another triangulation, or another atlas, of the
 decodes it on TARGET, which gets an atlas where it has no texture coordinates."""
 _TRANSFER_EXAMPLES = """\
 files: SOURCE .obj (with .mtl and an image) .gltf .glb .ply with their texture; TARGET any surface; OUTPUT .obj (with .mtl and
-.png), .gltf, .glb or .ply with its texture, or .png
+.png), .gltf, .glb or .ply with its texture; .png, the image only; .vtp or .vtk with colors at points
 
 examples:
   %(prog)s duck.obj fine.off fine.obj --model latents.safetensors --resolution 64
@@ -57,7 +57,11 @@ def add(commands):
     parser.set_defaults(run=run_decode)
     parser.add_argument("input", metavar="INPUT", help="surface with field latents to read")
     parser.add_argument("output", metavar="OUTPUT", help="file to write")
-    parser.add_argument("--target", metavar="FILE", help="surface that gets the texture (default: INPUT)")
+    parser.add_argument(
+        "--target",
+        metavar="FILE",
+        help="surface that gets the texture; without texture coordinates it gets an atlas (default: INPUT)",
+    )
     _add_options(parser, decodes=True)
     parser = add_command(
         commands,
@@ -69,7 +73,7 @@ def add(commands):
     )
     parser.set_defaults(run=run_transfer)
     parser.add_argument("input", metavar="SOURCE", help="textured surface to read")
-    parser.add_argument("target", metavar="TARGET", help="surface that gets the texture")
+    parser.add_argument("target", metavar="TARGET", help="surface that gets the texture, and an atlas if it has none")
     parser.add_argument("output", metavar="OUTPUT", help="file to write")
     _add_options(parser, encodes=True, decodes=True)
 
@@ -199,7 +203,7 @@ def _with_bar(arguments, steps):
 def check_texture_output(arguments):
     """Raises UsageError when OUTPUT is nothing that a decoded texture is written to."""
     if not arguments.output.lower().endswith((*_WITH_TEXTURE, ".png", ".vtp", ".vtk")):
-        known = ", ".join((*_WITH_TEXTURE, ".png", ".vtp"))
+        known = ", ".join((*_WITH_TEXTURE, ".png", ".vtp", ".vtk"))
         raise UsageError(f"{arguments.output}: a decoded texture is written to one of {known}")
     as_usage(resolution_of, arguments)
 

@@ -32,6 +32,7 @@ _NUMBERS = {
         ("divergence-weight", float, 0.01, "W", "of the Kullback-Leibler divergence"),
         ("minimum-texels", float, 10.0, "N", "pixels for a vertex at least"),
         ("maximum-texels", float, 150.0, "N", "pixels for a vertex at most"),
+        ("target-power", float, 0.0, "K", "density of the loss's points in a ring: the vertex' coordinate to this power"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
     ),
     "planar meshes": (

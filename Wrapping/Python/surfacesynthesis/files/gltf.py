@@ -33,9 +33,11 @@ def read_gltf(path):
 
 
 def read_textured_gltf(path):
-    """The pairs of read_gltf(), and the bytes of the picture that is the base color of all of them; None without one."""
+    """The pairs of read_gltf(), and for each of them its texture: the bytes of a picture, or the color (three numbers from 0
+    to 1, as displays show them) of a material without one. None instead of the textures when there is no picture."""
     scene = _Scene(path)
-    return list(scene.meshes()), scene.picture()
+    meshes = list(scene.meshes())
+    return meshes, scene.textures()
 
 
 def _loaded(path):
@@ -80,7 +82,7 @@ class _Scene:
         self._document, self._binary = _loaded(path)
         self._buffers = {}
         self._visited = set()
-        self._materials = set()
+        self._materials = []  # of the meshes that were read
         self._points_left = _MOST_POINTS + os.path.getsize(path)
 
     def meshes(self):
@@ -88,16 +90,26 @@ class _Scene:
         for index in self._list(self._item("scenes", self._document.get("scene", 0)), "nodes"):
             yield from self._node(index, np.eye(4), 0)
 
-    def picture(self):
-        """The bytes of the only base color texture of the meshes that were read; None without one."""
-        pictures = {None if material is None else self._picture_of(material) for material in self._materials}
-        if len(pictures) > 1:
-            raise self._error(
-                f"the scene has {len(self._materials)} materials with different textures; one texture for all is needed"
-            )
-        index = next(iter(pictures), None)
-        if index is None:
+    def textures(self):
+        """The bytes of the base color textures of the meshes that were read, or their colors; None without a texture."""
+        known = {material: None if material is None else self._picture_of(material) for material in set(self._materials)}
+        pictures = {index: self._bytes_of_picture(index) for index in set(known.values()) if index is not None}
+        if not pictures:
             return None
+        return [
+            self._color_of(material) if known[material] is None else pictures[known[material]]
+            for material in self._materials
+        ]
+
+    def _color_of(self, material):
+        """The base color of a material, from linear values to those of sRGB images; white without a material."""
+        if material is None:
+            return (1.0, 1.0, 1.0)
+        factors = self._object(self._item("materials", material), "pbrMetallicRoughness")
+        linear = np.clip(self._numbers(factors, "baseColorFactor", [1.0, 1.0, 1.0, 1.0])[:3], 0.0, 1.0)
+        return tuple(np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055).tolist())
+
+    def _bytes_of_picture(self, index):
         image = self._item("images", index)
         if "bufferView" not in image:
             return self._resource(image, "image", index)
@@ -149,7 +161,7 @@ class _Scene:
         except (TypeError, ValueError, OverflowError):
             numbers = np.zeros(0)
         if numbers.shape != np.shape(default) or not np.isfinite(numbers).all():
-            raise self._error(f"the {key} of a node are not {len(default)} numbers")
+            raise self._error(f"the {key} is not {len(default)} finite numbers")
         return numbers
 
     def _node(self, index, above, depth):
@@ -165,7 +177,7 @@ class _Scene:
                     raise self._error("a part of a mesh has no attributes")
                 if primitive.get("mode", _TRIANGLES) in (_TRIANGLES, _STRIP, _FAN):  # others are points and lines
                     material = primitive.get("material")
-                    self._materials.add(material if material is None or type(material) is int else -1)
+                    self._materials.append(material if material is None or type(material) is int else -1)
                     yield str(mesh.get("name", f"Mesh {node['mesh']}")), self._primitive(primitive, matrix)
         for child in self._list(node, "children"):
             yield from self._node(child, matrix, depth + 1)

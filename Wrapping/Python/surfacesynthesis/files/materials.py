@@ -3,6 +3,9 @@
 
 import os
 import warnings
+from typing import NamedTuple, Optional
+
+import numpy as np
 
 from ..errors import FormatError, SurfaceSynthesisWarning
 
@@ -14,11 +17,23 @@ _OPTIONS = {
 #: Options with an optional second and third number, and those that would move the texture.
 _NUMBERS = ("-o", "-s", "-t")
 _MOVING = {"-o": 0.0, "-s": 1.0}
+#: Color of faces without a material, and of materials that name none.
+_WHITE = (1.0, 1.0, 1.0)
 
 
-def texture_of_obj(path, any_folder=False):
-    """The path of the only texture of the faces in an OBJ file; None without one."""
-    libraries, materials, current, faces, bare = [], {}, None, 0, 0
+class _Material(NamedTuple):
+    """``library``, path of the MTL file; ``texture``, name of an image or None; ``color``, three numbers from 0 to 1."""
+
+    library: Optional[str]
+    texture: Optional[str]
+    color: tuple
+
+
+def textures_of_obj(path, any_folder=False):
+    """The texture of each face in an OBJ file: numbers [F], and a list of paths of images, and colors (three numbers from 0
+    to 1) of materials without one. None when no material has an image."""
+    libraries, names, faces, current = [], {}, [], None
+    bare = []
     for row in _lines(path):
         keyword, _, rest = row.partition(" ")
         if keyword == "mtllib":
@@ -26,27 +41,34 @@ def texture_of_obj(path, any_folder=False):
         elif keyword == "usemtl":
             current = rest.strip()
         elif keyword == "f":
-            materials[current] = None
-            faces += 1
-            bare += "/" not in rest or "//" in rest
-    textures = {}
-    for library in libraries:
-        try:
-            name = beside(path, library, any_folder)
-            textures.update({key: (name, texture) for key, texture in _textures_of_mtl(name).items()})
-        except FileNotFoundError:
-            text = f"{path}: the material file {library[:80]} is missing; the surface is read without its texture"
-            warnings.warn(text, SurfaceSynthesisWarning, stacklevel=4)
-    found = {textures.get(material) for material in materials}
-    if len({None if one is None else one[1] for one in found}) > 1:
-        raise FormatError(
-            f"{path}: the faces have {len(materials)} materials with different textures; one texture for all is needed. "
-            "Save each material as a file of its own, or bake them into one texture"
-        )
-    entry = next((one for one in found if one is not None and one[1] is not None), None)
-    if entry is not None and 0 < bare < faces:
-        raise FormatError(f"{path}: {bare} of {faces} faces have no texture coordinates, and the material has a texture")
-    return None if entry is None else beside(entry[0], entry[1], any_folder, path)
+            faces.append(names.setdefault(current, len(names)))
+            bare.append("/" not in rest or "//" in rest)
+    materials = _materials(path, libraries, any_folder)
+    found = [materials.get(name, _Material(None, None, _WHITE)) for name in names]
+    paths = [None if one.texture is None else beside(one.library, one.texture, any_folder, path) for one in found]
+    if not any(paths):
+        return None
+    faces = np.array(faces, dtype=np.int64)
+    missing = np.count_nonzero(np.array(bare) & np.array([one is not None for one in paths])[faces])
+    if 0 < missing and not all(bare):
+        raise FormatError(f"{path}: {missing} of {len(faces)} faces have no texture coordinates, and the material has a texture")
+    textures = [one.color if image is None else image for one, image in zip(found, paths)]
+    numbers = [textures.index(texture) for texture in textures]  # materials with the same texture share it
+    return np.array(numbers)[faces], textures
+
+
+def _materials(path, libraries, any_folder):
+    """The _Material of each name in the MTL files that an OBJ file names; a line may name several."""
+    materials = {}
+    for line in libraries:
+        whole = os.path.isfile(os.path.join(os.path.dirname(os.path.abspath(path)), line.strip('"')))
+        for library in [line] if whole or '"' in line else line.split() or [line]:
+            try:
+                materials.update(_materials_of_mtl(beside(path, library, any_folder)))
+            except FileNotFoundError:
+                text = f"{path}: the material file {library[:80]} is missing; the surface is read without its texture"
+                warnings.warn(text, SurfaceSynthesisWarning, stacklevel=5)
+    return materials
 
 
 def texture_of_ply(path, any_folder=False):
@@ -73,17 +95,27 @@ def _lines(path):
             yield row
 
 
-def _textures_of_mtl(path):
-    """The texture, or None, of each material in an MTL file."""
-    textures, current = {}, None
+def _materials_of_mtl(path):
+    """The _Material of each name in an MTL file."""
+    materials, current = {}, None
     for row in _lines(path):
         keyword, _, rest = row.partition(" ")
         if keyword == "newmtl":
             current = rest.strip()
-            textures[current] = None
+            materials[current] = _Material(path, None, _WHITE)
         elif keyword.lower() == "map_kd" and current is not None:
-            textures[current] = _without_options(path, rest.split())
-    return textures
+            materials[current] = materials[current]._replace(texture=_without_options(path, rest.split()))
+        elif keyword == "Kd" and current is not None:
+            materials[current] = materials[current]._replace(color=_color(rest.split()))
+    return materials
+
+
+def _color(words):
+    """Three numbers from 0 to 1; white for a color in another form."""
+    if not words or not all(_is_number(word) for word in words[:3]):
+        return _WHITE
+    color = tuple(min(max(float(word), 0.0), 1.0) for word in (words[:3] if len(words) >= 3 else 3 * words[:1]))
+    return color if all(part == part for part in color) else _WHITE
 
 
 def _without_options(path, words):
