@@ -8,10 +8,10 @@ FOLDER is that of field_latent_images.py: no image and no mesh here has been tra
 package assimp-testmodels, which is downloaded and unpacked there; the program assimp (package assimp-utils) converts
 them. Surfaces of libcgal-demo get a photograph of FOLDER/test_images. Each surface is remeshed evenly to 30,000 and to
 5,000 points. Its texture is encoded there, decoded on the original surface, and compared with the original in its atlas.
-Colors of vertices are interpolated linearly; they are those of the texture at the vertices, or fitted to the atlas by
-least squares, whichever is better. Atlases that overlap are replaced.
+Colors of vertices are interpolated linearly: those of the texture at the vertices, and fitted ones, the best of all in the
+sense of least squares, which no encoder of one-rings finds. Atlases that overlap are replaced.
 
-OUTPUT gets metrics.csv and crops.png, and the table of means and standard deviations over the surfaces is printed. Needs
+OUTPUT gets metrics.csv and crops-POINTS.png, and the table of means and standard deviations over the surfaces is printed. Needs
 SciPy, matplotlib and Pillow (Debian: python3-scipy python3-matplotlib).
 """
 
@@ -51,7 +51,7 @@ TEXTURED = {
 }
 #: Surfaces of libcgal-demo, and the photographs that they get.
 PAINTED = {"bear": "dragonfly", "bunny00": "onestandsout", "elephant": "picture_1a", "nefertiti": "ihc"}
-METHODS = ("field latents", "barycentric", "vertex colors")
+METHODS = ("field latents", "barycentric", "vertex colors", "fitted colors")
 ATLAS = 1024  # largest height and width of an atlas in pixels
 COLUMNS = ("surface", "points", "texels_per_point", "method", "psnr", "dssim")
 
@@ -278,9 +278,8 @@ def vtk_of(surface):
     return mesh
 
 
-def by_field_latents(surface, coarse, model):
-    """The atlas [H, W, 3] that is encoded on a triangulation (points, triangles) and decoded on the surface."""
-    carried = retextured(*coarse, surface)
+def by_field_latents(surface, carried, model):
+    """The atlas [H, W, 3] that is encoded on another triangulation with the texture and decoded on the surface."""
     encoded = surfacesynthesis.encode_texture(vtk_of(carried), carried.image, model=model)
     height, width = surface.image.shape[:2]
     decoded = surfacesynthesis.decode_texture(encoded, model=model, target=vtk_of(surface), resolution=(width, height))
@@ -343,9 +342,9 @@ def compared(name, surface, sizes, models):
     rows, crops = [], []
     for size in sizes:
         coarse = surfacesynthesis.remesh(whole, points=size, feature_angle=None)[:2]
-        images = {method: by_field_latents(surface, coarse, model) for method, model in models.items() if model}
-        pair = by_vertex_colors(surface, coarse, texels, known)
-        images[METHODS[2]] = max(pair, key=lambda image: psnr(image, surface.image, mask))
+        carried = retextured(*coarse, surface)
+        images = {method: by_field_latents(surface, carried, model) for method, model in models.items() if model}
+        images.update(zip(METHODS[2:], by_vertex_colors(surface, coarse, texels, known)))
         for method, image in images.items():
             rows.append(
                 dict(zip(COLUMNS, (name, len(coarse[0]), len(texels.triangles) / len(coarse[0]), method,
@@ -370,21 +369,23 @@ def crops_of(images, mask, side=160):
 
 
 def draw(crops, path):
-    """A picture with a row of crops for each surface."""
+    """A picture with a row of crops for each surface, and their peak signal-to-noise ratios."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
     columns = max(len(titles) for _, _, _, titles in crops)
-    figure, axes = pyplot.subplots(len(crops), columns, figsize=(2.2 * columns, 2.3 * len(crops)), squeeze=False)
+    shape = {"figsize": (2.2 * columns, 2.4 * len(crops)), "layout": "constrained"}
+    figure, axes = pyplot.subplots(len(crops), columns, squeeze=False, **shape)
     for line, (name, size, images, titles) in zip(axes, crops):
+        all_known = np.ones(images[0].shape[:2], bool)
         for axis, image, title in zip(line, images, titles):
             axis.imshow(image, interpolation="nearest")
-            axis.set_title(title if title != "original" else f"{name}, {size:,} points", fontsize=8)
+            of_crop = f"{title}, {psnr(image, images[0], all_known):.1f} dB"
+            axis.set_title(of_crop if title != "original" else f"{name}, {size:,} points", fontsize=8)
         for axis in line:
             axis.axis("off")
-    figure.tight_layout(pad=0.4)
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
 
@@ -435,11 +436,12 @@ def main(arguments=None):
         models = dict(zip(METHODS, (options.model, options.ablation)))
         found, parts = compared(name, surface, options.points, models)
         rows += found
-        crops += [(name, size, images, titles) for size, images, titles in parts[-1:]]
+        crops += [(name, size, images, titles) for size, images, titles in parts]
         write_rows(rows, os.path.join(options.output, "metrics.csv"))  # what there is, should a surface fail
-        draw(crops, os.path.join(options.output, "crops.png"))
+        for size in options.points:
+            draw([row for row in crops if row[1] == size], os.path.join(options.output, f"crops-{size}.png"))
     print_table(rows, options.points)
-    print(f"wrote {options.output}/metrics.csv and crops.png", file=sys.stderr)
+    print(f"wrote {options.output}/metrics.csv and crops-POINTS.png", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -11,11 +11,11 @@
 #include "SurfaceBridge.h"
 #include "SurfaceCoordinates.h"
 #include "TextureColors.h"
+#include "TextureEncoding.h"
 #include "WeldedSurface.h"
 #include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Tangent/RingSamples.h"
 #include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 
@@ -29,8 +29,6 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <exception>
 #include <new>
 #include <optional>
@@ -44,96 +42,8 @@ vtkStandardNewMacro(vtkFieldLatentEncoder);
 
 namespace
 {
-/// Samples that are held at once: about 9 MiB.
-constexpr std::size_t SamplesOfTile = 131072;
-/// Largest number of samples of a ring, whatever the model advises.
-constexpr std::int64_t MostSamples = 4096;
 /// Fraction of the work on a surface after its rings are unfolded.
 constexpr double AfterUnfolding = 0.1;
-/// Fraction of the work on a tile in which its colors are sampled.
-constexpr double OfSampling = 0.1;
-
-/// Returns the points that are vertices.
-std::vector<surfsynth::Index> VerticesOf(const WeldedSurface& welded)
-{
-  std::vector<surfsynth::Index> vertices;
-  for (surfsynth::Index v = 0; v < welded.Rings.NumberOfPoints(); ++v)
-  {
-    if (welded.IsVertex(v))
-    {
-      vertices.push_back(v);
-    }
-  }
-  return vertices;
-}
-
-/// Samples the colors in the rings of @p vertices.
-surfsynth::FieldLatentRings SampleColors(const WeldedSurface& welded, const surfsynth::TextureColors& colors,
-  const std::vector<surfsynth::Index>& vertices, int samplesPerRing, const surfsynth::Progress& progress)
-{
-  const surfsynth::RingSamples samples = surfsynth::SampleRingsUniformly(welded.Rings, vertices, samplesPerRing);
-  surfsynth::Report(progress, 0.5);
-  const auto count = static_cast<Eigen::Index>(samples.Places.size());
-  surfsynth::FieldLatentRings rings;
-  rings.Offsets = samples.Offsets;
-  rings.Colors.resize(count, 3);
-  rings.Logarithms.resize(count, 2);
-  colors.Sample(samples.Places.data(), count, rings.Colors.data());
-  for (std::size_t k = 0; k < vertices.size(); ++k)
-  {
-    const double radius = welded.Rings.RingRadius(vertices[k]);
-    for (std::int64_t s = samples.Offsets[k]; s < samples.Offsets[k + 1]; ++s)
-    {
-      const std::complex<double> z = samples.Logarithms[static_cast<std::size_t>(s)] / radius;
-      rings.Logarithms.row(s) << static_cast<float>(z.real()), static_cast<float>(z.imag());
-    }
-  }
-  return rings;
-}
-
-/// Returns the end of the tile of vertices that begins at place @p begin: about SamplesOfTile samples, at least a vertex.
-std::size_t EndOfTile(const surfsynth::OneRings& rings, const std::vector<surfsynth::Index>& vertices,
-  std::size_t begin, int samplesPerRing)
-{
-  std::size_t end = begin;
-  std::size_t samples = 0;
-  while (end < vertices.size() && samples < SamplesOfTile)
-  {
-    // A ring has at least a sample in each of its triangles.
-    const auto triangles = rings.RingStart[vertices[end] + 1] - rings.RingStart[vertices[end]];
-    samples += static_cast<std::size_t>(samplesPerRing) + static_cast<std::size_t>(triangles);
-    ++end;
-  }
-  return end;
-}
-
-/// Encodes the colors at all vertices, a tile after the other.
-surfsynth::FieldLatentCodes EncodeColors(const surfsynth::FieldLatentEncoder& encoder, const WeldedSurface& welded,
-  const surfsynth::TextureColors& colors, int samplesPerRing, const surfsynth::Progress& progress)
-{
-  const std::vector<surfsynth::Index> vertices = VerticesOf(welded);
-  const std::int64_t dimension = encoder.Options().LatentDimension;
-  surfsynth::FieldLatentCodes codes;
-  codes.Mean = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);
-  codes.LogDeviation = surfsynth::FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), dimension);
-  const auto share = [&](std::size_t k) { return static_cast<double>(k) / static_cast<double>(vertices.size()); };
-  for (std::size_t begin = 0, end = 0; begin < vertices.size(); begin = end)
-  {
-    end = EndOfTile(welded.Rings, vertices, begin, samplesPerRing);
-    const surfsynth::Progress part = surfsynth::SubProgress(progress, share(begin), share(end));
-    surfsynth::Report(part, 0.0);
-    const std::vector<surfsynth::Index> tile(vertices.data() + begin, vertices.data() + end);
-    const surfsynth::FieldLatentRings rings = SampleColors(
-      welded, colors, tile, samplesPerRing, surfsynth::SubProgress(part, 0.0, OfSampling));
-    const surfsynth::FieldLatentCodes found = encoder.Encode(rings, surfsynth::SubProgress(part, OfSampling, 1.0));
-    for (std::size_t k = 0; k < tile.size(); ++k)
-    {
-      codes.Mean.row(tile[k]) = found.Mean.row(static_cast<Eigen::Index>(k));
-      codes.LogDeviation.row(tile[k]) = found.LogDeviation.row(static_cast<Eigen::Index>(k));
-    }
-  }
-  return codes;
-}
 } // namespace
 
 /// Model, image and meshes of the last update.
@@ -195,10 +105,9 @@ public:
     const surfsynth::TextureColors colors = this->ColorsOf(input, surface);
     const WeldedSurface& welded = this->Welded(surface);
     surfsynth::Report(progress, AfterUnfolding);
-    const std::int64_t advised = std::min(this->Model->Options.SamplesPerRing, MostSamples);
-    const int samples = this->Self->SamplesPerRing > 0 ? this->Self->SamplesPerRing : static_cast<int>(advised);
-    const surfsynth::FieldLatentCodes codes = EncodeColors(
-      *this->Encoder, welded, colors, samples, surfsynth::SubProgress(progress, AfterUnfolding, 1.0));
+    const surfsynth::FieldLatentCodes codes = surfsynth::EncodeColors(*this->Encoder, welded,
+      surfsynth::ColorsOn(colors), surfsynth::VerticesOf(welded), this->Self->SamplesPerRing,
+      surfsynth::SubProgress(progress, AfterUnfolding, 1.0));
     auto* output = vtkPolyData::SafeDownCast(block.Output);
     output->ShallowCopy(input);
     surfsynth::AddLatentArrays(welded, codes, this->Self->LatentArrayName, output);

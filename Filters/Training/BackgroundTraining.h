@@ -3,18 +3,16 @@
 /// Trainings within an update, and in the background. Private to the module.
 #pragma once
 
+#include "BackgroundJob.h"
+
 #include "Core/Common/Progress.h"
 #include "Learning/Training/LossHistory.h"
 #include "Learning/Training/ModelTrainer.h"
 #include "Learning/Training/TrainingClock.h"
 
-#include <atomic>
-#include <cstdint>
-#include <exception>
 #include <functional>
 #include <mutex>
 #include <string>
-#include <thread>
 
 namespace surfsynth
 {
@@ -42,51 +40,36 @@ struct BackgroundReport
 {
   LossHistory History;
   std::string Device; ///< empty before the end
-  std::string
-    State; ///< "running: iteration 3 of 10, ...", "finished: ...", "stopped: ...", "failed: ..."; empty for none
   double SecondsLeft = 0.0;
-  std::exception_ptr Failure;
 };
 
 /// A training on a thread of its own, with the threads for loops of the one that starts it.
 class BackgroundTraining final : public TrainingWatch
 {
 public:
-  BackgroundTraining() = default;
-  /// Stops.
-  ~BackgroundTraining() override;
-  BackgroundTraining(const BackgroundTraining&) = delete;
-  BackgroundTraining& operator=(const BackgroundTraining&) = delete;
-
   /// Starts @p job, after Stop().
   void Start(TrainingJob job);
   /// Asks the training to stop, and waits until it has written its files: at most one iteration and the preparation.
-  void Stop();
-  /// True from Start() until Look() has returned the report after the end.
-  bool IsPending() const;
-  /// Returns the report; after the end, the training is no longer pending.
+  void Stop() { this->Job.Stop(); }
+  /// True from Start() until Look() has been called after the end.
+  bool IsPending() const { return this->Job.IsPending(); }
+  /// Returns the report; after the end, the training is no longer pending. @throws the error of the training.
   BackgroundReport Look();
-  /// Returns the state of the report.
-  std::string State() const;
+  /// Returns "running: iteration 3 of 10, ...", "finished: ...", "stopped: ..." or "failed: ..."; empty before a start.
+  std::string State() const { return this->Job.State(); }
 
   TrainingObserver ShowProgress(const TrainingClock& clock, const std::string& stage) override;
-  const Progress& GetProgress() const override { return this->Continue; }
+  const Progress& GetProgress() const override { return this->Job.GetProgress(); }
   bool EndsEarly(const ModelTrainer& trainer, const std::string& what) override;
   void Finish(const ModelTrainer& trainer) override;
 
 private:
-  void Run(const TrainingJob& job, int threads);
   void Note(const LossHistory& history, const std::string& stage);
 
-  std::thread Thread;
-  std::atomic<bool> StopRequested{ false };
-  Progress Continue = [this](double) { return !this->StopRequested; };
-  mutable std::mutex Mutex; ///< of all below
+  mutable std::mutex Mutex; ///< of Report and Clock
   BackgroundReport Report;
   TrainingClock Clock{ 0 };
-  std::string Text;
-  bool Running = false;
-  bool Pending = false;
+  BackgroundJob Job; ///< ends first
 };
 
 } // namespace surfsynth

@@ -101,6 +101,8 @@ private:
     options.DivergenceWeight = self.DivergenceWeight;
     options.MinimumTexels = self.MinimumTexels;
     options.MaximumTexels = self.MaximumTexels;
+    options.TargetPower = self.TargetPower;
+    options.ColorAugmentation = self.ColorAugmentation;
     options.GradientClip = self.GradientClip;
     return options;
   }
@@ -168,5 +170,7 @@ void vtkFieldLatentTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "DivergenceWeight: " << this->DivergenceWeight << "\n";
   os << indent << "MinimumTexels: " << this->MinimumTexels << "\n";
   os << indent << "MaximumTexels: " << this->MaximumTexels << "\n";
+  os << indent << "TargetPower: " << this->TargetPower << "\n";
+  os << indent << "ColorAugmentation: " << this->ColorAugmentation << "\n";
   os << indent << "GradientClip: " << this->GradientClip << "\n";
 }

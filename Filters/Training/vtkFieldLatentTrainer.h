@@ -219,6 +219,25 @@ public:
 
   ///@{
   /**
+   * Power k of the density of the loss's points in a one-ring, at least 0: proportional to b^k, where b is the barycentric
+   * coordinate of its vertex, with which the vertex' prediction enters a texel. With 2 the loss measures errors as they
+   * enter texels. Of no effect with BARYCENTRIC coordinates. Default 0: uniform, as equation 26.
+   */
+  vtkSetClampMacro(TargetPower, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(TargetPower, double);
+  ///@}
+
+  ///@{
+  /**
+   * Part of the rings whose colors are changed, from 0 to 1: the channels are permuted, and the range of each becomes a
+   * random one, which may be reversed. Photographs have few saturated colors, and textures of models many. Default 0.
+   */
+  vtkSetClampMacro(ColorAugmentation, double, 0.0, 1.0);
+  vtkGetMacro(ColorAugmentation, double);
+  ///@}
+
+  ///@{
+  /**
    * Largest norm of the gradient of all weights together, at least 0; longer ones are scaled down to it. 0 stands
    * for no limit. Default 1.
    */
@@ -261,6 +280,8 @@ private:
   double DivergenceWeight = 0.01;
   double MinimumTexels = 10.0;
   double MaximumTexels = 150.0;
+  double TargetPower = 0.0;
+  double ColorAugmentation = 0.0;
   double GradientClip = 1.0;
 };
 

@@ -82,10 +82,6 @@ void vtkModelTrainer::Run::Train(const surfsynth::TrainingJob& job)
 void vtkModelTrainer::Run::ShowBackground()
 {
   const surfsynth::BackgroundReport report = this->Self->Task->Look();
-  if (report.Failure)
-  {
-    std::rethrow_exception(report.Failure);
-  }
   this->Self->NumberOfIterationsDone = static_cast<vtkTypeInt64>(report.History.Size());
   this->Self->DeviceInUse = report.Device;
   this->Self->RemainingTime = report.SecondsLeft / 60.0;

@@ -2,6 +2,7 @@
 #include "vtkMultiscaleMeshFitter.h"
 
 #include "Announcement.h"
+#include "BackgroundJob.h"
 #include "FilterSupport.h"
 #include "JointProcessing.h"
 #include "NewArray.h"
@@ -29,7 +30,10 @@
 #include <vtkPolyData.h>
 
 #include <cmath>
+#include <mutex>
+#include <optional>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 using surfsynth::FitDistance;
@@ -78,6 +82,55 @@ void FillLevels(const MultiscaleFit& fit, vtkMultiBlockDataSet* output)
 }
 } // namespace
 
+/// A fit on a thread of its own.
+class vtkMultiscaleMeshFitter::BackgroundFit
+{
+public:
+  using Fit = std::function<MultiscaleFit(const surfsynth::Progress&)>;
+
+  /// Starts @p fit, whose progress @p clock follows over @p iterations, after a stop.
+  void Start(Fit fit, std::int64_t iterations, const surfsynth::TrainingClock& clock)
+  {
+    this->Job.Stop();
+    this->Result.reset();
+    this->Job.Start(
+      [this, fit = std::move(fit), iterations, clock](const surfsynth::Progress& progress) {
+        MultiscaleFit result = fit(this->Described(progress, iterations, clock));
+        const std::lock_guard<std::mutex> lock(this->Mutex);
+        this->Result = std::move(result);
+      },
+      "0 % of all iterations");
+  }
+  /// Returns the fit when it has ended; it is no longer pending then. @throws its error.
+  std::optional<MultiscaleFit> Look()
+  {
+    const bool ended = this->Job.Look();
+    const std::lock_guard<std::mutex> lock(this->Mutex);
+    return ended ? this->Result : std::nullopt;
+  }
+  void Stop() { this->Job.Stop(); }
+  bool IsPending() const { return this->Job.IsPending(); }
+  std::string State() const { return this->Job.State(); }
+
+private:
+  surfsynth::Progress Described(
+    const surfsynth::Progress& progress, std::int64_t iterations, surfsynth::TrainingClock clock)
+  {
+    return [this, &progress, iterations, clock](double done) mutable {
+      clock.Add(std::llround(done * static_cast<double>(iterations)));
+      std::string text = surfsynth::FormatNumber(std::floor(100.0 * done)) + " % of all iterations";
+      const double seconds = clock.SecondsLeft();
+      text += seconds > 0.0 ? ", " + surfsynth::FormatDuration(seconds) + " left" : "";
+      this->Job.Describe(text);
+      return progress(done);
+    };
+  }
+
+  std::mutex Mutex; ///< of Result
+  std::optional<MultiscaleFit> Result;
+  surfsynth::BackgroundJob Job; ///< ends first
+};
+
 /// Fits with the parameters of the filter.
 class vtkMultiscaleMeshFitter::Internals
 {
@@ -97,30 +150,65 @@ public:
     {
       return;
     }
-    const MultiscaleFit fit = surfsynth::FitMultiscaleMesh(MeshOfUsedPoints(reference, RequirementsOfReference()),
-      this->Options(surfsynth::SurfaceOn(inputVector[1])), this->WithForecast(progress));
-    if (!this->Self->DatasetFileName.empty())
+    const auto fit = [mesh = MeshOfUsedPoints(reference, RequirementsOfReference()),
+                       options = this->Options(surfsynth::SurfaceOn(inputVector[1])),
+                       name = this->Self->DatasetFileName](const surfsynth::Progress& report) {
+      MultiscaleFit found = surfsynth::FitMultiscaleMesh(mesh, options, report);
+      if (!name.empty())
+      {
+        surfsynth::WriteMultiscaleDataset(name, found.Dataset);
+      }
+      return found;
+    };
+    if (this->Self->Background)
     {
-      surfsynth::WriteMultiscaleDataset(this->Self->DatasetFileName, fit.Dataset);
+      this->Self->Task->Start(fit, this->AllIterations(), this->Clock());
+      this->ShowBackground(outputVector);
+      return;
     }
-    this->WarnOfTime(fit);
-    FillLevels(fit, vtkMultiBlockDataSet::GetData(outputVector, 0));
-    surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
-    auto* levels = vtkMultiBlockDataSet::GetData(outputVector, 0);
-    vtkPolyData::GetData(outputVector, 2)->ShallowCopy(levels->GetBlock(levels->GetNumberOfBlocks() - 1));
+    this->Self->Task->Stop();
+    this->Show(fit(this->WithForecast(progress)), outputVector);
+  }
+
+  /// Fills the outputs when the fit in the background has ended. @throws its error.
+  void ShowBackground(vtkInformationVector* outputVector) const
+  {
+    if (const auto fit = this->Self->Task->Look())
+    {
+      this->Show(*fit, outputVector);
+    }
   }
 
 private:
-  /// Says the time to expect beside @p progress. The time of an iteration grows with the samples of its level.
-  surfsynth::Progress WithForecast(const surfsynth::Progress& progress) const
+  void Show(const MultiscaleFit& fit, vtkInformationVector* outputVector) const
+  {
+    this->WarnOfTime(fit);
+    auto* levels = vtkMultiBlockDataSet::GetData(outputVector, 0);
+    FillLevels(fit, levels);
+    surfsynth::SetGeometry(vtkPolyData::GetData(outputVector, 1), fit.Dataset.Template, true);
+    vtkPolyData::GetData(outputVector, 2)->ShallowCopy(levels->GetBlock(levels->GetNumberOfBlocks() - 1));
+  }
+
+  std::int64_t AllIterations() const
+  {
+    return static_cast<std::int64_t>(this->Self->Iterations) * this->Self->NumberOfLevels;
+  }
+
+  /// The time of an iteration grows with the samples of its level.
+  surfsynth::TrainingClock Clock() const
   {
     std::vector<double> costs;
     for (int level = 0; level < this->Self->NumberOfLevels; ++level)
     {
       costs.push_back(level + 1.0);
     }
-    const std::int64_t all = static_cast<std::int64_t>(this->Self->Iterations) * this->Self->NumberOfLevels;
-    return [self = this->Self, progress, all, clock = surfsynth::TrainingClock(all, costs)](double done) mutable {
+    return surfsynth::TrainingClock(this->AllIterations(), costs);
+  }
+
+  /// Says the time to expect beside @p progress.
+  surfsynth::Progress WithForecast(const surfsynth::Progress& progress) const
+  {
+    return [self = this->Self, progress, all = this->AllIterations(), clock = this->Clock()](double done) mutable {
       clock.Add(std::llround(done * static_cast<double>(all)));
       surfsynth::AnnounceTime(self, "", clock, self->TimeBudget);
       return !progress || progress(done);
@@ -193,6 +281,7 @@ private:
 };
 
 vtkMultiscaleMeshFitter::vtkMultiscaleMeshFitter()
+  : Task(std::make_unique<BackgroundFit>())
 {
   this->SetNumberOfInputPorts(2);
   this->SetNumberOfOutputPorts(3);
@@ -203,6 +292,18 @@ vtkMultiscaleMeshFitter::~vtkMultiscaleMeshFitter() = default;
 void vtkMultiscaleMeshFitter::SetDatasetFileName(const char* name)
 {
   surfsynth::SetString(this, this->DatasetFileName, name);
+}
+
+const char* vtkMultiscaleMeshFitter::GetBackgroundState() const
+{
+  this->BackgroundState = this->Task->State();
+  return this->BackgroundState.c_str();
+}
+
+void vtkMultiscaleMeshFitter::StopBackground()
+{
+  this->Task->Stop();
+  this->Modified();
 }
 
 int vtkMultiscaleMeshFitter::FillInputPortInformation(int port, vtkInformation* info)
@@ -224,8 +325,16 @@ int vtkMultiscaleMeshFitter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   Internals fitting(this);
-  return surfsynth::ProcessJointly(this, inputVector, outputVector,
-    [&](const surfsynth::Progress& progress) { fitting.Fit(inputVector, outputVector, progress); });
+  return surfsynth::ProcessJointly(this, inputVector, outputVector, [&](const surfsynth::Progress& progress) {
+    if (this->Background && this->Task->IsPending())
+    {
+      fitting.ShowBackground(outputVector);
+    }
+    else
+    {
+      fitting.Fit(inputVector, outputVector, progress);
+    }
+  });
 }
 
 void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
@@ -244,5 +353,7 @@ void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "PublishedNormals: " << this->PublishedNormals << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "TimeBudget: " << this->TimeBudget << "\n";
+  os << indent << "Background: " << this->Background << "\n";
+  os << indent << "BackgroundState: " << this->GetBackgroundState() << "\n";
   os << indent << "DatasetFileName: " << this->DatasetFileName << "\n";
 }

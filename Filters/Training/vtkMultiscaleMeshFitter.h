@@ -28,7 +28,7 @@
  * (level + 1) samples: with the defaults a few minutes. The recipe of the paper, 3000 iterations with a LearningRate of
  * 1e-4 and a LearningRateDecay of 1, takes ten times as long. The same seed gives the same meshes on the same machine
  * with the same number of threads, unless the TimeBudget ends a level. ParaView before 6.2 cannot abort an update: give it a
- * TimeBudget there.
+ * TimeBudget or Background there.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkIsotropicRemeshFilter
  */
@@ -40,6 +40,7 @@
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 
 #include <limits> // For std::numeric_limits
+#include <memory> // For std::unique_ptr
 #include <string> // For std::string
 
 class VTKSURFACESYNTHESISTRAINING_EXPORT vtkMultiscaleMeshFitter : public vtkMultiBlockDataSetAlgorithm
@@ -175,6 +176,30 @@ public:
 
   ///@{
   /**
+   * Fit in the background: an update starts it on a thread of its own and returns at once with empty outputs; later updates
+   * (Modified() and Update(), in ParaView Execute Again) give its meshes when it has ended, and nothing before. The update
+   * after that starts again. StopBackground() stops it, and so do the end of this object and an update without Background.
+   * Changed properties and inputs count from the next start on. Default off.
+   */
+  vtkSetMacro(Background, bool);
+  vtkGetMacro(Background, bool);
+  vtkBooleanMacro(Background, bool);
+  ///@}
+
+  /**
+   * Stops a fit in the background within one iteration, without meshes: a TimeBudget ends it with those so far. Does nothing
+   * without such a fit.
+   */
+  void StopBackground();
+
+  /**
+   * State of the fit in the background, as it is now: empty without one, else "running: ", "finished: ", "stopped: " or
+   * "failed: " with the part that is done and the remaining time.
+   */
+  const char* GetBackgroundState() const;
+
+  ///@{
+  /**
    * Path of a dataset file that levels and template are written to, in safetensors format, for training without VTK.
    * Default "": none.
    */
@@ -203,6 +228,7 @@ private:
   vtkMultiscaleMeshFitter(const vtkMultiscaleMeshFitter&) = delete;
   void operator=(const vtkMultiscaleMeshFitter&) = delete;
 
+  class BackgroundFit;
   class Internals;
 
   int NumberOfLevels = 5;
@@ -218,7 +244,10 @@ private:
   bool PublishedNormals = false;
   int Seed = 0;
   double TimeBudget = 0.0;
+  bool Background = false;
   std::string DatasetFileName;
+  mutable std::string BackgroundState;
+  std::unique_ptr<BackgroundFit> Task;
 };
 
 #endif

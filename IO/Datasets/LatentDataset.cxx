@@ -288,6 +288,8 @@ LatentDataset ReadLatentDataset(const std::string& path)
   RequireNumbers(file, "surfaces", surfaces);
   file.RequireMemory(CopiesInMemory);
   LatentDataset dataset;
+  const auto autoencoder = file.Metadata().find("autoencoder");
+  dataset.Autoencoder = autoencoder == file.Metadata().end() ? "" : autoencoder->second;
   try
   {
     for (std::size_t k = 0; k < surfaces; ++k)
@@ -327,8 +329,13 @@ void WriteLatentDataset(const std::string& path, const LatentDataset& dataset)
       tensors[SurfaceTensor(k, "directions")] = ColumnTensor(surface.Directions);
     }
   }
-  WriteSafetensors(path, tensors,
-    { { "content", LatentContent }, { "format_version", DatasetFormatVersion }, { "producer", "SurfaceSynthesis" } });
+  std::map<std::string, std::string> metadata = { { "content", LatentContent },
+    { "format_version", DatasetFormatVersion }, { "producer", "SurfaceSynthesis" } };
+  if (!dataset.Autoencoder.empty())
+  {
+    metadata["autoencoder"] = dataset.Autoencoder;
+  }
+  WriteSafetensors(path, tensors, metadata);
 }
 
 } // namespace surfsynth

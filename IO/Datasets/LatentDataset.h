@@ -33,6 +33,9 @@ struct LatentSurface
 struct LatentDataset
 {
   std::vector<LatentSurface> Surfaces; ///< at least one
+  /// Fingerprint of the model that made the latents (Fingerprint() of FieldLatentModel.h); "" when unknown. No part of
+  /// ContentHash().
+  std::string Autoencoder;
 
   /// Number of tangent vectors of a code, d; 0 without a surface.
   std::int64_t Dimension() const;
@@ -55,7 +58,8 @@ std::uint64_t ContentHash(const LatentDataset& dataset);
 /// each surface k = 0, 1, ... the tensors `surfaces.<k>.points` [V, 3], `surfaces.<k>.means` [V, 2 d] and
 /// `surfaces.<k>.deviations` [V, d] of floating-point types, `surfaces.<k>.triangles` [F, 3] integers, and optionally
 /// `surfaces.<k>.labels` [V] integers and `surfaces.<k>.directions` [V, 2] of a floating-point type. Means [V, 3 d] and
-/// directions [V, 3] are vectors in world axes (those of the latent arrays of points), whose tangent parts are taken.
+/// directions [V, 3] are vectors in world axes (those of the latent arrays of points), whose tangent parts are taken. The
+/// optional metadata `autoencoder` is LatentDataset::Autoencoder.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format; ModelMismatch
 /// when it is no such dataset.
 LatentDataset ReadLatentDataset(const std::string& path);

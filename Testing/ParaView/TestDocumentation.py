@@ -19,6 +19,8 @@ FILTERS = (
      {"Target", "InstalledModels", "Resolution"}),
     ("Filters/FieldLatents/vtkFieldLatentEncoder.h", "Wrapping/ParaView/FieldLatentEncoder.xml", 5, 2,
      {"TextureImage", "InstalledModels"}),
+    ("Filters/FieldLatents/vtkFieldLatentTextureFilter.h", "Wrapping/ParaView/FieldLatentTexture.xml", 17, 4,
+     {"TextureImage", "InstalledModels", "InstalledAutoencoders", "NumberOfPoints", "Resolution", "TimestepValues"}),
     (("Filters/FlowMatching/vtkFlowMatchingDeformer.h", SAMPLER), "Wrapping/ParaView/FlowMatchingDeformer.xml", 12, 3,
      {"TimestepValues", "InstalledModels"}, {"SignalArrayName"}),
     (SAMPLER, "Wrapping/ParaView/FlowMatchingSampler.xml", 10, 3, {"TimestepValues", "InstalledModels"}),
@@ -34,9 +36,11 @@ FILTERS = (
      {"TimestepValues", "InstalledModels"}),
     (("Filters/Training/vtkGeometricTextureTrainer.h", TRAINER), "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh", "StopBackground"}),
+    (("Filters/Training/vtkLatentDiffusionTrainer.h", TRAINER), "Wrapping/ParaView/LatentDiffusionTrainer.xml", 34, 4,
+     {"TextureImage", "StopBackground"}),
     (TRAINER, "Wrapping/ParaView/ModelTrainer.xml", 9, 2, {"StopBackground"}),
-    ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 13, 0,
-     {"GivenTemplate"}),
+    ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 14, 1,
+     {"GivenTemplate", "StopBackground"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Ensembles/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
@@ -64,12 +68,16 @@ DEFAULTS_OF_PARAVIEW = {
     # the window is frozen during an update
     ("vtkModelTrainer", "TimeBudget"): "2",
     ("vtkFieldLatentTrainer", "TimeBudget"): "2",
+    ("vtkLatentDiffusionTrainer", "TimeBudget"): "2",
     ("vtkFlowMatchingTrainer", "TimeBudget"): "2",
     ("vtkGeometricTextureTrainer", "TimeBudget"): "2",
     ("vtkMultiscaleMeshFitter", "TimeBudget"): "2",
 }
 #: Defaults that a class gives to properties of its base.
-DEFAULTS_OF_CLASSES = {("vtkFieldLatentTrainer", "LearningRate"): "1e-3"}
+DEFAULTS_OF_CLASSES = {
+    ("vtkFieldLatentTrainer", "LearningRate"): "1e-3",
+    ("vtkLatentDiffusionTrainer", "LearningRate"): "1e-3",
+}
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")

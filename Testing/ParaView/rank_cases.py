@@ -116,11 +116,34 @@ def distributed(case, ranks):
     compare_with_whole(case, found)
 
 
+def reads_appended_data():
+    """Says if VTK's own files with appended data can be read: Expat 2.5.0-1+deb12u2 takes them for no XML."""
+    from vtkmodules.vtkCommonCore import vtkObject
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
+
+    writer, reader = vtkXMLPolyDataWriter(), vtkXMLPolyDataReader()
+    writer.SetInputDataObject(surfaces.ball(4))
+    writer.SetDataModeToAppended()
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    reader.ReadFromInputStringOn()
+    reader.SetInputString(writer.GetOutputString())
+    shown = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.SetGlobalWarningDisplay(0)
+    reader.Update()
+    vtkObject.SetGlobalWarningDisplay(shown)
+    return reader.GetOutput().GetNumberOfPoints() > 0
+
+
 def redistributed(case, ranks):
     """No ids: points on a cut are found by their coordinates."""
     whole = np.load("whole.npy")
-    reader = read_surface("whole.vtp")
-    pieces = pv.ExtractSurface(Input=pv.RedistributeDataSet(Input=reader))
+    if reads_appended_data():
+        pieces = pv.ExtractSurface(Input=pv.RedistributeDataSet(Input=read_surface("whole.vtp")))
+    else:
+        print("RedistributeDataSet sends appended XML, which this system's Expat refuses: pieces without ids are read")
+        pieces = pv.PassArrays(Input=read_pieces("quarters.pvtp"), PointDataArrays=[], CellDataArrays=[])
+        pieces = pv.Clean(Input=pieces, PieceInvariant=0)  # joins two pieces of one rank
     assert count_of_ranks_with_cells(pieces) == ranks
     found = update(pv.MaternNoise(Input=pieces, **NOISE))
     places = np.array([found.GetPoint(p) for p in range(found.GetNumberOfPoints())])

@@ -68,6 +68,10 @@ REDUCED = {
     "--points 2500": "--points 300",
     "--meshes 8": "--meshes 1 --mesh-points 64",
     "--iterations 100000": "--iterations 1 --batch 3",
+    "--triangulations 64 --points 5000":
+        "--triangulations 1 --points 60 --iterations 1 --batch 1 --channels 4 --coarse-channels 4",
+    "--points 5000 --triangulations 64": "--points 60 --triangulations 1",
+    "--iterations 300000 --batch 16": "--iterations 1 --batch 1 --channels 4 --coarse-channels 4",
     "--time-budget 60": "--iterations 1 --batch 3 --meshes 1 --mesh-points 64",
     "--iterations 40000": "--iterations 1 --batch 3",
     "points=2500": "points=300",
@@ -162,6 +166,31 @@ def encoded_ball(path):
     write_mesh(encode_texture(mesh, pattern(), model=path.with_suffix(".safetensors")), path)
 
 
+def latents(path):
+    """A dataset of field latents on a triangulation."""
+    autoencoder = path.with_name("latents.safetensors")
+    write_random_latents(autoencoder)
+    mesh = texture_atlas(polydata_of(*icosphere(1, 50.0)), resolution=64)
+    surfacesynthesis.latent_dataset(path, mesh, pattern(), autoencoder=autoencoder, triangulations=1, points=60)
+
+
+def diffusion(path):
+    """A diffusion model of field latents."""
+    dataset = path.with_name("made-latents.safetensors")
+    latents(dataset)
+    sizes = {"channels": 4, "coarse_channels": 4, "iterations": 1, "batch": 1}
+    surfacesynthesis.train_latent_diffusion(model=path, dataset=dataset, **sizes)
+
+
+def painted_ball(path):
+    """A ball with colors and a mask at its points."""
+    mesh = polydata_of(*icosphere(1, 50.0))
+    colors = np.random.default_rng(1).integers(0, 256, (mesh.GetNumberOfPoints(), 3)).astype(np.uint8)
+    add_array(mesh.GetPointData(), "RGB", colors)
+    add_array(mesh.GetPointData(), "Kept", np.arange(mesh.GetNumberOfPoints()) % 2.0)
+    write_mesh(mesh, path)
+
+
 def torus(path):
     i, j = np.meshgrid(np.arange(20), np.arange(10), indexing="ij")
     u, v = i * 2 * np.pi / 20, j * 2 * np.pi / 10
@@ -243,7 +272,8 @@ def signals(name, sources=1, components=3):
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
-                "brick.png": photograph, "grass.png": photograph},
+                "brick.png": photograph, "grass.png": photograph, "duck.obj": write_textured_ball,
+                "latents.safetensors": write_random_latents},
     "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
     "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
@@ -260,12 +290,16 @@ INPUTS = {
     "decode-texture": {"duck.vtp": encoded_ball, "fine.off": ball, "latents.safetensors": write_random_latents},
     "transfer-texture": {"duck.obj": write_textured_ball, "fine.off": small_ball,
                          "latents.safetensors": write_random_latents},
+    "sample-texture": {"duck.off": small_ball, "painted.vtp": painted_ball, "bark.safetensors": diffusion,
+                       "latents.safetensors": write_random_latents},
     "texture-atlas": {"scan.stl": small_ball, "scan.ply": small_ball, "scan.off": small_ball},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
     "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
     "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
     "train field-latents": {"brick.png": picture, "grass.png": picture},
+    "train latent-diffusion": {"duck.obj": write_textured_ball, "latents.safetensors": write_random_latents,
+                               "bark-latents.safetensors": latents},
     "train flow-matching": {"poses.safetensors": signals("Position"), "neutral.ply": ball,
                             "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,
                             "bodies.safetensors": signals("Position", 2)},
@@ -287,7 +321,7 @@ NEEDS = {
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
     "texture-atlas": "vtkTextureAtlasFilter",
     "encode-texture": "vtkTextureAtlasFilter", "decode-texture": "vtkTextureAtlasFilter",
-    "transfer-texture": "vtkTextureAtlasFilter",
+    "transfer-texture": "vtkTextureAtlasFilter", "sample-texture": "vtkLatentDiffusionTrainer",
     "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",
 }  # fmt: skip
 #: Commands whose examples need what tests do not have.

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """surfacesynthesis.matern_noise() and the wrapped filter."""
 
+import os
 import resource
 import subprocess
 import sys
@@ -432,6 +433,29 @@ def test_more_samples_than_fit_are_refused_before_memory_is_taken(sphere):
             with pytest.raises(SurfaceSynthesisError, match=r"A NumberOfSamples of \d+ fits"):
                 make(**limit)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 100_000  # KiB
+
+
+LIMITED = """
+import resource, sys
+import surfacesynthesis
+from conftest import icosphere
+mesh = icosphere(5)
+taken = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (taken + int(sys.argv[1]) * 2**20,) * 2)
+try:
+    surfacesynthesis.matern_noise(mesh, range=1.0)
+except surfacesynthesis.SurfaceSynthesisError as error:
+    print(error)
+"""
+
+
+def test_a_limit_of_address_space_ends_in_a_message():
+    # OpenBLAS would try forever to map its buffers of 128 MiB, which has no room here.
+    for room in (60, 120):
+        process = subprocess.run([sys.executable, "-c", LIMITED, str(room)], cwd=os.path.dirname(__file__), timeout=60,
+                                 capture_output=True, encoding="utf-8", check=False)  # fmt: skip
+        assert process.returncode == 0, process.stderr
+        assert "not enough memory" in process.stdout
 
 
 def test_a_range_of_many_surfaces_is_warned_of(sphere):

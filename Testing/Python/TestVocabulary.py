@@ -22,6 +22,7 @@ from surfacesynthesis.commands.wording import COMMANDS_OF_CLASSES, PHRASES, in_w
 from surfacesynthesis.field_latents import TEXTURE_WRAPS
 from surfacesynthesis.flow_matching import INTEGRATORS
 from surfacesynthesis.geometric_texture import PREPARATIONS
+from surfacesynthesis.latent_diffusion import SAMPLERS, TRIANGULATIONS
 from surfacesynthesis.layout import ARRANGEMENTS, PLANES, UNITS
 from surfacesynthesis.metrics import DISTANCES
 from surfacesynthesis.noise import NOISE_MODELS
@@ -80,6 +81,7 @@ FUNCTIONS = {
     "matern_noise": ("vtkMaternNoiseFilter", {"mesh"}),
     "poisson_net": ("vtkPoissonNetFilter", {"mesh"}),
     "sample_signal": ("vtkFlowMatchingSampler", {"mesh"}),
+    "sample_texture": ("vtkFieldLatentTextureFilter", {"mesh", "image"}),
     "texture_dataset": ("vtkGaussianMixtureFilter", {"images", "path"}),  # no class, but a seed as that of other data
     "topology_report": ("vtkTopologyReport", {"mesh"}),
 }
@@ -98,6 +100,7 @@ COMMANDS = {
     "convert": (),
     "decode-texture": ("decode_texture",),
     "encode-texture": ("encode_texture",),
+    "dataset latents": ("latent_dataset",),
     "dataset mixtures": ("gaussian_mixtures", "remesh"),
     "dataset poses": ("poses", "remesh"),
     "dataset textures": ("texture_dataset",),
@@ -112,6 +115,7 @@ COMMANDS = {
     "repair": ("repair",),
     "report": ("topology_report",),
     "sample": ("sample_signal",),
+    "sample-texture": ("sample_texture",),
     "surface": ("vdb_surface",),
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
@@ -119,6 +123,7 @@ COMMANDS = {
     "train field-latents": ("train_field_latents",),
     "train flow-matching": ("train_flow_matching",),
     "train geometric-texture": ("train_geometric_texture",),
+    "train latent-diffusion": ("train_latent_diffusion",),
 }
 #: Options that are given another way in Python: the keyword.
 OTHERWISE_IN_PYTHON = {"condition_array": "conditions", "features": "feature_angle", "milestone": "milestones"}
@@ -136,6 +141,8 @@ VALUES = [
     (NORMALIZATIONS, "vtkPoissonNetFilter", "InputNormalization"),
     (HOLES, "vtkSurfaceRepairFilter", "HoleFilling"),
     (TEXTURE_WRAPS, "vtkFieldLatentEncoder", "TextureWrap"),
+    (SAMPLERS, "vtkFieldLatentTextureFilter", "Sampler"),
+    (TRIANGULATIONS, "vtkFieldLatentTextureFilter", "Triangulation"),
     (INSIDE, "vtkVDBSurfaceFilter", "InsideRule"),
     (SMOOTHING, "vtkVDBSurfaceFilter", "Smoothing"),
 ]
@@ -147,10 +154,17 @@ if hasattr(surfacesynthesis, "vtkTetrahedralizeFilter"):
 #: Where the keywords of a function are, if not in its own signature.
 SIGNATURES = {}
 if "train_flow_matching" in surfacesynthesis.__all__:
-    from surfacesynthesis import field_latent_training, flow_matching_training, geometric_texture_training
+    from surfacesynthesis import (
+        field_latent_training,
+        flow_matching_training,
+        geometric_texture_training,
+        latent_diffusion_training,
+    )
 
     FUNCTIONS["fit_levels"] = ("vtkMultiscaleMeshFitter", set())
     FUNCTIONS["train_field_latents"] = ("vtkFieldLatentTrainer", {"images"})
+    FUNCTIONS["latent_dataset"] = ("vtkLatentDiffusionTrainer", {"mesh", "image", "path"})
+    FUNCTIONS["train_latent_diffusion"] = ("vtkLatentDiffusionTrainer", {"mesh", "image"})
     FUNCTIONS["train_flow_matching"] = ("vtkFlowMatchingTrainer", {"samples"})
     FUNCTIONS["train_geometric_texture"] = ("vtkGeometricTextureTrainer", {"levels", "template"})
     SIGNATURES = {
@@ -158,11 +172,15 @@ if "train_flow_matching" in surfacesynthesis.__all__:
         "train_field_latents": field_latent_training.configured_filter,
         "train_flow_matching": flow_matching_training.configured_filter,
         "train_geometric_texture": geometric_texture_training.configured_trainer,
+        "train_latent_diffusion": latent_diffusion_training.configured_filter,
     }
     VALUES += [
         (field_latent_training.training.DEVICES, "vtkFieldLatentTrainer", "Device"),
         (field_latent_training.SIZES, "vtkFieldLatentTrainer", "Sizes"),
         (field_latent_training.COORDINATES, "vtkFieldLatentTrainer", "Coordinates"),
+        (latent_diffusion_training.training.DEVICES, "vtkLatentDiffusionTrainer", "Device"),
+        (latent_diffusion_training.SIZES, "vtkLatentDiffusionTrainer", "Sizes"),
+        (latent_diffusion_training.TARGETS, "vtkLatentDiffusionTrainer", "Target"),
         (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),
         (flow_matching_training.DEVICES, "vtkFlowMatchingTrainer", "Device"),
         (geometric_texture_training.training.DEVICES, "vtkGeometricTextureTrainer", "Device"),
@@ -174,9 +192,10 @@ PROGRAM = {
     "flow-matching": "vtkFlowMatchingTrainer",
     "field-latents": "vtkFieldLatentTrainer",
     "geometric-texture": "vtkGeometricTextureTrainer",
+    "latent-diffusion": "vtkLatentDiffusionTrainer",
 }
 #: What surfacesynthesis-train alone trains: no class of VTK and no function has words for it.
-PROGRAM_ALONE = {"latent-diffusion"}
+PROGRAM_ALONE = set()
 
 
 def class_of(name):

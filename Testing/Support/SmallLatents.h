@@ -35,7 +35,7 @@ inline LatentSurface LatentsOn(const TriangleMesh& mesh)
 /// Two triangulations of a sphere.
 inline LatentDataset SmallLatents()
 {
-  return { { LatentsOn(IrregularSphere(1, 1)), LatentsOn(IrregularSphere(1, 2)) } };
+  return { { LatentsOn(IrregularSphere(1, 1)), LatentsOn(IrregularSphere(1, 2)) }, "" };
 }
 
 } // namespace surfsynth::test

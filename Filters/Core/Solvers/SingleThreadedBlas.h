@@ -11,7 +11,7 @@ namespace surfsynth
 class SingleThreadedBlas
 {
 public:
-  /// Begins the limit.
+  /// Begins the limit. Throws std::bad_alloc where the address space holds no buffer of OpenBLAS for each thread.
   SingleThreadedBlas();
   /// Ends the limit when no other object lives.
   ~SingleThreadedBlas();

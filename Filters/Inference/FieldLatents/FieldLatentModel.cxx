@@ -111,6 +111,30 @@ void CheckModel(const FieldLatentModel& model)
   }
 }
 
+std::string Fingerprint(const FieldLatentModel& model)
+{
+  std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a
+  const auto add = [&hash](const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t k = 0; k < size; ++k)
+    {
+      hash = (hash ^ bytes[k]) * 0x100000001b3;
+    }
+  };
+  for (const auto& [name, tensor] : model.Tensors)
+  {
+    add(name.data(), name.size());
+    add(tensor.Shape.data(), tensor.Shape.size() * sizeof(std::int64_t));
+    add(tensor.Values.data(), tensor.Values.size() * sizeof(float));
+  }
+  std::string digits;
+  for (int shift = 60; shift >= 0; shift -= 4)
+  {
+    digits += "0123456789abcdef"[hash >> shift & 15];
+  }
+  return digits;
+}
+
 FieldLatentModel ReadFieldLatents(const std::string& path)
 {
   const SafetensorsFile file(path);

@@ -28,6 +28,10 @@ struct FieldLatentModel
 /// @throws InvalidInput naming the parts that do not fit together.
 void CheckModel(const FieldLatentModel& model);
 
+/// Returns the fingerprint of a model: 16 hexadecimal digits, a 64-bit hash of the names, shapes and numbers of its
+/// tensors. A diffusion model names the autoencoder of its latents by it.
+std::string Fingerprint(const FieldLatentModel& model);
+
 /// Reads a model file: safetensors with the metadata `architecture` ("field_latents"), `format_version` ("1"),
 /// `field_latents` (a JSON object with the numbers latent_dimension, channels, encoder_layers, heads, samples_per_ring,
 /// decoder_layers, decoder_width, iterations and the string coordinates, "logarithmic" or "barycentric") and the tensors

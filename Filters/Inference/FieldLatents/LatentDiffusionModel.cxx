@@ -21,6 +21,7 @@ namespace
 constexpr const char* DiffusionArchitecture = "field_latent_diffusion";
 constexpr const char* DiffusionKey = "field_latent_diffusion";
 constexpr const char* DiffusionKind = "a diffusion model of field latents";
+constexpr const char* AutoencoderKey = "autoencoder";
 
 void ReadDescription(const SafetensorsFile& file, LatentDiffusionModel& model)
 {
@@ -38,6 +39,12 @@ void ReadDescription(const SafetensorsFile& file, LatentDiffusionModel& model)
   options.FirstVariance = reader.Number("first_variance");
   options.LastVariance = reader.Number("last_variance");
   model.Iterations = reader.WholeNumber("iterations");
+  const double points = reader.NumberOr("training_points", 0.0);
+  if (!(points >= 0.0 && points < 2147483648.0))
+  {
+    reader.Fail("training_points", "a number from 0 to 2147483647");
+  }
+  model.TrainingPoints = std::llround(points);
   const std::int64_t directed = reader.WholeNumber("directed");
   if (directed != 0 && directed != 1)
   {
@@ -139,6 +146,8 @@ LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
   RequireArchitecture(file, DiffusionArchitecture, DiffusionKind);
   LatentDiffusionModel model;
   model.Metadata = file.Metadata();
+  const auto autoencoder = model.Metadata.find(AutoencoderKey);
+  model.Autoencoder = autoencoder == model.Metadata.end() ? "" : autoencoder->second;
   ReadDescription(file, model);
   try
   {
@@ -182,9 +191,14 @@ void WriteLatentDiffusion(const std::string& path, const LatentDiffusionModel& m
       { "input_blocks", o.InputBlocks }, { "coarse_blocks", o.CoarseBlocks }, { "output_blocks", o.OutputBlocks },
       { "embedding_dimension", o.EmbeddingDimension }, { "labels", o.NumberOfLabels },
       { "directed", o.Directed ? 1 : 0 }, { "time_steps", o.TimeSteps }, { "first_variance", o.FirstVariance },
-      { "last_variance", o.LastVariance }, { "target", NameOf(o.Target) },
-      { "iterations",
-        model.Iterations } }).dump();
+      { "last_variance", o.LastVariance }, { "target", NameOf(o.Target) }, { "iterations", model.Iterations },
+      { "training_points", model.TrainingPoints } })
+                             .dump();
+  metadata.erase(AutoencoderKey);
+  if (!model.Autoencoder.empty())
+  {
+    metadata[AutoencoderKey] = model.Autoencoder;
+  }
   WriteSafetensors(path, tensors, metadata);
 }
 

@@ -19,6 +19,8 @@ struct LatentDiffusionModel
   LatentDiffusionOptions Options;              ///< architecture
   std::map<std::string, ModelTensor> Tensors;  ///< exactly those of ExpectedLatentDiffusionTensors()
   std::int64_t Iterations = 0;                 ///< iterations of its training; 0 when unknown
+  std::string Autoencoder;                     ///< Fingerprint() of the model of its latents; "" when unknown
+  std::int64_t TrainingPoints = 0;             ///< mean number of vertices of the training surfaces; 0 when unknown
   std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
   std::string Description() const; ///< description in one line: sizes, labels, directions, target, iterations
@@ -31,8 +33,9 @@ void CheckModel(const LatentDiffusionModel& model);
 /// Reads a model file: safetensors with the metadata `architecture` ("field_latent_diffusion"), `format_version` ("1"),
 /// `field_latent_diffusion` (a JSON object with the numbers latent_dimension, channels, coarse_channels, input_blocks,
 /// coarse_blocks, output_blocks, embedding_dimension, labels, directed (0 or 1), time_steps, first_variance,
-/// last_variance, iterations and the string target, "noise", "data" or "velocity") and the tensors of
-/// ExpectedLatentDiffusionTensors().
+/// last_variance, iterations and the string target, "noise", "data" or "velocity"; optionally the number
+/// training_points), the tensors of ExpectedLatentDiffusionTensors() and optionally the metadata `autoencoder`, a
+/// Fingerprint().
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is
 /// not finite; ModelMismatch when it is another kind of model.
 LatentDiffusionModel ReadLatentDiffusion(const std::string& path);

@@ -32,7 +32,15 @@ struct FieldLatentTrainingOptions : ModelTrainingOptions
   double DivergenceWeight = 0.01; ///< lambda of equation 28, >= 0
   double MinimumTexels = 10.0;    ///< least number of pixels of an image for a vertex, > 0; drawn log-uniformly
   double MaximumTexels = 150.0;   ///< largest number of pixels of an image for a vertex; the paper's mean is 26
-  double GradientClip = 1.0;      ///< norm of all gradients together at most; 0: no limit, as in the paper
+  /// Power k >= 0: the loss's points have a density proportional to b^k in a ring, where b is the barycentric coordinate
+  /// of the ring's vertex, with which its prediction enters the blend. Independent errors e of the three corners blend to
+  /// a squared error sum b^2 e^2: with k = 2 the loss measures this. 0: uniform, as equation 26. Of no effect with
+  /// barycentric coordinates, whose loss compares the blend itself.
+  double TargetPower = 0.0;
+  /// Part of the rings whose colors are changed, from 0 to 1: the channels are permuted, and the range of each becomes a
+  /// random one, which may be reversed. Photographs have few saturated colors, and textures of models many.
+  double ColorAugmentation = 0.0;
+  double GradientClip = 1.0; ///< norm of all gradients together at most; 0: no limit, as in the paper
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.

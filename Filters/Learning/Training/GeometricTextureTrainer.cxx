@@ -116,7 +116,7 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
 
 std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network)
 {
-  constexpr double overhead = 1000.0; // triangles, measured
+  constexpr double overhead = 1000.0; // triangles: an estimate of what each level costs besides its products
   std::vector<double> costs;
   for (const TriangleMesh& mesh : dataset.Levels)
   {

@@ -91,12 +91,14 @@ public:
     : Options(options)
     , Schedule(options.Network.TimeSteps, options.Network.FirstVariance, options.Network.LastVariance)
     , Hash(ContentHash(dataset))
+    , Autoencoder(dataset.Autoencoder)
     , Where(ChooseDevice(options.Device))
     , Network(MakeLatentDenoisingNetwork(InitialLatentDiffusion(options.Network, options.Seed)))
   {
     for (const LatentSurface& surface : dataset.Surfaces)
     {
       this->Surfaces.push_back(MakeSurface(surface, this->Surfaces.size()));
+      this->Vertices += surface.Mesh.NumberOfPoints();
     }
     this->ScaleLatents();
     this->Network->to(this->Where);
@@ -137,6 +139,8 @@ private:
 
   DiffusionSchedule Schedule;
   std::uint64_t Hash;
+  std::string Autoencoder;   ///< of the dataset
+  std::int64_t Vertices = 0; ///< of all surfaces
   torch::Device Where;
   std::vector<Surface> Surfaces;
   std::vector<float> Scale; ///< [d], equation 39
@@ -395,6 +399,8 @@ LatentDiffusionModel LatentDiffusionTrainer::Internals::Model()
   LatentDiffusionModel model;
   model.Options = this->Options.Network;
   model.Iterations = this->Done();
+  model.Autoencoder = this->Autoencoder;
+  model.TrainingPoints = this->Vertices / static_cast<std::int64_t>(this->Surfaces.size());
   model.Tensors["latent_scale"] = { { this->Options.Network.LatentDimension }, this->Scale };
   std::int64_t first = 0;
   for (const auto& parameter : this->Network->named_parameters())

@@ -30,7 +30,10 @@ enum Place : std::int64_t
   AnglePlace,
   ScalePlace,
   ColumnPlace,
-  RowPlace
+  RowPlace,
+  AugmentationPlace,
+  PermutationPlace,
+  ColorRangePlace ///< the first of 6
 };
 
 NormalKey WithStream(NormalKey key, std::uint32_t stream)
@@ -44,6 +47,29 @@ Eigen::RowVector3d UniformInTriangle(double u, double v)
 {
   const double root = std::sqrt(u);
   return { 1.0 - root, root * (1.0 - v), root * v };
+}
+
+/// Barycentric coordinates of a point of a triangle with density proportional to the power k of the @p heavy one: that
+/// has the distribution Beta(k + 1, 2), a product of Beta(k + 1, 1) and Beta(k + 2, 1); the others share the rest evenly.
+Eigen::RowVector3d WeightedInTriangle(double power, Eigen::Index heavy, double u, double v, double w)
+{
+  const double largest = std::pow(u, 1.0 / (power + 1.0)) * std::pow(v, 1.0 / (power + 2.0));
+  Eigen::RowVector3d weights;
+  weights[heavy] = largest;
+  weights[(heavy + 1) % 3] = (1.0 - largest) * (1.0 - w);
+  weights[(heavy + 2) % 3] = (1.0 - largest) * w;
+  return weights;
+}
+
+/// Place of a vertex among the corners of one of its triangles.
+Eigen::Index CornerOf(const PlanarMesh& mesh, Index triangle, Index vertex)
+{
+  Eigen::Index corner = 0;
+  while (mesh.Triangles(triangle, corner) != vertex)
+  {
+    ++corner;
+  }
+  return corner;
 }
 
 Eigen::RowVector2d PointOf(const PlanarMesh& mesh, Index triangle, const Eigen::RowVector3d& barycentric)
@@ -66,7 +92,7 @@ double AreaOf(const PlanarMesh& mesh, Index triangle)
 }
 
 /// Color between -1 and 1, interpolated bilinearly between the centers of pixels, (0, 0) to (width - 1, height - 1).
-void ReadColor(const TextureImage& image, const Eigen::RowVector2d& pixel, float* color)
+void ColorAt(const TextureImage& image, const Eigen::RowVector2d& pixel, float* color)
 {
   const double x = std::clamp(pixel.x(), 0.0, static_cast<double>(image.Width - 1));
   const double y = std::clamp(pixel.y(), 0.0, static_cast<double>(image.Height - 1));
@@ -177,11 +203,44 @@ TextureRings::Placement TextureRings::Place(
   const Eigen::RowVector2d free = (room - scale * extent).cwiseMax(0.0);
   placement.Offset = free.cwiseProduct(Eigen::RowVector2d(Uniform(key, ColumnPlace), Uniform(key, RowPlace))) -
     scale * lowest;
+  if (Uniform(key, AugmentationPlace) < sizes.ColorAugmentation)
+  {
+    placement.AugmentColors(key);
+  }
   return placement;
 }
 
+/// Draws a permutation of the channels, and for each the values that -1 and 1 become: cosines of uniform angles, which
+/// are often near -1 and 1.
+void TextureRings::Placement::AugmentColors(const NormalKey& key)
+{
+  for (auto k = UniformIndex(key, PermutationPlace, 6); k > 0; --k)
+  {
+    std::next_permutation(this->Channel.begin(), this->Channel.end());
+  }
+  for (Eigen::Index c = 0; c < 3; ++c)
+  {
+    const double first = std::cos(Pi * Uniform(key, ColorRangePlace + 2 * c));
+    const double last = std::cos(Pi * Uniform(key, ColorRangePlace + 2 * c + 1));
+    this->Scale[c] = 0.5 * (last - first);
+    this->Shift[c] = 0.5 * (last + first);
+  }
+}
+
+/// Color at a point of the mesh.
+void TextureRings::Placement::ReadColor(const Eigen::RowVector2d& point, float* color) const
+{
+  float found[3];
+  ColorAt(*this->Image, this->Offset + (point - this->Center) * this->Linear, found);
+  for (Eigen::Index c = 0; c < 3; ++c)
+  {
+    const double value = found[this->Channel[static_cast<std::size_t>(c)]];
+    color[c] = static_cast<float>(this->Shift[c] + this->Scale[c] * value);
+  }
+}
+
 void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key,
-  std::int64_t count, float* logarithms, float* colors)
+  double power, std::int64_t count, float* logarithms, float* colors)
 {
   const std::vector<Index>& around = mesh.Incident[static_cast<std::size_t>(vertex)];
   std::vector<double> areas; // of the triangles up to each
@@ -198,11 +257,15 @@ void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& p
     const double chosen = area * Uniform(key, 3 * k);
     const auto found = std::min(std::upper_bound(areas.begin(), areas.end(), chosen), areas.end() - 1);
     const Index triangle = around[static_cast<std::size_t>(found - areas.begin())];
-    const Eigen::RowVector2d point = PointOf(
-      mesh.Planar, triangle, UniformInTriangle(Uniform(key, 3 * k + 1), Uniform(key, 3 * k + 2)));
+    const double u = Uniform(key, 3 * k + 1);
+    const double v = Uniform(key, 3 * k + 2);
+    const Eigen::RowVector3d weights = power == 0.0
+      ? UniformInTriangle(u, v)
+      : WeightedInTriangle(power, CornerOf(mesh.Planar, triangle, vertex), u, v, Uniform(key, 3 * count + k));
+    const Eigen::RowVector2d point = PointOf(mesh.Planar, triangle, weights);
     logarithms[0] = static_cast<float>((point.x() - center.x()) / radius);
     logarithms[1] = static_cast<float>((point.y() - center.y()) / radius);
-    ReadColor(*placement.Image, placement.Offset + (point - placement.Center) * placement.Linear, colors);
+    placement.ReadColor(point, colors);
   }
 }
 
@@ -214,7 +277,7 @@ void TextureRings::SampleTriangle(const Mesh& mesh, Index triangle, const Placem
     const Eigen::RowVector3d weights = UniformInTriangle(Uniform(key, 2 * k), Uniform(key, 2 * k + 1));
     Eigen::Map<Eigen::RowVector3f>(barycentric, 3) = weights.cast<float>();
     const Eigen::RowVector2d point = PointOf(mesh.Planar, triangle, weights);
-    ReadColor(*placement.Image, placement.Offset + (point - placement.Center) * placement.Linear, colors);
+    placement.ReadColor(point, colors);
   }
 }
 
@@ -240,7 +303,7 @@ void TextureRings::DrawRings(
     NormalKey own = WithStream(key, EncoderStream);
     own.Component += static_cast<std::uint32_t>(k);
     const std::int64_t place = at + static_cast<std::int64_t>(k) * sizes.Samples;
-    SampleRing(mesh, vertices[k], placement, own, sizes.Samples, batch.Logarithms.data() + 2 * place,
+    SampleRing(mesh, vertices[k], placement, own, 0.0, sizes.Samples, batch.Logarithms.data() + 2 * place,
       batch.Colors.data() + 3 * place);
   }
   const NormalKey target = WithStream(key, TargetStream);
@@ -251,7 +314,8 @@ void TextureRings::DrawRings(
   }
   else
   {
-    SampleRing(mesh, chosen, placement, target, sizes.Samples, batch.TargetLogarithms.data() + 2 * at, colors);
+    float* logarithms = batch.TargetLogarithms.data() + 2 * at;
+    SampleRing(mesh, chosen, placement, target, sizes.TargetPower, sizes.Samples, logarithms, colors);
   }
 }
 

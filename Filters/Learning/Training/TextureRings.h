@@ -6,6 +6,7 @@
 #include "Core/Random/CounterNormals.h"
 #include "IO/Datasets/TextureDataset.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,7 +20,13 @@ struct TextureRingSizes
   std::int64_t Samples = 64;    ///< points of a ring, N
   double MinimumTexels = 10.0;  ///< least number of pixels for a vertex
   double MaximumTexels = 150.0; ///< largest number of pixels for a vertex; drawn log-uniformly
-  bool InTriangles = false;     ///< rings of the corners of triangles, with targets in these
+  /// Power k >= 0: points of the loss have a density proportional to b^k in the ring, where b is the barycentric
+  /// coordinate of the ring's vertex; 0: uniform. Those of triangles are uniform.
+  double TargetPower = 0.0;
+  /// Part of the rings, or of the triangles, from 0 to 1, whose colors are changed: the channels are permuted, and the
+  /// range of each becomes a random one, which may be reversed.
+  double ColorAugmentation = 0.0;
+  bool InTriangles = false; ///< rings of the corners of triangles, with targets in these
 };
 
 /// Points and colors of the rings of one iteration. Logarithms are divided by r_p, colors from -1 to 1.
@@ -57,13 +64,20 @@ private:
     std::vector<Index> Triangles;             ///< triangles whose corners are interior
     double AreaOfVertex = 0.0;                ///< mean over the vertices of triangles
   };
-  /// Similarity from a mesh to an image: pixel = Offset + Linear (point - Center).
+  /// Similarity from a mesh to an image: pixel = Offset + Linear (point - Center); colors are
+  /// Shift + Scale image(pixel, Channel).
   struct Placement
   {
     const TextureImage* Image;
     Eigen::RowVector2d Center;
     Eigen::Matrix2d Linear;
     Eigen::RowVector2d Offset;
+    std::array<std::size_t, 3> Channel = { 0, 1, 2 };
+    Eigen::RowVector3d Scale = Eigen::RowVector3d::Ones();
+    Eigen::RowVector3d Shift = Eigen::RowVector3d::Zero();
+
+    void AugmentColors(const NormalKey& key);
+    void ReadColor(const Eigen::RowVector2d& point, float* color) const;
   };
 
   static Mesh Prepare(PlanarMesh planar);
@@ -72,7 +86,7 @@ private:
     const TextureRingSizes& sizes, const NormalKey& key, std::int64_t first, TextureRingBatch& batch) const;
   Placement Place(
     const Mesh& mesh, const std::vector<Index>& vertices, const TextureRingSizes& sizes, NormalKey key) const;
-  static void SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key,
+  static void SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key, double power,
     std::int64_t count, float* logarithms, float* colors);
   static void SampleTriangle(const Mesh& mesh, Index triangle, const Placement& placement, const NormalKey& key,
     std::int64_t count, float* barycentric, float* colors);

@@ -11,6 +11,7 @@
 #include "Learning/Training/TextureRings.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -107,6 +108,70 @@ TEST(TextureRings, SamplesLieInTheRingsAndHaveTheColorsOfTheImage)
   EXPECT_EQ(again.TargetColors, batch.TargetColors);
   EXPECT_NE(rings.Draw(sizes, 3, 8).Logarithms, batch.Logarithms);
   EXPECT_NE(batch.TargetLogarithms, batch.Logarithms);
+}
+
+TEST(TextureRings, TargetsLieNearTheVertexByTheirPower)
+{
+  const TextureRings rings(SmallTextures());
+  TextureRingSizes sizes;
+  sizes.Rings = 8;
+  sizes.Samples = 4000;
+  const auto meanSquare = [&](const std::vector<float>& logarithms) {
+    return std::inner_product(logarithms.begin(), logarithms.end(), logarithms.begin(), 0.0) /
+      static_cast<double>(sizes.Rings * sizes.Samples);
+  };
+  const TextureRingBatch uniform = rings.Draw(sizes, 5, 0);
+  for (const double power : { 1.0, 2.0, 5.5 })
+  {
+    sizes.TargetPower = power;
+    const TextureRingBatch batch = rings.Draw(sizes, 5, 0);
+    EXPECT_EQ(batch.Logarithms, uniform.Logarithms); // the encoder's samples stay
+    EXPECT_EQ(batch.Colors, uniform.Colors);
+    // A point is 1 - b times as far as the opposite edge: with density b^k the mean of (1 - b)^2 is 6 / ((k + 3) (k + 4)).
+    EXPECT_NEAR(meanSquare(batch.TargetLogarithms) / meanSquare(uniform.TargetLogarithms),
+      12.0 / ((power + 3.0) * (power + 4.0)), 0.02)
+      << power;
+  }
+}
+
+TEST(TextureRings, AugmentedColorsAreAffineInOneChannelOfTheImage)
+{
+  TextureRingSizes sizes;
+  sizes.Rings = 48;
+  sizes.Samples = 30;
+  const TextureRings rings(SmallTextures());
+  const TextureRingBatch plain = rings.Draw(sizes, 4, 1);
+  sizes.ColorAugmentation = 0.5;
+  const TextureRingBatch batch = rings.Draw(sizes, 4, 1);
+  EXPECT_EQ(batch.Logarithms, plain.Logarithms);
+  int changed = 0;
+  for (std::int64_t r = 0; r < sizes.Rings; ++r)
+  {
+    const Eigen::Map<const FieldLatentMatrix> before(plain.Colors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> after(batch.Colors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> targets(plain.TargetColors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> augmented(batch.TargetColors.data() + 90 * r, 30, 3);
+    changed += before != after ? 1 : 0;
+    EXPECT_LE(after.cwiseAbs().maxCoeff(), 1.0F);
+    for (Eigen::Index c = 0; c < 3; ++c)
+    {
+      double least = 1.0; // largest residual of the best channel, of samples and targets alike
+      for (Eigen::Index from = 0; from < 3; ++from)
+      {
+        Eigen::MatrixXd affine(30, 2);
+        affine << before.col(from).cast<double>(), Eigen::VectorXd::Ones(30);
+        const Eigen::VectorXd wanted = after.col(c).cast<double>();
+        const Eigen::Vector2d fit = affine.completeOrthogonalDecomposition().solve(wanted);
+        const Eigen::VectorXd found = (targets.col(from).cast<double>() * fit[0]).array() + fit[1];
+        least = std::min(least,
+          std::max((affine * fit - wanted).cwiseAbs().maxCoeff(),
+            (found - augmented.col(c).cast<double>()).cwiseAbs().maxCoeff()));
+      }
+      EXPECT_LT(least, 1e-4) << r;
+    }
+  }
+  EXPECT_GT(changed, 12);
+  EXPECT_LT(changed, 36);
 }
 
 TEST(TextureRings, SmallImagesHoldTheirRings)
@@ -226,6 +291,8 @@ TEST(FieldLatentTrainer, OptionsAndDatasetsThatDoNotFitAreNamed)
   EXPECT_THAT(refusal([](Options& o) { o.FinalLearningRate = 0.0; }), HasSubstr("FinalLearningRate is 0"));
   EXPECT_THAT(refusal([](Options& o) { o.DivergenceWeight = -1.0; }), HasSubstr("DivergenceWeight is -1"));
   EXPECT_THAT(refusal([](Options& o) { o.MaximumTexels = 5.0; }), HasSubstr("MaximumTexels is 5; expected at least"));
+  EXPECT_THAT(refusal([](Options& o) { o.TargetPower = -1.0; }), HasSubstr("TargetPower is -1"));
+  EXPECT_THAT(refusal([](Options& o) { o.ColorAugmentation = 1.5; }), HasSubstr("ColorAugmentation is 1.5"));
   EXPECT_THAT(refusal([](Options& o) { o.Network.Heads = 5; }), HasSubstr("Heads is 5"));
   TextureDataset dataset = SmallTextures();
   dataset.Meshes[1] = SquareMesh(2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // vtkMultiscaleMeshFitter: the numbers of the plain fit, what it says of them, its ports, messages, abort.
+#include "FilterChecks.h"
 #include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
 
@@ -21,8 +22,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <sstream>
+#include <string>
+#include <thread>
 #include <utility>
 
 using namespace surfsynth;
@@ -262,6 +266,83 @@ TEST(MultiscaleMeshFitterFilter, ProgressIsMonotoneAndAbortIsQuick)
   EXPECT_GT(LevelOf(filter, 0)->GetNumberOfPoints(), 0);
 }
 
+namespace
+{
+void WaitFor(vtkMultiscaleMeshFitter* filter, const std::string& end)
+{
+  const double limit = surfsynthtest::Now() + 100.0;
+  while (std::string(filter->GetBackgroundState()).rfind("running", 0) == 0 && surfsynthtest::Now() < limit)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::StartsWith(end));
+}
+
+unsigned int NumberOfBlocks(vtkMultiscaleMeshFitter* filter)
+{
+  return vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0))->GetNumberOfBlocks();
+}
+} // namespace
+
+TEST(MultiscaleMeshFitterFilter, AFitInTheBackgroundGivesTheSameMeshes)
+{
+  const auto reference = Egg().ToPolyData();
+  auto expected = FitterOn(reference);
+  expected->Update();
+  auto filter = FitterOn(reference);
+  filter->BackgroundOn();
+  EXPECT_STREQ(filter->GetBackgroundState(), "");
+  filter->Update();
+  WaitFor(filter, "finished: ");
+  filter->Modified();
+  filter->Update();
+  ASSERT_EQ(NumberOfBlocks(filter), 2u);
+  for (unsigned int k = 0; k < Levels; ++k)
+  {
+    EXPECT_EQ(
+      LargestDifference(LevelOf(filter, k)->GetPoints()->GetData(), LevelOf(expected, k)->GetPoints()->GetData()), 0.0);
+  }
+  EXPECT_GT(vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1))->GetNumberOfPoints(), 0);
+  auto* finest = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(2));
+  EXPECT_EQ(finest->GetPoints(), LevelOf(filter, 1)->GetPoints());
+}
+
+TEST(MultiscaleMeshFitterFilter, AFitInTheBackgroundIsStopped)
+{
+  const auto reference = Egg().ToPolyData();
+  auto filter = FitterOn(reference);
+  filter->SetIterations(1000000);
+  filter->BackgroundOn();
+  filter->Update();
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::StartsWith("running: "));
+  filter->Modified();
+  filter->Update();
+  EXPECT_EQ(NumberOfBlocks(filter), 0u) << "no meshes before the end";
+  const double before = surfsynthtest::Now();
+  filter->StopBackground();
+  EXPECT_LT(surfsynthtest::Now() - before, 10.0);
+  EXPECT_THAT(filter->GetBackgroundState(), ::testing::StartsWith("stopped: "));
+  filter->Update();
+  EXPECT_EQ(NumberOfBlocks(filter), 0u);
+  filter->SetIterations(1);
+  filter->BackgroundOff();
+  filter->Update();
+  EXPECT_EQ(NumberOfBlocks(filter), 2u);
+}
+
+TEST(MultiscaleMeshFitterFilter, AnErrorOfTheBackgroundIsReportedByTheNextUpdate)
+{
+  const auto reference = Egg().ToPolyData();
+  auto filter = FitterOn(reference);
+  filter->SetIterations(1);
+  filter->SetDatasetFileName("no/such/folder/levels.safetensors");
+  filter->BackgroundOn();
+  filter->Update();
+  WaitFor(filter, "failed: ");
+  filter->Modified();
+  EXPECT_THAT(ErrorOfFit(filter), HasSubstr("no/such/folder"));
+}
+
 TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
 {
   vtkNew<vtkMultiscaleMeshFitter> filter;
@@ -282,7 +363,7 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   filter->Print(text);
   for (const char* line : { "NumberOfLevels: 10", "Template: 2", "IcosphereLevel: 2", "TorusSegments: 24",
          "Iterations: 300", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "LearningRateDecay: 1",
-         "PublishedNormals: 0", "Seed: 0", "DatasetFileName: \n" })
+         "PublishedNormals: 0", "Seed: 0", "Background: 0", "BackgroundState: ", "DatasetFileName: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -17,6 +17,7 @@ Around them are functions that take and return datasets or NumPy arrays and rais
 
     parts = surfacesynthesis.poisson_net(mesh, "segmentation.safetensors", normalization="surface_area")
     poses = surfacesynthesis.deform(mesh, "poses.safetensors", samples=8)
+    bark = surfacesynthesis.sample_texture(mesh, "bark.safetensors", seed=3)
 
 and a command line, ``python3 -m surfacesynthesis --help``. With PyVista 0.48 or later, its meshes have
 ``mesh.synthesis.matern(...)``.
@@ -43,6 +44,7 @@ from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
+from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import NOISE_MODELS, matern_noise
@@ -55,7 +57,11 @@ from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
 from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
-from .vtkSurfaceSynthesisFieldLatents import vtkFieldLatentDecoder, vtkFieldLatentEncoder
+from .vtkSurfaceSynthesisFieldLatents import (
+    vtkFieldLatentDecoder,
+    vtkFieldLatentEncoder,
+    vtkFieldLatentTextureFilter,
+)
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
@@ -75,9 +81,12 @@ __all__ = [
     "NORMALIZATIONS",
     "NetworkOutput",
     "PREPARATIONS",
+    "SAMPLERS",
+    "SampledTexture",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "TEXTURE_WRAPS",
+    "TRIANGULATIONS",
     "TextureDataset",
     "__version__",
     "convert_checkpoint",
@@ -102,6 +111,7 @@ __all__ = [
     "repair_measures",
     "repair_report",
     "sample_signal",
+    "sample_texture",
     "texture_atlas",
     "texture_dataset",
     "topology_report",
@@ -111,6 +121,7 @@ __all__ = [
     "vtkEnsembleMetrics",
     "vtkFieldLatentDecoder",
     "vtkFieldLatentEncoder",
+    "vtkFieldLatentTextureFilter",
     "vtkFlowMatchingDeformer",
     "vtkFlowMatchingSampler",
     "vtkGaussianMixtureFilter",
@@ -147,12 +158,15 @@ if hasattr(_meshing, "vtkTetrahedralizeFilter"):
 _TRAINING = {
     "FittedLevels": "geometric_texture_training",
     "fit_levels": "geometric_texture_training",
+    "latent_dataset": "latent_diffusion_training",
     "train_field_latents": "field_latent_training",
     "train_flow_matching": "flow_matching_training",
     "train_geometric_texture": "geometric_texture_training",
+    "train_latent_diffusion": "latent_diffusion_training",
     "vtkFieldLatentTrainer": "vtkSurfaceSynthesisTraining",
     "vtkFlowMatchingTrainer": "vtkSurfaceSynthesisTraining",
     "vtkGeometricTextureTrainer": "vtkSurfaceSynthesisTraining",
+    "vtkLatentDiffusionTrainer": "vtkSurfaceSynthesisTraining",
     "vtkMultiscaleMeshFitter": "vtkSurfaceSynthesisTraining",
 }
 if importlib.util.find_spec(".vtkSurfaceSynthesisTraining", __package__):

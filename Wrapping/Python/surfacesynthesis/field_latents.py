@@ -82,10 +82,10 @@ def encode_texture(
     ValueError, TypeError
         An argument has a value out of its range or is of a wrong type.
     """
-    _require_surface("mesh", mesh, SURFACES, "a vtkPolyData or a composite dataset")
+    require_surface("mesh", mesh, SURFACES, "a vtkPolyData or a composite dataset")
     algorithm = configured_encoder(model, color, texture_wrap, samples_per_ring, latent_name)
     if image is not None:
-        _give(algorithm, _image(image))
+        give_second(algorithm, image_of(image))
     output, remarks = apply_filter(algorithm, mesh, progress_callback(progress))
     _warn(remarks)
     return as_type_of(mesh, output)
@@ -145,11 +145,11 @@ def decode_texture(
     ValueError, TypeError
         An argument has a value out of its range or is of a wrong type.
     """
-    _require_surface("mesh", mesh, SURFACES, "a vtkPolyData or a composite dataset")
+    require_surface("mesh", mesh, SURFACES, "a vtkPolyData or a composite dataset")
     algorithm = configured_decoder(model, resolution, gutter_width, latent_name, name, memory_limit)
     if target is not None:
-        _require_surface("target", target, (vtkPolyData,), "a vtkPolyData")
-        _give(algorithm, target)
+        require_surface("target", target, (vtkPolyData,), "a vtkPolyData")
+        give_second(algorithm, target)
     output, remarks = apply_filter(algorithm, mesh, progress_callback(progress))
     _warn(remarks)
     images = algorithm.GetOutputDataObject(1)
@@ -202,12 +202,12 @@ def _path(model):
     return model.decode() if isinstance(model, bytes) else model
 
 
-def _require_surface(name, given, accepted, text):
+def require_surface(name, given, accepted, text):
     if not isinstance(given, accepted):
         raise TypeError(f"{name} must be {text}, not {type(given).__name__}")
 
 
-def _image(given):
+def image_of(given):
     """A texture as vtkImageData."""
     if isinstance(given, vtkImageData):
         return given
@@ -233,7 +233,7 @@ def image_of_array(values):
     return image
 
 
-def _give(algorithm, dataset):
+def give_second(algorithm, dataset):
     """Makes a dataset, which stays untouched, the second input."""
     given = dataset.NewInstance()  # what pipelines leave on their inputs goes to this copy
     given.ShallowCopy(dataset)

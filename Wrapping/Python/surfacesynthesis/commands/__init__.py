@@ -11,6 +11,7 @@ from . import (
     field_latents,
     geometric_texture,
     geometric_texture_distance,
+    latent_diffusion,
     levels,
     metrics,
     noise,
@@ -37,6 +38,7 @@ COMMANDS = [
     )
     if hasattr(_meshing, needed)
 ] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
+COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
 COMMANDS.append(convert)

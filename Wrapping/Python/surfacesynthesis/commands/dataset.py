@@ -2,6 +2,7 @@
 """The command ``dataset``: many samples of a signal on a surface, or images and planar meshes, in a file to train with."""
 
 import argparse
+import importlib.util
 import sys
 import time
 
@@ -9,18 +10,24 @@ from .. import vtkSurfaceSynthesisEnsembles as _ensembles
 from .. import vtkSurfaceSynthesisMeshing as _meshing
 from ..deprecation import add_former_option
 from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
+from .field_latents import color_of, textured_input
+from .train_latent_diffusion import add_surface_options, surface_parameters
 
 _DESCRIPTION = """\
 Makes data to train and to test flow matching with: a file (.safetensors) with a surface and many samples of a signal on
 it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one. textures makes the data
-that field latents are trained on."""
+that field latents are trained on, latents that of new textures."""
 _EXAMPLES = """\
 examples:
   %(prog)s poses armadillo.off poses.safetensors --samples 3000 --points 1500 --template armadillo.off
   %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --points 2000
   %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
   %(prog)s textures brick.png grass.png textures.safetensors --meshes 8
+  %(prog)s latents duck.obj bark-latents.safetensors --autoencoder latents.safetensors --points 5000 --triangulations 64
 """
+_LATENTS = """\
+A textured surface, remeshed many times, and the field latents of its texture on each triangulation, for train
+latent-diffusion and surfacesynthesis-train."""
 _POSES = """\
 Random poses of a connected surface: its extremities turn about their joints, the part near its centroid stays and the rest
 follows as rigidly as possible. Lengths are fractions of the square root of the area."""
@@ -44,6 +51,8 @@ def add(commands):
         _add_poses(signals)
     _add_mixtures(signals)
     _add_textures(signals)
+    if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
+        _add_latents(signals)
 
 
 def _add_signal(signals, name, help, description):
@@ -146,6 +155,23 @@ def _add_textures(signals):
     parser.set_defaults(run=run_textures)
 
 
+def _add_latents(signals):
+    parser = signals.add_parser(
+        "latents",
+        help="a textured surface, remeshed and encoded, for latent diffusion",
+        usage=f"python3 -m {PROGRAM} dataset latents SURFACE OUTPUT [options]",
+        description=_LATENTS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("input", metavar="SURFACE", help="textured surface to read: .obj .gltf .glb .ply .vtp")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
+    data = parser.add_argument_group("data")
+    add_surface_options(data)
+    data.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    add_running_options(data)
+    parser.set_defaults(run=run_latents)
+
+
 def run_poses(arguments):
     """The command ``dataset poses``; returns the line to print."""
     from ..poses import configured_poses, poses
@@ -194,6 +220,23 @@ def run_textures(arguments):
         bar.clear()
     seconds = time.monotonic() - started
     return f"{len(made.images):,} tiles, {len(made.meshes):,} meshes, {seconds:.1f} s -> {arguments.output}"
+
+
+def run_latents(arguments):
+    """The command ``dataset latents``; returns the line to print."""
+    from ..latent_diffusion_training import latent_dataset
+
+    started = time.monotonic()
+    _require_dataset_name(arguments.output)
+    mesh, image = textured_input(arguments)
+    set_threads(arguments.threads)
+    bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
+    options = {"color": color_of(mesh) if image is None else None, **surface_parameters(arguments)}
+    try:
+        as_usage(latent_dataset, arguments.output, mesh, image, seed=arguments.seed, progress=bar, **options)
+    finally:
+        bar.clear()
+    return f"{arguments.triangulations:,} triangulations, {time.monotonic() - started:.1f} s -> {arguments.output}"
 
 
 def _require_dataset_name(path):

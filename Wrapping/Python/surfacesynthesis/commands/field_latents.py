@@ -100,7 +100,7 @@ def run_encode(arguments):
     started = time.monotonic()
     if as_usage(files.extension, arguments.output) not in (".vtp", ".vtk"):
         raise UsageError(f"{arguments.output}: field latents are written to .vtp or .vtk")
-    mesh, image = _textured(arguments)
+    mesh, image = textured_input(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     (output,) = _with_bar(arguments, [lambda bar: _encoded(arguments, mesh, image, bar)])
     files.write_mesh(output, arguments.output)
@@ -112,20 +112,20 @@ def run_decode(arguments):
     from .. import files
 
     started = time.monotonic()
-    _check_output(arguments)
+    check_texture_output(arguments)
     as_usage(files.extension, arguments.input)
     mesh = files.read_mesh(arguments.input)
     target = None if arguments.target is None else _target(arguments)
     (decoded,) = _with_bar(arguments, [lambda bar: _decoded(arguments, mesh, target, bar)])
-    _write(*decoded, arguments.output)
+    write_texture(*decoded, arguments.output)
     return surface_summary(decoded[0], arguments.output, time.monotonic() - started)
 
 
 def run_transfer(arguments):
     """The command ``transfer-texture``; returns the line to print."""
     started = time.monotonic()
-    _check_output(arguments)
-    mesh, image = _textured(arguments)
+    check_texture_output(arguments)
+    mesh, image = textured_input(arguments)
     target = _target(arguments)
     held = []
     steps = [
@@ -133,11 +133,11 @@ def run_transfer(arguments):
         lambda bar: _decoded(arguments, held[0], target, bar),
     ]
     _, decoded = _with_bar(arguments, steps)
-    _write(*decoded, arguments.output)
+    write_texture(*decoded, arguments.output)
     return surface_summary(decoded[0], arguments.output, time.monotonic() - started)
 
 
-def _textured(arguments):
+def textured_input(arguments):
     """The surface in the file INPUT, and its texture or that of --image."""
     from ..errors import FormatError
     from ..files.images import read_image
@@ -146,12 +146,12 @@ def _textured(arguments):
     mesh, image = as_usage(read_textured_mesh, arguments.input)
     if arguments.image is not None:
         image = read_image(arguments.image)
-    if image is None and _color(mesh) is None and mesh.GetPointData().GetScalars() is None:
+    if image is None and color_of(mesh) is None and mesh.GetPointData().GetScalars() is None:
         raise FormatError(f"{arguments.input}: the surface has no texture and no colors; --image names a texture")
     return mesh, image
 
 
-def _color(mesh):
+def color_of(mesh):
     """The name of the colors of points that files have; None without."""
     return next((name for name in ("RGB", "RGBA") if mesh.GetPointData().HasArray(name)), None)
 
@@ -170,7 +170,7 @@ def _target(arguments):
 def _encoded(arguments, mesh, image, bar):
     from ..field_latents import encode_texture
 
-    color = _color(mesh) if image is None else None
+    color = color_of(mesh) if image is None else None
     return as_usage(encode_texture, mesh, image, model=arguments.model, color=color, progress=bar)
 
 
@@ -200,7 +200,7 @@ def _with_bar(arguments, steps):
         bar.clear()
 
 
-def _check_output(arguments):
+def check_texture_output(arguments):
     """Raises UsageError when OUTPUT is nothing that a decoded texture is written to."""
     if not arguments.output.lower().endswith((*_WITH_TEXTURE, ".png", ".vtp", ".vtk")):
         known = ", ".join((*_WITH_TEXTURE, ".png", ".vtp", ".vtk"))
@@ -208,7 +208,8 @@ def _check_output(arguments):
     as_usage(resolution_of, arguments)
 
 
-def _write(mesh, image, path):
+def write_texture(mesh, image, path):
+    """Writes a surface with its texture, or one of them, as the extension of the file says."""
     from .. import files
     from ..textured_files import write_image, write_textured_mesh
 

@@ -5,7 +5,7 @@ import argparse
 import time
 
 from ..deprecation import add_former_option
-from . import train_field_latents, train_geometric_texture
+from . import train_field_latents, train_geometric_texture, train_latent_diffusion
 from .common import PROGRAM, UsageError, as_usage, read_surface
 from .training import add_training_options, checkpoint_of, summary, train_filter, training_parameters
 
@@ -81,6 +81,7 @@ def add(commands):
     add_former_option(training, "--noise", _add_choices(groups))
     train_geometric_texture.add(kinds)
     train_field_latents.add(kinds)
+    train_latent_diffusion.add(kinds)
 
 
 def _add_choices(groups):

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes the textured surfaces that diffusion models of field latents are trained on.
+
+    python3 make_textured_surfaces.py FOLDER IMAGES
+
+IMAGES is a folder with the images ihc.png, grass.png and gravel.png of python3-skimage (a package of Debian 12, in
+usr/lib/python3/dist-packages/skimage/data). Writes FOLDER/NAME.vtp, a surface with texture coordinates and arrays, and
+FOLDER/NAME.png, its texture, for each NAME of
+
+    tissue    a stained section of tissue (ihc) on a surface with the folds of an organ
+    ground    gravel and grass on hills, with the point array Label: 0 for gravel, 1 for grass
+    scales    overlapping scales on a bent sheet, with the point array Direction: along which they lie
+
+Each is trained by
+
+    python3 -m surfacesynthesis train latent-diffusion FOLDER/NAME.vtp NAME.safetensors --image FOLDER/NAME.png
+
+with --label Label for ground and --direction Direction for scales.
+"""
+
+import argparse
+import os
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+
+import surfacesynthesis
+from surfacesynthesis.field_latents import image_of_array
+from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
+from surfacesynthesis.texture_datasets import image_array
+from surfacesynthesis.textured_files import write_image
+
+#: Cells along a side of a surface.
+CELLS = 120
+#: Texels along a side of a texture.
+TEXELS = 512
+
+
+def sheet(height):
+    """A square sheet of triangles over [-1, 1]^2 with heights, and texture coordinates (x + 1) / 2, (y + 1) / 2."""
+    along = np.linspace(-1.0, 1.0, CELLS + 1)
+    x, y = (axis.ravel() for axis in np.meshgrid(along, along))
+    points = np.stack([x, y, height(x, y)], axis=1)
+    corner = (np.arange(CELLS)[:, None] * (CELLS + 1) + np.arange(CELLS)).ravel()
+    lower = np.stack([corner, corner + 1, corner + CELLS + 2], axis=1)
+    upper = np.stack([corner, corner + CELLS + 2, corner + CELLS + 1], axis=1)
+    mesh = to_polydata(mesh_of_triangles(points, np.concatenate([lower, upper])))
+    coordinates = numpy_to_vtk(np.stack([(x + 1) / 2, (y + 1) / 2], axis=1), deep=True)
+    coordinates.SetName("TCoords")
+    mesh.GetPointData().SetTCoords(coordinates)
+    return mesh, points
+
+
+def add_array(mesh, name, values):
+    array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+    array.SetName(name)
+    mesh.GetPointData().AddArray(array)
+
+
+def tissue(images):
+    """Stained tissue on folds."""
+    mesh, _ = sheet(lambda x, y: 0.35 * np.cos(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(7 * x + 2 * np.sin(3 * y)))
+    return mesh, image_array(os.path.join(images, "ihc.png"))
+
+
+def ground(images):
+    """Gravel and grass, divided by a winding line."""
+    mesh, points = sheet(lambda x, y: 0.15 * np.sin(2.5 * x) * np.cos(2 * y))
+
+    def is_grass(x, y):
+        return y > 0.25 * np.sin(4 * x)
+
+    add_array(mesh, "Label", is_grass(points[:, 0], points[:, 1]).astype(np.int32))
+    along = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
+    x, y = np.meshgrid(along, along[::-1])  # row 0 is the top
+    gravel = image_array(os.path.join(images, "gravel.png")) * np.array([1.0, 0.92, 0.8])
+    grass = image_array(os.path.join(images, "grass.png")) * np.array([0.65, 1.0, 0.45])
+    return mesh, np.where(is_grass(x, y)[:, :, None], grass, gravel).astype(np.uint8)
+
+
+def scales(_):
+    """Scales in staggered rows, each with a color of its own, that overlap downwards."""
+    mesh, points = sheet(lambda x, y: 0.5 * np.cos(1.2 * x))
+    tangents = np.zeros_like(points)
+    tangents[:, 1] = -1.0
+    add_array(mesh, "Direction", tangents)
+    random = np.random.default_rng(5)
+    rows, columns = 16, 14
+    tints = random.normal(0.0, 1.0, (rows + 3, columns + 2))
+    v, u = np.meshgrid((np.arange(TEXELS) + 0.5) / TEXELS * rows, (np.arange(TEXELS) + 0.5) / TEXELS * columns, indexing="ij")
+    image = np.zeros((TEXELS, TEXELS, 3))
+    for row in range(rows, -3, -1):  # upper rows lie over lower ones: v grows downwards
+        shift = 0.5 * (row % 2)
+        column = np.floor(u + shift)
+        across, down = u + shift - column - 0.5, v - row
+        inside = (down >= 0) & (down < 1.9) & ((across / 0.56) ** 2 + np.maximum(down - 0.9, 0) ** 2 < 1)
+        edge = np.sqrt((across / 0.56) ** 2 + np.maximum(down - 0.9, 0) ** 2)
+        tint = tints[row + 2, column.astype(int) % (columns + 2)]
+        shade = 0.55 + 0.3 * down / 1.9 - 0.5 * np.clip(edge - 0.75, 0, 1) / 0.25 + 0.1 * np.exp(-((across / 0.08) ** 2))
+        color = shade[..., None] * (np.array([0.75, 0.62, 0.30]) + 0.09 * tint[..., None] * np.array([1.0, 0.3, -0.5]))
+        image = np.where(inside[..., None], color, image)
+    noise = random.normal(0.0, 0.015, (TEXELS, TEXELS, 1))
+    return mesh, np.rint(255 * np.clip(image + noise, 0, 1)).astype(np.uint8)
+
+
+SURFACES = {"tissue": tissue, "ground": ground, "scales": scales}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", metavar="FOLDER", help="folder that is written to")
+    parser.add_argument("images", metavar="IMAGES", help="folder with the images of python3-skimage")
+    arguments = parser.parse_args()
+    os.makedirs(arguments.folder, exist_ok=True)
+    for name, make in SURFACES.items():
+        mesh, texture = make(arguments.images)
+        surfacesynthesis.write_mesh(mesh, os.path.join(arguments.folder, f"{name}.vtp"))
+        write_image(image_of_array(texture), os.path.join(arguments.folder, f"{name}.png"))
+
+
+if __name__ == "__main__":
+    main()

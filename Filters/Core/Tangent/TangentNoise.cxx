@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Tangent/TangentNoise.h"
+
+#include "Core/Common/LoopGrain.h"
+#include "Core/Common/Parallel.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Share of an area in a cube.
+struct Share
+{
+  std::int64_t Cube;
+  double Area;
+};
+
+/// Number of a cube below 2^34 from its place, by the finalizer of SplitMix64.
+std::int64_t NumberOf(const Eigen::RowVector3d& point, double side)
+{
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    hash += static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(point[axis] / side)));
+    hash += 0x9e3779b97f4a7c15;
+    hash = (hash ^ hash >> 30) * 0xbf58476d1ce4e5b9;
+    hash = (hash ^ hash >> 27) * 0x94d049bb133111eb;
+    hash ^= hash >> 31;
+  }
+  return static_cast<std::int64_t>(hash >> 30);
+}
+
+/// Most patches along a side of a quadrilateral.
+constexpr int MostPatches = 64;
+
+/// Adds the shares of the quadrilateral v, middle of v a, center, middle of v b: a third of a triangle.
+void AddCell(const Eigen::RowVector3d& v, const Eigen::RowVector3d& a, const Eigen::RowVector3d& b, double side,
+  std::vector<Share>& shares)
+{
+  const Eigen::RowVector3d corners[4] = { v, 0.5 * (v + a), (v + a + b) / 3.0, 0.5 * (v + b) };
+  const double longest = std::max((a - v).norm(), (b - v).norm());
+  const int count = std::clamp(static_cast<int>(std::ceil(longest / side)), 1, MostPatches);
+  const double area = (a - v).cross(b - v).norm() / 6.0;
+  if (!(area > 0.0))
+  {
+    return;
+  }
+  double sum = 0.0;
+  const std::size_t first = shares.size();
+  for (int i = 0; i < count; ++i)
+  {
+    for (int j = 0; j < count; ++j)
+    {
+      const double s = (i + 0.5) / count;
+      const double t = (j + 0.5) / count;
+      const Eigen::RowVector3d alongS = (1.0 - t) * (corners[1] - corners[0]) + t * (corners[2] - corners[3]);
+      const Eigen::RowVector3d alongT = (1.0 - s) * (corners[3] - corners[0]) + s * (corners[2] - corners[1]);
+      const Eigen::RowVector3d place = (1.0 - s) * ((1.0 - t) * corners[0] + t * corners[3]) +
+        s * ((1.0 - t) * corners[1] + t * corners[2]);
+      shares.push_back({ NumberOf(place, side), alongS.cross(alongT).norm() });
+      sum += shares.back().Area;
+    }
+  }
+  for (std::size_t k = first; k < shares.size(); ++k)
+  {
+    shares[k].Area *= area / sum;
+  }
+}
+
+/// Joins shares of the same cube, whose weights then have the squares' sum 1. The order of summation does not depend on
+/// that of the triangles but for areas of the same cube, which are sorted.
+void Join(std::vector<Share>& shares)
+{
+  std::sort(shares.begin(), shares.end(),
+    [](const Share& a, const Share& b) { return std::make_pair(a.Cube, a.Area) < std::make_pair(b.Cube, b.Area); });
+  std::size_t count = 0;
+  for (const Share& share : shares)
+  {
+    if (count > 0 && shares[count - 1].Cube == share.Cube)
+    {
+      shares[count - 1].Area += share.Area;
+    }
+    else
+    {
+      shares[count++] = share;
+    }
+  }
+  shares.resize(count);
+  double squares = 0.0;
+  for (const Share& share : shares)
+  {
+    squares += share.Area * share.Area;
+  }
+  for (Share& share : shares)
+  {
+    share.Area /= std::sqrt(squares);
+  }
+}
+} // namespace
+
+TangentNoise::TangentNoise(const TriangleMesh& mesh, const OneRings& rings)
+  : Frames(rings.Frames)
+  , Start(1, 0)
+{
+  const double quarter = MeanRingRadius(rings) / 4.0;
+  this->Side = quarter > 0.0 && std::isfinite(quarter) ? std::exp2(std::floor(std::log2(quarter))) : 0.0;
+  std::vector<std::int64_t> members;
+  std::vector<Share> shares;
+  for (Index vertex = 0; vertex < rings.NumberOfPoints(); ++vertex)
+  {
+    shares.clear();
+    for (Index k = rings.RingStart[vertex]; this->Side > 0.0 && k < rings.RingStart[vertex + 1]; ++k)
+    {
+      const Index corner = rings.RingCorners[k];
+      const int at = static_cast<int>(corner % 3);
+      const Index triangle = corner / 3;
+      AddCell(mesh.Points.row(vertex), mesh.Points.row(mesh.Triangles(triangle, (at + 1) % 3)),
+        mesh.Points.row(mesh.Triangles(triangle, (at + 2) % 3)), this->Side, shares);
+    }
+    Join(shares);
+    for (const Share& share : shares)
+    {
+      members.push_back(share.Cube);
+      this->Weights.push_back(static_cast<float>(share.Area));
+    }
+    this->Start.push_back(members.size());
+  }
+  this->Cubes = members;
+  std::sort(this->Cubes.begin(), this->Cubes.end());
+  this->Cubes.erase(std::unique(this->Cubes.begin(), this->Cubes.end()), this->Cubes.end());
+  this->Members.reserve(members.size());
+  for (const std::int64_t cube : members)
+  {
+    this->Members.push_back(
+      static_cast<std::uint32_t>(std::lower_bound(this->Cubes.begin(), this->Cubes.end(), cube) - this->Cubes.begin()));
+  }
+}
+
+Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> TangentNoise::Draw(
+  const NormalKey& key, std::int64_t vectors, std::uint32_t draw) const
+{
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto vertices = static_cast<std::int64_t>(this->Start.size()) - 1;
+  Rows noise = Rows::Zero(vertices, 2 * vectors);
+  // Four numbers of one cube at a time: points 4 c to 4 c + 3 of FillNormals(), whose points are below 2^34, so that the
+  // two highest bits of the cube's number become the lowest of the component.
+  const auto fours = static_cast<std::uint32_t>((3 * vectors + 3) / 4);
+  Rows values(static_cast<Eigen::Index>(this->Cubes.size()), 4 * static_cast<Eigen::Index>(fours));
+  ParallelFor(values.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    double four[4];
+    for (std::int64_t c = begin; c < end; ++c)
+    {
+      const std::int64_t cube = this->Cubes[static_cast<std::size_t>(c)];
+      for (std::uint32_t k = 0; k < fours; ++k)
+      {
+        const std::uint32_t component = (draw * fours + k) * 4 + static_cast<std::uint32_t>(cube >> 32 & 3);
+        FillNormals({ key.Seed, key.Sample, component, key.Stream }, 4 * (cube & 0xffffffff), 4, four);
+        values.row(c).segment<4>(
+          4 * static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::RowVector4d>(four).cast<float>();
+      }
+    }
+  });
+  ParallelFor(vertices, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::RowVectorXf sum(values.cols());
+    for (std::int64_t v = begin; v < end; ++v)
+    {
+      sum.setZero();
+      for (std::size_t k = this->Start[static_cast<std::size_t>(v)]; k < this->Start[static_cast<std::size_t>(v) + 1];
+           ++k)
+      {
+        sum += this->Weights[k] * values.row(this->Members[k]);
+      }
+      for (std::int64_t j = 0; j < vectors; ++j)
+      {
+        const Eigen::RowVector3d vector = sum.segment<3>(3 * j).cast<double>();
+        noise(v, 2 * j) = static_cast<float>(vector.dot(this->Frames.X.row(v)));
+        noise(v, 2 * j + 1) = static_cast<float>(vector.dot(this->Frames.Y.row(v)));
+      }
+    }
+  });
+  return noise;
+}
+
+} // namespace surfsynth

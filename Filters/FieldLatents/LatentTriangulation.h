@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Triangulation of a surface at whose vertices latents are sampled or trained.
+#pragma once
+
+#include "vtkSurfaceSynthesisFieldLatentsModule.h" // For export macro
+
+#include "SurfaceBridge.h"
+#include "WeldedSurface.h"
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/SurfacePlace.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace surfsynth
+{
+
+/// Triangulation of a surface: its own, or one of even triangles.
+class VTKSURFACESYNTHESISFIELDLATENTS_EXPORT LatentTriangulation
+{
+public:
+  /// Checks and welds @p surface and remeshes it, as vtkIsotropicRemeshFilter does by default, but across seams of arrays.
+  /// Deterministic.
+  /// @param numberOfPoints vertices of the remeshed surface, to a few per cent where its shape and boundaries allow it; 0 for the vertices that the surface has
+  /// @throws InvalidInput when the welded surface is not manifold or not consistently wound, or it is to be remeshed and
+  /// the library was built without CGAL; Cancelled
+  LatentTriangulation(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress);
+
+  /// Triangulation; triangles use all vertices. Without remeshing, triangle f is that of the surface.
+  const WeldedSurface& Welded() const { return this->Content; }
+  /// Place of each vertex on the triangles of the surface, [V].
+  const std::vector<SurfacePlace>& Places() const { return this->PlaceOfVertex; }
+  /// True when it was remeshed.
+  bool IsRemeshed() const { return this->Remeshed; }
+  /// Number of vertices.
+  Index NumberOfVertices() const { return this->Content.Mesh.NumberOfPoints(); }
+
+private:
+  struct Parts;
+  explicit LatentTriangulation(Parts parts);
+  static Parts Make(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress);
+
+  bool Remeshed;
+  std::vector<SurfacePlace> PlaceOfVertex;
+  WeldedSurface Content;
+};
+
+} // namespace surfsynth
