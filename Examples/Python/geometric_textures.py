@@ -4,7 +4,7 @@
 
     xvfb-run -a python3 geometric_textures.py --output DIR
 
-The models (Examples/Models) were learnt from balls with a relief (Examples/Training/make_references.py): spikes, a
+The models (Examples/Models) were learnt from balls with a displacement (Examples/Training/make_references.py): spikes, a
 labyrinth, and knobs that are wider above than at the neck. Writes
 
     textures.png          rows: the textures; columns: the reference, and targets of genus 0, 1 and 2
@@ -50,7 +50,7 @@ def remeshed(mesh, points):
     return surfacesynthesis.remesh(mesh, points=points, feature_angle=None)
 
 
-def grown(mesh, model, **parameters):
+def synthesized(mesh, model, **parameters):
     """A surface with a texture, and the seconds it took."""
     started = time.monotonic()
     output = surfacesynthesis.geometric_texture(mesh, model, **parameters)
@@ -75,7 +75,7 @@ def textures(options):
         sheet.add(row, 0, f"{texture}: the reference\n{faces(reference)}", reference, view)
         for column, (name, target) in enumerate(targets.items(), 1):
             genus, _, direction = TARGETS[name]
-            output, seconds = grown(target, model_of(options, texture), start_level=START, seed=options.seed)
+            output, seconds = synthesized(target, model_of(options, texture), start_level=START, seed=options.seed)
             print(f"{texture} on {name}, {faces(target)} to {faces(output)}: {seconds:.1f} s", flush=True)
             title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
             sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))
@@ -88,7 +88,7 @@ def samples(options):
     sheet = rendering.Sheet(len(TEXTURES), len(seeds), SIZE)
     for row, texture in enumerate(TEXTURES):
         for column, seed in enumerate(seeds):
-            output, _ = grown(None, model_of(options, texture), seed=seed)
+            output, _ = synthesized(None, model_of(options, texture), seed=seed)
             view = rendering.view_of(output, SIZE[0] / SIZE[1], BALL)
             sheet.add(row, column, f"{texture}, seed {seed}", output, view)
     sheet.write(os.path.join(options.output, "texture_samples.png"), options.colors)
@@ -102,10 +102,10 @@ def scales(options):
     sheet = rendering.Sheet(2, 4, SIZE)
     for column, scale in enumerate((2.0, 1.4, 1.0, 0.7)):
         how = {"prepare": "remesh", "scale": scale, "start_level": START, "seed": options.seed}
-        output, seconds = grown(knot, model, **how)
+        output, seconds = synthesized(knot, model, **how)
         sheet.add(0, column, f"texture scale {scale}\n{faces(output)}, {seconds:.1f} s", output, view)
     target = remeshed(knot, 2000)
-    levels, _ = grown(target, model, start_level=START, seed=options.seed, output_levels=True)
+    levels, _ = synthesized(target, model, start_level=START, seed=options.seed, output_levels=True)
     sheet.add(1, 0, f"the target\n{faces(target)}", target, view)
     for column in range(1, 4):
         level = levels[column - 1]
@@ -126,7 +126,7 @@ def mean_edge(mesh):
 def distances_on(target, reference, model, seed):
     """Distances of each level of a synthesized texture, and of the bare target, from that level of the reference."""
     edge = mean_edge(reference[0])
-    levels, _ = grown(target, model, start_level=START, seed=seed, output_levels=True)
+    levels, _ = synthesized(target, model, start_level=START, seed=seed, output_levels=True)
     found = []
     for k, pair in enumerate(zip(levels, bare_levels(target, len(levels)))):
         units = {"unit_length": mean_edge(target) / 2**k, "reference_unit_length": edge / 2 ** (START + k)}

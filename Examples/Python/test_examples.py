@@ -173,7 +173,7 @@ def check_geometric_textures(folder):
         model = os.path.join(example.MODELS, texture + ".safetensors")
         pairs = example.distances_on(target, example.reference_levels(texture), model, seed=2)
         print(texture, pairs)
-        assert len(pairs) == 3 and all(grown < 0.5 * bare for grown, bare in pairs), (texture, pairs)
+        assert len(pairs) == 3 and all(textured < 0.5 * bare for textured, bare in pairs), (texture, pairs)
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 
@@ -186,8 +186,8 @@ def overhang(texture):
     plane.SetResolution(24, 24)
     plane.Update()
     model = os.path.join(HERE, os.pardir, "Models", texture + ".safetensors")
-    grown = surfacesynthesis.geometric_texture(plane.GetOutput(), model, start_level=1, seed=1)
-    corners = points_of(grown)[vtk_to_numpy(grown.GetPolys().GetConnectivityArray()).reshape(-1, 3)]
+    textured = surfacesynthesis.geometric_texture(plane.GetOutput(), model, start_level=1, seed=1)
+    corners = points_of(textured)[vtk_to_numpy(textured.GetPolys().GetConnectivityArray()).reshape(-1, 3)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inside = (np.abs(corners.mean(axis=1)[:, :2]) < 0.35).all(axis=1)  # the boundary of the plane curls
     share = (normals[inside, 2] < 0).mean()

@@ -11,7 +11,7 @@ them. Surfaces of libcgal-demo get a photograph of FOLDER/test_images. Each surf
 Colors of vertices are interpolated linearly: those of the texture at the vertices, and fitted ones, the best of all in the
 sense of least squares, which no encoder of one-rings finds. Atlases that overlap are replaced.
 
-OUTPUT gets metrics.csv and crops.png, and the table of means and standard deviations over the surfaces is printed. Needs
+OUTPUT gets metrics.csv and crops-POINTS.png, and the table of means and standard deviations over the surfaces is printed. Needs
 SciPy, matplotlib and Pillow (Debian: python3-scipy python3-matplotlib).
 """
 
@@ -369,21 +369,23 @@ def crops_of(images, mask, side=160):
 
 
 def draw(crops, path):
-    """A picture with a row of crops for each surface."""
+    """A picture with a row of crops for each surface, and their peak signal-to-noise ratios."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
     columns = max(len(titles) for _, _, _, titles in crops)
-    figure, axes = pyplot.subplots(len(crops), columns, figsize=(2.2 * columns, 2.3 * len(crops)), squeeze=False)
+    shape = {"figsize": (2.2 * columns, 2.4 * len(crops)), "layout": "constrained"}
+    figure, axes = pyplot.subplots(len(crops), columns, squeeze=False, **shape)
     for line, (name, size, images, titles) in zip(axes, crops):
+        all_known = np.ones(images[0].shape[:2], bool)
         for axis, image, title in zip(line, images, titles):
             axis.imshow(image, interpolation="nearest")
-            axis.set_title(title if title != "original" else f"{name}, {size:,} points", fontsize=8)
+            of_crop = f"{title}, {psnr(image, images[0], all_known):.1f} dB"
+            axis.set_title(of_crop if title != "original" else f"{name}, {size:,} points", fontsize=8)
         for axis in line:
             axis.axis("off")
-    figure.tight_layout(pad=0.4)
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
 
@@ -434,11 +436,12 @@ def main(arguments=None):
         models = dict(zip(METHODS, (options.model, options.ablation)))
         found, parts = compared(name, surface, options.points, models)
         rows += found
-        crops += [(name, size, images, titles) for size, images, titles in parts[-1:]]
+        crops += [(name, size, images, titles) for size, images, titles in parts]
         write_rows(rows, os.path.join(options.output, "metrics.csv"))  # what there is, should a surface fail
-        draw(crops, os.path.join(options.output, "crops.png"))
+        for size in options.points:
+            draw([row for row in crops if row[1] == size], os.path.join(options.output, f"crops-{size}.png"))
     print_table(rows, options.points)
-    print(f"wrote {options.output}/metrics.csv and crops.png", file=sys.stderr)
+    print(f"wrote {options.output}/metrics.csv and crops-POINTS.png", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes what the example geometric textures are learnt from: balls with a relief, as meshes at several scales.
+"""Makes what the example geometric textures are learnt from: balls with a displacement, as meshes at several scales.
 
     python3 make_references.py OUTPUT [--only NAME ...]
 
@@ -25,7 +25,7 @@ from vtkmodules.vtkFiltersSources import vtkPlatonicSolidSource
 import surfacesynthesis
 
 LEVELS = 4
-#: The relief is made on this many levels more, so that also the finest level is smoothed.
+#: The displacement is made on this many levels more, so that also the finest level is smoothed.
 FINER = 2
 #: Steps of smoothing for each level, times the square of the length of its edges over that of the finest ones.
 SMOOTHING = 0.25
@@ -114,8 +114,8 @@ def meridian(fraction):
     return (np.interp(fraction, left / left[-1], column) for column in corners.T)
 
 
-#: What makes a relief of the points of a ball [V, 3] and a generator of random numbers.
-RELIEFS = {"spikes": spikes, "labyrinth": labyrinth, "knobs": knobs}
+#: Displacements as functions of the points of a ball [V, 3] and a generator of random numbers.
+DISPLACEMENTS = {"spikes": spikes, "labyrinth": labyrinth, "knobs": knobs}
 
 
 class Neighbors:
@@ -135,17 +135,17 @@ class Neighbors:
 
 
 def reference_levels(name, levels=LEVELS):
-    """A relief as meshes of 320, 1280, ... triangles, each smoothed over the length of its edges."""
+    """A displaced ball as meshes of 320, 1280, ... triangles, each smoothed over the length of its edges."""
     meshes = balls(levels + FINER)
     fine = meshes[-1]
-    relief = RELIEFS[name](directions(fine), np.random.default_rng(1))
+    displacement = DISPLACEMENTS[name](directions(fine), np.random.default_rng(1))
     neighbors = Neighbors(fine)
     done = 0
     for number in reversed(range(levels)):
         wanted = round(SMOOTHING * (4 ** (levels + FINER - 1 - number) - 1))
-        relief = neighbors.smoothed(relief, wanted - done)
+        displacement = neighbors.smoothed(displacement, wanted - done)
         done = wanted
-        moved = np.ascontiguousarray(relief[: meshes[number].GetNumberOfPoints()])
+        moved = np.ascontiguousarray(displacement[: meshes[number].GetNumberOfPoints()])
         meshes[number].GetPoints().SetData(numpy_to_vtk(moved, deep=True))
     return meshes[:levels]
 
@@ -153,7 +153,7 @@ def reference_levels(name, levels=LEVELS):
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
-    parser.add_argument("--only", nargs="+", choices=sorted(RELIEFS), default=sorted(RELIEFS))
+    parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:

@@ -15,7 +15,7 @@ import sys
 import time
 
 import surfacesynthesis
-from make_references import RELIEFS, reference_levels
+from make_references import DISPLACEMENTS, reference_levels
 
 #: Half of the paper's channels.
 RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
@@ -24,7 +24,7 @@ RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
-    parser.add_argument("--only", nargs="+", choices=sorted(RELIEFS), default=sorted(RELIEFS))
+    parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
     parser.add_argument("--iterations", type=int, default=300, help="of each level (default: 300)")
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")
     options = parser.parse_args(arguments)

@@ -86,7 +86,7 @@ struct Cells
   std::int64_t Size(std::int64_t cell) const { return this->Offsets[cell + 1] - this->Offsets[cell]; }
 };
 
-/// The cells of a storage whose offsets and ids have been found sound: everything below may follow them blindly.
+/// The cells of a storage whose offsets and ids have been checked: everything below may follow them blindly.
 /// @throws InvalidInput
 template <typename Id>
 Cells<Id> CheckedCells(

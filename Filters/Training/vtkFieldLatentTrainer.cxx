@@ -102,6 +102,7 @@ private:
     options.MinimumTexels = self.MinimumTexels;
     options.MaximumTexels = self.MaximumTexels;
     options.TargetPower = self.TargetPower;
+    options.ColorAugmentation = self.ColorAugmentation;
     options.GradientClip = self.GradientClip;
     return options;
   }
@@ -170,5 +171,6 @@ void vtkFieldLatentTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MinimumTexels: " << this->MinimumTexels << "\n";
   os << indent << "MaximumTexels: " << this->MaximumTexels << "\n";
   os << indent << "TargetPower: " << this->TargetPower << "\n";
+  os << indent << "ColorAugmentation: " << this->ColorAugmentation << "\n";
   os << indent << "GradientClip: " << this->GradientClip << "\n";
 }

@@ -229,6 +229,15 @@ public:
 
   ///@{
   /**
+   * Part of the rings whose colors are changed, from 0 to 1: the channels are permuted, and the range of each becomes a
+   * random one, which may be reversed. Photographs have few saturated colors, and textures of models many. Default 0.
+   */
+  vtkSetClampMacro(ColorAugmentation, double, 0.0, 1.0);
+  vtkGetMacro(ColorAugmentation, double);
+  ///@}
+
+  ///@{
+  /**
    * Largest norm of the gradient of all weights together, at least 0; longer ones are scaled down to it. 0 stands
    * for no limit. Default 1.
    */
@@ -272,6 +281,7 @@ private:
   double MinimumTexels = 10.0;
   double MaximumTexels = 150.0;
   double TargetPower = 0.0;
+  double ColorAugmentation = 0.0;
   double GradientClip = 1.0;
 };
 

@@ -29,7 +29,7 @@ def told_by(file, points, more=""):
     return [line for line in result.stdout.splitlines() if line.strip() not in ("finished", "")]
 
 
-def a_sound_surface_gives_no_message():
+def a_valid_surface_gives_no_message():
     """Not even about the widget of the seed, which only the graphical interface has."""
     mesh = surfaces.ball()
     surfaces.write(mesh, "sound.vtp")
@@ -82,7 +82,7 @@ print("finished")
 if __name__ == "__main__":
     assert len(sys.argv) == 1
     surfaces.run(
-        a_sound_surface_gives_no_message,
+        a_valid_surface_gives_no_message,
         an_error_names_defect_and_remedy,
         the_pipeline_works_again_after_an_error,
         a_volume_is_not_offered,

@@ -19,9 +19,9 @@ WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
 NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
                  "trained", "textured", "textured_blocks", "template_textured", "fitted", "texture_trained",
                  "textures_compared")
-SOUND_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
+VALID_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
                *(NETWORK_CASES if WITH_NETWORKS else ()))
-CASES = (*SOUND_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
+CASES = (*VALID_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
          "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
          "texture_trained_in_pieces", "textures_compared_in_pieces")
 
@@ -229,8 +229,8 @@ def mpi_run(ranks, cases):
     return output
 
 
-def check_sound(ranks):
-    output = mpi_run(ranks, SOUND_CASES)
+def check_results(ranks):
+    output = mpi_run(ranks, VALID_CASES)
     assert "ERR|" not in output, output
 
 
@@ -277,7 +277,7 @@ def expect_errors(errors, filter_name, times, *words):
 
 
 def main(ranks):
-    checks = (check_sound, check_refusals)
+    checks = (check_results, check_refusals)
     failed = 0
     for count in ranks:
         for check in checks:

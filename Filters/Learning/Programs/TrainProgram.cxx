@@ -325,6 +325,7 @@ public:
     AddNumber(known, "--divergence-weight", o.DivergenceWeight, "of the Kullback-Leibler divergence");
     AddNumber(known, "--minimum-texels", o.MinimumTexels, "pixels for a vertex");
     AddNumber(known, "--maximum-texels", o.MaximumTexels, "pixels for a vertex");
+    AddNumber(known, "--color-augmentation", o.ColorAugmentation, "part of the rings whose colors are changed");
     AddNumber(known, "--target-power", o.TargetPower, "of barycentric coordinates: density of the loss's points");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--latent-dimension", o.Network.LatentDimension, "tangent vectors of a latent code");

@@ -72,6 +72,8 @@ void CheckOptions(const FieldLatentTrainingOptions& options)
   check.Require(
     options.MaximumTexels >= options.MinimumTexels, "MaximumTexels", options.MaximumTexels, "at least MinimumTexels");
   check.Weight("TargetPower", options.TargetPower);
+  check.Require(options.ColorAugmentation >= 0.0 && options.ColorAugmentation <= 1.0, "ColorAugmentation",
+    options.ColorAugmentation, "0 to 1");
   check.Weight("GradientClip", options.GradientClip);
 }
 
@@ -143,6 +145,7 @@ FieldLatentLosses FieldLatentTrainer::Internals::Losses()
   sizes.MinimumTexels = this->Options.MinimumTexels;
   sizes.MaximumTexels = this->Options.MaximumTexels;
   sizes.TargetPower = this->Options.TargetPower;
+  sizes.ColorAugmentation = this->Options.ColorAugmentation;
   sizes.InTriangles = network.Coordinates == FieldLatentCoordinates::Barycentric;
   const TextureRingBatch batch = this->Rings.Draw(sizes, this->Options.Seed, this->Done());
   const auto tensor = [&](const std::vector<float>& values, std::int64_t columns, bool triangles) {
@@ -193,8 +196,8 @@ std::map<std::string, std::string> FieldLatentTrainer::Internals::Recipe() const
     { "final_learning_rate", FormatExact(o.FinalLearningRate) },
     { "divergence_weight", FormatExact(o.DivergenceWeight) }, { "minimum_texels", FormatExact(o.MinimumTexels) },
     { "maximum_texels", FormatExact(o.MaximumTexels) }, { "target_power", FormatExact(o.TargetPower) },
-    { "gradient_clip", FormatExact(o.GradientClip) }, { "seed", std::to_string(o.Seed) },
-    { "dataset", std::to_string(this->Rings.Hash()) } };
+    { "color_augmentation", FormatExact(o.ColorAugmentation) }, { "gradient_clip", FormatExact(o.GradientClip) },
+    { "seed", std::to_string(o.Seed) }, { "dataset", std::to_string(this->Rings.Hash()) } };
 }
 
 TrainingCheckpoint FieldLatentTrainer::Internals::Checkpoint()

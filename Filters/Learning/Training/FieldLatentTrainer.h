@@ -37,6 +37,9 @@ struct FieldLatentTrainingOptions : ModelTrainingOptions
   /// a squared error sum b^2 e^2: with k = 2 the loss measures this. 0: uniform, as equation 26. Of no effect with
   /// barycentric coordinates, whose loss compares the blend itself.
   double TargetPower = 0.0;
+  /// Part of the rings whose colors are changed, from 0 to 1: the channels are permuted, and the range of each becomes a
+  /// random one, which may be reversed. Photographs have few saturated colors, and textures of models many.
+  double ColorAugmentation = 0.0;
   double GradientClip = 1.0; ///< norm of all gradients together at most; 0: no limit, as in the paper
 };
 

@@ -30,7 +30,10 @@ enum Place : std::int64_t
   AnglePlace,
   ScalePlace,
   ColumnPlace,
-  RowPlace
+  RowPlace,
+  AugmentationPlace,
+  PermutationPlace,
+  ColorRangePlace ///< the first of 6
 };
 
 NormalKey WithStream(NormalKey key, std::uint32_t stream)
@@ -89,7 +92,7 @@ double AreaOf(const PlanarMesh& mesh, Index triangle)
 }
 
 /// Color between -1 and 1, interpolated bilinearly between the centers of pixels, (0, 0) to (width - 1, height - 1).
-void ReadColor(const TextureImage& image, const Eigen::RowVector2d& pixel, float* color)
+void ColorAt(const TextureImage& image, const Eigen::RowVector2d& pixel, float* color)
 {
   const double x = std::clamp(pixel.x(), 0.0, static_cast<double>(image.Width - 1));
   const double y = std::clamp(pixel.y(), 0.0, static_cast<double>(image.Height - 1));
@@ -200,7 +203,40 @@ TextureRings::Placement TextureRings::Place(
   const Eigen::RowVector2d free = (room - scale * extent).cwiseMax(0.0);
   placement.Offset = free.cwiseProduct(Eigen::RowVector2d(Uniform(key, ColumnPlace), Uniform(key, RowPlace))) -
     scale * lowest;
+  if (Uniform(key, AugmentationPlace) < sizes.ColorAugmentation)
+  {
+    placement.AugmentColors(key);
+  }
   return placement;
+}
+
+/// Draws a permutation of the channels, and for each the values that -1 and 1 become: cosines of uniform angles, which
+/// are often near -1 and 1.
+void TextureRings::Placement::AugmentColors(const NormalKey& key)
+{
+  for (auto k = UniformIndex(key, PermutationPlace, 6); k > 0; --k)
+  {
+    std::next_permutation(this->Channel.begin(), this->Channel.end());
+  }
+  for (Eigen::Index c = 0; c < 3; ++c)
+  {
+    const double first = std::cos(Pi * Uniform(key, ColorRangePlace + 2 * c));
+    const double last = std::cos(Pi * Uniform(key, ColorRangePlace + 2 * c + 1));
+    this->Scale[c] = 0.5 * (last - first);
+    this->Shift[c] = 0.5 * (last + first);
+  }
+}
+
+/// Color at a point of the mesh.
+void TextureRings::Placement::ReadColor(const Eigen::RowVector2d& point, float* color) const
+{
+  float found[3];
+  ColorAt(*this->Image, this->Offset + (point - this->Center) * this->Linear, found);
+  for (Eigen::Index c = 0; c < 3; ++c)
+  {
+    const double value = found[this->Channel[static_cast<std::size_t>(c)]];
+    color[c] = static_cast<float>(this->Shift[c] + this->Scale[c] * value);
+  }
 }
 
 void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& placement, const NormalKey& key,
@@ -229,7 +265,7 @@ void TextureRings::SampleRing(const Mesh& mesh, Index vertex, const Placement& p
     const Eigen::RowVector2d point = PointOf(mesh.Planar, triangle, weights);
     logarithms[0] = static_cast<float>((point.x() - center.x()) / radius);
     logarithms[1] = static_cast<float>((point.y() - center.y()) / radius);
-    ReadColor(*placement.Image, placement.Offset + (point - placement.Center) * placement.Linear, colors);
+    placement.ReadColor(point, colors);
   }
 }
 
@@ -241,7 +277,7 @@ void TextureRings::SampleTriangle(const Mesh& mesh, Index triangle, const Placem
     const Eigen::RowVector3d weights = UniformInTriangle(Uniform(key, 2 * k), Uniform(key, 2 * k + 1));
     Eigen::Map<Eigen::RowVector3f>(barycentric, 3) = weights.cast<float>();
     const Eigen::RowVector2d point = PointOf(mesh.Planar, triangle, weights);
-    ReadColor(*placement.Image, placement.Offset + (point - placement.Center) * placement.Linear, colors);
+    placement.ReadColor(point, colors);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "Core/Random/CounterNormals.h"
 #include "IO/Datasets/TextureDataset.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct TextureRingSizes
   /// Power k >= 0: points of the loss have a density proportional to b^k in the ring, where b is the barycentric
   /// coordinate of the ring's vertex; 0: uniform. Those of triangles are uniform.
   double TargetPower = 0.0;
+  /// Part of the rings, or of the triangles, from 0 to 1, whose colors are changed: the channels are permuted, and the
+  /// range of each becomes a random one, which may be reversed.
+  double ColorAugmentation = 0.0;
   bool InTriangles = false; ///< rings of the corners of triangles, with targets in these
 };
 
@@ -60,13 +64,20 @@ private:
     std::vector<Index> Triangles;             ///< triangles whose corners are interior
     double AreaOfVertex = 0.0;                ///< mean over the vertices of triangles
   };
-  /// Similarity from a mesh to an image: pixel = Offset + Linear (point - Center).
+  /// Similarity from a mesh to an image: pixel = Offset + Linear (point - Center); colors are
+  /// Shift + Scale image(pixel, Channel).
   struct Placement
   {
     const TextureImage* Image;
     Eigen::RowVector2d Center;
     Eigen::Matrix2d Linear;
     Eigen::RowVector2d Offset;
+    std::array<std::size_t, 3> Channel = { 0, 1, 2 };
+    Eigen::RowVector3d Scale = Eigen::RowVector3d::Ones();
+    Eigen::RowVector3d Shift = Eigen::RowVector3d::Zero();
+
+    void AugmentColors(const NormalKey& key);
+    void ReadColor(const Eigen::RowVector2d& point, float* color) const;
   };
 
   static Mesh Prepare(PlanarMesh planar);

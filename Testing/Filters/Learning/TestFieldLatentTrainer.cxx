@@ -11,6 +11,7 @@
 #include "Learning/Training/TextureRings.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -133,6 +134,46 @@ TEST(TextureRings, TargetsLieNearTheVertexByTheirPower)
   }
 }
 
+TEST(TextureRings, AugmentedColorsAreAffineInOneChannelOfTheImage)
+{
+  TextureRingSizes sizes;
+  sizes.Rings = 48;
+  sizes.Samples = 30;
+  const TextureRings rings(SmallTextures());
+  const TextureRingBatch plain = rings.Draw(sizes, 4, 1);
+  sizes.ColorAugmentation = 0.5;
+  const TextureRingBatch batch = rings.Draw(sizes, 4, 1);
+  EXPECT_EQ(batch.Logarithms, plain.Logarithms);
+  int changed = 0;
+  for (std::int64_t r = 0; r < sizes.Rings; ++r)
+  {
+    const Eigen::Map<const FieldLatentMatrix> before(plain.Colors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> after(batch.Colors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> targets(plain.TargetColors.data() + 90 * r, 30, 3);
+    const Eigen::Map<const FieldLatentMatrix> augmented(batch.TargetColors.data() + 90 * r, 30, 3);
+    changed += before != after ? 1 : 0;
+    EXPECT_LE(after.cwiseAbs().maxCoeff(), 1.0F);
+    for (Eigen::Index c = 0; c < 3; ++c)
+    {
+      double least = 1.0; // largest residual of the best channel, of samples and targets alike
+      for (Eigen::Index from = 0; from < 3; ++from)
+      {
+        Eigen::MatrixXd affine(30, 2);
+        affine << before.col(from).cast<double>(), Eigen::VectorXd::Ones(30);
+        const Eigen::VectorXd wanted = after.col(c).cast<double>();
+        const Eigen::Vector2d fit = affine.completeOrthogonalDecomposition().solve(wanted);
+        const Eigen::VectorXd found = (targets.col(from).cast<double>() * fit[0]).array() + fit[1];
+        least = std::min(least,
+          std::max((affine * fit - wanted).cwiseAbs().maxCoeff(),
+            (found - augmented.col(c).cast<double>()).cwiseAbs().maxCoeff()));
+      }
+      EXPECT_LT(least, 1e-4) << r;
+    }
+  }
+  EXPECT_GT(changed, 12);
+  EXPECT_LT(changed, 36);
+}
+
 TEST(TextureRings, SmallImagesHoldTheirRings)
 {
   TextureDataset dataset = SmallTextures();
@@ -251,6 +292,7 @@ TEST(FieldLatentTrainer, OptionsAndDatasetsThatDoNotFitAreNamed)
   EXPECT_THAT(refusal([](Options& o) { o.DivergenceWeight = -1.0; }), HasSubstr("DivergenceWeight is -1"));
   EXPECT_THAT(refusal([](Options& o) { o.MaximumTexels = 5.0; }), HasSubstr("MaximumTexels is 5; expected at least"));
   EXPECT_THAT(refusal([](Options& o) { o.TargetPower = -1.0; }), HasSubstr("TargetPower is -1"));
+  EXPECT_THAT(refusal([](Options& o) { o.ColorAugmentation = 1.5; }), HasSubstr("ColorAugmentation is 1.5"));
   EXPECT_THAT(refusal([](Options& o) { o.Network.Heads = 5; }), HasSubstr("Heads is 5"));
   TextureDataset dataset = SmallTextures();
   dataset.Meshes[1] = SquareMesh(2);

@@ -382,10 +382,11 @@ TEST(FieldLatentTrainerFilter, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetIterations(), 1);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "LearningRate: 0.001", "NumberOfMeshes: 1", "MeshPoints: 16", "Sizes: 1",
-         "LatentDimension: 0", "Channels: 0", "EncoderLayers: 0", "Heads: 0", "SamplesPerRing: 0", "DecoderLayers: 0",
-         "DecoderWidth: 0", "Coordinates: 0", "Iterations: 1", "BatchSize: 48", "FinalLearningRate: 1e-05",
-         "DivergenceWeight: 0.01", "MinimumTexels: 10", "MaximumTexels: 150", "TargetPower: 0", "GradientClip: 1" })
+  for (const char* line :
+    { "LearningRate: 0.001", "NumberOfMeshes: 1", "MeshPoints: 16", "Sizes: 1", "LatentDimension: 0", "Channels: 0",
+      "EncoderLayers: 0", "Heads: 0", "SamplesPerRing: 0", "DecoderLayers: 0", "DecoderWidth: 0", "Coordinates: 0",
+      "Iterations: 1", "BatchSize: 48", "FinalLearningRate: 1e-05", "DivergenceWeight: 0.01", "MinimumTexels: 10",
+      "MaximumTexels: 150", "TargetPower: 0", "ColorAugmentation: 0", "GradientClip: 1" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -58,6 +58,9 @@ def train_field_latents(images=None, *, model, dataset=None, progress=None, **op
     target_power : float
         Power k of the density of the loss's points in a ring: b^k, where b is the barycentric coordinate of its vertex.
         With 2 the loss measures errors as they enter texels. Default 0: uniform, as in the paper.
+    color_augmentation : float
+        Part of the rings whose colors are changed, from 0 to 1: the channels are permuted, and the range of each becomes
+        a random one. Photographs have few saturated colors, and textures of models many. Default 0.
     clip : float
         Largest norm of the gradient of all weights together; 0 for no limit. Default 1.
     (shared parameters)
@@ -91,6 +94,7 @@ def configured_filter(
     minimum_texels=10.0,
     maximum_texels=150.0,
     target_power=0.0,
+    color_augmentation=0.0,
     clip=1.0,
     **shared,
 ):
@@ -118,6 +122,8 @@ def configured_filter(
     algorithm.SetMinimumTexels(positive("minimum_texels", minimum_texels))
     algorithm.SetMaximumTexels(positive("maximum_texels", maximum_texels))
     algorithm.SetTargetPower(at_least_0("target_power", target_power))
+    part = at_most("color_augmentation", at_least_0("color_augmentation", color_augmentation), 1.0)
+    algorithm.SetColorAugmentation(part)
     algorithm.SetGradientClip(at_least_0("clip", clip))
     return algorithm
 

@@ -33,6 +33,7 @@ _NUMBERS = {
         ("minimum-texels", float, 10.0, "N", "pixels for a vertex at least"),
         ("maximum-texels", float, 150.0, "N", "pixels for a vertex at most"),
         ("target-power", float, 0.0, "K", "density of the loss's points in a ring: the vertex' coordinate to this power"),
+        ("color-augmentation", float, 0.0, "P", "part of the rings whose colors are changed, 0 to 1"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
     ),
     "planar meshes": (
