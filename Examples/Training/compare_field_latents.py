@@ -334,7 +334,7 @@ def dssim(image, wanted, known):
 
 
 def compared(name, surface, sizes, models):
-    """Rows of the table, and crops (size, [original, *methods]) of one surface."""
+    """Rows of the table, and crops (size, [original, *methods], titles) of one surface."""
     height, width = surface.image.shape[:2]
     texels = rasterized(surface.coordinates, width, height)
     known = texels.triangles >= 0
@@ -352,12 +352,14 @@ def compared(name, surface, sizes, models):
                                    psnr(image, surface.image, mask), dssim(image, surface.image, mask))))
             )  # fmt: skip
             print("{surface}, {points} points, {method}: {psnr:.2f} dB, DSSIM {dssim:.4f}".format(**rows[-1]), flush=True)
-        crops.append((size, crops_of([surface.image, *images.values()], mask), ["original", *images]))
+        crops.append((size, *crops_of({"original": surface.image, **images}, mask)))
     return rows, crops
 
 
 def crops_of(images, mask, side=160):
-    """The same square of all images: the one with the most variance among those that the atlas fills."""
+    """The same square of all images, white outside the atlas, and titles: the square with the most variance among those
+    that the atlas fills. The first image is the original."""
+    titles, images = list(images), list(images.values())
     side = min(side, *mask.shape)
     best = (-1.0, 0, 0)
     for y in range(0, mask.shape[0] - side + 1, side // 2):
@@ -366,7 +368,10 @@ def crops_of(images, mask, side=160):
             spread = images[0][y : y + side, x : x + side].std(axis=(0, 1)).mean()
             best = max(best, (float(spread * filled**4), y, x))
     _, y, x = best
-    return [image[y : y + side, x : x + side] for image in images]
+    square = np.s_[y : y + side, x : x + side]
+    for k in range(1, len(images)):
+        titles[k] += f", {psnr(images[k][square], images[0][square], mask[square]):.1f} dB"
+    return [np.where(mask[square][:, :, None], image[square], np.uint8(255)) for image in images], titles
 
 
 def draw(crops, path):
@@ -380,11 +385,9 @@ def draw(crops, path):
     shape = {"figsize": (2.2 * columns, 2.4 * len(crops)), "layout": "constrained"}
     figure, axes = pyplot.subplots(len(crops), columns, squeeze=False, **shape)
     for line, (name, size, images, titles) in zip(axes, crops):
-        all_known = np.ones(images[0].shape[:2], bool)
         for axis, image, title in zip(line, images, titles):
             axis.imshow(image, interpolation="nearest")
-            of_crop = f"{title}, {psnr(image, images[0], all_known):.1f} dB"
-            axis.set_title(of_crop if title != "original" else f"{name}, {size:,} points", fontsize=8)
+            axis.set_title(title if title != "original" else f"{name}, {size:,} points", fontsize=8)
         for axis in line:
             axis.axis("off")
     figure.savefig(path, dpi=80)

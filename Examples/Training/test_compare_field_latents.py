@@ -74,6 +74,9 @@ def check_measures():
     assert compare.dssim(wanted, wanted, known) < 1e-12
     far = compare.dssim(255 - wanted, wanted, known)
     assert 0.5 < far <= 1 and compare.dssim(wanted + 1, wanted, known) < 1e-3
+    crops, titles = compare.crops_of({"original": wanted, "brighter": wanted + 10}, known)
+    assert titles == ["original", "brighter, 28.1 dB"]
+    assert (crops[1][:8] == 255).all() and (crops[1][8:] == wanted[8:] + 10).all()
     changed = wanted.copy()
     changed[:8] = 0  # outside the mask
     assert compare.dssim(changed, wanted, known) < 1e-12 and compare.psnr(changed, wanted, known) > 100
