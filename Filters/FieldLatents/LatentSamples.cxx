@@ -65,7 +65,10 @@ void LatentSamples::Draw(const LatentSampleRequest& request, bool everyStep, con
   }
   const NormalKey key{ request.Seed, request.Sample, 0, request.Stream };
   const std::int64_t dimension = this->Model->Options.LatentDimension;
-  const DiffusionNoise noise = [&](std::uint32_t draw) { return this->Noise.Draw(key, dimension, draw); };
+  // The first noise sets the texture; those of later steps need not be alike on other triangulations.
+  const DiffusionNoise noise = [&](std::uint32_t draw) {
+    return draw == 0 ? this->Noise.Draw(key, dimension) : this->Noise.DrawAtVertices(key, dimension, draw);
+  };
   states.push_back(this->Sampler.Sample(request, this->Guide.Conditions, this->Guide.Kept, observe, progress, noise));
   this->Samples[request.Sample] = std::move(states);
 }

@@ -4,14 +4,15 @@
 #include "BlockBridge.h"
 #include "BlockCache.h"
 #include "DataObjects.h"
-#include "FileCache.h"
 #include "FilterSupport.h"
 #include "InstalledModelList.h"
 #include "LatentArrays.h"
 #include "LatentGuidance.h"
+#include "LatentModelPair.h"
 #include "NewArray.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
+#include "SampleOutputs.h"
 #include "SampledTextures.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
@@ -24,13 +25,9 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
-#include "IO/Weights/InstalledModels.h"
-#include "Inference/FieldLatents/FieldLatentDecoder.h"
-#include "Inference/FieldLatents/FieldLatentEncoder.h"
 
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
-#include <vtkDataObjectTreeIterator.h>
 #include <vtkImageData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
@@ -47,7 +44,6 @@
 #include <cmath>
 #include <exception>
 #include <limits>
-#include <map>
 #include <new>
 #include <optional>
 #include <set>
@@ -77,37 +73,6 @@ constexpr double FeaturesOfChannel = 16.0;
 constexpr int ImagePort = 1;
 constexpr int LatentPort = 2;
 
-/// Results of an update on one port, by number of the sample in the series and flat index.
-using Results = std::map<std::pair<int, unsigned int>, vtkSmartPointer<vtkDataSet>>;
-
-/// Fills the output of a port with the results, in the arrangement that ProcessBlocks() gives the first port.
-void FillPort(vtkDataObject* input, const surfsynth::OutputSeries& series, const char* datasetClass,
-  const Results& results, vtkDataObject* output)
-{
-  const auto parts = surfsynth::MakeOutputs(input, series, datasetClass, output);
-  for (const auto& [key, dataset] : results)
-  {
-    vtkDataObject* part = parts[static_cast<std::size_t>(key.first)];
-    auto* tree = vtkDataObjectTree::SafeDownCast(part);
-    if (!tree)
-    {
-      part->ShallowCopy(dataset);
-      continue;
-    }
-    const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(
-      vtkDataObjectTree::SafeDownCast(input)->NewTreeIterator());
-    place->VisitOnlyLeavesOn();
-    place->TraverseSubTreeOn();
-    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
-    {
-      if (place->GetCurrentFlatIndex() == key.second)
-      {
-        tree->SetDataSet(place, dataset);
-      }
-    }
-  }
-}
-
 /// Announces that there is no image where an empty surface gave none: a pipeline that waits for one updates again and
 /// again.
 void AnnounceEmptyImage(vtkInformation* output)
@@ -119,28 +84,6 @@ void AnnounceEmptyImage(vtkInformation* output)
     output->Set(Pipeline::WHOLE_EXTENT(), None, 6);
     output->Set(Pipeline::UPDATE_EXTENT(), None, 6);
   }
-}
-
-/// Number of blocks and points of the input.
-std::pair<double, double> SizesOf(vtkDataObject* input)
-{
-  const auto pointsOf = [](vtkDataObject* data) {
-    auto* set = vtkDataSet::SafeDownCast(data);
-    return set ? static_cast<double>(set->GetNumberOfPoints()) : 0.0;
-  };
-  auto* tree = vtkDataObjectTree::SafeDownCast(input);
-  if (!tree)
-  {
-    return { 1.0, pointsOf(input) };
-  }
-  std::pair<double, double> sizes{ 0.0, 0.0 };
-  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
-  {
-    sizes.first += 1.0;
-    sizes.second = std::max(sizes.second, pointsOf(place->GetCurrentDataObject()));
-  }
-  return sizes;
 }
 } // namespace
 
@@ -179,8 +122,10 @@ public:
   /// Fills the further outputs, and forgets what the input no longer has.
   void End(vtkDataObject* input, vtkInformationVector* outputVector)
   {
-    FillPort(input, this->Series(), "vtkImageData", this->Images, vtkDataObject::GetData(outputVector, ImagePort));
-    FillPort(input, this->Series(), "vtkPolyData", this->Latents, vtkDataObject::GetData(outputVector, LatentPort));
+    surfsynth::FillPort(
+      input, this->Series(), "vtkImageData", this->Images, vtkDataObject::GetData(outputVector, ImagePort));
+    surfsynth::FillPort(
+      input, this->Series(), "vtkPolyData", this->Latents, vtkDataObject::GetData(outputVector, LatentPort));
     this->Blocks.DropUnused();
     this->MadeAtlases.DropUnused();
   }
@@ -215,10 +160,10 @@ public:
     this->PrepareAtlas(
       prepared, surface, std::move(coordinates), surfsynth::SubProgress(progress, AfterTriangulation, BeforeSamples));
     this->Warn(surface.Where, prepared.Atlas->Warning);
-    if (!prepared.Samples || !prepared.Samples->IsOf(this->Model))
+    if (!prepared.Samples || !prepared.Samples->IsOf(this->Model()))
     {
       prepared.Samples.reset();
-      prepared.Samples = std::make_unique<surfsynth::LatentSamples>(this->Model, *prepared.Triangulation);
+      prepared.Samples = std::make_unique<surfsynth::LatentSamples>(this->Model(), *prepared.Triangulation);
     }
     surfsynth::LatentSampleRequest request = this->Request(block.FlatIndex);
     const int count = this->Self->NumberOfSamples;
@@ -233,17 +178,9 @@ public:
     }
   }
 
-  std::shared_ptr<const surfsynth::LatentDiffusionModel> Model;   ///< of this update
-  std::shared_ptr<const surfsynth::FieldLatentModel> Autoencoder; ///< of this update
-  surfsynth::FileCache<surfsynth::LatentDiffusionModel> File{ [](const std::string& path) {
-                                                               return surfsynth::ReadLatentDiffusion(path);
-                                                             },
-    "A diffusion model of field latents in safetensors format is needed, as vtkLatentDiffusionTrainer writes it." };
-  surfsynth::FileCache<surfsynth::FieldLatentModel> AutoencoderFile{ [](const std::string& path) {
-                                                                      return surfsynth::ReadFieldLatents(path);
-                                                                    },
-    "An autoencoder of field latents in safetensors format is needed (AutoencoderFileName), as vtkFieldLatentTrainer "
-    "writes it." };
+  const std::shared_ptr<const surfsynth::LatentDiffusionModel>& Model() const { return this->Models.Diffusion(); }
+
+  surfsynth::LatentModelPair Models; ///< of this update
   surfsynth::InstalledModelList InstalledModels;
   surfsynth::InstalledModelList InstalledAutoencoders;
   vtkTypeInt64 NumberOfVertices = 0;
@@ -277,24 +214,13 @@ private:
 
   void ReadModels()
   {
-    const auto model = this->File.Get(surfsynth::ExistingModelPath(this->Self->ModelFileName));
-    const auto autoencoder = this->AutoencoderFile.Get(surfsynth::ExistingModelPath(this->Self->AutoencoderFileName));
-    this->Model = model;
-    if (autoencoder != this->Autoencoder)
-    {
-      this->Decoder.reset(); // first, so that the weights of two models are never held
-      this->Encoder.reset();
-      this->Autoencoder = autoencoder;
-      this->AutoencoderFingerprint = surfsynth::Fingerprint(*autoencoder);
-      this->Decoder.emplace(*autoencoder);
-      this->Encoder.emplace(*autoencoder);
-    }
-    this->RequirePair();
+    this->Models.Read(this->Self->ModelFileName, this->Self->AutoencoderFileName);
     this->RequireGuidance();
-    if (this->Self->NumberOfSteps > model->Options.TimeSteps)
+    if (this->Self->NumberOfSteps > this->Model()->Options.TimeSteps)
     {
       throw surfsynth::InvalidInput("NumberOfSteps is " + std::to_string(this->Self->NumberOfSteps) +
-        ", and the model has " + std::to_string(model->Options.TimeSteps) + " time steps; at most as many are needed.");
+        ", and the model has " + std::to_string(this->Model()->Options.TimeSteps) +
+        " time steps; at most as many are needed.");
     }
   }
 
@@ -309,35 +235,15 @@ private:
     }
   }
 
-  /// Refuses an autoencoder that is not that of the diffusion model.
-  void RequirePair() const
-  {
-    const std::string advice =
-      "The autoencoder that made the latents of its training is needed (AutoencoderFileName is \"" +
-      this->Self->AutoencoderFileName + "\").";
-    if (!this->Model->Autoencoder.empty() && this->Model->Autoencoder != this->AutoencoderFingerprint)
-    {
-      throw surfsynth::InvalidInput("The diffusion model \"" + this->Self->ModelFileName +
-        "\" belongs to the autoencoder with the fingerprint " + this->Model->Autoencoder + ", not to that with " +
-        this->AutoencoderFingerprint + ". " + advice);
-    }
-    if (this->Model->Options.LatentDimension != this->Autoencoder->Options.LatentDimension)
-    {
-      throw surfsynth::InvalidInput("The diffusion model \"" + this->Self->ModelFileName +
-        "\" has latents of dimension " + std::to_string(this->Model->Options.LatentDimension) +
-        ", the autoencoder of dimension " + std::to_string(this->Autoencoder->Options.LatentDimension) + ". " + advice);
-    }
-  }
-
   /// Refuses arrays that the model does not know.
   void RequireGuidance() const
   {
-    if (!this->Self->LabelArrayName.empty() && this->Model->Options.NumberOfLabels == 0)
+    if (!this->Self->LabelArrayName.empty() && this->Model()->Options.NumberOfLabels == 0)
     {
       throw surfsynth::InvalidInput("LabelArrayName is \"" + this->Self->LabelArrayName +
         "\", and the model has no labels; a model that was trained with labels, or no name, is needed.");
     }
-    if (!this->Self->DirectionArrayName.empty() && !this->Model->Options.Directed)
+    if (!this->Self->DirectionArrayName.empty() && !this->Model()->Options.Directed)
     {
       throw surfsynth::InvalidInput("DirectionArrayName is \"" + this->Self->DirectionArrayName +
         "\", and the model is not directed; a model that was trained with directions, or no name, is needed.");
@@ -355,14 +261,14 @@ private:
     {
       return this->Self->NumberOfPoints;
     }
-    return this->Model->TrainingPoints > 0 ? this->Model->TrainingPoints : static_cast<std::int64_t>(inputPoints);
+    return this->Model()->TrainingPoints > 0 ? this->Model()->TrainingPoints : static_cast<std::int64_t>(inputPoints);
   }
 
   /// Refuses sizes that do not fit into the limit of memory.
   void RequireMemory(vtkDataObject* input) const
   {
-    const auto [blocks, points] = SizesOf(input);
-    const surfsynth::LatentDiffusionOptions& options = this->Model->Options;
+    const auto [blocks, points] = surfsynth::SizesOfBlocks(input);
+    const surfsynth::LatentDiffusionOptions& options = this->Model()->Options;
     const double vertices = std::max(points > 0.0 ? static_cast<double>(this->PointsOf(points)) : 0.0,
       this->Self->Triangulation == AS_IS ? points : 0.0);
     const int* size = this->Self->Resolution;
@@ -463,7 +369,8 @@ private:
     surfsynth::LatentGuide guide;
     if (!self.LabelArrayName.empty())
     {
-      guide.Conditions.Labels = surfsynth::ReadLabels(guided, self.LabelArrayName, this->Model->Options.NumberOfLabels);
+      guide.Conditions.Labels = surfsynth::ReadLabels(
+        guided, self.LabelArrayName, this->Model()->Options.NumberOfLabels);
     }
     if (!self.DirectionArrayName.empty())
     {
@@ -495,8 +402,8 @@ private:
     const surfsynth::ColorSource source = guided.Triangulation->IsRemeshed()
       ? surfsynth::ColorsOfNearest(welded.Mesh, surface.Mesh, colors)
       : surfsynth::ColorsOn(colors);
-    return surfsynth::EncodeColors(
-      *this->Encoder, welded, source, kept, 0, surfsynth::SubProgress(progress, AfterTriangulation, AfterTriangulation))
+    return surfsynth::EncodeColors(this->Models.Encoder(), welded, source, kept, 0,
+      surfsynth::SubProgress(progress, AfterTriangulation, AfterTriangulation))
       .Mean;
   }
 
@@ -562,14 +469,14 @@ private:
     const auto texture = surfsynth::NewArray<vtkUnsignedCharArray>(name, static_cast<vtkIdType>(size[0]) * size[1], 3);
     unsigned char* texels = texture->GetPointer(0);
     surfsynth::DecodeColors(
-      *this->Decoder, field, welded, atlas.Texels, texels, surfsynth::SubProgress(progress, 0.0, 0.95));
+      this->Models.Decoder(), field, welded, atlas.Texels, texels, surfsynth::SubProgress(progress, 0.0, 0.95));
     for (const auto& [texel, source] : atlas.Gutters)
     {
       std::copy_n(texels + 3 * static_cast<std::size_t>(source), 3, texels + 3 * static_cast<std::size_t>(texel));
     }
     const auto colors = surfsynth::NewArray<vtkUnsignedCharArray>(name, output->GetNumberOfPoints(), 3);
-    surfsynth::DecodeColors(
-      *this->Decoder, field, welded, atlas.Points, colors->GetPointer(0), surfsynth::SubProgress(progress, 0.95, 1.0));
+    surfsynth::DecodeColors(this->Models.Decoder(), field, welded, atlas.Points, colors->GetPointer(0),
+      surfsynth::SubProgress(progress, 0.95, 1.0));
     output->GetPointData()->AddArray(colors);
     output->GetPointData()->SetActiveScalars(name.c_str());
     auto image = vtkSmartPointer<vtkImageData>::New();
@@ -596,12 +503,9 @@ private:
 
   vtkFieldLatentTextureFilter* Self;
   double Time = 1.0;
-  std::string AutoencoderFingerprint;
-  std::optional<surfsynth::FieldLatentDecoder> Decoder; ///< of Autoencoder
-  std::optional<surfsynth::FieldLatentEncoder> Encoder; ///< of Autoencoder
-  std::optional<surfsynth::ColorImage> Image;           ///< during an update
-  Results Images;                                       ///< of this update
-  Results Latents;                                      ///< of this update
+  std::optional<surfsynth::ColorImage> Image; ///< during an update
+  surfsynth::SampleResults Images;            ///< of this update
+  surfsynth::SampleResults Latents;           ///< of this update
   surfsynth::BlockCache<surfsynth::PreparedTextures> Blocks;
   surfsynth::BlockCache<surfsynth::MadeAtlas> MadeAtlases;
 };
@@ -818,7 +722,7 @@ void vtkFieldLatentTextureFilter::SetTimeOfOutputs(vtkInformationVector* outputV
 
 std::string vtkFieldLatentTextureFilter::GetModelDescription() const
 {
-  return this->Impl->Model ? this->Impl->Model->Description() : "";
+  return this->Impl->Model() ? this->Impl->Model()->Description() : "";
 }
 
 vtkStringArray* vtkFieldLatentTextureFilter::GetInstalledModels()
@@ -838,7 +742,7 @@ const char* vtkFieldLatentTextureFilter::GetInstalledModelsFolder() const
 
 vtkTypeInt64 vtkFieldLatentTextureFilter::GetNumberOfVertices() const { return this->Impl->NumberOfVertices; }
 
-vtkTypeInt64 vtkFieldLatentTextureFilter::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+vtkTypeInt64 vtkFieldLatentTextureFilter::GetNumberOfModelLoads() const { return this->Impl->Models.NumberOfLoads(); }
 
 vtkTypeInt64 vtkFieldLatentTextureFilter::GetNumberOfTriangulations() const
 {

@@ -55,7 +55,8 @@
  * the one that its source holds, or outputs without a requested time. An update without a requested time outputs time 1.
  *
  * @par Randomness
- * The noise is that of cubes in space, averaged over the cells of vertices: a sample depends on the models, the surface
+ * The first noise is that of cubes in space, averaged over the cells of vertices, later noise (DDPM, masks) belongs to the
+ * positions of vertices: a sample depends on the models, the surface
  * and where it lies, Seed and its number, guidance, Sampler and NumberOfSteps, and not on the numbers of points and cells
  * (but for rounding errors, and with remeshing where CGAL takes another order of its steps). On another triangulation of
  * the same surface, with the same number of vertices to some per cent, coarse parts of the noise are the same, and so are

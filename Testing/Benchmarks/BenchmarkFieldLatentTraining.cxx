@@ -65,7 +65,7 @@ void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& 
   options.Network = network;
   options.BatchSize = 1;
   options.Device = TrainingDevice::CPU;
-  LatentDiffusionTrainer trainer({ { surface } }, options);
+  LatentDiffusionTrainer trainer({ { surface }, "" }, options);
   trainer.Step();
   const double start = ProcessorSeconds();
   for ([[maybe_unused]] auto step : state)

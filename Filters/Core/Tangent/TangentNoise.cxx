@@ -7,7 +7,9 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace surfsynth
@@ -15,6 +17,9 @@ namespace surfsynth
 
 namespace
 {
+/// Components of NormalKey that a drawing uses.
+constexpr std::uint32_t ComponentsOfDraw = 256;
+
 /// Share of an area in a cube.
 struct Share
 {
@@ -22,19 +27,68 @@ struct Share
   double Area;
 };
 
-/// Number of a cube below 2^34 from its place, by the finalizer of SplitMix64.
-std::int64_t NumberOf(const Eigen::RowVector3d& point, double side)
+/// Number below 2^40 from three numbers, by the finalizer of SplitMix64.
+std::int64_t NumberOf(const std::array<std::uint64_t, 3>& numbers)
 {
   std::uint64_t hash = 0;
-  for (int axis = 0; axis < 3; ++axis)
+  for (const std::uint64_t number : numbers)
   {
-    hash += static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(point[axis] / side)));
-    hash += 0x9e3779b97f4a7c15;
+    hash += number + 0x9e3779b97f4a7c15;
     hash = (hash ^ hash >> 30) * 0xbf58476d1ce4e5b9;
     hash = (hash ^ hash >> 27) * 0x94d049bb133111eb;
     hash ^= hash >> 31;
   }
-  return static_cast<std::int64_t>(hash >> 30);
+  return static_cast<std::int64_t>(hash >> 24);
+}
+
+/// Number of the cube at a place.
+std::int64_t NumberOfCube(const Eigen::RowVector3d& point, double side)
+{
+  std::array<std::uint64_t, 3> numbers{};
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    numbers[static_cast<std::size_t>(axis)] = static_cast<std::uint64_t>(
+      static_cast<std::int64_t>(std::floor(point[axis] / side)));
+  }
+  return NumberOf(numbers);
+}
+
+/// Number of the bits of a position; 0 and -0 are the same.
+std::int64_t NumberOfPosition(const Eigen::RowVector3d& point)
+{
+  std::array<std::uint64_t, 3> numbers{};
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const double coordinate = point[axis] + 0.0;
+    std::memcpy(&numbers[static_cast<std::size_t>(axis)], &coordinate, sizeof coordinate);
+  }
+  return NumberOf(numbers);
+}
+
+/// N(0, 1) numbers, [numbers, 3 vectors], of things with these numbers; 0 for -1. They are consecutive points of
+/// FillNormals(), which are below 2^34: a part of the number of a thing chooses the points, the rest the component.
+TangentNoise::Rows Normals(
+  const std::vector<std::int64_t>& things, const NormalKey& key, std::int64_t vectors, std::uint32_t draw)
+{
+  const std::int64_t numbers = (3 * vectors + 3) / 4 * 4;
+  const std::int64_t places = (std::int64_t(1) << 34) / numbers;
+  TangentNoise::Rows values = TangentNoise::Rows::Zero(static_cast<Eigen::Index>(things.size()), 3 * vectors);
+  ParallelFor(values.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::RowVectorXd normals(numbers);
+    for (std::int64_t k = begin; k < end; ++k)
+    {
+      const std::int64_t thing = things[static_cast<std::size_t>(k)];
+      if (thing < 0)
+      {
+        continue;
+      }
+      const std::uint32_t component = draw * ComponentsOfDraw + static_cast<std::uint32_t>(thing % ComponentsOfDraw);
+      const std::int64_t place = thing / ComponentsOfDraw % places;
+      FillNormals({ key.Seed, key.Sample, component, key.Stream }, place * numbers, numbers, normals.data());
+      values.row(k) = normals.head(3 * vectors).cast<float>();
+    }
+  });
+  return values;
 }
 
 /// Most patches along a side of a quadrilateral.
@@ -46,7 +100,7 @@ void AddCell(const Eigen::RowVector3d& v, const Eigen::RowVector3d& a, const Eig
 {
   const Eigen::RowVector3d corners[4] = { v, 0.5 * (v + a), (v + a + b) / 3.0, 0.5 * (v + b) };
   const double longest = std::max((a - v).norm(), (b - v).norm());
-  const int count = std::clamp(static_cast<int>(std::ceil(longest / side)), 1, MostPatches);
+  const int count = std::clamp(static_cast<int>(std::ceil(0.5 * longest / side)), 1, MostPatches);
   const double area = (a - v).cross(b - v).norm() / 6.0;
   if (!(area > 0.0))
   {
@@ -64,7 +118,7 @@ void AddCell(const Eigen::RowVector3d& v, const Eigen::RowVector3d& a, const Eig
       const Eigen::RowVector3d alongT = (1.0 - s) * (corners[3] - corners[0]) + s * (corners[2] - corners[1]);
       const Eigen::RowVector3d place = (1.0 - s) * ((1.0 - t) * corners[0] + t * corners[3]) +
         s * ((1.0 - t) * corners[1] + t * corners[2]);
-      shares.push_back({ NumberOf(place, side), alongS.cross(alongT).norm() });
+      shares.push_back({ NumberOfCube(place, side), alongS.cross(alongT).norm() });
       sum += shares.back().Area;
     }
   }
@@ -124,6 +178,8 @@ TangentNoise::TangentNoise(const TriangleMesh& mesh, const OneRings& rings)
       AddCell(mesh.Points.row(vertex), mesh.Points.row(mesh.Triangles(triangle, (at + 1) % 3)),
         mesh.Points.row(mesh.Triangles(triangle, (at + 2) % 3)), this->Side, shares);
     }
+    const bool isUsed = rings.RingStart[vertex] < rings.RingStart[vertex + 1];
+    this->Vertices.push_back(isUsed ? NumberOfPosition(mesh.Points.row(vertex)) : -1);
     Join(shares);
     for (const Share& share : shares)
     {
@@ -143,48 +199,40 @@ TangentNoise::TangentNoise(const TriangleMesh& mesh, const OneRings& rings)
   }
 }
 
-Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> TangentNoise::Draw(
-  const NormalKey& key, std::int64_t vectors, std::uint32_t draw) const
+TangentNoise::Rows TangentNoise::Draw(const NormalKey& key, std::int64_t vectors, std::uint32_t draw) const
 {
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Rows values = Normals(this->Cubes, key, vectors, draw);
   const auto vertices = static_cast<std::int64_t>(this->Start.size()) - 1;
-  Rows noise = Rows::Zero(vertices, 2 * vectors);
-  // Four numbers of one cube at a time: points 4 c to 4 c + 3 of FillNormals(), whose points are below 2^34, so that the
-  // two highest bits of the cube's number become the lowest of the component.
-  const auto fours = static_cast<std::uint32_t>((3 * vectors + 3) / 4);
-  Rows values(static_cast<Eigen::Index>(this->Cubes.size()), 4 * static_cast<Eigen::Index>(fours));
-  ParallelFor(values.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
-    double four[4];
-    for (std::int64_t c = begin; c < end; ++c)
-    {
-      const std::int64_t cube = this->Cubes[static_cast<std::size_t>(c)];
-      for (std::uint32_t k = 0; k < fours; ++k)
-      {
-        const std::uint32_t component = (draw * fours + k) * 4 + static_cast<std::uint32_t>(cube >> 32 & 3);
-        FillNormals({ key.Seed, key.Sample, component, key.Stream }, 4 * (cube & 0xffffffff), 4, four);
-        values.row(c).segment<4>(
-          4 * static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::RowVector4d>(four).cast<float>();
-      }
-    }
-  });
+  Rows sums = Rows::Zero(vertices, values.cols());
   ParallelFor(vertices, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
-    Eigen::RowVectorXf sum(values.cols());
-    for (std::int64_t v = begin; v < end; ++v)
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
     {
-      sum.setZero();
-      for (std::size_t k = this->Start[static_cast<std::size_t>(v)]; k < this->Start[static_cast<std::size_t>(v) + 1];
-           ++k)
+      for (std::size_t k = this->Start[v]; k < this->Start[v + 1]; ++k)
       {
-        sum += this->Weights[k] * values.row(this->Members[k]);
-      }
-      for (std::int64_t j = 0; j < vectors; ++j)
-      {
-        const Eigen::RowVector3d vector = sum.segment<3>(3 * j).cast<double>();
-        noise(v, 2 * j) = static_cast<float>(vector.dot(this->Frames.X.row(v)));
-        noise(v, 2 * j + 1) = static_cast<float>(vector.dot(this->Frames.Y.row(v)));
+        sums.row(static_cast<Eigen::Index>(v)) += this->Weights[k] * values.row(this->Members[k]);
       }
     }
   });
+  return this->Project(sums);
+}
+
+TangentNoise::Rows TangentNoise::DrawAtVertices(const NormalKey& key, std::int64_t vectors, std::uint32_t draw) const
+{
+  return this->Project(Normals(this->Vertices, key, vectors, draw));
+}
+
+TangentNoise::Rows TangentNoise::Project(const Rows& vectors) const
+{
+  Rows noise = Rows::Zero(vectors.rows(), vectors.cols() / 3 * 2);
+  for (Eigen::Index v = 0; v < noise.rows(); ++v)
+  {
+    for (Eigen::Index j = 0; j < noise.cols() / 2; ++j)
+    {
+      const Eigen::RowVector3d vector = vectors.row(v).segment<3>(3 * j).cast<double>();
+      noise(v, 2 * j) = static_cast<float>(vector.dot(this->Frames.X.row(v)));
+      noise(v, 2 * j + 1) = static_cast<float>(vector.dot(this->Frames.Y.row(v)));
+    }
+  }
   return noise;
 }
 

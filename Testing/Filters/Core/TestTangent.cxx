@@ -7,6 +7,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Tangent/OneRings.h"
 #include "Core/Tangent/RingSamples.h"
+#include "Core/Tangent/TangentNoise.h"
 #include "Core/Tangent/TangentVectors.h"
 
 #include <Eigen/Geometry>
@@ -667,6 +668,99 @@ TEST(RingSamples, NumbersOutOfRangeAreRefused)
   EXPECT_THAT(MessageOf([&] { SampleRingsUniformly(rings, 0); }), HasSubstr("0 samples of a ring"));
   EXPECT_THAT(MessageOf([&] { SampleRingsAtRandom(rings, { 0 }, 100000, 1); }), HasSubstr("expected 1 to 65536"));
   EXPECT_THAT(MessageOf([&] { SampleRingsAtRandom(rings, { 4 }, 8, 1); }), HasSubstr("vertex 4"));
+}
+
+namespace
+{
+/// Sums of the noise of one vector over the octants of a sphere in world axes, each vertex with the root of its area.
+Eigen::MatrixXd OctantSums(const TriangleMesh& mesh, const NormalKey& key)
+{
+  const OneRings rings(mesh);
+  const auto noise = TangentNoise(mesh, rings).Draw(key, 1);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(8, 3);
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    const Eigen::RowVector3d point = mesh.Points.row(v);
+    const int octant = (point[0] > 0.0 ? 1 : 0) + (point[1] > 0.0 ? 2 : 0) + (point[2] > 0.0 ? 4 : 0);
+    sums.row(octant) += std::sqrt(rings.Areas[v]) *
+      (noise(v, 0) * rings.Frames.X.row(v) + noise(v, 1) * rings.Frames.Y.row(v));
+  }
+  return sums;
+}
+} // namespace
+
+TEST(TangentNoise, IsWhiteWithUnitVariance)
+{
+  const TriangleMesh mesh = test::IrregularSphere(2);
+  const OneRings rings(mesh);
+  const TangentNoise noise(mesh, rings);
+  const auto values = noise.Draw({ 5, 0, 0, 0 }, 8);
+  const auto count = static_cast<double>(values.size());
+  EXPECT_NEAR(values.cast<double>().mean(), 0.0, 4.0 / std::sqrt(count));
+  EXPECT_NEAR(values.cast<double>().squaredNorm() / count, 1.0, 4.0 * std::sqrt(2.0 / count));
+  double products = 0.0;
+  double edges = 0.0;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    for (Index k = rings.NeighborStart[v]; k < rings.NeighborStart[v + 1]; ++k)
+    {
+      const Index w = rings.Neighbors[k];
+      for (int j = 0; j < 8; ++j)
+      {
+        const Complex here(values(v, 2 * j), values(v, 2 * j + 1));
+        const Complex there(values(w, 2 * j), values(w, 2 * j + 1));
+        products += (std::conj(there) * rings.Transport[k] * here).real() / 2.0;
+        edges += 1.0;
+      }
+    }
+  }
+  EXPECT_NEAR(products / edges, 0.03, 0.03);
+  EXPECT_GT((noise.Draw({ 5, 1, 0, 0 }, 8) - values).cwiseAbs().maxCoeff(), 1.0F);
+  EXPECT_GT((noise.Draw({ 5, 0, 0, 0 }, 8, 1) - values).cwiseAbs().maxCoeff(), 1.0F);
+  EXPECT_EQ(noise.Draw({ 5, 0, 0, 0 }, 8), values);
+}
+
+TEST(TangentNoise, TurnsWithTheFramesAndDoesNotDependOnNumbers)
+{
+  const TriangleMesh mesh = test::IrregularSphere(2);
+  std::vector<Index> id;
+  const TriangleMesh other = Renumbered(mesh, id);
+  const OneRings a(mesh);
+  const OneRings b(other, MeshTopology(other), Renumbered(a.Frames, id));
+  const Eigen::VectorXd angles = RandomAngles(mesh.NumberOfPoints());
+  const OneRings turned(mesh, MeshTopology(mesh), TurnedFrames(a.Frames, angles));
+  const NormalKey key{ 3, 2, 0, 1 };
+  const auto first = TangentNoise(mesh, a).Draw(key, 2);
+  const auto second = TangentNoise(other, b).Draw(key, 2);
+  const auto third = TangentNoise(mesh, turned).Draw(key, 2);
+  const auto fourth = TangentNoise(mesh, a).DrawAtVertices(key, 2);
+  const auto fifth = TangentNoise(other, b).DrawAtVertices(key, 2);
+  EXPECT_NEAR(fourth.cast<double>().squaredNorm() / static_cast<double>(fourth.size()), 1.0, 0.25);
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    EXPECT_LE((first.row(v) - second.row(id[v])).cwiseAbs().maxCoeff(), 1e-5F);
+    EXPECT_EQ(fourth.row(v), fifth.row(id[v]));
+    const Complex here(first(v, 2), first(v, 3));
+    EXPECT_LE(std::abs(std::polar(1.0, -angles[v]) * here - Complex(third(v, 2), third(v, 3))), 1e-5);
+  }
+}
+
+TEST(TangentNoise, CoarsePartsAreThoseOfOtherTriangulations)
+{
+  double same = 0.0;
+  double squares = 0.0;
+  double others = 0.0;
+  for (std::uint64_t seed = 0; seed < 2; ++seed)
+  {
+    const Eigen::MatrixXd a = OctantSums(test::IrregularSphere(3, 1), { seed, 0, 0, 0 });
+    const Eigen::MatrixXd b = OctantSums(test::IrregularSphere(3, 2), { seed, 0, 0, 0 });
+    const Eigen::MatrixXd c = OctantSums(test::IrregularSphere(3, 2), { seed + 100, 0, 0, 0 });
+    same += a.cwiseProduct(b).sum();
+    others += a.cwiseProduct(c).sum();
+    squares += std::sqrt(a.squaredNorm() * b.squaredNorm());
+  }
+  EXPECT_GT(same / squares, 0.7);
+  EXPECT_LT(std::abs(others / squares), 0.3);
 }
 
 TEST(OneRings, AreTheSameForEveryNumberOfThreads)

@@ -441,11 +441,15 @@ TEST(LatentDiffusionModel, WhatIsWrittenIsRead)
 {
   LatentDiffusionModel model = RandomLatentDiffusion();
   model.Metadata["note"] = "kept";
+  model.Autoencoder = "0123456789abcdef";
+  model.TrainingPoints = 3000;
   WriteLatentDiffusion(Path, model);
   const LatentDiffusionModel read = ReadLatentDiffusion(Path);
   EXPECT_TRUE(read.Options == model.Options);
   EXPECT_EQ(read.Iterations, 7);
   EXPECT_EQ(read.Metadata.at("note"), "kept");
+  EXPECT_EQ(read.Autoencoder, "0123456789abcdef");
+  EXPECT_EQ(read.TrainingPoints, 3000);
   ASSERT_EQ(read.Tensors.size(), model.Tensors.size());
   for (const auto& [name, tensor] : model.Tensors)
   {

@@ -68,9 +68,11 @@ std::string RefusalOf(const std::function<void(LatentDataset&)>& change)
 TEST(LatentDataset, FilesHoldSurfacesAndLatents)
 {
   LatentDataset dataset = test::SmallLatents();
+  dataset.Autoencoder = "0123456789abcdef";
   WriteLatentDataset(Path, dataset);
   const LatentDataset read = ReadLatentDataset(Path);
   std::remove(Path);
+  EXPECT_EQ(read.Autoencoder, "0123456789abcdef");
   ASSERT_EQ(read.Surfaces.size(), 2U);
   EXPECT_EQ(read.Dimension(), 2);
   EXPECT_EQ(read.NumberOfLabels(), 3);
