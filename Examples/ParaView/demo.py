@@ -75,6 +75,64 @@ def figure(resolution=70):
     return surface
 
 
+# The coat of a giraffe: patches around random points, darker towards their middle, with light lines between, and hairs.
+_COAT = """
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+n, random = {size}, np.random.default_rng(4)
+grid = (np.arange(14) + 0.5) / 14
+seeds = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2) + random.uniform(-0.028, 0.028, (196, 2))
+x = (np.arange(n) + 0.5) / n
+places = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
+places = places + 0.006 * np.sin(70 * places[:, ::-1] + 3 * np.sin(31 * places))
+distances = np.full((n * n, 2), np.inf)
+nearest = np.zeros(n * n, dtype=int)
+for k, seed in enumerate(seeds):
+    d = np.hypot(*(places - seed).T)
+    closer = d < distances[:, 0]
+    distances[:, 1] = np.where(closer, distances[:, 0], np.minimum(distances[:, 1], d))
+    distances[:, 0] = np.where(closer, d, distances[:, 0])
+    nearest[closer] = k
+inside = np.clip((distances[:, 1] - distances[:, 0] - 0.010) / 0.006, 0, 1)[:, None]
+shade = random.uniform(0.8, 1.15, 196)[nearest] * (0.75 + 4.5 * np.minimum(distances[:, 0], 0.05))
+hairs = np.repeat(random.normal(0, 1, (n // 4, n)), 4, axis=0).ravel()
+colors = inside * np.outer(shade, [150, 84, 42]) + (1 - inside) * [236, 214, 170] + 7 * hairs[:, None]
+output.SetDimensions(n, n, 1)
+array = numpy_to_vtk(np.clip(colors, 0, 255).astype(np.uint8), deep=True)
+array.SetName("Coat")
+output.GetPointData().SetScalars(array)
+"""
+_COAT_EXTENT = """
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
+self.GetOutputInformation(0).Set(pipeline.WHOLE_EXTENT(), 0, {size} - 1, 0, {size} - 1, 0, 0)
+"""
+
+
+def coat(size=512):
+    """An image of the coat of a giraffe, ``size`` x ``size`` texels."""
+    size = min(size, 128) if QUICK else size
+    image = ProgrammableSource(registrationName="Coat", OutputDataSetType="vtkImageData")
+    image.Script = _COAT.format(size=size)
+    image.ScriptRequestInformation = _COAT_EXTENT.format(size=size)
+    return image
+
+
+_LAID_OUT = """
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+surface = self.GetInputDataObject(0, 0)
+output.ShallowCopy(surface)
+places = vtk_to_numpy(surface.GetPoints().GetData())[:, :2]
+coordinates = numpy_to_vtk((places + 1.75) / 3.5, deep=True)
+coordinates.SetName("TCoords")
+output.GetPointData().SetTCoords(coordinates)
+"""
+
+
+def laid_out(surface):
+    """The surface with texture coordinates by position: x and y, from -1.75 to 1.75, become 0 to 1."""
+    return ProgrammableFilter(registrationName="Laid out", Input=surface, Script=_LAID_OUT)
+
+
 def model(name):
     """The path of a shipped model."""
     folder = os.environ.get("SURFACE_SYNTHESIS_MODELS") or os.path.join(

@@ -10,6 +10,7 @@ import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers the factories of
 import vtkmodules.vtkRenderingFreeType  # noqa: F401
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkIOImage import vtkPNGWriter
@@ -21,6 +22,7 @@ from vtkmodules.vtkRenderingCore import (
     vtkRenderer,
     vtkRenderWindow,
     vtkTextMapper,
+    vtkTexture,
     vtkActor2D,
     vtkWindowToImageFilter,
 )
@@ -90,17 +92,33 @@ def view_of(mesh, aspect, direction, margin=1.06):
     return View(center, margin * max(height, width / aspect), direction)
 
 
-def render(mesh, view, size, array=None, limit=1.0, edges=False, color=CLAY, colors=None):
-    """The image [height, width, 3] of a surface, coloured by a point array (with a diverging map up to ``limit``, or the
-    map ``colors``) or plain."""
+def _mapper(mesh, own_normals):
+    """A mapper of a surface with its own normals, or with those of its triangles."""
+    mapper = vtkPolyDataMapper()
+    if own_normals:
+        mapper.SetInputData(mesh)
+        return mapper
     normals = vtkPolyDataNormals()
     normals.SetInputData(mesh)
     normals.SplittingOff()
     normals.ConsistencyOff()
-    mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(normals.GetOutputPort())
+    return mapper
+
+
+def render(mesh, view, size, array=None, limit=1.0, edges=False, color=CLAY, colors=None, texture=None):
+    """The image [height, width, 3] of a surface, coloured by a point array (with a diverging map up to ``limit``, or the
+    map ``colors``; RGB bytes as they are), with the image ``texture`` (and the normals of the surface), or plain."""
+    shows_bytes = array is not None and mesh.GetPointData().GetArray(array).GetDataType() == VTK_UNSIGNED_CHAR
+    mapper = _mapper(mesh, texture is not None or shows_bytes)
     actor = vtkActor()
     actor.SetMapper(mapper)
+    if texture is not None:
+        picture = vtkTexture()
+        picture.SetInputData(texture)
+        picture.InterpolateOn()
+        actor.SetTexture(picture)
+        color = (1.0, 1.0, 1.0)
     surface = actor.GetProperty()
     surface.SetInterpolationToPhong()
     if array is None:
@@ -110,6 +128,11 @@ def render(mesh, view, size, array=None, limit=1.0, edges=False, color=CLAY, col
         surface.SetDiffuse(0.98)
         surface.SetSpecular(0.08)
         surface.SetSpecularPower(20)
+    elif shows_bytes:
+        mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray(array)
+        surface.SetAmbient(0.16)
+        surface.SetDiffuse(0.98)
     else:
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray(array)
@@ -271,6 +294,13 @@ class Sheet:
         x, y = column * width, row * (height + self.TITLE)
         paste(self._image, label(title, (width, self.TITLE), 19), x, y)
         paste(self._image, render(mesh, view, self._size, **how), x, y + self.TITLE)
+
+    def add_image(self, row, column, title, image):
+        """An image [height, width, 3] of the size of the pictures."""
+        width, height = self._size
+        x, y = column * width, row * (height + self.TITLE)
+        paste(self._image, label(title, (width, self.TITLE), 19), x, y)
+        paste(self._image, image, x, y + self.TITLE)
 
     def write(self, path, colors=None):
         write_png(self._image, path, colors)

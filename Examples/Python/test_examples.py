@@ -178,6 +178,45 @@ def check_geometric_textures(folder):
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 
 
+def check_texture_transfer(folder):
+    """A texture on other triangulations, with a model of random weights: pictures and files, and the baked photograph."""
+    import texture_transfer as example
+
+    write_latent_model(os.path.join(folder, "latents.safetensors"))
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(24)
+    sphere.SetPhiResolution(16)
+    sphere.Update()
+    mesh, photograph = os.path.join(folder, "ball.vtp"), os.path.join(folder, "photograph.png")
+    surfacesynthesis.write_mesh(sphere.GetOutput(), mesh)
+    y, x = np.mgrid[0:48, 0:64] / 48
+    pattern = np.stack([x / x.max(), y, 0.5 + 0.5 * np.sin(20 * x)], axis=-1)
+    surfacesynthesis.textured_files.write_image(example.image_of(pattern), photograph)
+    output = os.path.join(folder, "texture_transfer")
+    script = [sys.executable, os.path.join(HERE, "texture_transfer.py"), photograph, "--mesh", mesh, "--output", output]
+    model = ["--model", os.path.join(folder, "latents.safetensors")]
+    done = run("xvfb-run", "-a", *script, *model, "--points", "300", "--resolution", "128")
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "texture_transfer.png"), 1800, rows=3)
+    painted, image = surfacesynthesis.read_textured_mesh(os.path.join(output, "texture_original.obj"))
+    points = points_of(painted).astype(float)
+    faces_viewer = np.flatnonzero(points[:, 2] > 0.45)  # where the photograph lies along x and y
+    assert len(faces_viewer) > 3
+    places = (points - points.min(axis=0)) / (np.ptp(points, axis=0).max() * example.EXTENT)
+    expected = example.sampled(pattern, places[faces_viewer][:, :2] * [1.0, 64 / 48])
+    coordinates = vtk_to_numpy(painted.GetPointData().GetTCoords())[faces_viewer]
+    found = example.sampled(example.texels_of(image), coordinates)
+    assert np.abs(found - expected).mean() < 0.1, np.abs(found - expected).mean()
+
+
+def write_latent_model(path):
+    """A small model of field latents with random weights."""
+    sys.path.insert(0, os.path.join(HERE, os.pardir, os.pardir, "Testing", "Python"))
+    from TestTextureCommands import write_random_latents
+
+    write_random_latents(path)
+
+
 def overhang(texture):
     """The share of the triangles of a texture on a plane that look down on it."""
     from vtkmodules.vtkFiltersSources import vtkPlaneSource
@@ -272,6 +311,7 @@ if __name__ == "__main__":
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,
         "geometric_textures": check_geometric_textures,
+        "texture_transfer": check_texture_transfer,
         "flow_matching_training": check_flow_matching_training,
         "generated_poses": check_generated_poses,
     }

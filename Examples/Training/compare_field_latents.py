@@ -162,7 +162,8 @@ def without_overlaps(surface):
     if (counts > 1).sum() <= 0.02 * (counts > 0).sum():
         return surface
     closest = Closest(surface.points, surface.triangles)
-    return with_atlas(surface.points, surface.triangles, lambda places, _: colors_at(surface, closest(places)))
+    points, triangles = surfacesynthesis.repair((surface.points, surface.triangles), holes="none")[:2]
+    return with_atlas(points, triangles, lambda places, _: colors_at(surface, closest(places)))
 
 
 # -- texels and places -------------------------------------------------------------------------------------------------

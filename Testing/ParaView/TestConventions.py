@@ -12,7 +12,9 @@ from proxies import output_of, source_of
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir)
-MODELS = {"FlowMatchingDeformer": ["armadillo_poses"], "FlowMatchingSampler": ["armadillo_poses", "bunny_mixtures"],
+MODELS = {"FieldLatentDecoder": ["field_latents"], "FieldLatentEncoder": ["field_latents"],
+          "FlowMatchingDeformer": ["armadillo_poses"],
+          "FlowMatchingSampler": ["armadillo_poses", "bunny_mixtures"],
           "GeometricTextureSynthesizer": ["knobs", "labyrinth", "spikes"], "PoissonNet": ["smoothed_curvature"]}
 
 

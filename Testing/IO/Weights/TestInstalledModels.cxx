@@ -34,6 +34,7 @@ TEST(InstalledModels, LieInTheBuildThatTheLibraryLiesIn)
   ASSERT_TRUE(fs::is_directory(InstalledModelsFolder())) << InstalledModelsFolder();
   EXPECT_THAT(InstalledModels(HasArchitecture("geometric_texture")), ElementsAre("knobs", "labyrinth", "spikes"));
   EXPECT_THAT(InstalledModels(HasArchitecture("poissonnet")), ElementsAre("smoothed_curvature"));
+  EXPECT_THAT(InstalledModels(HasArchitecture("field_latents")), ElementsAre("field_latents"));
   EXPECT_THAT(InstalledModels(HasArchitecture("other")), IsEmpty());
 }
 
