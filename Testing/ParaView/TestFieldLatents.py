@@ -56,6 +56,8 @@ TRAINER = {
 }
 WITH_ATLAS = os.environ.get("SURFACE_SYNTHESIS_CGAL") != "0"
 WITH_TRAINER = os.environ.get("SURFACE_SYNTHESIS_LEARNING") != "0"
+if WITH_TRAINER:
+    from surfacesynthesis import vtkFieldLatentTrainer  # noqa: F401: so that Python knows the class behind the proxy
 
 
 def model(path, d=2, c=4, width=8):

@@ -13,12 +13,15 @@ MODELS = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.
 TRAINING = (
     "FittedLevels",
     "fit_levels",
+    "latent_dataset",
     "train_field_latents",
     "train_flow_matching",
     "train_geometric_texture",
+    "train_latent_diffusion",
     "vtkFieldLatentTrainer",
     "vtkFlowMatchingTrainer",
     "vtkGeometricTextureTrainer",
+    "vtkLatentDiffusionTrainer",
     "vtkMultiscaleMeshFitter",
 )
 #: Runs everything but training on a small sphere, then prints what is loaded.
