@@ -44,7 +44,6 @@ TEXTURED = {
     "duck": ("Collada/duck.dae", None, "Collada/duckCM.tga"),
     "body": ("IQM/mrfixit.iqm", "Body.jpg", "IQM/Body.jpg"),
     "head": ("IQM/mrfixit.iqm", "Head.jpg", "IQM/Head.jpg"),
-    "truck": ("glTF/CesiumMilkTruck/CesiumMilkTruck.gltf", "Effect-truck", "glTF/CesiumMilkTruck/CesiumMilkTruck.png"),
     "wrinkles": ("Ogre/TheThing/Mesh.mesh.xml", None, "Ogre/TheThing/Wrinkles.jpg"),
     "jeep": ("MS3D/jeep1.ms3d", None, "MS3D/jeep1.jpg"),
     "globe": ("LWO/LWO2/MappingModes/earth_uv_cylindrical_y.lwo", None, "LWO/LWO2/MappingModes/earthCylindric.jpg"),
