@@ -25,9 +25,9 @@ namespace
 /// Largest relative deviation of ratios of radii that are the same but for rounding of points.
 constexpr double RadiusTolerance = 1e-3;
 /// Least ratio, over 1 or below, that is a warning; smaller changes cannot be seen.
-constexpr double LeastScaling = 0.01;
+constexpr double MinimumScaling = 0.01;
 /// Least length of the normal components of vectors that is a warning, relative to that of the vectors.
-constexpr double LeastNormalPart = 0.02;
+constexpr double MinimumNormalPart = 0.02;
 
 std::string VectorName(const std::string& name, std::int64_t j) { return name + "_" + std::to_string(j); }
 
@@ -88,14 +88,14 @@ struct EncodedShape
     {
       return ""; // another triangulation
     }
-    if (std::abs(std::log(ratio)) > LeastScaling)
+    if (std::abs(std::log(ratio)) > MinimumScaling)
     {
       return "All one-rings have " + FormatNumber(ratio) + " times the radius of the point array \"" + name +
         "Radius\": the surface seems to have been scaled after vtkFieldLatentEncoder, which changes its texture. "
         "Multiply that array by this number, or encode the scaled surface.";
     }
     const double normal = std::sqrt(std::max(0.0, this->SquaredLength - this->SquaredTangent));
-    if (normal > LeastNormalPart * std::sqrt(this->SquaredLength))
+    if (normal > MinimumNormalPart * std::sqrt(this->SquaredLength))
     {
       return "The vectors \"" + VectorName(name, 0) +
         "\" and following do not lie in the tangent planes: the surface seems to have been turned or bent after "

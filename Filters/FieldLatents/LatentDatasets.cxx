@@ -25,7 +25,7 @@ namespace surfsynth
 namespace
 {
 /// Numbers of labels that a dataset may have.
-constexpr std::int64_t MostLabels = 65536;
+constexpr std::int64_t MaximumLabels = 65536;
 /// Half of the range of the numbers of vertices, over their mean.
 constexpr double Spread = 0.15;
 /// Part of the work on a triangulation that remeshing takes.
@@ -104,7 +104,7 @@ LatentSurface MakeSurface(const LatentDatasetRequest& request, const Surface& su
   made.Deviations = codes.LogDeviation.array().min(80.0F).exp();
   if (!request.LabelArrayName.empty())
   {
-    made.Labels = ReadLabels(guided, request.LabelArrayName, MostLabels);
+    made.Labels = ReadLabels(guided, request.LabelArrayName, MaximumLabels);
   }
   if (!request.DirectionArrayName.empty())
   {

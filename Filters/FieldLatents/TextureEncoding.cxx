@@ -18,7 +18,7 @@ namespace
 /// Samples that are held at once: about 9 MiB.
 constexpr std::size_t SamplesOfTile = 131072;
 /// Largest number of samples of a ring, whatever the model advises.
-constexpr std::int64_t MostSamples = 4096;
+constexpr std::int64_t MaximumSamples = 4096;
 /// Fraction of the work on a tile in which its colors are sampled.
 constexpr double OfSampling = 0.1;
 
@@ -101,7 +101,7 @@ FieldLatentCodes EncodeColors(const FieldLatentEncoder& encoder, const WeldedSur
   const std::vector<Index>& vertices, int samplesPerRing, const Progress& progress)
 {
   const int samples = samplesPerRing > 0 ? samplesPerRing
-                                         : static_cast<int>(std::min(encoder.Options().SamplesPerRing, MostSamples));
+                                         : static_cast<int>(std::min(encoder.Options().SamplesPerRing, MaximumSamples));
   const std::int64_t dimension = encoder.Options().LatentDimension;
   FieldLatentCodes codes;
   codes.Mean = FieldLatentMatrix::Zero(welded.Rings.NumberOfPoints(), 2 * dimension);

@@ -16,6 +16,7 @@
 #include "SurfaceCoordinates.h"
 #include "SurfaceInputs.h"
 #include "TextureDecoding.h"
+#include "TextureImages.h"
 #include "WeldedSurface.h"
 #include "WholeInput.h"
 
@@ -56,8 +57,6 @@ vtkStandardNewMacro(vtkFieldLatentDecoder);
 
 namespace
 {
-constexpr int LeastResolution = 16;
-constexpr int MostResolution = 16384;
 /// Fractions of the work on a surface before, and after, its texels are decoded.
 constexpr double BeforeDecoding = 0.3;
 constexpr double AfterTexels = 0.95;
@@ -82,19 +81,6 @@ vtkSmartPointer<vtkImageData> ImageOf(vtkUnsignedCharArray* scalars, const int s
   image->SetDimensions(size[0], size[1], 1);
   image->GetPointData()->SetScalars(scalars);
   return image;
-}
-
-/// Announces that there is no image where an empty surface gave none: a pipeline that waits for one updates again and
-/// again.
-void AnnounceEmptyImage(vtkInformation* output)
-{
-  auto* image = vtkImageData::SafeDownCast(vtkDataObject::GetData(output));
-  if (image && image->GetNumberOfPoints() == 0)
-  {
-    constexpr int None[6] = { 0, -1, 0, -1, 0, -1 };
-    output->Set(Pipeline::WHOLE_EXTENT(), None, 6);
-    output->Set(Pipeline::UPDATE_EXTENT(), None, 6);
-  }
 }
 
 /// Converts and checks a target. @throws InvalidInput
@@ -385,11 +371,10 @@ void vtkFieldLatentDecoder::SetTextureArrayName(const char* name)
 
 void vtkFieldLatentDecoder::SetResolution(int width, int height)
 {
-  const int size[2] = { std::clamp(width, LeastResolution, MostResolution),
-    std::clamp(height, LeastResolution, MostResolution) };
+  const auto size = surfsynth::TextureResolution(width, height);
   if (size[0] != this->Resolution[0] || size[1] != this->Resolution[1])
   {
-    std::copy_n(size, 2, this->Resolution);
+    std::copy(size.begin(), size.end(), this->Resolution);
     this->Modified();
   }
 }
@@ -468,7 +453,7 @@ int vtkFieldLatentDecoder::RequestData(
     else if (success)
     {
       this->Impl->End(vtkDataObject::GetData(inputVector[0]), images);
-      AnnounceEmptyImage(outputVector->GetInformationObject(1));
+      surfsynth::AnnounceEmptyImage(outputVector->GetInformationObject(1));
     }
     this->Impl->Release();
     return success;

@@ -6,6 +6,7 @@
 #include "FieldLatentTextureInternals.h"
 #include "FilterSupport.h"
 #include "Reporting.h"
+#include "TextureImages.h"
 #include "WholeInput.h"
 
 #include <vtkDataObject.h>
@@ -29,22 +30,8 @@ vtkStandardNewMacro(vtkFieldLatentTextureFilter);
 
 namespace
 {
-constexpr int LeastResolution = 16;
-constexpr int MostResolution = 16384;
-constexpr int LeastPoints = 16;
-constexpr int MostPoints = 10000000;
-/// Announces that there is no image where an empty surface gave none: a pipeline that waits for one updates again and
-/// again.
-void AnnounceEmptyImage(vtkInformation* output)
-{
-  auto* image = vtkImageData::SafeDownCast(vtkDataObject::GetData(output));
-  if (image && image->GetNumberOfPoints() == 0)
-  {
-    constexpr int None[6] = { 0, -1, 0, -1, 0, -1 };
-    output->Set(Pipeline::WHOLE_EXTENT(), None, 6);
-    output->Set(Pipeline::UPDATE_EXTENT(), None, 6);
-  }
-}
+constexpr int MinimumPoints = 16;
+constexpr int MaximumPoints = 10000000;
 } // namespace
 
 vtkFieldLatentTextureFilter::vtkFieldLatentTextureFilter()
@@ -98,7 +85,7 @@ void vtkFieldLatentTextureFilter::SetTextureArrayName(const char* name)
 
 void vtkFieldLatentTextureFilter::SetNumberOfPoints(int number)
 {
-  const int clamped = number <= 0 ? 0 : std::clamp(number, LeastPoints, MostPoints);
+  const int clamped = number <= 0 ? 0 : std::clamp(number, MinimumPoints, MaximumPoints);
   if (clamped != this->NumberOfPoints)
   {
     this->NumberOfPoints = clamped;
@@ -108,11 +95,10 @@ void vtkFieldLatentTextureFilter::SetNumberOfPoints(int number)
 
 void vtkFieldLatentTextureFilter::SetResolution(int width, int height)
 {
-  const int size[2] = { std::clamp(width, LeastResolution, MostResolution),
-    std::clamp(height, LeastResolution, MostResolution) };
+  const auto size = surfsynth::TextureResolution(width, height);
   if (size[0] != this->Resolution[0] || size[1] != this->Resolution[1])
   {
-    std::copy_n(size, 2, this->Resolution);
+    std::copy(size.begin(), size.end(), this->Resolution);
     this->Modified();
   }
 }
@@ -231,7 +217,7 @@ int vtkFieldLatentTextureFilter::RequestData(
     {
       this->Impl->End(vtkDataObject::GetData(inputVector[0]), outputVector);
       this->SetTimeOfOutputs(outputVector, time);
-      AnnounceEmptyImage(outputVector->GetInformationObject(Internals::ImagePort));
+      surfsynth::AnnounceEmptyImage(outputVector->GetInformationObject(Internals::ImagePort));
     }
     this->Impl->Release();
     return success;

@@ -32,7 +32,7 @@ namespace
 /// Part of the progress that the planar meshes take.
 constexpr double AfterMeshes = 0.02;
 /// Default of LearningRate, which is larger than that of the other trainings.
-constexpr double DefaultLearningRate = 1e-3;
+constexpr double DefaultAutoencoderRate = 1e-3;
 } // namespace
 
 /// Dataset and recipe of one update.
@@ -131,7 +131,7 @@ private:
 vtkFieldLatentTrainer::vtkFieldLatentTrainer()
 {
   this->SetNumberOfInputPorts(1);
-  this->SetLearningRate(DefaultLearningRate);
+  this->SetLearningRate(DefaultAutoencoderRate);
 }
 
 vtkFieldLatentTrainer::~vtkFieldLatentTrainer() = default;

@@ -39,7 +39,7 @@ namespace
 /// Part of the progress that the dataset takes.
 constexpr double AfterDataset = 0.1;
 /// Default of LearningRate, which is larger than that of the other trainings.
-constexpr double DefaultLearningRate = 1e-3;
+constexpr double DefaultDiffusionRate = 1e-3;
 } // namespace
 
 /// Dataset and recipe of one update.
@@ -197,7 +197,7 @@ private:
 vtkLatentDiffusionTrainer::vtkLatentDiffusionTrainer()
 {
   this->SetNumberOfInputPorts(2);
-  this->SetLearningRate(DefaultLearningRate);
+  this->SetLearningRate(DefaultDiffusionRate);
 }
 
 vtkLatentDiffusionTrainer::~vtkLatentDiffusionTrainer() = default;
