@@ -21,7 +21,8 @@
 #                each. Not for tests that may skip: CTest would not say so.
 #   OPTIMIZED    compiles the tests with -O1 under sanitizers too: for tests that compute for long themselves
 #
-# Tests run in the folder of the calling CMakeLists.txt in the build tree, where they may write files.
+# Tests may write files in the folder that they run in: that of the calling CMakeLists.txt in the build tree, and with
+# AS_ONE <target>_files in it, since tests of several programs run at a time and may use the same names.
 include_guard(GLOBAL)
 
 if (SURFACE_SYNTHESIS_TESTING)
@@ -98,7 +99,8 @@ function (surfsynth_add_gtest target)
   endif ()
 
   if (arg_AS_ONE)
-    add_test(NAME ${target} COMMAND ${target})
+    file(MAKE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
+    add_test(NAME ${target} COMMAND ${target} WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
     set_tests_properties(${target} PROPERTIES
       TIMEOUT ${arg_TIMEOUT}
       LABELS "${arg_LABELS}"
