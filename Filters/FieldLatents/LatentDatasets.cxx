@@ -28,6 +28,8 @@ namespace
 constexpr std::int64_t MaximumLabels = 65536;
 /// Half of the range of the numbers of vertices, over their mean.
 constexpr double Spread = 0.15;
+/// Stream of the random numbers that vary the edge lengths; that of the numbers of vertices is 0.
+constexpr std::uint32_t VariationStream = 1;
 /// Part of the work on a triangulation that remeshing takes.
 constexpr double AfterRemeshing = 0.5;
 
@@ -91,9 +93,9 @@ private:
 
 /// One triangulation with its latents.
 LatentSurface MakeSurface(const LatentDatasetRequest& request, const Surface& surface, const TextureColors& colors,
-  const FieldLatentEncoder& encoder, std::int64_t points, const Progress& progress)
+  const FieldLatentEncoder& encoder, std::int64_t points, const NormalKey& variation, const Progress& progress)
 {
-  const LatentTriangulation triangulation(surface, points, SubProgress(progress, 0.0, AfterRemeshing));
+  const LatentTriangulation triangulation(surface, points, SubProgress(progress, 0.0, AfterRemeshing), variation);
   const WeldedSurface& welded = triangulation.Welded();
   const FieldLatentCodes codes = EncodeColors(encoder, welded, ColorsOfNearest(welded.Mesh, surface.Mesh, colors),
     VerticesOf(welded), 0, SubProgress(progress, AfterRemeshing, 1.0));
@@ -126,7 +128,8 @@ LatentDataset MakeLatentDataset(const LatentDatasetRequest& request, const Progr
   {
     const auto count = static_cast<double>(numbers.size());
     const Progress part = SubProgress(progress, static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
-    dataset.Surfaces.push_back(MakeSurface(request, surface, *colors, encoder, numbers[k], part));
+    const NormalKey variation{ request.Seed, static_cast<std::uint32_t>(k), 0, VariationStream };
+    dataset.Surfaces.push_back(MakeSurface(request, surface, *colors, encoder, numbers[k], variation, part));
     Report(part, 1.0);
   }
   return dataset;

@@ -29,13 +29,14 @@ struct LatentDatasetRequest
   std::string DirectionArrayName;  ///< point array of directions; "" for none
   int NumberOfTriangulations = 16; ///< 1 or more
   int NumberOfPoints = 3000;       ///< mean number of vertices of a triangulation
-  std::uint64_t Seed = 0;          ///< of the numbers of vertices
+  std::uint64_t Seed = 0;          ///< of the triangulations
   const FieldLatentModel* Autoencoder = nullptr;               ///< model of the latents
   std::function<void(const std::string& text)> Warn = nullptr; ///< receives remarks about colors
 };
 
-/// Remeshes the surface NumberOfTriangulations times and encodes its texture on each. The numbers of vertices, which make
-/// the triangulations differ, are evenly spread over 0.85 to 1.15 times NumberOfPoints, in an order that the seed sets.
+/// Remeshes the surface NumberOfTriangulations times and encodes its texture on each. The numbers of vertices are evenly
+/// spread over 0.85 to 1.15 times NumberOfPoints, in an order that the seed sets. Edge lengths vary at random from vertex to
+/// vertex, anew for each: equal lengths keep so many vertices in place that a network learns the places by heart.
 /// @throws InvalidInput when the surface, its texture or an array is not as vtkFieldLatentEncoder and
 /// vtkFieldLatentTextureFilter need them, or the library was built without CGAL; Cancelled.
 VTKSURFACESYNTHESISFIELDLATENTS_EXPORT LatentDataset MakeLatentDataset(

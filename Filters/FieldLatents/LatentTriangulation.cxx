@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "Core/Random/CounterUniforms.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -54,21 +55,29 @@ std::vector<SurfacePlace> CornerPlaces(const TriangleMesh& mesh)
 #ifdef SURFACE_SYNTHESIS_CGAL
 /// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
 constexpr double CreaseAngle = 60.0;
+/// Half of the range of the random factors of edge lengths.
+constexpr double LengthVariation = 0.2;
 
-RemeshedSurface Remesh(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress)
+RemeshedSurface Remesh(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress,
+  const std::optional<NormalKey>& variation)
 {
   const auto options = std::make_shared<RemeshingOptions>();
   options->EdgeLength = MeanEdgeLength(surface.Mesh); // scaled until the number of points fits
   options->NumberOfPoints = numberOfPoints;
   options->FeatureAngle = CreaseAngle;
   options->FindOrigins = false;
+  for (Index v = 0; variation && v < surface.Mesh.NumberOfPoints(); ++v)
+  {
+    const double factor = 1.0 + LengthVariation * (2.0 * Uniform(*variation, v) - 1.0);
+    options->PointEdgeLengths.push_back(factor * options->EdgeLength);
+  }
   return RemeshSurface(std::make_shared<const Surface>(surface), options, progress);
 }
 #endif
 } // namespace
 
-LatentTriangulation::Parts LatentTriangulation::Make(
-  const Surface& surface, std::int64_t numberOfPoints, const Progress& progress)
+LatentTriangulation::Parts LatentTriangulation::Make(const Surface& surface, std::int64_t numberOfPoints,
+  const Progress& progress, const std::optional<NormalKey>& variation)
 {
   Parts parts;
   parts.IsRemeshed = numberOfPoints > 0;
@@ -80,12 +89,13 @@ LatentTriangulation::Parts LatentTriangulation::Make(
     return parts;
   }
 #ifdef SURFACE_SYNTHESIS_CGAL
-  RemeshedSurface remeshed = Remesh(parts.Triangles, numberOfPoints, progress);
+  RemeshedSurface remeshed = Remesh(parts.Triangles, numberOfPoints, progress, variation);
   parts.Triangles.CellOfTriangle.clear();
   parts.Triangles.Mesh = std::move(remeshed.Mesh);
   parts.Places = std::move(remeshed.PlaceOfPoint);
   return parts;
 #else
+  static_cast<void>(variation);
   throw InvalidInput("Remeshing to " + std::to_string(numberOfPoints) +
     " points needs CGAL, and this library was built without (SURFACE_SYNTHESIS_CGAL is off). The triangulation AS_IS, "
     "or a "
@@ -93,8 +103,9 @@ LatentTriangulation::Parts LatentTriangulation::Make(
 #endif
 }
 
-LatentTriangulation::LatentTriangulation(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress)
-  : LatentTriangulation(Make(surface, numberOfPoints, progress))
+LatentTriangulation::LatentTriangulation(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress,
+  const std::optional<NormalKey>& variation)
+  : LatentTriangulation(Make(surface, numberOfPoints, progress, variation))
 {}
 
 LatentTriangulation::LatentTriangulation(Parts parts)

@@ -10,8 +10,10 @@
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/SurfacePlace.h"
+#include "Core/Random/CounterNormals.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace surfsynth
@@ -24,9 +26,12 @@ public:
   /// Checks and welds @p surface and remeshes it, as vtkIsotropicRemeshFilter does by default, but across seams of arrays.
   /// Deterministic.
   /// @param numberOfPoints vertices of the remeshed surface, to a few per cent where its shape and boundaries allow it; 0 for the vertices that the surface has
+  /// @param variation random factors of the edge lengths at the vertices of the surface, uniform in 0.8 to 1.2, that make
+  /// the vertices lie elsewhere for each key; without: equal lengths. Only used with remeshing.
   /// @throws InvalidInput when the welded surface is not manifold or not consistently wound, or it is to be remeshed and
   /// the library was built without CGAL; Cancelled
-  LatentTriangulation(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress);
+  LatentTriangulation(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress,
+    const std::optional<NormalKey>& variation = {});
 
   /// Triangulation; triangles use all vertices. Without remeshing, triangle f is that of the surface.
   const WeldedSurface& Welded() const { return this->Content; }
@@ -40,7 +45,8 @@ public:
 private:
   struct Parts;
   explicit LatentTriangulation(Parts parts);
-  static Parts Make(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress);
+  static Parts Make(const Surface& surface, std::int64_t numberOfPoints, const Progress& progress,
+    const std::optional<NormalKey>& variation);
 
   bool Remeshed;
   std::vector<SurfacePlace> PlaceOfVertex;

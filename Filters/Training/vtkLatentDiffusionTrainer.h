@@ -131,7 +131,8 @@ public:
   ///@{
   /**
    * Mean number of vertices of a triangulation, from 16 to 10000000; the paper has 30000. Triangulations have from 0.85 to
-   * 1.15 times as many. Details smaller than about a fifth of a triangle are lost. Default 3000.
+   * 1.15 times as many, and random edge lengths, so that their vertices lie elsewhere. Details smaller than about a fifth
+   * of a triangle are lost. Default 3000.
    */
   vtkSetClampMacro(NumberOfPoints, int, 16, 10000000);
   vtkGetMacro(NumberOfPoints, int);

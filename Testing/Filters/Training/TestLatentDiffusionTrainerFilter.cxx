@@ -21,6 +21,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -135,6 +136,36 @@ TEST(LatentDiffusionTrainerFilter, DatasetHasDifferentTriangulations)
     EXPECT_NEAR(surface.Directions.rowwise().norm().minCoeff(), 1.0F, 1e-5F);
   }
   EXPECT_GT(sizes.size(), 1U);
+}
+
+TEST(LatentDiffusionTrainerFilter, TriangulationsShareFewInnerVertices)
+{
+  const auto filter = TrainerFor("");
+  filter->SetIterations(0);
+  filter->SetNumberOfTriangulations(6);
+  filter->SetEncodedDatasetFileName("shared.dataset");
+  OutputOf(filter);
+  const LatentDataset dataset = ReadLatentDataset("shared.dataset");
+  const double edge = std::sqrt(2.0 / (std::sqrt(3.0) * 90.0)); // of 90 vertices on the unit square
+  int inner = 0;
+  int shared = 0;
+  for (const LatentSurface& one : dataset.Surfaces)
+  {
+    for (const LatentSurface& other : dataset.Surfaces)
+    {
+      for (Index v = 0; &one != &other && v < one.Mesh.NumberOfPoints(); ++v)
+      {
+        const auto place = one.Mesh.Points.row(v);
+        if (place.head<2>().minCoeff() > 0.3 * edge && place.head<2>().maxCoeff() < 1.0 - 0.3 * edge)
+        {
+          ++inner;
+          shared += (other.Mesh.Points.rowwise() - place).rowwise().norm().minCoeff() < 0.05 * edge ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(inner, 1000);
+  EXPECT_LT(shared, inner / 10); // those of independent places: 1 in 100
 }
 
 TEST(LatentDiffusionTrainerFilter, ModelIsThatOfThePlainTrainingAndSamples)
