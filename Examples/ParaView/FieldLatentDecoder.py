@@ -19,7 +19,7 @@ latents.ModelFileName = decoded.ModelFileName = demo.model("field_latents")
 if demo.QUICK:
     decoded.Resolution = [128, 128]
 beside = Transform(registrationName="Beside", Input=latents)
-beside.Transform.Translate = [-3.0, 0.0, 0.0]
+beside.Transform.Translate = [-3.3, 0.0, 0.0]
 pair = GroupDatasets(registrationName="Both", Input=[beside, decoded])
 
 view = demo.picture(None)

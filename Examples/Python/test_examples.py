@@ -212,7 +212,7 @@ def check_texture_transfer(folder):
 def write_latent_model(path):
     """A small model of field latents with random weights."""
     sys.path.insert(0, os.path.join(HERE, os.pardir, os.pardir, "Testing", "Python"))
-    from TestTextureCommands import write_random_latents
+    from latent_models import write_random_latents
 
     write_random_latents(path)
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FieldLatentTextureInternals.h"
 
-#include "NewArray.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
 #include "SurfaceCoordinates.h"
 #include "TextureDecoding.h"
 #include "TextureEncoding.h"
+#include "TextureImages.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -18,7 +18,6 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
@@ -270,11 +269,8 @@ surfsynth::PreparedTextures& vtkFieldLatentTextureFilter::Internals::Prepared(
 void vtkFieldLatentTextureFilter::Internals::PrepareAtlas(surfsynth::PreparedTextures& prepared, const Surface& surface,
   surfsynth::TextureCoordinates coordinates, const surfsynth::Progress& progress) const
 {
-  surfsynth::AtlasRasterOptions options;
-  options.Width = this->Self->Resolution[0];
-  options.Height = this->Self->Resolution[1];
-  options.GutterWidth = this->Self->GutterWidth < 0 ? surfsynth::AtlasRasterOptions::WholeImage
-                                                    : this->Self->GutterWidth;
+  const surfsynth::AtlasRasterOptions options = surfsynth::RasterOptionsOf(
+    this->Self->Resolution, this->Self->GutterWidth);
   const bool isSource = !prepared.Triangulation->IsRemeshed();
   if (!prepared.Atlas || !prepared.Atlas->Is(surface, isSource, coordinates, options))
   {
@@ -374,34 +370,9 @@ void vtkFieldLatentTextureFilter::Internals::AddSample(surfsynth::PreparedTextur
     field.Radii.push_back(welded.Rings.RingRadius(v));
   }
   output->ShallowCopy(shown);
-  this->Images[place] = this->Decoded(
-    field, welded, *prepared.Atlas, output, surfsynth::SubProgress(progress, AfterLatents, 1.0));
+  this->Images[place] = surfsynth::DecodeTexture(this->Models.Decoder(), field, welded, *prepared.Atlas,
+    this->Self->TextureArrayName, this->Self->Resolution, output, surfsynth::SubProgress(progress, AfterLatents, 1.0));
   this->Latents[place] = latents;
-}
-
-vtkSmartPointer<vtkImageData> vtkFieldLatentTextureFilter::Internals::Decoded(const surfsynth::LatentField& field,
-  const surfsynth::WeldedSurface& welded, const surfsynth::AtlasPlaces& atlas, vtkPolyData* output,
-  const surfsynth::Progress& progress) const
-{
-  const std::string& name = this->Self->TextureArrayName;
-  const int* size = this->Self->Resolution;
-  const auto texture = surfsynth::NewArray<vtkUnsignedCharArray>(name, static_cast<vtkIdType>(size[0]) * size[1], 3);
-  unsigned char* texels = texture->GetPointer(0);
-  surfsynth::DecodeColors(
-    this->Models.Decoder(), field, welded, atlas.Texels, texels, surfsynth::SubProgress(progress, 0.0, 0.95));
-  for (const auto& [texel, source] : atlas.Gutters)
-  {
-    std::copy_n(texels + 3 * static_cast<std::size_t>(source), 3, texels + 3 * static_cast<std::size_t>(texel));
-  }
-  const auto colors = surfsynth::NewArray<vtkUnsignedCharArray>(name, output->GetNumberOfPoints(), 3);
-  surfsynth::DecodeColors(this->Models.Decoder(), field, welded, atlas.Points, colors->GetPointer(0),
-    surfsynth::SubProgress(progress, 0.95, 1.0));
-  output->GetPointData()->AddArray(colors);
-  output->GetPointData()->SetActiveScalars(name.c_str());
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetDimensions(size[0], size[1], 1);
-  image->GetPointData()->SetScalars(texture);
-  return image;
 }
 
 void vtkFieldLatentTextureFilter::Internals::Warn(const std::string& where, const std::string& text) const

@@ -110,10 +110,6 @@ private:
     vtkPolyData* shown, const std::pair<int, unsigned int>& place, vtkPolyData* output,
     const surfsynth::Progress& progress);
 
-  /// Decodes the texels, which are returned, and adds the colors of the points to @p output.
-  vtkSmartPointer<vtkImageData> Decoded(const surfsynth::LatentField& field, const surfsynth::WeldedSurface& welded,
-    const surfsynth::AtlasPlaces& atlas, vtkPolyData* output, const surfsynth::Progress& progress) const;
-
   void Warn(const std::string& where, const std::string& text) const;
 
   void Warn(const std::string& where, const std::vector<std::string>& texts) const;

@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TextureDecoding.h"
 
+#include "NewArray.h"
+
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+
+#include <vtkImageData.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +25,8 @@ namespace
 {
 /// Texels that are decoded at once.
 constexpr std::size_t TexelsOfTile = 32768;
+/// Fraction of the work on a texture after its texels.
+constexpr double AfterTexels = 0.95;
 
 /// Turns a color of the network into a byte.
 unsigned char ToByte(float value)
@@ -78,6 +87,27 @@ void DecodeColors(const FieldLatentDecoder& decoder, const LatentField& field, c
         colors.row(static_cast<Eigen::Index>(k - begin)).data() + 3, color, ToByte);
     }
   }
+}
+
+vtkSmartPointer<vtkImageData> DecodeTexture(const FieldLatentDecoder& decoder, const LatentField& field,
+  const WeldedSurface& welded, const AtlasPlaces& atlas, const std::string& name, const int size[2],
+  vtkPolyData* output, const Progress& progress)
+{
+  const auto texture = NewArray<vtkUnsignedCharArray>(name, static_cast<vtkIdType>(size[0]) * size[1], 3);
+  unsigned char* texels = texture->GetPointer(0);
+  DecodeColors(decoder, field, welded, atlas.Texels, texels, SubProgress(progress, 0.0, AfterTexels));
+  for (const auto& [texel, source] : atlas.Gutters)
+  {
+    std::copy_n(texels + 3 * static_cast<std::size_t>(source), 3, texels + 3 * static_cast<std::size_t>(texel));
+  }
+  const auto colors = NewArray<vtkUnsignedCharArray>(name, output->GetNumberOfPoints(), 3);
+  DecodeColors(decoder, field, welded, atlas.Points, colors->GetPointer(0), SubProgress(progress, AfterTexels, 1.0));
+  output->GetPointData()->AddArray(colors);
+  output->GetPointData()->SetActiveScalars(name.c_str()); // SetScalars() would remove the active ones of the input
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(size[0], size[1], 1);
+  image->GetPointData()->SetScalars(texture);
+  return image;
 }
 
 } // namespace surfsynth

@@ -10,6 +10,13 @@
 #include "Core/Common/Progress.h"
 #include "Inference/FieldLatents/FieldLatentDecoder.h"
 
+#include <vtkSmartPointer.h>
+
+#include <string>
+
+class vtkImageData;
+class vtkPolyData;
+
 namespace surfsynth
 {
 
@@ -18,5 +25,14 @@ namespace surfsynth
 /// @throws InvalidInput, Cancelled
 void DecodeColors(const FieldLatentDecoder& decoder, const LatentField& field, const WeldedSurface& welded,
   const DecodedPlaces& places, unsigned char* out, const Progress& progress);
+
+/// Decodes the texture of an atlas, gutters included, and the colors of the points of @p output.
+/// @param name of the point array that @p output gets, its active scalars, and of the scalars of the image
+/// @param size width and height of the image, texels: those that @p atlas was made for
+/// @return the image, unsigned char RGB
+/// @throws InvalidInput, Cancelled
+vtkSmartPointer<vtkImageData> DecodeTexture(const FieldLatentDecoder& decoder, const LatentField& field,
+  const WeldedSurface& welded, const AtlasPlaces& atlas, const std::string& name, const int size[2],
+  vtkPolyData* output, const Progress& progress);
 
 } // namespace surfsynth

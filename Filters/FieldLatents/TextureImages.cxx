@@ -17,6 +17,15 @@ std::array<int, 2> TextureResolution(int width, int height)
   return { std::clamp(width, minimum, maximum), std::clamp(height, minimum, maximum) };
 }
 
+AtlasRasterOptions RasterOptionsOf(const int resolution[2], int gutterWidth)
+{
+  AtlasRasterOptions options;
+  options.Width = resolution[0];
+  options.Height = resolution[1];
+  options.GutterWidth = gutterWidth < 0 ? AtlasRasterOptions::WholeImage : gutterWidth;
+  return options;
+}
+
 void AnnounceEmptyImage(vtkInformation* output)
 {
   auto* image = vtkImageData::SafeDownCast(vtkDataObject::GetData(output));

@@ -9,9 +9,9 @@
 #include "FilterSupport.h"
 #include "InstalledModelList.h"
 #include "LatentArrays.h"
-#include "NewArray.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
+#include "SampleOutputs.h"
 #include "SurfaceBridge.h"
 #include "SurfaceCoordinates.h"
 #include "SurfaceInputs.h"
@@ -27,7 +27,6 @@
 
 #include <vtkDataObject.h>
 #include <vtkDataObjectTree.h>
-#include <vtkDataObjectTreeIterator.h>
 #include <vtkImageData.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
@@ -38,13 +37,10 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <functional>
-#include <map>
 #include <new>
 #include <optional>
 #include <utility>
@@ -57,31 +53,8 @@ vtkStandardNewMacro(vtkFieldLatentDecoder);
 
 namespace
 {
-/// Fractions of the work on a surface before, and after, its texels are decoded.
+/// Fraction of the work on a surface before its texture is decoded.
 constexpr double BeforeDecoding = 0.3;
-constexpr double AfterTexels = 0.95;
-
-/// Calls visit(iterator) for each block of a tree that is not empty.
-void EachBlock(vtkDataObjectTree* tree, const std::function<void(vtkDataObjectTreeIterator*)>& visit)
-{
-  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-  place->VisitOnlyLeavesOn();
-  place->TraverseSubTreeOn();
-  place->SkipEmptyNodesOn();
-  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
-  {
-    visit(place);
-  }
-}
-
-/// Returns an image with the colors @p scalars.
-vtkSmartPointer<vtkImageData> ImageOf(vtkUnsignedCharArray* scalars, const int size[2])
-{
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetDimensions(size[0], size[1], 1);
-  image->GetPointData()->SetScalars(scalars);
-  return image;
-}
 
 /// Converts and checks a target. @throws InvalidInput
 Surface ToTarget(vtkPolyData* polydata)
@@ -141,24 +114,7 @@ public:
   /// Fills the second output from the images of the blocks, and forgets what the input no longer has.
   void End(vtkDataObject* input, vtkDataObject* output)
   {
-    if (auto* image = vtkImageData::SafeDownCast(output))
-    {
-      if (!this->Images.empty())
-      {
-        image->ShallowCopy(this->Images.begin()->second);
-      }
-    }
-    else if (auto* tree = vtkDataObjectTree::SafeDownCast(output))
-    {
-      tree->CopyStructure(vtkDataObjectTree::SafeDownCast(input));
-      EachBlock(vtkDataObjectTree::SafeDownCast(input), [&](vtkDataObjectTreeIterator* place) {
-        const auto found = this->Images.find(place->GetCurrentFlatIndex());
-        if (found != this->Images.end())
-        {
-          tree->SetDataSet(place, found->second);
-        }
-      });
-    }
+    surfsynth::FillPort(input, surfsynth::OutputSeries(), "vtkImageData", this->Images, output);
     this->Blocks.DropUnused();
     this->Atlases.DropUnused();
   }
@@ -201,9 +157,9 @@ public:
     this->Warn(surface.Where, atlas.Warning);
     vtkPolyData* output = vtkPolyData::SafeDownCast(block.Output);
     output->ShallowCopy(shown);
-    this->AddColors(field, welded, atlas, output, surfsynth::SubProgress(progress, BeforeDecoding, 1.0));
-    this->Images[block.FlatIndex] = ImageOf(this->Texture, this->Self->Resolution);
-    this->Texture = nullptr;
+    this->Images[{ 0, block.FlatIndex }] = surfsynth::DecodeTexture(*this->Decoder, field, welded, atlas,
+      this->Self->TextureArrayName, this->Self->Resolution, output,
+      surfsynth::SubProgress(progress, BeforeDecoding, 1.0));
   }
 
   std::shared_ptr<const surfsynth::FieldLatentModel> Model; ///< of this update
@@ -248,12 +204,7 @@ private:
   /// Refuses a Resolution that does not fit into the limit of memory.
   void RequireMemory(vtkDataObject* input) const
   {
-    double blocks = 1.0;
-    if (auto* tree = vtkDataObjectTree::SafeDownCast(input))
-    {
-      blocks = 0.0;
-      EachBlock(tree, [&blocks](vtkDataObjectTreeIterator*) { blocks += 1.0; });
-    }
+    const double blocks = surfsynth::SizesOfBlocks(input).first;
     const int* size = this->Self->Resolution;
     const double needed = blocks * size[0] * size[1] * (surfsynth::AtlasPlaces::BytesOfTexel + 3.0);
     const double limit = this->Self->MemoryLimit > 0 ? this->Self->MemoryLimit * 1048576.0
@@ -286,11 +237,8 @@ private:
   const surfsynth::AtlasPlaces& Atlas(const Surface& surface, const Surface& onto,
     surfsynth::TextureCoordinates coordinates, const surfsynth::Progress& progress)
   {
-    surfsynth::AtlasRasterOptions options;
-    options.Width = this->Self->Resolution[0];
-    options.Height = this->Self->Resolution[1];
-    options.GutterWidth = this->Self->GutterWidth < 0 ? surfsynth::AtlasRasterOptions::WholeImage
-                                                      : this->Self->GutterWidth;
+    const surfsynth::AtlasRasterOptions options = surfsynth::RasterOptionsOf(
+      this->Self->Resolution, this->Self->GutterWidth);
     const bool isSource = !this->HasTarget;
     const auto isCurrent = [&](const surfsynth::AtlasPlaces& held) {
       return held.Is(onto, isSource, coordinates, options);
@@ -306,27 +254,6 @@ private:
     return this->Atlases.Insert(surface, std::move(atlas));
   }
 
-  /// Decodes the texels into Texture and the colors of the points into @p output.
-  void AddColors(const surfsynth::LatentField& field, const WeldedSurface& welded, const surfsynth::AtlasPlaces& atlas,
-    vtkPolyData* output, const surfsynth::Progress& progress)
-  {
-    const int* size = this->Self->Resolution;
-    const std::string& name = this->Self->TextureArrayName;
-    this->Texture = surfsynth::NewArray<vtkUnsignedCharArray>(name, static_cast<vtkIdType>(size[0]) * size[1], 3);
-    unsigned char* texels = this->Texture->GetPointer(0);
-    surfsynth::DecodeColors(
-      *this->Decoder, field, welded, atlas.Texels, texels, surfsynth::SubProgress(progress, 0.0, AfterTexels));
-    for (const auto& [texel, source] : atlas.Gutters)
-    {
-      std::copy_n(texels + 3 * static_cast<std::size_t>(source), 3, texels + 3 * static_cast<std::size_t>(texel));
-    }
-    const auto colors = surfsynth::NewArray<vtkUnsignedCharArray>(name, output->GetNumberOfPoints(), 3);
-    surfsynth::DecodeColors(*this->Decoder, field, welded, atlas.Points, colors->GetPointer(0),
-      surfsynth::SubProgress(progress, AfterTexels, 1.0));
-    output->GetPointData()->AddArray(colors);
-    output->GetPointData()->SetActiveScalars(name.c_str()); // SetScalars() would remove the active ones of the input
-  }
-
   void Warn(const std::string& where, const std::string& text) const
   {
     if (!text.empty())
@@ -338,9 +265,8 @@ private:
   vtkFieldLatentDecoder* Self;
   std::optional<surfsynth::FieldLatentDecoder> Decoder; ///< of Model
   bool HasTarget = false;
-  vtkSmartPointer<vtkPolyData> Target;                          ///< during an update
-  vtkSmartPointer<vtkUnsignedCharArray> Texture;                ///< of the block that is decoded
-  std::map<unsigned int, vtkSmartPointer<vtkImageData>> Images; ///< of this update, by flat index
+  vtkSmartPointer<vtkPolyData> Target; ///< during an update
+  surfsynth::SampleResults Images;     ///< of this update
   surfsynth::BlockCache<WeldedSurface> Blocks;
   surfsynth::BlockCache<surfsynth::AtlasPlaces> Atlases;
 };

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Field latents and atlases through their proxies, in pvpython: what the classes give, from an atlas to a texture."""
 
-import json
 import os
 
 import numpy as np
 import surfaces
+from latent_models import write_random_latents
 from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from proxies import TRAINING_PROPERTIES, check_properties, made_by, output_of, source_of
 from surfacesynthesis import vtkFieldLatentDecoder, vtkFieldLatentEncoder
-from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
@@ -60,37 +59,6 @@ if WITH_TRAINER:
     from surfacesynthesis import vtkFieldLatentTrainer  # noqa: F401: so that Python knows the class behind the proxy
 
 
-def model(path, d=2, c=4, width=8):
-    """A model of d vectors, c channels, a layer and a decoder of 2 x width, with random weights."""
-    shapes = {
-        "encoder.lift.weight": (2 * c, 3), "encoder.lift.bias": (2 * c,),
-        "encoder.gather.weight": (2 * c, 3), "encoder.gather.bias": (2 * c,),
-        "encoder.filter.0.weight": (c, 1), "encoder.filter.0.bias": (c,),
-        "encoder.filter.2.weight": (2 * c, c), "encoder.filter.2.bias": (2 * c,),
-        "encoder.mean.neuron.key.weight": (2, c, c), "encoder.mean.neuron.query.weight": (2, c, c),
-        "encoder.mean.out.weight": (2, d, c), "encoder.deviation.product.weight": (2, c, c),
-        "encoder.deviation.0.weight": (c, 2 * c), "encoder.deviation.0.bias": (c,),
-        "encoder.deviation.2.weight": (d, c), "encoder.deviation.2.bias": (d,),
-        "decoder.layers.0.weight": (width, 2 * d + d * (d + 1)), "decoder.layers.0.bias": (width,),
-        "decoder.layers.1.weight": (width, width), "decoder.layers.1.bias": (width,),
-        "decoder.layers.2.weight": (3, width), "decoder.layers.2.bias": (3,),
-    }  # fmt: skip
-    for norm in ("norm1", "norm2"):
-        shapes[f"encoder.layers.0.{norm}.scale"] = (2, c)
-        shapes[f"encoder.layers.0.{norm}.log_delta"] = (c,)
-    for name in ("attention.query", "attention.key", "attention.value", "attention.out"):
-        shapes[f"encoder.layers.0.{name}.weight"] = (2, c, c)
-    for name in ("neuron1.key", "neuron1.query", "neuron2.key", "neuron2.query"):
-        shapes[f"encoder.layers.0.{name}.weight"] = (2, c, c)
-    sizes = dict(latent_dimension=d, channels=c, encoder_layers=1, heads=2, samples_per_ring=12, decoder_layers=2,
-                 decoder_width=width, iterations=0, coordinates="logarithmic")  # fmt: skip
-    random = np.random.default_rng(3)
-    tensors = {name: random.uniform(-1, 1, shape).astype(np.float32) for name, shape in shapes.items()}
-    described = dict(architecture="field_latents", format_version="1", field_latents=json.dumps(sizes))
-    write_safetensors(path, tensors, described)
-    return path
-
-
 def textured_ball():
     """A ball with texture coordinates by position, in two halves of the image that share few texels."""
     ball = surfaces.ball(size=6)
@@ -132,7 +100,7 @@ def properties_have_the_defaults_of_the_classes_and_reach_them():
 
 
 def latents_are_those_of_the_class():
-    path = model("encoded.safetensors")
+    path = write_random_latents("encoded.safetensors")
     made = FieldLatentEncoder(Input=source_of(textured_ball()), TextureImage=source_of(pattern()), ModelFileName=path)
     found, expected = output_of(made), coded_ball(path)
     for name in ("FieldLatent_0", "FieldLatent_1", "FieldLatentDeviation", "FieldLatentRadius"):
@@ -143,7 +111,7 @@ def latents_are_those_of_the_class():
 
 
 def textures_are_those_of_the_class():
-    path = model("decoded.safetensors")
+    path = write_random_latents("decoded.safetensors")
     coded, target = coded_ball(path), textured_ball()
     for onto in (None, target):
         algorithm = vtkFieldLatentDecoder()
@@ -161,7 +129,7 @@ def textures_are_those_of_the_class():
 
 
 def an_atlas_serves_the_encoder():
-    path = model("atlas.safetensors")
+    path = write_random_latents("atlas.safetensors")
     atlas = TextureAtlas(Input=source_of(surfaces.ball(size=6)), Resolution=[64, 64])
     atlas.UpdatePipeline()
     atlas.UpdatePropertyInformation()

@@ -28,13 +28,14 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
+from latent_models import write_random_latents
 from surfacesynthesis import encode_texture, texture_atlas, texture_dataset, write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
 from surfacesynthesis.textured_files import write_image
 from TestScannerFiles import series
-from TestTextureCommands import pattern, write_random_latents, write_textured_ball
+from TestTextureCommands import pattern, write_textured_ball
 from TestVolumes import nifti
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """encode_texture() and decode_texture(): what the filters give, as Python has it."""
 
-import json
-
 import numpy as np
 import pytest
+from latent_models import write_random_latents
 from surfacesynthesis import (
     Cancelled,
     SurfaceSynthesisError,
@@ -13,51 +12,19 @@ from surfacesynthesis import (
     encode_texture,
     vtkFieldLatentEncoder,
 )
-from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOImage import vtkPNGReader, vtkPNGWriter
 
-D, C, WIDTH = 2, 4, 8
-
-
-def shapes():
-    """Shapes of the tensors of a model of two vectors, four channels, a layer and a decoder of 2 x 8."""
-    found = {
-        "encoder.lift.weight": (2 * C, 3), "encoder.lift.bias": (2 * C,),
-        "encoder.gather.weight": (2 * C, 3), "encoder.gather.bias": (2 * C,),
-        "encoder.filter.0.weight": (C, 1), "encoder.filter.0.bias": (C,),
-        "encoder.filter.2.weight": (2 * C, C), "encoder.filter.2.bias": (2 * C,),
-        "encoder.mean.neuron.key.weight": (2, C, C), "encoder.mean.neuron.query.weight": (2, C, C),
-        "encoder.mean.out.weight": (2, D, C), "encoder.deviation.product.weight": (2, C, C),
-        "encoder.deviation.0.weight": (C, 2 * C), "encoder.deviation.0.bias": (C,),
-        "encoder.deviation.2.weight": (D, C), "encoder.deviation.2.bias": (D,),
-        "decoder.layers.0.weight": (WIDTH, 2 * D + D * (D + 1)), "decoder.layers.0.bias": (WIDTH,),
-        "decoder.layers.1.weight": (WIDTH, WIDTH), "decoder.layers.1.bias": (WIDTH,),
-        "decoder.layers.2.weight": (3, WIDTH), "decoder.layers.2.bias": (3,),
-    }
-    for norm in ("norm1", "norm2"):
-        found[f"encoder.layers.0.{norm}.scale"] = (2, C)
-        found[f"encoder.layers.0.{norm}.log_delta"] = (C,)
-    for name in ("attention.query", "attention.key", "attention.value", "attention.out", "neuron1.key", "neuron1.query",
-                 "neuron2.key", "neuron2.query"):
-        found[f"encoder.layers.0.{name}.weight"] = (2, C, C)
-    return found
+D = 2  # tangent vectors of the model
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     """A model file with random weights."""
-    random = np.random.default_rng(3)
-    sizes = {"latent_dimension": D, "channels": C, "encoder_layers": 1, "heads": 2, "samples_per_ring": 12}
-    sizes |= {"decoder_layers": 2, "decoder_width": WIDTH, "iterations": 0, "coordinates": "logarithmic"}
-    tensors = {name: random.uniform(-1, 1, shape).astype(np.float32) for name, shape in shapes().items()}
-    path = tmp_path_factory.mktemp("models") / "random.safetensors"
-    metadata = {"architecture": "field_latents", "format_version": "1", "field_latents": json.dumps(sizes)}
-    write_safetensors(str(path), tensors, metadata)
-    return path
+    return write_random_latents(tmp_path_factory.mktemp("models") / "random.safetensors", D)
 
 
 def plane(cells=4):

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, icosphere, polydata_of
+from latent_models import write_random_latents
 from surfacesynthesis import SurfaceSynthesisError, decode_texture, sample_texture
 from surfacesynthesis.command_line import main
-from TestTextureCommands import pattern, write_random_latents
+from TestTextureCommands import pattern
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 pytestmark = pytest.mark.skipif(

@@ -1,57 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands encode-texture, decode-texture and transfer-texture."""
 
-import json
-
 import numpy as np
 import pytest
 import surfacesynthesis
 from conftest import add_array, files_in, icosphere, polydata_of
+from latent_models import write_random_latents
 from surfacesynthesis import read_mesh, read_textured_mesh, texture_atlas, write_mesh, write_textured_mesh
 from surfacesynthesis.command_line import main
 from surfacesynthesis.files.images import read_image
-from surfacesynthesis.safetensors import write_safetensors
 from surfacesynthesis.textured_files import write_image
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 pytestmark = pytest.mark.skipif(not hasattr(surfacesynthesis, "vtkTextureAtlasFilter"), reason="built without CGAL")
-CODES, CHANNELS, WIDTH = 2, 4, 8
-
-
-def tensor_shapes():
-    """Shapes of the tensors of a model of two vectors, four channels, a layer and a decoder of 2 x 8."""
-    d, c = CODES, CHANNELS
-    found = {
-        "encoder.lift.weight": (2 * c, 3), "encoder.lift.bias": (2 * c,),
-        "encoder.gather.weight": (2 * c, 3), "encoder.gather.bias": (2 * c,),
-        "encoder.filter.0.weight": (c, 1), "encoder.filter.0.bias": (c,),
-        "encoder.filter.2.weight": (2 * c, c), "encoder.filter.2.bias": (2 * c,),
-        "encoder.mean.neuron.key.weight": (2, c, c), "encoder.mean.neuron.query.weight": (2, c, c),
-        "encoder.mean.out.weight": (2, d, c), "encoder.deviation.product.weight": (2, c, c),
-        "encoder.deviation.0.weight": (c, 2 * c), "encoder.deviation.0.bias": (c,),
-        "encoder.deviation.2.weight": (d, c), "encoder.deviation.2.bias": (d,),
-        "decoder.layers.0.weight": (WIDTH, 2 * d + d * (d + 1)), "decoder.layers.0.bias": (WIDTH,),
-        "decoder.layers.1.weight": (WIDTH, WIDTH), "decoder.layers.1.bias": (WIDTH,),
-        "decoder.layers.2.weight": (3, WIDTH), "decoder.layers.2.bias": (3,),
-    }  # fmt: skip
-    for norm in ("norm1", "norm2"):
-        found[f"encoder.layers.0.{norm}.scale"] = (2, c)
-        found[f"encoder.layers.0.{norm}.log_delta"] = (c,)
-    for name in ("attention.query", "attention.key", "attention.value", "attention.out", "neuron1.key", "neuron1.query",
-                 "neuron2.key", "neuron2.query"):  # fmt: skip
-        found[f"encoder.layers.0.{name}.weight"] = (2, c, c)
-    return found
-
-
-def write_random_latents(path):
-    """Writes a small model of field latents with random weights."""
-    random = np.random.default_rng(3)
-    sizes = {"latent_dimension": CODES, "channels": CHANNELS, "encoder_layers": 1, "heads": 2, "samples_per_ring": 12}
-    sizes |= {"decoder_layers": 2, "decoder_width": WIDTH, "iterations": 0, "coordinates": "logarithmic"}
-    tensors = {name: random.uniform(-1, 1, shape).astype(np.float32) for name, shape in tensor_shapes().items()}
-    metadata = {"architecture": "field_latents", "format_version": "1", "field_latents": json.dumps(sizes)}
-    write_safetensors(str(path), tensors, metadata)
 
 
 def pattern():
