@@ -223,6 +223,7 @@ private:
     const CgalPoint point = this->Mesh.point(kept);
     const double wanted = this->Wanted[kept];
     const bool isFixed = this->IsFixed[kept];
+    this->IsCurve[e] = false; // CGAL collapses no constrained edge; the other edges of its curve stay marked
     const CgalVertex left = CGAL::Euler::collapse_edge(e, this->Mesh, this->IsCurve);
     this->Mesh.point(left) = point;
     this->Wanted[left] = wanted;

@@ -202,16 +202,30 @@ TEST(LatentDiffusionLayers, StepsHaveTheValuesAndDerivativesOfTheExpressions)
 TEST(LatentDenoisingNetwork, HasTheDerivativesOfTheExpressions)
 {
   const LatentDiffusionModel model = test::RandomLatentDiffusion();
-  const DiffusionCase at(model.Options, 1);
+  DiffusionCase at(model.Options, 1);
   const LatentDenoisingNetwork network = MakeLatentDenoisingNetwork(model);
-  const auto steps = Derivatives(network, at, torch::kFloat32);
-  const auto expressions = Derivatives(network, at, torch::kFloat64);
-  ASSERT_EQ(steps.size(), expressions.size());
-  for (const auto& [name, expected] : expressions)
+  // Rounding that moves one neuron to the other side of its kink changes derivatives by per cents. It does so at few
+  // states, and where depends on the processor, so the median of the states counts: a wrong step is wrong at all.
+  constexpr int states = 7;
+  const FieldLatentMatrix first = at.State;
+  std::map<std::string, std::vector<double>> differences;
+  for (int k = 0; k < states; ++k)
   {
+    at.State = (1.0F + 0.1F * static_cast<float>(k)) * first;
+    const auto steps = Derivatives(network, at, torch::kFloat32);
+    const auto expressions = Derivatives(network, at, torch::kFloat64);
+    ASSERT_EQ(steps.size(), expressions.size());
+    for (const auto& [name, expected] : expressions)
+    {
+      EXPECT_GT(expected.abs().max().item<double>(), 1e-6) << name;
+      differences[name].push_back(RelativeDifference(steps.at(name), expected));
+    }
+  }
+  for (auto& [name, found] : differences)
+  {
+    std::nth_element(found.begin(), found.begin() + states / 2, found.end());
     // Each step is exact to 1e-5; forty of them with random weights are conditioned worse.
-    EXPECT_GT(expected.abs().max().item<double>(), 1e-6) << name;
-    EXPECT_LT(RelativeDifference(steps.at(name), expected), 1e-3) << name;
+    EXPECT_LT(found[states / 2], 1e-3) << name;
   }
 }
 

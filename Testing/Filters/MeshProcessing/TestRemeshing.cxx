@@ -155,6 +155,19 @@ TEST(RemeshIsotropically, CreasesAndCornersAreKept)
   EXPECT_LT(VolumeOf(RemeshIsotropically(SplitCube(), options).Mesh), 0.999);
 }
 
+TEST(RemeshIsotropically, CreasesStayWhenLengthsAtPointsMakeThemCoarser)
+{
+  RemeshingOptions options = WithEdges(0.06);
+  options.FeatureAngle = 45.0;
+  const TriangleMesh fine = RemeshIsotropically(SplitCube(), options).Mesh;
+  options.PointEdgeLengths.assign(static_cast<std::size_t>(fine.NumberOfPoints()), 0.2);
+  const RemeshedSurface coarse = RemeshIsotropically(fine, options);
+  EXPECT_EQ(DefectsOf(coarse.Mesh), "");
+  EXPECT_LT(4 * coarse.Mesh.NumberOfPoints(), fine.NumberOfPoints());
+  EXPECT_NEAR(AreaOf(coarse.Mesh), 6.0, 1e-9);
+  EXPECT_NEAR(VolumeOf(coarse.Mesh), 1.0, 1e-9);
+}
+
 TEST(RemeshIsotropically, PlacesAndOriginsAreOnTheInput)
 {
   const TriangleMesh torus = Torus(24, 12);
