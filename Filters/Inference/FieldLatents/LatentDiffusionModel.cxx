@@ -2,10 +2,13 @@
 #include "Inference/FieldLatents/LatentDiffusionModel.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
 #include "Inference/Common/ModelFile.h"
+#include "Inference/FieldLatents/LatentMap.h"
 
+#include <Eigen/SVD>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -97,14 +100,19 @@ void CheckDiffusionTensor(const std::string& name, const ModelTensor& tensor)
   }
 }
 
-/// Factors of equation 39.
-void CheckScale(const LatentDiffusionModel& model)
+/// Ratio of the largest singular value of a map to the smallest above which single precision cannot undo it.
+constexpr double WorstCondition = 1e5;
+
+void CheckMap(const LatentDiffusionModel& model)
 {
-  const std::vector<float>& scale = model.Tensors.at("latent_scale").Values;
-  if (std::any_of(scale.begin(), scale.end(), [](float value) { return !(value > 0.0F); }))
+  const Eigen::VectorXd values =
+    Eigen::JacobiSVD<LatentMap>(MapOfTensor(model.Tensors.at("latent_map"))).singularValues();
+  const double least = values(values.size() - 1);
+  if (!(least > 0.0 && values(0) / least <= WorstCondition))
   {
-    throw InvalidInput("LatentDiffusionModel: latent_scale has a number that is not larger than 0; expected factors of "
-                       "equation 39.");
+    throw InvalidInput("LatentDiffusionModel: latent_map has singular values from " + FormatNumber(least) + " to " +
+      FormatNumber(values(0)) + "; expected an invertible matrix, with a ratio up to " + FormatNumber(WorstCondition) +
+      ".");
   }
 }
 } // namespace
@@ -137,7 +145,7 @@ void CheckModel(const LatentDiffusionModel& model)
   {
     CheckDiffusionTensor(name, tensor);
   }
-  CheckScale(model);
+  CheckMap(model);
 }
 
 LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
@@ -164,7 +172,7 @@ LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
   }
   try
   {
-    CheckScale(model);
+    CheckMap(model);
   }
   catch (const InvalidInput& error)
   {

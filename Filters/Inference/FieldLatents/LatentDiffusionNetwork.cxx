@@ -80,6 +80,36 @@ std::vector<float> Affine(const std::vector<float>& matrix, const std::vector<fl
   return y;
 }
 
+/// Factors of complex channels at one time, 1 + G e, [C, twice]: for both parts. @param gains [C, e] @param embedding [e]
+std::vector<float> GainsOf(const std::vector<float>& gains, const float* embedding, std::size_t dimension)
+{
+  const std::vector<float> factors = Affine(gains, std::vector<float>(gains.size() / dimension, 1.0F), embedding);
+  std::vector<float> twice = factors;
+  twice.insert(twice.end(), factors.begin(), factors.end());
+  return twice;
+}
+
+/// A matrix with its columns multiplied by factors.
+std::vector<float> ScaledColumns(std::vector<float> matrix, const std::vector<float>& factors)
+{
+  for (std::size_t k = 0; k < matrix.size(); ++k)
+  {
+    matrix[k] *= factors[k % factors.size()];
+  }
+  return matrix;
+}
+
+/// A matrix with its rows multiplied by factors.
+std::vector<float> ScaledRows(std::vector<float> matrix, const std::vector<float>& factors)
+{
+  const std::size_t columns = matrix.size() / factors.size();
+  for (std::size_t k = 0; k < matrix.size(); ++k)
+  {
+    matrix[k] *= factors[k / columns];
+  }
+  return matrix;
+}
+
 /// Counts the stages of one evaluation for its progress reports.
 struct StageClock
 {
@@ -125,7 +155,9 @@ private:
     const float* in, std::int64_t width, const std::vector<float>& matrix, Features& out, StageClock& clock) const;
   void ApplyNeuron(const Features& in, const FieldNeuron& neuron, Features& out, StageClock& clock) const;
   void Convolve(const Level& level, const Features& in, const FieldConvolutionWeights& weights,
-    const std::vector<float>& embeddings, bool accumulate, Features& out, StageClock& clock) const;
+    const std::vector<float>& embeddings, const std::vector<float>& matrix, bool accumulate, Features& out,
+    StageClock& clock) const;
+  std::vector<float> Gains(const std::vector<float>& gains, const std::vector<float>& embeddings) const;
   void ApplyBlock(const Level& level, const FieldBlock& block, const std::vector<float>& embeddings, Features& x,
     StageClock& clock) const;
   Features Pool(const Features& fine, StageClock& clock) const;
@@ -220,10 +252,18 @@ void LatentDiffusionNetwork::Internals::ApplyNeuron(
   });
 }
 
-/// Equation 35; @p out is not @p in.
+/// Factors of channels. @param embeddings the last is that of vertices without a label, which counts
+std::vector<float> LatentDiffusionNetwork::Internals::Gains(
+  const std::vector<float>& gains, const std::vector<float>& embeddings) const
+{
+  const auto dimension = static_cast<std::size_t>(this->Options.EmbeddingDimension);
+  return GainsOf(gains, embeddings.data() + embeddings.size() - dimension, dimension);
+}
+
+/// Equation 35; @p out is not @p in. @param matrix that of the weights, with gains
 void LatentDiffusionNetwork::Internals::Convolve(const Level& level, const Features& in,
-  const FieldConvolutionWeights& weights, const std::vector<float>& embeddings, bool accumulate, Features& out,
-  StageClock& clock) const
+  const FieldConvolutionWeights& weights, const std::vector<float>& embeddings, const std::vector<float>& matrix,
+  bool accumulate, Features& out, StageClock& clock) const
 {
   const std::int64_t channels = weights.Channels;
   FieldNeighborhoods neighborhoods = level.Neighborhoods;
@@ -254,7 +294,7 @@ void LatentDiffusionNetwork::Internals::Convolve(const Level& level, const Featu
     LargeArray<float> sums = this->BorrowScratch(TileRows * width);
     this->Kernels.GatherFields(
       neighborhoods, filter, in.Values.data(), units.Values.data(), first, rows, channels, sums.data());
-    Multiply(sums.data(), weights.Matrix.data(), out.Row(first), rows, width, 2 * channels, accumulate);
+    Multiply(sums.data(), matrix.data(), out.Row(first), rows, width, 2 * channels, accumulate);
     this->Scratch.Return(std::move(sums));
   });
 }
@@ -267,7 +307,7 @@ void LatentDiffusionNetwork::Internals::ApplyBlock(const Level& level, const Fie
   this->ApplyNeuron(x, block.Mlp1[0], y, clock);
   this->ApplyNeuron(y, block.Mlp1[1], y, clock);
   this->ApplyNeuron(y, block.Mlp1[2], y, clock);
-  this->Convolve(level, y, block.Convolution1, embeddings, false, z, clock);
+  this->Convolve(level, y, block.Convolution1, embeddings, block.Convolution1.Matrix, false, z, clock);
   for (const FieldNeuron& neuron : block.Mlp2)
   {
     this->ApplyNeuron(z, neuron, z, clock);
@@ -277,7 +317,8 @@ void LatentDiffusionNetwork::Internals::ApplyBlock(const Level& level, const Fie
     this->ApplyMap(x.Values.data(), 2 * x.Channels, block.Residual, y, clock);
     x = std::move(y);
   }
-  this->Convolve(level, z, block.Convolution2, embeddings, true, x, clock);
+  const std::vector<float> matrix = ScaledColumns(block.Convolution2.Matrix, this->Gains(block.Gains, embeddings));
+  this->Convolve(level, z, block.Convolution2, embeddings, matrix, true, x, clock);
 }
 
 /// Mean over the members of each cluster, in the frame of its center.
@@ -397,7 +438,8 @@ FieldLatentMatrix LatentDiffusionNetwork::Internals::Evaluate(const FieldLatentM
   const auto blocks = weights.InputBlocks.size() + weights.CoarseBlocks.size() + weights.OutputBlocks.size();
   StageClock clock = { progress, 8.0 * static_cast<double>(blocks) + 6.0 };
   Features x(state.rows(), this->Options.Channels);
-  this->ApplyMap(state.data(), state.cols(), weights.Input, x, clock);
+  const std::vector<float> entrance = ScaledColumns(weights.Input, this->Gains(weights.InputGains, embeddings));
+  this->ApplyMap(state.data(), state.cols(), entrance, x, clock);
   for (const FieldBlock& block : weights.InputBlocks)
   {
     this->ApplyBlock(fine, block, embeddings, x, clock);
@@ -412,11 +454,12 @@ FieldLatentMatrix LatentDiffusionNetwork::Internals::Evaluate(const FieldLatentM
   {
     this->ApplyBlock(fine, block, embeddings, x, clock);
   }
+  const std::vector<float> exit = ScaledRows(weights.Output, this->Gains(weights.OutputGains, embeddings));
   FieldLatentMatrix out(state.rows(), state.cols());
   ParallelTasks((state.rows() + TileRows - 1) / TileRows, [&](std::int64_t tile) {
     const std::int64_t first = tile * TileRows;
-    Multiply(x.Row(first), weights.Output.data(), out.row(first).data(), std::min(TileRows, state.rows() - first),
-      2 * x.Channels, out.cols());
+    Multiply(x.Row(first), exit.data(), out.row(first).data(), std::min(TileRows, state.rows() - first), 2 * x.Channels,
+      out.cols());
   });
   return out;
 }

@@ -32,7 +32,10 @@ struct LatentDiffusionConditions
 /// level, unpooling, blocks on the surface that also see the features before the pooling, a complex linear map. Pooling
 /// and unpooling carry vectors by parallel transport. A block is x + conv(MLP(conv(MLP(x)))) (with a complex linear map
 /// of x where the widths differ). An MLP is three vector neurons (equation 19), each after a normalization (equation 20)
-/// whose mean runs over all vertices of the level. The second convolution of a block sees the embedding.
+/// whose mean runs over all vertices of the level. The second convolution of a block sees the embedding. Beyond the paper,
+/// the channels of its result, of the first map and before the last have real factors 1 + G e with the embedding e of the
+/// time: what the network has to add to its input grows and falls with the noise, and without factors it learned less
+/// where noise is least than a linear map of single vertices can.
 ///
 /// Field convolution (equation 35): with X_c(q) the features of q in the neighborhood of p (p itself among them),
 /// carried to the frame of p, u = X / sqrt(|X|^2 + 1e-6) and w the share of q in the area of the neighborhood,

@@ -80,6 +80,7 @@ void AddBlock(Shapes& shapes, const std::string& name, std::int64_t inputs, std:
   AddConvolution(shapes, name + ".convolution1", outputs, false, options);
   AddNeurons(shapes, name + ".mlp2", outputs, outputs);
   AddConvolution(shapes, name + ".convolution2", outputs, true, options);
+  shapes[name + ".gains.weight"] = { outputs, options.EmbeddingDimension };
 }
 } // namespace
 
@@ -148,7 +149,7 @@ Shapes ExpectedLatentDiffusionTensors(const LatentDiffusionOptions& options)
 {
   const std::int64_t embedding = options.EmbeddingDimension;
   Shapes shapes;
-  shapes["latent_scale"] = { options.LatentDimension };
+  shapes["latent_map"] = { 2, options.LatentDimension, options.LatentDimension };
   for (const char* layer : { "time.0", "time.2" })
   {
     shapes[std::string(layer) + ".weight"] = { embedding, embedding };
@@ -160,6 +161,8 @@ Shapes ExpectedLatentDiffusionTensors(const LatentDiffusionOptions& options)
   }
   shapes["input.weight"] = { 2, options.Channels, options.LatentDimension };
   shapes["output.weight"] = { 2, options.LatentDimension, options.Channels };
+  shapes["input.gains.weight"] = { options.Channels, embedding };
+  shapes["output.gains.weight"] = { options.Channels, embedding };
   const auto add = [&](const char* part, std::int64_t blocks, std::int64_t inputs, std::int64_t outputs) {
     for (std::int64_t block = 0; block < blocks; ++block)
     {

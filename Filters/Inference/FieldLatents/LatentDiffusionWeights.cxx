@@ -133,6 +133,7 @@ public:
     }
     block.Convolution1 = this->Convolution(name + ".convolution1", false);
     block.Convolution2 = this->Convolution(name + ".convolution2", true);
+    block.Gains = this->Values(name + ".gains.weight");
     return block;
   }
 
@@ -178,6 +179,8 @@ LatentDiffusionWeights::LatentDiffusionWeights(const LatentDiffusionModel& model
   const LatentDiffusionOptions& options = model.Options;
   this->Input = reader.Complex("input.weight", AlternatingParts(), SeparateParts(options.Channels));
   this->Output = reader.Complex("output.weight", SeparateParts(options.Channels), AlternatingParts());
+  this->InputGains = reader.Values("input.gains.weight");
+  this->OutputGains = reader.Values("output.gains.weight");
   this->InputBlocks = reader.Blocks("input", options.InputBlocks);
   this->CoarseBlocks = reader.Blocks("coarse", options.CoarseBlocks);
   this->OutputBlocks = reader.Blocks("output", options.OutputBlocks);

@@ -48,6 +48,7 @@ struct FieldBlock
   FieldConvolutionWeights Convolution1;
   FieldNeuron Mlp2[3];
   FieldConvolutionWeights Convolution2;
+  std::vector<float> Gains; ///< [b, e]
 };
 
 /// All weights of the network.
@@ -56,8 +57,10 @@ struct LatentDiffusionWeights
   /// Orders the weights of a model that CheckModel() accepts.
   explicit LatentDiffusionWeights(const LatentDiffusionModel& model);
 
-  std::vector<float> Input;  ///< [2 d, 2 C], parts of the latents in turn
-  std::vector<float> Output; ///< [2 C, 2 d], parts of the result in turn
+  std::vector<float> Input;       ///< [2 d, 2 C], parts of the latents in turn
+  std::vector<float> Output;      ///< [2 C, 2 d], parts of the result in turn
+  std::vector<float> InputGains;  ///< [C, e]
+  std::vector<float> OutputGains; ///< [C, e]
   std::vector<FieldBlock> InputBlocks;
   std::vector<FieldBlock> CoarseBlocks;
   std::vector<FieldBlock> OutputBlocks;

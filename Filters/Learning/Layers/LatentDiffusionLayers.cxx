@@ -234,7 +234,7 @@ FieldConvolutionImpl::FieldConvolutionImpl(std::int64_t channels, std::int64_t e
 }
 
 torch::Tensor FieldConvolutionImpl::forward(
-  const torch::Tensor& x, const torch::Tensor& embeddings, const FieldLevelTensors& level)
+  const torch::Tensor& x, const torch::Tensor& embeddings, const FieldLevelTensors& level, const torch::Tensor& gains)
 {
   // A convolution without embedding sees neither labels nor directions.
   FieldLevelTensors seen = level;
@@ -251,11 +251,21 @@ torch::Tensor FieldConvolutionImpl::forward(
     seen.Directions = torch::Tensor();
   }
   const torch::Tensor directed = this->Directed.defined() ? this->Directed : torch::zeros_like(this->Aligned);
+  const torch::Tensor weight = gains.defined() ? this->Weight * gains.view({ 1, -1, 1, 1 }) : this->Weight;
   return IsFused(x)
     ? FusedFieldConvolution(seen.Level, seen.Guided,
-        { x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, this->Weight })
+        { x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, weight })
     : RecomputedConvolutionStep::apply(
-        seen, x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, this->Weight);
+        seen, x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, weight);
+}
+
+TimeGainsImpl::TimeGainsImpl(std::int64_t channels, std::int64_t embedding)
+  : Weight(this->register_parameter("weight", torch::zeros({ channels, embedding })))
+{}
+
+torch::Tensor TimeGainsImpl::forward(const torch::Tensor& embeddings)
+{
+  return 1.0 + torch::mv(this->Weight, embeddings.select(0, 0));
 }
 
 FieldResidualBlockImpl::FieldResidualBlockImpl(
@@ -271,13 +281,14 @@ FieldResidualBlockImpl::FieldResidualBlockImpl(
   this->Mlp2 = this->register_module("mlp2", torch::nn::ModuleList());
   FillModules(this->Mlp2, outputs, outputs);
   this->Convolution2 = this->register_module("convolution2", FieldConvolution(outputs, embedding, directed));
+  this->Gains = this->register_module("gains", TimeGains(outputs, embedding));
 }
 
 torch::Tensor FieldResidualBlockImpl::forward(
   const torch::Tensor& x, const torch::Tensor& embeddings, const FieldLevelTensors& level)
 {
   const torch::Tensor y = this->Convolution1(ThroughNeurons(this->Mlp1, x), embeddings, level);
-  const torch::Tensor z = this->Convolution2(ThroughNeurons(this->Mlp2, y), embeddings, level);
+  const torch::Tensor z = this->Convolution2(ThroughNeurons(this->Mlp2, y), embeddings, level, this->Gains(embeddings));
   return (this->Residual ? this->Residual(x) : x) + z;
 }
 

@@ -67,7 +67,9 @@ public:
   FieldConvolutionImpl(std::int64_t channels, std::int64_t embedding, bool directed);
   /// Maps [V, 2 C] to the same shape.
   /// @param embeddings [S, e], of vertices without a label, then of each label
-  torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& embeddings, const FieldLevelTensors& level);
+  /// @param gains [C], factors of the results; undefined for none
+  torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& embeddings, const FieldLevelTensors& level,
+    const torch::Tensor& gains = {});
 
 private:
   torch::Tensor Radius;
@@ -81,7 +83,22 @@ private:
 };
 TORCH_MODULE(FieldConvolution);
 
-/// FCResNet block: x + convolution2(mlp2(convolution1(mlp1(x)))), x mapped by residual where the widths differ.
+/// Real factors of complex channels that depend on the time: 1 + G e with the embedding e. Parameter: weight [C, e].
+class TimeGainsImpl : public torch::nn::Module
+{
+public:
+  /// Registers the parameter: gains of 1.
+  TimeGainsImpl(std::int64_t channels, std::int64_t embedding);
+  /// Factors [C].
+  /// @param embeddings [S, e]; that of vertices without a label, the first, counts
+  torch::Tensor forward(const torch::Tensor& embeddings);
+
+private:
+  torch::Tensor Weight;
+};
+TORCH_MODULE(TimeGains);
+
+/// FCResNet block: x + gains convolution2(mlp2(convolution1(mlp1(x)))), x mapped by residual where the widths differ.
 class FieldResidualBlockImpl : public torch::nn::Module
 {
 public:
@@ -96,6 +113,7 @@ private:
   FieldConvolution Convolution1{ nullptr };
   torch::nn::ModuleList Mlp2;
   FieldConvolution Convolution2{ nullptr };
+  TimeGains Gains{ nullptr };
 };
 TORCH_MODULE(FieldResidualBlock);
 

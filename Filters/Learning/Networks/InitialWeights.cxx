@@ -2,6 +2,7 @@
 #include "Learning/Networks/InitialWeights.h"
 
 #include "Core/Random/CounterUniforms.h"
+#include "Inference/FieldLatents/LatentMap.h"
 
 #include <cmath>
 #include <functional>
@@ -59,11 +60,11 @@ double DiffusionBound(const std::string& name, const std::vector<std::int64_t>& 
 /// Initial value of all elements of a tensor of a denoising network, or NaN for random ones.
 double DiffusionConstant(const std::string& name)
 {
-  if (EndsWith(name, ".convolution2.weight") || name == "output.weight")
+  if (EndsWith(name, ".convolution2.weight") || EndsWith(name, ".gains.weight") || name == "output.weight")
   {
     return 0.0;
   }
-  return name == "latent_scale" ? 1.0 : EndsWith(name, ".log_delta") ? InitialLogDelta : std::nan("");
+  return EndsWith(name, ".log_delta") ? InitialLogDelta : std::nan("");
 }
 } // namespace
 
@@ -168,6 +169,11 @@ LatentDiffusionModel InitialLatentDiffusion(const LatentDiffusionOptions& option
     const double bound = DiffusionBound(name, shape);
     ModelTensor& tensor = model.Tensors[name];
     tensor.Shape = shape;
+    if (name == "latent_map")
+    {
+      tensor = TensorOf(LatentMap::Identity(options.LatentDimension, options.LatentDimension));
+      continue;
+    }
     for (std::int64_t k = 0; k < count; ++k)
     {
       const double constant = scale ? (k < count / 2 ? 1.0 : 0.0) : DiffusionConstant(name);

@@ -65,6 +65,8 @@ LatentDenoisingNetworkImpl::LatentDenoisingNetworkImpl(const LatentDiffusionOpti
   this->Output = this->register_module("output", ComplexMap(options.Channels, options.LatentDimension));
   this->OutputBlocks = AddFieldBlocks(
     *this->Output, options.OutputBlocks, options.CoarseChannels + options.Channels, options.Channels, options);
+  this->InputGains = this->Input->register_module("gains", TimeGains(options.Channels, embedding));
+  this->OutputGains = this->Output->register_module("gains", TimeGains(options.Channels, embedding));
 }
 
 /// Embeddings of vertices without a label, then of each label, [L + 1, e].
@@ -89,12 +91,14 @@ torch::Tensor LatentDenoisingNetworkImpl::forward(
   const FieldLevelTensors fine(std::shared_ptr<const FieldLevel>(surface, &surface->Fine), guided, state);
   const FieldLevelTensors coarse(std::shared_ptr<const FieldLevel>(surface, &surface->Coarse), guided, state);
   const torch::Tensor embeddings = this->Embeddings(time, state);
-  const torch::Tensor x = ThroughBlocks(this->InputBlocks, this->Input(PartsApart(state)), embeddings, fine);
+  const torch::Tensor entered = this->Input(PartsApart(state)) * this->InputGains(embeddings).repeat({ 2 });
+  const torch::Tensor x = ThroughBlocks(this->InputBlocks, entered, embeddings, fine);
   const torch::Tensor y = ThroughBlocks(this->CoarseBlocks, PoolFields(surface, x), embeddings, coarse);
   const std::vector<torch::Tensor> own = x.chunk(2, -1);
   const std::vector<torch::Tensor> below = UnpoolFields(surface, y).chunk(2, -1);
   const torch::Tensor both = torch::cat({ below[0], own[0], below[1], own[1] }, -1);
-  return PartsInTurn(this->Output(ThroughBlocks(this->OutputBlocks, both, embeddings, fine)));
+  const torch::Tensor left = ThroughBlocks(this->OutputBlocks, both, embeddings, fine);
+  return PartsInTurn(this->Output(left * this->OutputGains(embeddings).repeat({ 2 })));
 }
 
 LatentDenoisingNetwork MakeLatentDenoisingNetwork(const LatentDiffusionModel& model)

@@ -15,7 +15,7 @@ namespace surfsynth
 {
 
 /// The network of LatentDiffusionNetwork. Names and shapes of the parameters are those of
-/// ExpectedLatentDiffusionTensors(), but for latent_scale.
+/// ExpectedLatentDiffusionTensors(), but for latent_map.
 class LatentDenoisingNetworkImpl : public torch::nn::Module
 {
 public:
@@ -38,6 +38,8 @@ private:
   torch::Tensor Labels; ///< undefined without
   ComplexMap Input{ nullptr };
   ComplexMap Output{ nullptr };
+  TimeGains InputGains{ nullptr };
+  TimeGains OutputGains{ nullptr };
   std::vector<FieldResidualBlock> InputBlocks;
   std::vector<FieldResidualBlock> CoarseBlocks;
   std::vector<FieldResidualBlock> OutputBlocks;
