@@ -278,9 +278,9 @@ def vtk_of(surface):
     return mesh
 
 
-def by_field_latents(surface, carried, model):
+def by_field_latents(surface, carried, model, samples=None):
     """The atlas [H, W, 3] that is encoded on another triangulation with the texture and decoded on the surface."""
-    encoded = surfacesynthesis.encode_texture(vtk_of(carried), carried.image, model=model)
+    encoded = surfacesynthesis.encode_texture(vtk_of(carried), carried.image, model=model, samples_per_ring=samples)
     height, width = surface.image.shape[:2]
     decoded = surfacesynthesis.decode_texture(encoded, model=model, target=vtk_of(surface), resolution=(width, height))
     values = vtk_to_numpy(decoded.image.GetPointData().GetScalars())
@@ -332,7 +332,7 @@ def dssim(image, wanted, known):
 # -- comparison --------------------------------------------------------------------------------------------------------
 
 
-def compared(name, surface, sizes, models):
+def compared(name, surface, sizes, models, samples=None):
     """Rows of the table, and crops (size, [original, *methods], titles) of one surface."""
     height, width = surface.image.shape[:2]
     texels = rasterized(surface.coordinates, width, height)
@@ -343,7 +343,7 @@ def compared(name, surface, sizes, models):
     for size in sizes:
         coarse = surfacesynthesis.remesh(whole, points=size, feature_angle=None)[:2]
         carried = retextured(*coarse, surface)
-        images = {method: by_field_latents(surface, carried, model) for method, model in models.items() if model}
+        images = {method: by_field_latents(surface, carried, model, samples) for method, model in models.items() if model}
         images.update(zip(METHODS[2:], by_vertex_colors(surface, coarse, texels, known)))
         for method, image in images.items():
             rows.append(
@@ -425,6 +425,10 @@ def main(arguments=None):
     names = [*TEXTURED, *PAINTED]
     parser.add_argument("--surfaces", nargs="+", choices=names, default=names)
     parser.add_argument("--points", nargs="+", type=int, default=[30000, 5000], help="default: 30000 5000")
+    parser.add_argument(
+        "--samples-per-ring", type=int, metavar="N",
+        help="samples of colors in a one-ring; another number draws others (default: as in the training)",
+    )  # fmt: skip
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
     packages = os.path.join(os.path.abspath(options.folder), "packages")
@@ -437,7 +441,7 @@ def main(arguments=None):
             picture = os.path.join(options.folder, "test_images", PAINTED[name] + ".png")
             surface = painted_surface(name, picture)
         models = dict(zip(METHODS, (options.model, options.ablation)))
-        found, parts = compared(name, surface, options.points, models)
+        found, parts = compared(name, surface, options.points, models, options.samples_per_ring)
         rows += found
         crops += [(name, size, images, titles) for size, images, titles in parts]
         write_rows(rows, os.path.join(options.output, "metrics.csv"))  # what there is, should a surface fail
