@@ -165,7 +165,6 @@ private:
     options.SnrLimit = self.SnrLimit;
     options.ConditionDropout = self.ConditionDropout;
     options.SampleLatents = self.SampleLatents;
-    options.Whitening = self.Whitening;
     return options;
   }
 
@@ -278,7 +277,6 @@ void vtkLatentDiffusionTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "FirstVariance: " << this->FirstVariance << "\n";
   os << indent << "LastVariance: " << this->LastVariance << "\n";
   os << indent << "SampleLatents: " << this->SampleLatents << "\n";
-  os << indent << "Whitening: " << this->Whitening << "\n";
   os << indent << "Target: " << this->Target << "\n";
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "BatchSize: " << this->BatchSize << "\n";

@@ -241,17 +241,6 @@ public:
 
   ///@{
   /**
-   * Trains on uncorrelated latents with the same variance in all directions; off, the paper's: on latents with a factor
-   * for each tangent vector. A network learns the texture alone then, not which directions of latents are large. The
-   * model holds the map. Default on.
-   */
-  vtkSetMacro(Whitening, bool);
-  vtkGetMacro(Whitening, bool);
-  vtkBooleanMacro(Whitening, bool);
-  ///@}
-
-  ///@{
-  /**
    * Quantity that the network predicts. Default NOISE.
    */
   vtkSetClampMacro(Target, int, NOISE, VELOCITY);
@@ -352,7 +341,6 @@ private:
   double FirstVariance = 1e-4;
   double LastVariance = 0.02;
   bool SampleLatents = true;
-  bool Whitening = true;
   int Target = NOISE;
   int Iterations = 20000;
   int BatchSize = 4;

@@ -50,21 +50,20 @@ LatentDiffusionModel RandomLatentDiffusion(const LatentDiffusionOptions& options
     // A convolution has [2, out, 8, in] weights.
     const std::int64_t inputs = shape.size() == 4 ? shape[2] * shape[3] : shape.back();
     const bool norm = EndsWith(name, ".norm.scale");
-    const bool map = name == "latent_map";
+    const bool scale = name == "latent_scale";
     const bool gains = EndsWith(name, ".gains.weight"); // near 1, as of trained networks
     // Blocks add less to their inputs than random weights would: the network is conditioned as trained ones are.
     const bool last = EndsWith(name, ".convolution2.weight");
     const double random = std::sqrt(3.0 / static_cast<double>(inputs));
-    const double factor = norm || map ? 0.3
-      : gains                         ? 0.1
-      : EndsWith(name, ".log_delta")  ? 1.0
-      : last                          ? 0.25 * random
-                                      : random;
+    const double factor = norm || scale ? 0.3
+      : gains                           ? 0.1
+      : EndsWith(name, ".log_delta")    ? 1.0
+      : last                            ? 0.25 * random
+                                        : random;
     ++seed;
     for (std::int64_t k = 0; k < count; ++k)
     {
-      const bool diagonal = map && k < count / 2 && k % (options.LatentDimension + 1) == 0;
-      const double shift = diagonal || (norm && k < count / 2) ? 1.0 : 0.0;
+      const double shift = scale || (norm && k < count / 2) ? 1.0 : 0.0;
       tensor.Values.push_back(static_cast<float>(shift + factor * Uniform(seed, static_cast<std::uint64_t>(k))));
     }
   }

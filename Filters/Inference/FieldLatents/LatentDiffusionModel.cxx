@@ -2,13 +2,10 @@
 #include "Inference/FieldLatents/LatentDiffusionModel.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/FormatNumber.h"
 #include "IO/Weights/SafetensorsFile.h"
 #include "IO/Weights/SafetensorsWriter.h"
 #include "Inference/Common/ModelFile.h"
-#include "Inference/FieldLatents/LatentMap.h"
 
-#include <Eigen/SVD>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -100,19 +97,14 @@ void CheckDiffusionTensor(const std::string& name, const ModelTensor& tensor)
   }
 }
 
-/// Ratio of the largest singular value of a map to the smallest above which single precision cannot undo it.
-constexpr double WorstCondition = 1e5;
-
-void CheckMap(const LatentDiffusionModel& model)
+/// Factors of equation 39.
+void CheckScale(const LatentDiffusionModel& model)
 {
-  const Eigen::VectorXd values =
-    Eigen::JacobiSVD<LatentMap>(MapOfTensor(model.Tensors.at("latent_map"))).singularValues();
-  const double least = values(values.size() - 1);
-  if (!(least > 0.0 && values(0) / least <= WorstCondition))
+  const std::vector<float>& scale = model.Tensors.at("latent_scale").Values;
+  if (std::any_of(scale.begin(), scale.end(), [](float value) { return !(value > 0.0F); }))
   {
-    throw InvalidInput("LatentDiffusionModel: latent_map has singular values from " + FormatNumber(least) + " to " +
-      FormatNumber(values(0)) + "; expected an invertible matrix, with a ratio up to " + FormatNumber(WorstCondition) +
-      ".");
+    throw InvalidInput("LatentDiffusionModel: latent_scale has a number that is not larger than 0; expected factors of "
+                       "equation 39.");
   }
 }
 } // namespace
@@ -145,7 +137,7 @@ void CheckModel(const LatentDiffusionModel& model)
   {
     CheckDiffusionTensor(name, tensor);
   }
-  CheckMap(model);
+  CheckScale(model);
 }
 
 LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
@@ -172,7 +164,7 @@ LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
   }
   try
   {
-    CheckMap(model);
+    CheckScale(model);
   }
   catch (const InvalidInput& error)
   {

@@ -149,7 +149,7 @@ Shapes ExpectedLatentDiffusionTensors(const LatentDiffusionOptions& options)
 {
   const std::int64_t embedding = options.EmbeddingDimension;
   Shapes shapes;
-  shapes["latent_map"] = { 2, options.LatentDimension, options.LatentDimension };
+  shapes["latent_scale"] = { options.LatentDimension };
   for (const char* layer : { "time.0", "time.2" })
   {
     shapes[std::string(layer) + ".weight"] = { embedding, embedding };

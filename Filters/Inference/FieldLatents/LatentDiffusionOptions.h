@@ -56,8 +56,7 @@ std::string NameOf(DiffusionTarget target);
 /// Shapes of all tensors, by name. Complex matrices are [2, out, in]: real part, then imaginary part. With C channels,
 /// d tangent vectors, e numbers of the embedding:
 ///
-/// - latent_map [2, d, d]: latents of the autoencoder to those of the diffusion, invertible: the factors of equation 39 on
-///   the diagonal, or WhiteningMap().
+/// - latent_scale [d]: factors of equation 39, larger than 0.
 /// - time.0.weight, time.2.weight [e, e], time.0.bias, time.2.bias [e]: the MLP after the sinusoidal embedding, SiLU.
 /// - labels.weight [L, e]: added to the embedding of the vertices with a label; only with labels.
 /// - input.weight [2, C, d], output.weight [2, d, C]; input.gains.weight and output.gains.weight [C, e]: the factors of

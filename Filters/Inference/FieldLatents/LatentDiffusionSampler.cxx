@@ -3,9 +3,6 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Random/CounterNormals.h"
-#include "Inference/FieldLatents/LatentMap.h"
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -191,20 +188,45 @@ FieldLatentMatrix ReverseDiffusion(const DiffusionSchedule& schedule, DiffusionT
   return state;
 }
 
+std::vector<float> LatentScale(const FieldLatentMatrix& latents)
+{
+  const double mean = std::sqrt(std::acos(-1.0) / 2.0);
+  std::vector<float> scale;
+  for (Eigen::Index j = 0; j + 1 < latents.cols(); j += 2)
+  {
+    double sum = 0.0;
+    for (Eigen::Index v = 0; v < latents.rows(); ++v)
+    {
+      sum += std::hypot(static_cast<double>(latents(v, j)), static_cast<double>(latents(v, j + 1)));
+    }
+    scale.push_back(sum > 0.0 ? static_cast<float>(mean * static_cast<double>(latents.rows()) / sum) : 1.0F);
+  }
+  return scale;
+}
+
 class LatentDiffusionSampler::Internals
 {
 public:
   Internals(const LatentDiffusionModel& model, const OneRings& rings)
     : Network(model, std::make_shared<const TangentHierarchy>(rings))
     , Schedule(model.Options.TimeSteps, model.Options.FirstVariance, model.Options.LastVariance)
-    , ToState(MapOfTensor(model.Tensors.at("latent_map")))
-    , ToLatents(ToState.inverse())
-  {}
+    , Scale(2 * model.Options.LatentDimension)
+  {
+    const std::vector<float>& scale = model.Tensors.at("latent_scale").Values;
+    for (Eigen::Index j = 0; j < this->Scale.size(); ++j)
+    {
+      this->Scale[j] = scale[static_cast<std::size_t>(j / 2)];
+    }
+  }
+
+  FieldLatentMatrix Unscaled(const FieldLatentMatrix& state) const
+  {
+    return state.array().rowwise() / this->Scale.transpose().array();
+  }
 
   LatentDiffusionNetwork Network;
   DiffusionSchedule Schedule;
-  LatentMap ToState;   ///< latents of the autoencoder to those of the diffusion
-  LatentMap ToLatents; ///< and back
+  Eigen::VectorXf Scale; ///< [2 d]
 };
 
 LatentDiffusionSampler::LatentDiffusionSampler(const LatentDiffusionModel& model, const OneRings& rings)
@@ -227,23 +249,21 @@ FieldLatentMatrix LatentDiffusionSampler::Sample(const LatentSampleRequest& requ
 {
   const Internals& internals = *this->Impl;
   const std::int64_t vertices = internals.Network.Surface().Fine.NumberOfVertices();
-  const std::int64_t columns = 2 * internals.ToState.rows();
-  LatentInpainting mapped = kept;
-  if (kept.Latents.cols() == columns)
+  LatentInpainting scaled = kept;
+  if (kept.Latents.cols() == internals.Scale.size())
   {
-    mapped.Latents = Mapped(internals.ToState, kept.Latents);
+    scaled.Latents = kept.Latents.array().rowwise() * internals.Scale.transpose().array();
   }
   const Denoiser denoiser = [&](const FieldLatentMatrix& state, int time, const Progress& part) {
     return internals.Network.Evaluate(state, time, conditions, part);
   };
-  DiffusionObserver ofLatents;
+  DiffusionObserver unscaled;
   if (observe)
   {
-    ofLatents = [&](int time, const FieldLatentMatrix& state) { observe(time, Mapped(internals.ToLatents, state)); };
+    unscaled = [&](int time, const FieldLatentMatrix& state) { observe(time, internals.Unscaled(state)); };
   }
-  return Mapped(internals.ToLatents,
-    ReverseDiffusion(internals.Schedule, internals.Network.Options().Target, denoiser,
-      noise ? noise : CounterNoise(request, vertices, columns), request, mapped, ofLatents, progress));
+  return internals.Unscaled(ReverseDiffusion(internals.Schedule, internals.Network.Options().Target, denoiser,
+    noise ? noise : CounterNoise(request, vertices, internals.Scale.size()), request, scaled, unscaled, progress));
 }
 
 } // namespace surfsynth

@@ -93,11 +93,15 @@ using Denoiser = std::function<FieldLatentMatrix(const FieldLatentMatrix& state,
 using DiffusionObserver = std::function<void(int time, const FieldLatentMatrix& state)>;
 
 /// Carries a noise back from time T to 0 with any denoiser.
-/// @param kept latents of the diffusion to keep, or without a mask
+/// @param kept scaled latents to keep, or without a mask
 /// @throws InvalidInput when the number of steps is out of range or a state is not finite; Cancelled.
 FieldLatentMatrix ReverseDiffusion(const DiffusionSchedule& schedule, DiffusionTarget target, const Denoiser& denoiser,
   const DiffusionNoise& noise, const LatentSampleRequest& request, const LatentInpainting& kept = {},
   const DiffusionObserver& observe = {}, const Progress& progress = {});
+
+/// Factors of equation 39, [d]: sqrt(pi / 2) over the mean length of each tangent vector; 1 where that is 0.
+/// @param latents [V, 2 d]
+std::vector<float> LatentScale(const FieldLatentMatrix& latents);
 
 /// Sampler of one model on one surface: levels and transports are computed once.
 ///

@@ -2,7 +2,6 @@
 #include "Learning/Networks/InitialWeights.h"
 
 #include "Core/Random/CounterUniforms.h"
-#include "Inference/FieldLatents/LatentMap.h"
 
 #include <cmath>
 #include <functional>
@@ -64,7 +63,7 @@ double DiffusionConstant(const std::string& name)
   {
     return 0.0;
   }
-  return EndsWith(name, ".log_delta") ? InitialLogDelta : std::nan("");
+  return name == "latent_scale" ? 1.0 : EndsWith(name, ".log_delta") ? InitialLogDelta : std::nan("");
 }
 } // namespace
 
@@ -169,11 +168,6 @@ LatentDiffusionModel InitialLatentDiffusion(const LatentDiffusionOptions& option
     const double bound = DiffusionBound(name, shape);
     ModelTensor& tensor = model.Tensors[name];
     tensor.Shape = shape;
-    if (name == "latent_map")
-    {
-      tensor = TensorOf(LatentMap::Identity(options.LatentDimension, options.LatentDimension));
-      continue;
-    }
     for (std::int64_t k = 0; k < count; ++k)
     {
       const double constant = scale ? (k < count / 2 ? 1.0 : 0.0) : DiffusionConstant(name);

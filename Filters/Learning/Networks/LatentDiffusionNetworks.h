@@ -15,7 +15,7 @@ namespace surfsynth
 {
 
 /// The network of LatentDiffusionNetwork. Names and shapes of the parameters are those of
-/// ExpectedLatentDiffusionTensors(), but for latent_map.
+/// ExpectedLatentDiffusionTensors(), but for latent_scale.
 class LatentDenoisingNetworkImpl : public torch::nn::Module
 {
 public:

@@ -374,8 +374,6 @@ public:
       [&o](const std::string& value) { o.Network.Target = Choose("--target", value, Targets); } };
     known["--sample-latents"] = { "yes or no: draw latents from their Gaussians, or take the means (yes)",
       [&o](const std::string& value) { o.SampleLatents = Choose("--sample-latents", value, YesOrNo); } };
-    known["--whitening"] = { "yes or no: uncorrelated latents, or the factors of the paper alone (yes)",
-      [&o](const std::string& value) { o.Whitening = Choose("--whitening", value, YesOrNo); } };
     return known;
   }
   TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }

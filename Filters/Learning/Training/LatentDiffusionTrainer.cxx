@@ -5,7 +5,6 @@
 #include "Core/Random/CounterNormals.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Inference/FieldLatents/LatentDiffusionSampler.h"
-#include "Inference/FieldLatents/LatentMap.h"
 #include "Learning/Losses/LatentDiffusionLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Networks/LatentDiffusionNetworks.h"
@@ -101,7 +100,7 @@ public:
       this->Surfaces.push_back(MakeSurface(surface, this->Surfaces.size()));
       this->Vertices += surface.Mesh.NumberOfPoints();
     }
-    this->MapLatents();
+    this->ScaleLatents();
     this->Network->to(this->Where);
     this->Weights = std::make_unique<FlatParameters>(*this->Network);
     this->Average = this->Weights->Values().detach().clone();
@@ -125,13 +124,13 @@ private:
   struct Surface
   {
     std::shared_ptr<const DiffusionSurface> Levels;
-    torch::Tensor Means;      ///< [V, 2 d]
-    torch::Tensor Deviations; ///< [V, 2 d]
+    torch::Tensor Means;      ///< [V, 2 d], scaled
+    torch::Tensor Deviations; ///< [V, 2 d], scaled
   };
 
   static Surface MakeSurface(const LatentSurface& surface, std::size_t number);
   double LearningRate() const;
-  void MapLatents();
+  void ScaleLatents();
   DiffusionDraw Draw(std::int64_t slot) const;
   torch::Tensor Latents(std::int64_t slot, const Surface& surface) const;
   double Accumulate(std::int64_t slot, std::array<std::vector<double>, TimeBins>& noiseLosses);
@@ -144,15 +143,14 @@ private:
   std::int64_t Vertices = 0; ///< of all surfaces
   torch::Device Where;
   std::vector<Surface> Surfaces;
-  LatentMap Map;           ///< of the latents to those of the diffusion
-  torch::Tensor MapMatrix; ///< the same, [2 d, 2 d]
+  std::vector<float> Scale; ///< [d], equation 39
   LatentDenoisingNetwork Network;
   std::unique_ptr<FlatParameters> Weights;
   torch::Tensor Average; ///< of all parameters
   std::unique_ptr<torch::optim::Adam> Adam;
 };
 
-/// Levels and Gaussians of a surface.
+/// Levels and Gaussians of a surface, before they are scaled.
 LatentDiffusionTrainer::Internals::Surface LatentDiffusionTrainer::Internals::MakeSurface(
   const LatentSurface& surface, std::size_t number)
 {
@@ -190,8 +188,8 @@ double LatentDiffusionTrainer::Internals::LearningRate() const
     0.5 * (this->Options.LearningRate - this->Options.FinalLearningRate) * (1.0 + std::cos(pi * std::min(part, 1.0)));
 }
 
-/// Map of the latents, over all surfaces.
-void LatentDiffusionTrainer::Internals::MapLatents()
+/// Equation 39 over all surfaces.
+void LatentDiffusionTrainer::Internals::ScaleLatents()
 {
   std::vector<torch::Tensor> samples;
   NormalKey key;
@@ -206,12 +204,13 @@ void LatentDiffusionTrainer::Internals::MapLatents()
     ++key.Sample;
   }
   const torch::Tensor all = torch::cat(samples);
-  const FieldLatentMatrix latents = Eigen::Map<const FieldLatentMatrix>(
-    all.data_ptr<float>(), all.size(0), all.size(1));
-  this->Map = this->Options.Whitening ? WhiteningMap(latents) : ScalingMap(latents);
-  const FieldLatentMatrix matrix = RealMatrix(this->Map);
-  this->MapMatrix =
-    torch::from_blob(const_cast<float*>(matrix.data()), { matrix.rows(), matrix.cols() }, torch::kFloat32).clone();
+  this->Scale = LatentScale(Eigen::Map<const FieldLatentMatrix>(all.data_ptr<float>(), all.size(0), all.size(1)));
+  const torch::Tensor factors = torch::tensor(this->Scale).repeat_interleave(2);
+  for (Surface& surface : this->Surfaces)
+  {
+    surface.Means = surface.Means * factors;
+    surface.Deviations = surface.Deviations * factors;
+  }
 }
 
 /// Surface, time and guidance of one place of the batch.
@@ -229,16 +228,16 @@ DiffusionDraw LatentDiffusionTrainer::Internals::Draw(std::int64_t slot) const
   return draw;
 }
 
-/// Mapped latents of a surface in this iteration, [V, 2 d].
+/// Scaled latents of a surface in this iteration, [V, 2 d].
 torch::Tensor LatentDiffusionTrainer::Internals::Latents(std::int64_t slot, const Surface& surface) const
 {
   if (!this->Options.SampleLatents)
   {
-    return torch::mm(surface.Means, this->MapMatrix);
+    return surface.Means;
   }
   const torch::Tensor normals = NormalTensor(
     this->Key(PosteriorStream, slot), surface.Means.size(0), surface.Means.size(1));
-  return torch::mm(surface.Means + surface.Deviations * normals, this->MapMatrix);
+  return surface.Means + surface.Deviations * normals;
 }
 
 /// Adds the gradients of the share of one surface in the loss, and the loss of its noise by time. Returns its loss.
@@ -324,8 +323,7 @@ std::map<std::string, std::string> LatentDiffusionTrainer::Internals::Recipe() c
     { "final_learning_rate", FormatExact(o.FinalLearningRate) }, { "gradient_clip", FormatExact(o.GradientClip) },
     { "weight_averaging", FormatExact(o.WeightAveraging) }, { "snr_limit", FormatExact(o.SnrLimit) },
     { "condition_dropout", FormatExact(o.ConditionDropout) }, { "sample_latents", o.SampleLatents ? "yes" : "no" },
-    { "whitening", o.Whitening ? "yes" : "no" }, { "seed", std::to_string(o.Seed) },
-    { "dataset", std::to_string(this->Hash) } };
+    { "seed", std::to_string(o.Seed) }, { "dataset", std::to_string(this->Hash) } };
 }
 
 TrainingCheckpoint LatentDiffusionTrainer::Internals::Checkpoint()
@@ -403,7 +401,7 @@ LatentDiffusionModel LatentDiffusionTrainer::Internals::Model()
   model.Iterations = this->Done();
   model.Autoencoder = this->Autoencoder;
   model.TrainingPoints = this->Vertices / static_cast<std::int64_t>(this->Surfaces.size());
-  model.Tensors["latent_map"] = TensorOf(this->Map);
+  model.Tensors["latent_scale"] = { { this->Options.Network.LatentDimension }, this->Scale };
   std::int64_t first = 0;
   for (const auto& parameter : this->Network->named_parameters())
   {

@@ -48,16 +48,14 @@ struct LatentDiffusionTrainingOptions : ModelTrainingOptions
   double ConditionDropout = 0.1;
   /// True to draw the latents of each iteration from their Gaussians (section 5), false for their means.
   bool SampleLatents = true;
-  /// True to train on latents after WhiteningMap(), false for the paper's ScalingMap() (equation 39).
-  bool Whitening = true;
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const LatentDiffusionTrainingOptions& options);
 
 /// Trains a denoising network on the field latents of a texture on several triangulations of its surface. Each iteration
-/// takes BatchSize surfaces at random. The latents Z of one, after the map that Whitening names (over all surfaces),
-/// become Z_t = sqrt(alpha_t) Z + sqrt(1 - alpha_t) epsilon, with t uniform in 1 to T; the times of a batch
+/// takes BatchSize surfaces at random. The latents Z of one, scaled by equation 39 (with the mean length over all
+/// surfaces), become Z_t = sqrt(alpha_t) Z + sqrt(1 - alpha_t) epsilon, with t uniform in 1 to T; the times of a batch
 /// are evenly spread around the circle of a random one. The loss is the mean square of the error of the target (equation
 /// 10 over the number of components).
 ///

@@ -14,9 +14,7 @@
 #include "Core/Tangent/TangentVectors.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 #include "Inference/FieldLatents/LatentDiffusionSampler.h"
-#include "Inference/FieldLatents/LatentMap.h"
 
-#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -475,9 +473,9 @@ TEST(LatentDiffusionModel, FilesThatDoNotFitAreNamed)
   EXPECT_THAT(MessageWith(Kind, "\"labels\":3", "\"labels\":4"), HasSubstr("the tensors are not those"));
   EXPECT_THAT(MessageAfter(Kind,
                 [](Tensors& tensors, Metadata&) {
-                  tensors["latent_map"] = TensorData::FromFloat32({ 2, 2, 2 }, { 1, 1, 1, 1, 0, 0, 0, 0 });
+                  tensors["latent_scale"] = TensorData::FromFloat32({ 2 }, { 1.0F, 0.0F });
                 }),
-    HasSubstr("latent_map has singular values from"));
+    HasSubstr("latent_scale has a number that is not larger than 0"));
   std::remove(Path);
 }
 
@@ -645,44 +643,16 @@ TEST(ReverseDiffusion, KeepsLatentsUnderTheMask)
     HasSubstr("the mask is 2.000000 at vertex 3"));
 }
 
-TEST(LatentMap, OfEquation39GivesTheMeanLengthOfNoise)
+TEST(LatentScale, GivesTheMeanLengthOfNoise)
 {
-  const FieldLatentMatrix mapped = Mapped(ScalingMap(RandomLatents(200, 2)), RandomLatents(200, 2));
+  const FieldLatentMatrix latents = 0.2F * RandomLatents(200, 2);
+  const std::vector<float> scale = LatentScale(latents);
+  ASSERT_EQ(scale.size(), 2U);
   for (Eigen::Index j = 0; j < 2; ++j)
   {
-    EXPECT_NEAR(mapped.middleCols(2 * j, 2).rowwise().norm().mean(), 1.2533141, 1e-5);
+    const double mean = latents.middleCols(2 * j, 2).rowwise().norm().mean();
+    EXPECT_NEAR(scale[static_cast<std::size_t>(j)] * mean, 1.2533141, 1e-5);
   }
-}
-
-TEST(LatentMap, WhiteningLeavesNoCorrelation)
-{
-  FieldLatentMatrix latents = RandomLatents(500, 3);
-  latents.middleCols(2, 2) = 0.2F * latents.middleCols(2, 2) + 3.0F * latents.middleCols(0, 2);
-  latents.col(4) -= 2.0F * latents.col(1); // the second tangent vector turned by 90 degrees
-  latents.col(5) += 2.0F * latents.col(0);
-  const LatentMap map = WhiteningMap(latents);
-  const FieldLatentMatrix white = Mapped(map, latents);
-  // Only products that turns of the frames leave as they are count: z_j conj(z_k).
-  Eigen::MatrixXcd codes(500, 3);
-  for (Eigen::Index j = 0; j < 3; ++j)
-  {
-    codes.col(j).real() = white.col(2 * j).cast<double>();
-    codes.col(j).imag() = white.col(2 * j + 1).cast<double>();
-  }
-  const Eigen::MatrixXcd covariance = (codes.transpose() * codes.conjugate()) / 1000.0;
-  EXPECT_LT((covariance - Eigen::MatrixXcd::Identity(3, 3)).norm(), 1e-4);
-  EXPECT_LT((Mapped(map.inverse(), white) - latents).norm(), 1e-4 * latents.norm());
-  EXPECT_LT((MapOfTensor(TensorOf(map)) - map).norm(), 1e-6 * map.norm());
-}
-
-TEST(LatentMap, OfLatentsWithoutVarianceIsInvertible)
-{
-  EXPECT_EQ(WhiteningMap(FieldLatentMatrix::Zero(5, 4)), LatentMap::Identity(2, 2));
-  FieldLatentMatrix twice = RandomLatents(50, 2);
-  twice.rightCols(2) = twice.leftCols(2);
-  LatentDiffusionModel model = RandomLatentDiffusion();
-  model.Tensors["latent_map"] = TensorOf(WhiteningMap(twice));
-  EXPECT_NO_THROW(CheckModel(model));
 }
 
 TEST(LatentDiffusionSampler, TurnsWithTheFrames)

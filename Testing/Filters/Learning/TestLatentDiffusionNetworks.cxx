@@ -162,8 +162,7 @@ TEST(LatentDenoisingNetwork, ParametersAreThoseOfTheModelFile)
   plain.OutputBlocks = 2;
   for (const LatentDiffusionOptions& options : { test::TinyLatentDiffusion(), plain })
   {
-    std::map<std::string, std::vector<std::int64_t>> found = { { "latent_map",
-      { 2, options.LatentDimension, options.LatentDimension } } };
+    std::map<std::string, std::vector<std::int64_t>> found = { { "latent_scale", { options.LatentDimension } } };
     for (const auto& parameter : LatentDenoisingNetwork(options)->named_parameters())
     {
       found[parameter.key()] = parameter.value().sizes().vec();

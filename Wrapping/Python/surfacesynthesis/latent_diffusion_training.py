@@ -122,9 +122,6 @@ def train_latent_diffusion(mesh=None, image=None, *, model, dataset=None, progre
         Variances that the first and the last step of the forward process add; linear between. Default 1e-4 and 0.02.
     sample_latents : bool
         True draws the latents of each iteration from their Gaussians, False takes their means. Default True.
-    whitening : bool
-        True trains on uncorrelated latents with the same variance in all directions, False on latents with a factor for
-        each tangent vector, as the paper. Default True.
     target : str
         Quantity that the network predicts: "noise", "data" or "velocity". Default "noise".
     iterations, batch : int
@@ -171,7 +168,6 @@ def configured_filter(
     first_variance=1e-4,
     last_variance=0.02,
     sample_latents=True,
-    whitening=True,
     target="noise",
     iterations=20000,
     batch=4,
@@ -201,7 +197,6 @@ def configured_filter(
     algorithm.SetFirstVariance(in_range("first_variance", first_variance, 1e-12, 0.999999))
     algorithm.SetLastVariance(in_range("last_variance", last_variance, 1e-12, 0.999999))
     algorithm.SetSampleLatents(flag("sample_latents", sample_latents))
-    algorithm.SetWhitening(flag("whitening", whitening))
     algorithm.SetTarget(choice("target", target, TARGETS))
     algorithm.SetIterations(count("iterations", iterations, 1, 100000000))
     algorithm.SetBatchSize(count("batch", batch, 1, 1000000))

@@ -66,9 +66,6 @@ def add(kinds):
     groups["training"].add_argument(
         "--no-sample-latents", action="store_true", help="train on the means of latents, not on draws from their Gaussians"
     )
-    groups["training"].add_argument(
-        "--no-whitening", action="store_true", help="scale latents as the paper, and leave them correlated"
-    )
     add_surface_options(parser.add_argument_group("surface"))
     for name, choices, text in (
         ("--sizes", ["small", "paper"], "sizes that are not given: small (default) or paper"),
@@ -127,7 +124,6 @@ def _filter_of(arguments):
         sizes=arguments.sizes,
         target=arguments.target,
         sample_latents=not arguments.no_sample_latents,
-        whitening=not arguments.no_whitening,
         **surface_parameters(arguments),
         **training_parameters(arguments, _NUMBERS, arguments.model),
     )
