@@ -49,7 +49,7 @@ build() {
 example() {
   local script=$root/Examples/Python/$1
   shift
-  xvfb-run -a -s "-screen 0 1280x1024x24" /usr/bin/python3 "$script" "$@" --output "$output"
+  xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" /usr/bin/python3 "$script" "$@" --output "$output"
 }
 
 # A folder in which the second part was configured before is not taken back to the first one.

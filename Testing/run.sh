@@ -76,9 +76,9 @@ remember_failed_tests() {
   return 1
 }
 
-# Plots and renderings need an X server.
+# Plots and renderings need an X server, which stays when its last client leaves: a new one may come during a reset.
 run_all_tests() {
-  xvfb-run -a -s "-screen 0 1280x1024x24" ctest --preset "$1" --parallel "$jobs" --no-tests=error ||
+  xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" ctest --preset "$1" --parallel "$jobs" --no-tests=error ||
     remember_failed_tests "$1"
 }
 

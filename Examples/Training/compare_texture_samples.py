@@ -58,7 +58,16 @@ def array_of(image):
     return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, 3)[::-1]
 
 
-def rendered(mesh, image):
+def off_screen_window():
+    """A window for rendered(). One serves all: an X server that loses its last client may refuse the next one."""
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(PIXELS, PIXELS)
+    return window
+
+
+def rendered(window, mesh, image):
     """Renderings of a textured surface [view, row, column, 3] from 0 to 1, NaN outside of the surface."""
     texture = vtkTexture()
     texture.SetInputData(image)
@@ -73,10 +82,6 @@ def rendered(mesh, image):
     renderer = vtkRenderer()
     renderer.SetBackground(*BACKGROUND)
     renderer.AddActor(actor)
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)
-    window.SetSize(PIXELS, PIXELS)
     window.AddRenderer(renderer)
     views = []
     for azimuth, elevation in VIEWS:
@@ -95,6 +100,7 @@ def rendered(mesh, image):
         view = array_of(grabber.GetOutput()).astype(np.float32) / 255.0
         view[(view == BACKGROUND).all(axis=-1)] = np.nan
         views.append(view)
+    window.RemoveRenderer(renderer)
     return np.stack(views)
 
 
@@ -173,9 +179,10 @@ def textures_of(mesh, image, arguments):
 def compared(mesh, image, arguments):
     """The rows of the table, and the renderings that are shown."""
     textures = textures_of(mesh, image, arguments)
-    original = rendered(mesh, textures["original"])
-    samples = [rendered(mesh, texture) for texture in textures.pop("sample")]
-    views = {name: rendered(mesh, texture) for name, texture in textures.items()}
+    window = off_screen_window()
+    original = rendered(window, mesh, textures["original"])
+    samples = [rendered(window, mesh, texture) for texture in textures.pop("sample")]
+    views = {name: rendered(window, mesh, texture) for name, texture in textures.items()}
     rows = {name: measures(found, original, arguments.patches) for name, found in views.items()}
     rows["original"]["closest"] = 0.0  # every patch is its own closest one
     each = [measures(found, original, arguments.patches) for found in samples]
