@@ -37,7 +37,7 @@ def check_statistics():
 
 def check_comparison(folder):
     """All scripts run, and the floor is the lowest distance."""
-    make.CELLS, make.TEXELS = 12, 64
+    make.CELLS, make.TEXELS, make.PART = 12, 64, (0, 0, 64)
     random = np.random.default_rng(1)
     for name in ("ihc", "grass", "gravel"):
         image = np.kron(random.integers(0, 256, (16, 16, 3)), np.ones((4, 4, 1))).astype(np.uint8)
