@@ -16,8 +16,8 @@ Each is trained by
 
     python3 -m surfacesynthesis train latent-diffusion FOLDER/NAME.vtp NAME.safetensors --image FOLDER/NAME.png
 
-with --label Label for ground and --direction Direction for scales. Scales, stones and nuclei are so large that the 3,000
-vertices of a triangulation lie about seven to a feature: with half as many a training finds colors, but no features.
+with --label Label for ground and --direction Direction for scales. Scales are so large that the 3,000 vertices of a
+triangulation lie about seven to a scale: with half as many, short trainings found colors, but no scales.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from surfacesynthesis.textured_files import write_image
 
 #: Cells along a side of a surface.
 CELLS = 120
-#: Texels along a side of a texture.
+#: Texels along a side of a drawn texture.
 TEXELS = 512
 #: Part of a photograph that becomes a texture: first row, first column, and pixels along a side.
 PART = (120, 200, 256)

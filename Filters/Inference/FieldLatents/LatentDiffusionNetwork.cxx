@@ -80,15 +80,6 @@ std::vector<float> Affine(const std::vector<float>& matrix, const std::vector<fl
   return y;
 }
 
-/// Factors of complex channels at one time, 1 + G e, [C, twice]: for both parts. @param gains [C, e] @param embedding [e]
-std::vector<float> GainsOf(const std::vector<float>& gains, const float* embedding, std::size_t dimension)
-{
-  const std::vector<float> factors = Affine(gains, std::vector<float>(gains.size() / dimension, 1.0F), embedding);
-  std::vector<float> twice = factors;
-  twice.insert(twice.end(), factors.begin(), factors.end());
-  return twice;
-}
-
 /// A matrix with its columns multiplied by factors.
 std::vector<float> ScaledColumns(std::vector<float> matrix, const std::vector<float>& factors)
 {
@@ -252,12 +243,17 @@ void LatentDiffusionNetwork::Internals::ApplyNeuron(
   });
 }
 
-/// Factors of channels. @param embeddings the last is that of vertices without a label, which counts
+/// Factors 1 + G e of complex channels at one time, [2 C]: those of real parts, then the same of imaginary ones.
+/// @param gains G, [C, e] @param embeddings the last is that of vertices without a label, which counts
 std::vector<float> LatentDiffusionNetwork::Internals::Gains(
   const std::vector<float>& gains, const std::vector<float>& embeddings) const
 {
   const auto dimension = static_cast<std::size_t>(this->Options.EmbeddingDimension);
-  return GainsOf(gains, embeddings.data() + embeddings.size() - dimension, dimension);
+  const std::vector<float> ones(gains.size() / dimension, 1.0F);
+  const std::vector<float> factors = Affine(gains, ones, embeddings.data() + embeddings.size() - dimension);
+  std::vector<float> both = factors;
+  both.insert(both.end(), factors.begin(), factors.end());
+  return both;
 }
 
 /// Equation 35; @p out is not @p in. @param matrix that of the weights, with gains
