@@ -319,7 +319,7 @@ surfsynth::FieldLatentMatrix vtkFieldLatentTextureFilter::Internals::Encoded(
   const surfsynth::ColorSource source = guided.Triangulation->IsRemeshed()
     ? surfsynth::ColorsOfNearest(welded.Mesh, surface.Mesh, colors)
     : surfsynth::ColorsOn(colors);
-  return surfsynth::EncodeColors(this->Models.Encoder(), welded, source, kept, 0,
+  return surfsynth::EncodeColors(this->Models.Encoder(), welded, source, kept, surfsynth::DiffusionSamplesPerRing,
     surfsynth::SubProgress(progress, AfterTriangulation, AfterTriangulation))
     .Mean;
 }

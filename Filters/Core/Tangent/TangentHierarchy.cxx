@@ -69,6 +69,22 @@ double RadiusOf(const std::vector<double>& areas)
   return used > 0 ? std::sqrt(area / (std::acos(-1.0) * static_cast<double>(used))) : 1.0;
 }
 
+/// Direction of the centroid of a ring, shortened where it is within @p least of the vertex.
+Complex CentroidDirection(const OneRings& rings, Index v, double least)
+{
+  Complex sum = 0.0;
+  double areas = 0.0;
+  for (Index k = rings.RingStart[v]; k < rings.RingStart[v + 1]; ++k)
+  {
+    const RingCorner& corner = rings.Corners[rings.RingCorners[k]];
+    const double area = corner.Length * corner.OtherY;
+    sum += area * corner.Logarithm(1.0 / 3.0, 1.0 / 3.0);
+    areas += area;
+  }
+  const Complex mean = areas > 0.0 ? sum / areas : 0.0;
+  return mean / std::sqrt(std::norm(mean) + least * least);
+}
+
 /// Maximal independent set; 1 for its members.
 std::vector<std::uint8_t> ChooseCenters(const OneRings& rings)
 {
@@ -163,12 +179,14 @@ TangentHierarchy::TangentHierarchy(const OneRings& rings)
     edges.clear();
     ForEdges(rings, v, [&](const LevelEdge& edge) { edges.push_back(edge); });
     AppendVertex(edges, v, areas, this->Fine.Radius, this->Fine);
+    this->Fine.Centroids.emplace_back(CentroidDirection(rings, v, 1e-3 * this->Fine.Radius));
     steps.push_back(StepToCenter(rings, chosen, v));
     this->ToCenter.emplace_back(std::conj(steps.back().Transport));
     if (chosen[v])
     {
       numbers[v] = static_cast<Index>(this->Centers.size());
       this->Centers.push_back(v);
+      this->Coarse.Centroids.push_back(this->Fine.Centroids.back());
     }
   }
 

@@ -23,7 +23,10 @@ struct TangentNeighborhoods
   std::vector<std::complex<float>> Logarithms;
   std::vector<std::complex<float>> Transport; ///< [E], parallel transport from the source to the vertex, of modulus 1
   std::vector<float> Weights;                 ///< [E], area of the source over the area of all sources of the vertex
-  double Radius = 0.0;                        ///< radius of the mean vertex area element, sqrt(A / (pi V)), world units
+  /// [V], direction from the vertex to the centroid of its ring on the surface: m / sqrt(|m|^2 + (1e-3 r)^2) with the mean m,
+  /// by area, of the logarithms of the triangles' centroids, and r the Radius of the surface. 0 without triangles.
+  std::vector<std::complex<float>> Centroids;
+  double Radius = 0.0; ///< radius of the mean vertex area element, sqrt(A / (pi V)), world units
 
   /// Number of vertices, V.
   Index NumberOfVertices() const { return static_cast<Index>(this->Start.size()) - 1; }

@@ -22,19 +22,21 @@ struct FieldNeighborhoods
   const float* Logarithms;     ///< [E, 2], of the source, in the frame of the vertex
   const float* Transport;      ///< [E, 2], from the source to the vertex
   const float* Weights;        ///< [E]
-  const float* Directions;     ///< [V, 2], in the frames of the vertices, or null
-  const std::int32_t* Shares;  ///< [V], row of FieldFilter::Shares of each vertex, or null: row 0
+  const float* Centroids;  ///< [V, 2], directions of the centroids of the rings, in the frames of the vertices, or null
+  const float* Directions; ///< [V, 2], in the frames of the vertices, or null
+  const std::int32_t* Shares; ///< [V], row of FieldFilter::Shares of each vertex, or null: row 0
 };
 
 /// Weights of one filter up to the last hidden layer, K = FilterChannels.
 struct FieldFilter
 {
-  const float* Shares;   ///< [*, K], bias and embedding in the first layer
-  const float* Radius;   ///< [K], weights of the length of the logarithm
-  const float* Aligned;  ///< [2, K], weights of cosine and sine of the aligned angle
-  const float* Directed; ///< [2, K], weights of cosine and sine times the length of the aligned direction
-  const float* Hidden;   ///< [K, K], second layer, by outputs
-  const float* Bias;     ///< [K], of the second layer
+  const float* Shares;    ///< [*, K], bias and embedding in the first layer
+  const float* Radius;    ///< [K], weights of the length of the logarithm
+  const float* Aligned;   ///< [2, K], weights of cosine and sine of the aligned angle
+  const float* Centroids; ///< [2, K], weights of cosine and sine times the length of the aligned centroid
+  const float* Directed;  ///< [2, K], weights of cosine and sine times the length of the aligned direction
+  const float* Hidden;    ///< [K, K], second layer, by outputs
+  const float* Bias;      ///< [K], of the second layer
 };
 
 /// Edges of one level by their sources.
@@ -51,6 +53,7 @@ struct FieldFilterGradient
   float* Shares;
   float* Radius;
   float* Aligned;
+  float* Centroids;
   float* Directed;
   float* Hidden;
   float* Bias;
@@ -61,7 +64,7 @@ struct LatentDiffusionKernels
 {
   /// Sums over the neighborhoods of the vertices [first, first + rows): with X the transported feature of channel c and
   /// h the outputs of the second layer of the filter (both layers with ReLU), whose arguments are the length and the
-  /// angle of conj(X / |X|) times the logarithm and conj(X / |X|) times the direction, out = sum of weight h(k, c) X(c).
+  /// angle of conj(X / |X|) times the logarithm and conj(X / |X|) times the centroid and the direction, out = sum of weight h(k, c) X(c).
   /// @param features [V, 2 C] @param units [V, 2 C], their directions: see Units() @param out [rows, K 2 C]
   void (*GatherFields)(const FieldNeighborhoods& at, const FieldFilter& filter, const float* features,
     const float* units, std::int64_t first, std::int64_t rows, std::int64_t channels, float* out);

@@ -65,6 +65,18 @@ struct EdgeNumbers
   float LogY;
 };
 
+/// Tangent vector at a source in its frame, which guides the filter; 0 without.
+struct SourceGuide
+{
+  float X;
+  float Y;
+};
+
+SURFSYNTH_INLINE SourceGuide GuideOf(const float* vectors, Size q)
+{
+  return vectors ? SourceGuide{ vectors[2 * q], vectors[2 * q + 1] } : SourceGuide{ 0.0F, 0.0F };
+}
+
 SURFSYNTH_INLINE void Prepare(const FieldNeighborhoods& at, const FieldFilter& filter, std::int32_t e, EdgeNumbers& out)
 {
   const std::int32_t q = at.Sources[e];
@@ -77,18 +89,20 @@ SURFSYNTH_INLINE void Prepare(const FieldNeighborhoods& at, const FieldFilter& f
   // The logarithm's direction in the frame of the source: conj(t u) l = conj(u) (conj(t) l).
   const float lx = inverse * (tr * x + ti * y);
   const float ly = inverse * (tr * y - ti * x);
-  const float dx = at.Directions ? at.Directions[2 * q] : 0.0F;
-  const float dy = at.Directions ? at.Directions[2 * q + 1] : 0.0F;
+  const SourceGuide centroid = GuideOf(at.Centroids, q);
+  const SourceGuide direction = GuideOf(at.Directions, q);
   const float* share = filter.Shares + (at.Shares ? at.Shares[q] : 0) * K;
   for (int j = 0; j < K; ++j)
   {
     const float ax = filter.Aligned[j];
     const float ay = filter.Aligned[K + j];
-    const float bx = filter.Directed[j];
-    const float by = filter.Directed[K + j];
+    const float bx = filter.Centroids[j];
+    const float by = filter.Centroids[K + j];
+    const float cx = filter.Directed[j];
+    const float cy = filter.Directed[K + j];
     out.Constant[j] = share[j] + filter.Radius[j] * radius;
-    out.ByReal[j] = ax * lx + ay * ly + bx * dx + by * dy;
-    out.ByImaginary[j] = ax * ly - ay * lx + bx * dy - by * dx;
+    out.ByReal[j] = ax * lx + ay * ly + bx * centroid.X + by * centroid.Y + cx * direction.X + cy * direction.Y;
+    out.ByImaginary[j] = ax * ly - ay * lx + bx * centroid.Y - by * centroid.X + cx * direction.Y - cy * direction.X;
   }
   out.Re = at.Weights[e] * tr;
   out.Im = at.Weights[e] * ti;
@@ -200,6 +214,7 @@ struct FilterSums
 {
   Vector Radius[K];
   Vector Aligned[2 * K];
+  Vector Centroids[2 * K];
   Vector Directed[2 * K];
   Vector Hidden[K * K];
   Vector Bias[K];
@@ -360,14 +375,27 @@ SURFSYNTH_INLINE void AddSourceGradient(const EdgeNumbers* numbers, const std::i
   AddFilterGradient(tape, numbers, edges, shares, sums);
 }
 
+/// Adds the derivatives by the weights [2, K] of a guide. @param shares [K], derivatives by the shares
+SURFSYNTH_INLINE void AddGuideGradient(
+  const SourceGuide& guide, const SourceLanes& at, const Vector* shares, Vector* sums)
+{
+  const Vector cosine = guide.X * at.UnitRe + guide.Y * at.UnitIm;
+  const Vector sine = guide.Y * at.UnitRe - guide.X * at.UnitIm;
+  for (int j = 0; j < K; ++j)
+  {
+    sums[j] += cosine * shares[j];
+    sums[K + j] += sine * shares[j];
+  }
+}
+
 /// Derivatives by the features of source @p q. @param shares [K], sums that are added to
 SURFSYNTH_INLINE void GatherSourceGradient(const FieldNeighborhoods& at, const FieldSources& sources,
   const FieldFilter& filter, const float* features, const float* units, const float* dSums, Size q, Size channels,
   float* dFeatures, Vector* shares, FilterSums& sums)
 {
   EdgeNumbers numbers[TapedEdges];
-  const float dx = at.Directions ? at.Directions[2 * q] : 0.0F;
-  const float dy = at.Directions ? at.Directions[2 * q + 1] : 0.0F;
+  const SourceGuide centroid = GuideOf(at.Centroids, q);
+  const SourceGuide direction = GuideOf(at.Directions, q);
   for (std::int32_t begin = sources.Start[q]; begin < sources.Start[q + 1]; begin += TapedEdges)
   {
     const int rest = sources.Start[q + 1] - begin;
@@ -384,13 +412,11 @@ SURFSYNTH_INLINE void GatherSourceGradient(const FieldNeighborhoods& at, const F
         Load(units + row, count), Load(units + row + channels, count), {}, {}, {}, {} };
       Vector own[K] = {};
       AddSourceGradient(numbers, sources.Targets + begin, edges, filter, dSums + c, channels, count, lanes, own, sums);
-      const Vector cosine = dx * lanes.UnitRe + dy * lanes.UnitIm;
-      const Vector sine = dy * lanes.UnitRe - dx * lanes.UnitIm;
+      AddGuideGradient(centroid, lanes, own, sums.Centroids);
+      AddGuideGradient(direction, lanes, own, sums.Directed);
       for (int j = 0; j < K; ++j)
       {
         shares[j] += own[j];
-        sums.Directed[j] += cosine * own[j];
-        sums.Directed[K + j] += sine * own[j];
       }
       // By x, of u = x / n with n^2 = |x|^2 + 1e-6: (du - u Re<u, du>) / n.
       const Vector square = lanes.Re * lanes.Re + lanes.Im * lanes.Im + 1e-6F;
@@ -440,6 +466,7 @@ void GatherFieldsGradient(const FieldNeighborhoods& at, const FieldSources& sour
   }
   AddLanes(sums.Radius, K, gradient.Radius);
   AddLanes(sums.Aligned, 2 * K, gradient.Aligned);
+  AddLanes(sums.Centroids, 2 * K, gradient.Centroids);
   AddLanes(sums.Directed, 2 * K, gradient.Directed);
   AddLanes(sums.Hidden, K * K, gradient.Hidden);
   AddLanes(sums.Bias, K, gradient.Bias);

@@ -61,7 +61,8 @@ Level MakeLevel(const TangentNeighborhoods& at, const float* directions, const s
 {
   // std::complex<float> has the layout of two numbers.
   return { { at.Start.data(), at.Sources.data(), reinterpret_cast<const float*>(at.Logarithms.data()),
-             reinterpret_cast<const float*>(at.Transport.data()), at.Weights.data(), directions, shares },
+             reinterpret_cast<const float*>(at.Transport.data()), at.Weights.data(),
+             reinterpret_cast<const float*>(at.Centroids.data()), directions, shares },
     at.NumberOfVertices() };
 }
 
@@ -151,6 +152,7 @@ private:
   std::vector<float> Gains(const std::vector<float>& gains, const std::vector<float>& embeddings) const;
   void ApplyBlock(const Level& level, const FieldBlock& block, const std::vector<float>& embeddings, Features& x,
     StageClock& clock) const;
+  FieldLatentMatrix InputOf(const FieldLatentMatrix& state, const FieldLatentMatrix& directions) const;
   Features Pool(const Features& fine, StageClock& clock) const;
   Features Unpool(const Features& coarse, const Features& skipped, StageClock& clock) const;
 
@@ -267,6 +269,7 @@ void LatentDiffusionNetwork::Internals::Convolve(const Level& level, const Featu
   if (weights.Embedding.empty())
   {
     neighborhoods.Shares = nullptr;
+    neighborhoods.Centroids = nullptr;
     neighborhoods.Directions = nullptr;
   }
   else
@@ -279,8 +282,8 @@ void LatentDiffusionNetwork::Internals::Convolve(const Level& level, const Featu
       shares.insert(shares.end(), share.begin(), share.end());
     }
   }
-  const FieldFilter filter = { shares.data(), weights.Radius.data(), weights.Aligned.data(), weights.Directed.data(),
-    weights.Hidden.data(), weights.HiddenBias.data() };
+  const FieldFilter filter = { shares.data(), weights.Radius.data(), weights.Aligned.data(), weights.Centroids.data(),
+    weights.Directed.data(), weights.Hidden.data(), weights.HiddenBias.data() };
   Features units(in.Rows, channels);
   ParallelFor(in.Rows, TileRows, [&](std::int64_t begin, std::int64_t end) {
     this->Kernels.Units(in.Row(begin), end - begin, channels, units.Row(begin));
@@ -405,6 +408,25 @@ void LatentDiffusionNetwork::Internals::CheckInput(
   }
 }
 
+/// State, directions of the centroids of the rings and, in directed models, those of the guidance.
+FieldLatentMatrix LatentDiffusionNetwork::Internals::InputOf(
+  const FieldLatentMatrix& state, const FieldLatentMatrix& directions) const
+{
+  FieldLatentMatrix seen = FieldLatentMatrix::Zero(state.rows(), 2 * InputVectors(this->Options));
+  seen.leftCols(state.cols()) = state;
+  for (Eigen::Index v = 0; v < state.rows(); ++v)
+  {
+    const std::complex<float> centroid = this->Surface->Fine.Centroids[static_cast<std::size_t>(v)];
+    seen(v, state.cols()) = centroid.real();
+    seen(v, state.cols() + 1) = centroid.imag();
+  }
+  if (directions.size() > 0)
+  {
+    seen.rightCols(2) = directions;
+  }
+  return seen;
+}
+
 FieldLatentMatrix LatentDiffusionNetwork::Internals::Evaluate(const FieldLatentMatrix& state, double time,
   const LatentDiffusionConditions& conditions, const Progress& progress) const
 {
@@ -435,7 +457,8 @@ FieldLatentMatrix LatentDiffusionNetwork::Internals::Evaluate(const FieldLatentM
   StageClock clock = { progress, 8.0 * static_cast<double>(blocks) + 6.0 };
   Features x(state.rows(), this->Options.Channels);
   const std::vector<float> entrance = ScaledColumns(weights.Input, this->Gains(weights.InputGains, embeddings));
-  this->ApplyMap(state.data(), state.cols(), entrance, x, clock);
+  const FieldLatentMatrix seen = this->InputOf(state, conditions.Directions);
+  this->ApplyMap(seen.data(), seen.cols(), entrance, x, clock);
   for (const FieldBlock& block : weights.InputBlocks)
   {
     this->ApplyBlock(fine, block, embeddings, x, clock);

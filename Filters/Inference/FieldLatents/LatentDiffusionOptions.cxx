@@ -61,6 +61,7 @@ void AddConvolution(
   shapes[name + ".weight"] = { 2, channels, FilterChannels, channels };
   if (embedded)
   {
+    shapes[name + ".filter.centroids"] = { 2, FilterChannels };
     shapes[name + ".filter.embedding"] = { FilterChannels, options.EmbeddingDimension };
     if (options.Directed)
     {
@@ -83,6 +84,11 @@ void AddBlock(Shapes& shapes, const std::string& name, std::int64_t inputs, std:
   shapes[name + ".gains.weight"] = { outputs, options.EmbeddingDimension };
 }
 } // namespace
+
+std::int64_t InputVectors(const LatentDiffusionOptions& options)
+{
+  return options.LatentDimension + (options.Directed ? 2 : 1);
+}
 
 LatentDiffusionOptions LatentDiffusionOptions::Paper() { return {}; }
 
@@ -159,7 +165,7 @@ Shapes ExpectedLatentDiffusionTensors(const LatentDiffusionOptions& options)
   {
     shapes["labels.weight"] = { options.NumberOfLabels, embedding };
   }
-  shapes["input.weight"] = { 2, options.Channels, options.LatentDimension };
+  shapes["input.weight"] = { 2, options.Channels, InputVectors(options) };
   shapes["output.weight"] = { 2, options.LatentDimension, options.Channels };
   shapes["input.gains.weight"] = { options.Channels, embedding };
   shapes["output.gains.weight"] = { options.Channels, embedding };

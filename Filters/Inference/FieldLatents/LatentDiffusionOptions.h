@@ -50,6 +50,10 @@ bool operator==(const LatentDiffusionOptions& a, const LatentDiffusionOptions& b
 /// less than exp(-300) of the variance of the latents.
 void CheckOptions(const LatentDiffusionOptions& options);
 
+/// Tangent vectors of a vertex that the first map sees: d of the state, the direction of the ring's centroid
+/// (TangentHierarchy::RingCentroids) and, in directed models, the direction of the guidance (0 without).
+std::int64_t InputVectors(const LatentDiffusionOptions& options);
+
 /// Text of a target in model files and commands: "noise", "data", "velocity".
 std::string NameOf(DiffusionTarget target);
 
@@ -59,7 +63,7 @@ std::string NameOf(DiffusionTarget target);
 /// - latent_scale [d]: factors of equation 39, larger than 0.
 /// - time.0.weight, time.2.weight [e, e], time.0.bias, time.2.bias [e]: the MLP after the sinusoidal embedding, SiLU.
 /// - labels.weight [L, e]: added to the embedding of the vertices with a label; only with labels.
-/// - input.weight [2, C, d], output.weight [2, d, C]; input.gains.weight and output.gains.weight [C, e]: the factors of
+/// - input.weight [2, C, d + 1], or d + 2 with directions, output.weight [2, d, C]; input.gains.weight and output.gains.weight [C, e]: the factors of
 ///   the C channels of either are 1 + gains times the embedding.
 /// - input.B, coarse.B, output.B for block B, with a inputs and b outputs:
 ///   .residual.weight [2, b, a], only when a is not b; .gains.weight [b, e], factors of the results of convolution2;
@@ -67,7 +71,7 @@ std::string NameOf(DiffusionTarget target);
 ///   .query.weight [2, b, a] of equation 19 (a = b but in the first);
 ///   .convolution1 and .convolution2: .filter.radius [8], .filter.aligned [2, 8], .filter.bias [8],
 ///   .filter.hidden.weight [8, 8], .filter.hidden.bias [8], .weight [2, b, 8, b]; the second one also
-///   .filter.embedding [8, e] and, with directions, .filter.directed [2, 8].
+///   .filter.embedding [8, e], .filter.centroids [2, 8] and, with directions, .filter.directed [2, 8].
 ///
 /// The first coarse block has C inputs, the first output block CoarseChannels + C: unpooled ones, then those of the last
 /// input block.

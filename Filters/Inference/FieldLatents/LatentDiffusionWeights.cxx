@@ -98,10 +98,12 @@ public:
     weights.Bias = this->Values(name + ".filter.bias");
     weights.Hidden = this->Values(name + ".filter.hidden.weight");
     weights.HiddenBias = this->Values(name + ".filter.hidden.bias");
+    weights.Centroids.assign(2 * FilterChannels, 0.0F);
     weights.Directed.assign(2 * FilterChannels, 0.0F);
     if (embedded)
     {
       weights.Embedding = this->Values(name + ".filter.embedding");
+      weights.Centroids = this->Values(name + ".filter.centroids");
       if (this->Model.Options.Directed)
       {
         weights.Directed = this->Values(name + ".filter.directed");

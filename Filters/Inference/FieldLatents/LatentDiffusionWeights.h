@@ -32,6 +32,7 @@ struct FieldConvolutionWeights
   std::int64_t Channels = 0;
   std::vector<float> Radius;     ///< [8]
   std::vector<float> Aligned;    ///< [2, 8]
+  std::vector<float> Centroids;  ///< [2, 8], zero when the convolution sees no embedding
   std::vector<float> Directed;   ///< [2, 8], zero when the convolution sees no direction
   std::vector<float> Bias;       ///< [8], first layer
   std::vector<float> Embedding;  ///< [8, e]; empty when the convolution sees none

@@ -82,6 +82,7 @@ FieldNeighborhoods FieldLevel::View(bool guided) const
   const TangentNeighborhoods& at = this->Neighborhoods;
   return { at.Start.data(), at.Sources.data(), reinterpret_cast<const float*>(at.Logarithms.data()),
     reinterpret_cast<const float*>(at.Transport.data()), at.Weights.data(),
+    reinterpret_cast<const float*>(at.Centroids.data()),
     guided && this->Directions.size() > 0 ? this->Directions.data() : nullptr,
     guided && !this->Rows.empty() ? this->Rows.data() : nullptr };
 }

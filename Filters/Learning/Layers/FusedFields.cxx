@@ -324,7 +324,8 @@ private:
 FieldFilter FilterOf(const variable_list& in)
 {
   return { in[InputShares].data_ptr<float>(), in[InputRadius].data_ptr<float>(), in[InputAligned].data_ptr<float>(),
-    in[InputDirected].data_ptr<float>(), in[InputHidden].data_ptr<float>(), in[InputHiddenBias].data_ptr<float>() };
+    in[InputCentroids].data_ptr<float>(), in[InputDirected].data_ptr<float>(), in[InputHidden].data_ptr<float>(),
+    in[InputHiddenBias].data_ptr<float>() };
 }
 
 /// Places of the weights [2, out, 8, in] of a convolution.
@@ -359,11 +360,11 @@ class FieldConvolutionStep : public torch::autograd::Function<FieldConvolutionSt
 public:
   static torch::Tensor forward(AutogradContext* context, const std::shared_ptr<const FieldLevel>& level, bool guided,
     const torch::Tensor& x, const torch::Tensor& shares, const torch::Tensor& radius, const torch::Tensor& aligned,
-    const torch::Tensor& directed, const torch::Tensor& hidden, const torch::Tensor& hiddenBias,
-    const torch::Tensor& weight)
+    const torch::Tensor& centroids, const torch::Tensor& directed, const torch::Tensor& hidden,
+    const torch::Tensor& hiddenBias, const torch::Tensor& weight)
   {
-    const variable_list in = { x.contiguous(), shares.contiguous(), radius, aligned, directed, hidden, hiddenBias,
-      weight };
+    const variable_list in = { x.contiguous(), shares.contiguous(), radius, aligned, centroids, directed, hidden,
+      hiddenBias, weight };
     const std::int64_t channels = weight.size(1);
     const std::int64_t width = FilterChannels * 2 * channels;
     const std::vector<float> matrix = ConvolutionMatrix(weight);
@@ -435,7 +436,7 @@ private:
     return parts.sum(0);
   }
 
-  /// Derivatives by x, shares, radius, aligned, directed, hidden weight and bias.
+  /// Derivatives by x, shares, radius, aligned, centroids, directed, hidden weight and bias.
   static variable_list FilterGradient(const FieldLevel& level, bool guided, const variable_list& in,
     const torch::Tensor& units, const torch::Tensor& dSums)
   {
@@ -460,7 +461,7 @@ private:
         return to[static_cast<std::size_t>(k)] + part * sizes[static_cast<std::size_t>(k)];
       };
       const FieldFilterGradient gradient = { place(InputShares), place(InputRadius), place(InputAligned),
-        place(InputDirected), place(InputHidden), place(InputHiddenBias) };
+        place(InputCentroids), place(InputDirected), place(InputHidden), place(InputHiddenBias) };
       ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
         BestLatentDiffusionKernels().GatherFieldsGradient(at, sources, filter, from[0], from[1], from[2], first, rows,
           channels, to[0] + 2 * first * channels, gradient);
@@ -549,7 +550,7 @@ torch::Tensor FusedFieldConvolution(
   const std::shared_ptr<const FieldLevel>& level, bool guided, const std::vector<torch::Tensor>& in)
 {
   return FieldConvolutionStep::apply(level, guided, in[InputX], in[InputShares], in[InputRadius], in[InputAligned],
-    in[InputDirected], in[InputHidden], in[InputHiddenBias], in[InputWeight]);
+    in[InputCentroids], in[InputDirected], in[InputHidden], in[InputHiddenBias], in[InputWeight]);
 }
 
 torch::Tensor FusedClusterCarry(

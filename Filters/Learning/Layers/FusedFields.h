@@ -31,6 +31,7 @@ enum ConvolutionInput
   InputShares,
   InputRadius,
   InputAligned,
+  InputCentroids,
   InputDirected,
   InputHidden,
   InputHiddenBias,

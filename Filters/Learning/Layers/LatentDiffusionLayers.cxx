@@ -49,6 +49,10 @@ torch::Tensor PlainFilters(const FieldLevelTensors& level, const variable_list& 
   };
   const torch::Tensor constant = in[InputShares].index_select(0, level.Rows) + level.Radii * in[InputRadius];
   torch::Tensor first = constant.unsqueeze(1) + angles(level.Logarithms, in[InputAligned]);
+  if (level.Centroids.defined())
+  {
+    first = first + angles(level.Centroids, in[InputCentroids]);
+  }
   if (level.Directions.defined())
   {
     first = first + angles(level.Directions, in[InputDirected]);
@@ -87,10 +91,10 @@ class RecomputedConvolutionStep : public torch::autograd::Function<RecomputedCon
 public:
   static torch::Tensor forward(AutogradContext* context, const FieldLevelTensors& level, const torch::Tensor& x,
     const torch::Tensor& shares, const torch::Tensor& radius, const torch::Tensor& aligned,
-    const torch::Tensor& directed, const torch::Tensor& hidden, const torch::Tensor& hiddenBias,
-    const torch::Tensor& weight)
+    const torch::Tensor& centroids, const torch::Tensor& directed, const torch::Tensor& hidden,
+    const torch::Tensor& hiddenBias, const torch::Tensor& weight)
   {
-    const variable_list in = { x, shares, radius, aligned, directed, hidden, hiddenBias, weight };
+    const variable_list in = { x, shares, radius, aligned, centroids, directed, hidden, hiddenBias, weight };
     context->save_for_backward(in);
     KeepField(context, level);
     return PlainFieldConvolution(level, in);
@@ -184,6 +188,7 @@ FieldLevelTensors::FieldLevelTensors(std::shared_ptr<const FieldLevel> level, bo
   this->Radii = logarithms.square().sum(1, true).sqrt();
   const torch::Tensor back = torch::stack({ transport.select(1, 0), -transport.select(1, 1) }, 1);
   this->Logarithms = TurnedFields(back, logarithms) / this->Radii.clamp_min(1e-30);
+  this->Centroids = PairsOf(at.Centroids, like).index_select(0, this->Sources);
   const torch::Tensor weights = torch::from_blob(
     const_cast<float*>(at.Weights.data()), { transport.size(0), 1 }, torch::kFloat32)
                                   .to(like.device(), like.scalar_type());
@@ -222,6 +227,7 @@ FieldConvolutionImpl::FieldConvolutionImpl(std::int64_t channels, std::int64_t e
   if (embedding > 0)
   {
     this->Embedding = filter->register_parameter("embedding", torch::zeros({ FilterChannels, embedding }));
+    this->Centroids = filter->register_parameter("centroids", torch::zeros({ 2, FilterChannels }));
     if (directed)
     {
       this->Directed = filter->register_parameter("directed", torch::zeros({ 2, FilterChannels }));
@@ -248,15 +254,17 @@ torch::Tensor FieldConvolutionImpl::forward(
     shares = this->Bias.unsqueeze(0);
     seen.Guided = false;
     seen.Rows = seen.Rows.defined() ? torch::zeros_like(seen.Rows) : seen.Rows;
+    seen.Centroids = torch::Tensor();
     seen.Directions = torch::Tensor();
   }
+  const torch::Tensor centroids = this->Centroids.defined() ? this->Centroids : torch::zeros_like(this->Aligned);
   const torch::Tensor directed = this->Directed.defined() ? this->Directed : torch::zeros_like(this->Aligned);
   const torch::Tensor weight = gains.defined() ? this->Weight * gains.view({ 1, -1, 1, 1 }) : this->Weight;
   return IsFused(x)
     ? FusedFieldConvolution(seen.Level, seen.Guided,
-        { x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, weight })
-    : RecomputedConvolutionStep::apply(
-        seen, x, shares, this->Radius, this->Aligned, directed, this->HiddenWeight, this->HiddenBias, weight);
+        { x, shares, this->Radius, this->Aligned, centroids, directed, this->HiddenWeight, this->HiddenBias, weight })
+    : RecomputedConvolutionStep::apply(seen, x, shares, this->Radius, this->Aligned, centroids, directed,
+        this->HiddenWeight, this->HiddenBias, weight);
 }
 
 TimeGainsImpl::TimeGainsImpl(std::int64_t channels, std::int64_t embedding)

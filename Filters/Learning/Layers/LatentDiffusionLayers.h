@@ -37,6 +37,7 @@ struct FieldLevelTensors
   torch::Tensor Radii;      ///< [E, 1]
   torch::Tensor Logarithms; ///< [E, 2], unit, in the frames of the sources
   torch::Tensor Transport;  ///< [E, 2], times the weights
+  torch::Tensor Centroids;  ///< [E, 2], at the sources, in their frames
   torch::Tensor Directions; ///< [E, 2], at the sources, in their frames; undefined without
 };
 
@@ -74,7 +75,8 @@ public:
 private:
   torch::Tensor Radius;
   torch::Tensor Aligned;
-  torch::Tensor Directed; ///< undefined without directions
+  torch::Tensor Centroids; ///< undefined without embedding
+  torch::Tensor Directed;  ///< undefined without directions
   torch::Tensor Bias;
   torch::Tensor Embedding; ///< undefined without
   torch::Tensor HiddenWeight;

@@ -44,7 +44,8 @@ std::int64_t CountOf(const std::vector<std::int64_t>& shape)
 double DiffusionBound(const std::string& name, const std::vector<std::int64_t>& shape)
 {
   const bool filter = name.find(".filter.") != std::string::npos;
-  if (EndsWith(name, ".filter.radius") || EndsWith(name, ".filter.aligned") || EndsWith(name, ".filter.directed"))
+  if (EndsWith(name, ".filter.radius") || EndsWith(name, ".filter.aligned") || EndsWith(name, ".filter.directed") ||
+    EndsWith(name, ".filter.centroids"))
   {
     return std::sqrt(2.0); // three inputs
   }

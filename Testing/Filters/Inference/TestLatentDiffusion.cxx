@@ -189,6 +189,7 @@ void ExpectSameLevel(const TangentNeighborhoods& a, const TangentNeighborhoods& 
   {
     const Index w = ids[v];
     ASSERT_EQ(a.Start[v + 1] - a.Start[v], b.Start[w + 1] - b.Start[w]) << v;
+    EXPECT_LT(std::abs(turns[v] * Complex(a.Centroids[v]) - Complex(b.Centroids[w])), 1e-5) << v;
     for (Index e = a.Start[v]; e < a.Start[v + 1]; ++e)
     {
       const auto begin = b.Sources.begin() + b.Start[w];
@@ -283,6 +284,7 @@ Complex SumOf(const TangentNeighborhoods& at, const FieldFilter& filter, const F
     const Complex x = Complex(at.Transport[e]) * Complex(field(q, c), field(q, channels + c));
     const Complex direction = Complex(at.Transport[e]) * Complex(directions(q, 0), directions(q, 1));
     const Complex back = std::conj(x) / std::sqrt(std::norm(x) + 1e-6);
+    const Complex centroid = back * Complex(at.Transport[e]) * Complex(at.Centroids[q]);
     const double radius = std::abs(Complex(at.Logarithms[e]));
     const Complex aligned = radius > 0.0 ? back * Complex(at.Logarithms[e]) / radius : 0.0;
     const Complex directed = back * direction;
@@ -290,7 +292,8 @@ Complex SumOf(const TangentNeighborhoods& at, const FieldFilter& filter, const F
     for (int j = 0; j < FilterChannels; ++j)
     {
       const double first = filter.Shares[j] + filter.Radius[j] * radius + filter.Aligned[j] * aligned.real() +
-        filter.Aligned[FilterChannels + j] * aligned.imag() + filter.Directed[j] * directed.real() +
+        filter.Aligned[FilterChannels + j] * aligned.imag() + filter.Centroids[j] * centroid.real() +
+        filter.Centroids[FilterChannels + j] * centroid.imag() + filter.Directed[j] * directed.real() +
         filter.Directed[FilterChannels + j] * directed.imag();
       hidden += filter.Hidden[k * FilterChannels + j] * std::max(0.0, first);
     }
@@ -369,6 +372,37 @@ TEST(TangentHierarchy, InAPlaneLogarithmsAreDifferences)
   }
 }
 
+TEST(TangentHierarchy, InAPlaneCentroidsAreThoseOfTheRings)
+{
+  const TriangleMesh mesh = WithUnreferencedPoints(PlanePatch(12, 10, 6.0, 5.0, 0.2));
+  const OneRings rings(mesh);
+  const TangentHierarchy levels(rings);
+  PointMatrix sums = PointMatrix::Zero(mesh.NumberOfPoints(), 3);
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto point = [&](int k) -> Eigen::RowVector3d { return mesh.Points.row(mesh.Triangles(f, k)); };
+    const double area = (point(1) - point(0)).cross(point(2) - point(0)).norm();
+    for (int k = 0; k < 3; ++k)
+    {
+      sums.row(mesh.Triangles(f, k)) += area * ((point(0) + point(1) + point(2)) / 3.0 - point(k));
+    }
+  }
+  for (Index v = 0; v < rings.NumberOfPoints(); ++v)
+  {
+    const double twice = 2.0 * rings.Areas[v];
+    const Complex mean = twice > 0.0
+      ? Complex(sums.row(v).dot(rings.Frames.X.row(v)), sums.row(v).dot(rings.Frames.Y.row(v))) / twice
+      : 0.0;
+    const double least = 1e-3 * levels.Fine.Radius;
+    const Complex expected = mean / std::sqrt(std::norm(mean) + least * least);
+    EXPECT_LT(std::abs(expected - Complex(levels.Fine.Centroids[v])), 1e-5) << v;
+  }
+  for (std::size_t a = 0; a < levels.Centers.size(); ++a)
+  {
+    EXPECT_EQ(levels.Coarse.Centroids[a], levels.Fine.Centroids[levels.Centers[a]]);
+  }
+}
+
 TEST(TangentHierarchy, IsThatOfTheSurfaceInOtherFramesBentAndRenumbered)
 {
   ExpectSameHierarchy(TurnedPair());
@@ -386,12 +420,12 @@ TEST(LatentDiffusionKernels, SumsAreThoseOfTheFormula)
   FieldLatentMatrix field = RandomLatents(vertices, channels);
   field.row(3).setZero();
   const FieldLatentMatrix directions = RandomLatents(vertices, 1);
-  const FieldLatentMatrix numbers = RandomLatents(1, 100);
+  const FieldLatentMatrix numbers = RandomLatents(1, 108);
   const float* n = numbers.data();
-  const FieldFilter filter = { n, n + 8, n + 16, n + 32, n + 48, n + 112 };
+  const FieldFilter filter = { n, n + 8, n + 16, n + 32, n + 48, n + 64, n + 128 };
   const FieldNeighborhoods neighborhoods = { at.Start.data(), at.Sources.data(),
     reinterpret_cast<const float*>(at.Logarithms.data()), reinterpret_cast<const float*>(at.Transport.data()),
-    at.Weights.data(), directions.data(), nullptr };
+    at.Weights.data(), reinterpret_cast<const float*>(at.Centroids.data()), directions.data(), nullptr };
   ForEachInstructionSet([&](InstructionSet) {
     const LatentDiffusionKernels& kernels = BestLatentDiffusionKernels();
     FieldLatentMatrix units(vertices, 2 * channels);
@@ -416,7 +450,7 @@ TEST(LatentDiffusionKernels, SumsAreThoseOfTheFormula)
 TEST(LatentDiffusionOptions, ShapesFollowTheSizes)
 {
   const auto paper = ExpectedLatentDiffusionTensors(LatentDiffusionOptions::Paper());
-  EXPECT_THAT(paper.at("input.weight"), ElementsAre(2, 96, 8));
+  EXPECT_THAT(paper.at("input.weight"), ElementsAre(2, 96, 9));
   EXPECT_THAT(paper.at("coarse.0.mlp1.0.key.weight"), ElementsAre(2, 192, 96));
   EXPECT_THAT(paper.at("output.0.residual.weight"), ElementsAre(2, 96, 288));
   EXPECT_THAT(paper.at("output.3.convolution2.weight"), ElementsAre(2, 96, 8, 96));
