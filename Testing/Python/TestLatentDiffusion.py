@@ -64,6 +64,19 @@ def test_samples_are_a_list_and_alike_alone(ball, models):
     assert (texels(both[0].image) != texels(alone.image)).any()
 
 
+def test_a_trajectory_ends_at_the_sample(ball, models):
+    autoencoder, model = models
+    options = {"autoencoder": autoencoder, "steps": 2, "resolution": 16, "triangulation": "as_is"}
+    alone = sample_texture(ball, model, **options)
+    states = sample_texture(ball, model, trajectory=True, **options)
+    assert len(states) == 3
+    assert (texels(states[2].image) == texels(alone.image)).all()
+    assert (texels(states[0].image) != texels(alone.image)).any()
+    several = sample_texture(ball, model, trajectory=True, samples=2, **options)
+    assert len(several) == 3
+    assert (texels(several[2][0].image) == texels(alone.image)).all()
+
+
 def test_wrong_arguments_are_named(ball, models):
     autoencoder, model = models
     for options, text in (
@@ -92,3 +105,14 @@ def test_the_command_writes_a_file_for_each_sample(tmp_path, ball, models, capsy
     assert {path.name for path in tmp_path.glob("new_*.obj")} == {"new_0.obj", "new_1.obj"}
     assert main([*arguments, "--image", "x.png"]) == 2
     assert "--mask" in capsys.readouterr().err
+    assert main([*arguments, "--trajectory"]) == 2
+    assert "--samples" in capsys.readouterr().err
+
+
+def test_the_command_writes_a_file_for_each_state(tmp_path, ball, models, capsys):
+    autoencoder, model = models
+    surfacesynthesis.write_mesh(ball, tmp_path / "ball.vtp")
+    arguments = ["sample-texture", str(tmp_path / "ball.vtp"), str(tmp_path / "state.png"), "--model", model]
+    arguments += ["--autoencoder", autoencoder, "--steps", "2", "--resolution", "16", "--trajectory", "--no-progress"]
+    assert main(arguments) == 0, capsys.readouterr().err
+    assert {path.name for path in tmp_path.glob("state*")} == {"state_0.png", "state_1.png", "state_2.png"}

@@ -167,9 +167,12 @@ vtkSmartPointer<vtkFieldLatentDecoder> DecoderOn(vtkDataObject* surface, const s
   return filter;
 }
 
-vtkSmartPointer<vtkPolyData> Encoded(vtkDataObject* surface, vtkDataObject* image, const std::string& model)
+vtkSmartPointer<vtkPolyData> Encoded(
+  vtkDataObject* surface, vtkDataObject* image, const std::string& model, int samplesPerRing)
 {
-  return SurfaceOf(EncoderOn(surface, image, model));
+  const auto encoder = EncoderOn(surface, image, model);
+  encoder->SetSamplesPerRing(samplesPerRing);
+  return SurfaceOf(encoder);
 }
 
 vtkImageData* ImageOf(vtkAlgorithm* decoder)

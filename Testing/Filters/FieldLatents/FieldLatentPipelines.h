@@ -57,8 +57,9 @@ vtkSmartPointer<vtkFieldLatentEncoder> EncoderOn(
 /// A decoder of 64 x 64 texels on the codes of @p surface.
 vtkSmartPointer<vtkFieldLatentDecoder> DecoderOn(vtkDataObject* surface, const std::string& model);
 
-/// The result of an encoder; no error.
-vtkSmartPointer<vtkPolyData> Encoded(vtkDataObject* surface, vtkDataObject* image, const std::string& model);
+/// The result of an encoder; no error. @param samplesPerRing 0 for those of the training
+vtkSmartPointer<vtkPolyData> Encoded(
+  vtkDataObject* surface, vtkDataObject* image, const std::string& model, int samplesPerRing = 0);
 
 /// The image on the second output.
 vtkImageData* ImageOf(vtkAlgorithm* decoder);

@@ -258,7 +258,7 @@ TEST(FieldLatentTexture, MaskKeepsTheTexture)
   const auto filter = FilterOn(grid);
   filter->SetMaskArrayName("Kept");
   SurfaceOf(filter);
-  const auto encoded = Encoded(grid, nullptr, Autoencoder());
+  const auto encoded = Encoded(grid, nullptr, Autoencoder(), 128);
   vtkDataArray* codes = encoded->GetPointData()->GetArray("FieldLatent_0");
   double kept = 0.0;
   double made = 0.0;

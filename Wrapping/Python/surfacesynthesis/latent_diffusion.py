@@ -8,11 +8,11 @@ import warnings
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
-from .arguments import INT_MIN, array_name, at_most, choice, integer, progress_callback
+from .arguments import INT_MIN, array_name, at_most, choice, flag, integer, progress_callback
 from .datasets import SURFACES, as_type_of
 from .errors import SurfaceSynthesisWarning
 from .field_latents import give_second, image_of, require_surface
-from .pipeline import apply_filter
+from .pipeline import outputs_at_times
 from .sampling import checked_range
 from .vtkSurfaceSynthesisFieldLatents import vtkFieldLatentTextureFilter
 
@@ -45,6 +45,7 @@ def sample_texture(
     points=None,
     sampler="ddim",
     steps=50,
+    trajectory=False,
     resolution=1024,
     gutter_width=8,
     latent_name="FieldLatent",
@@ -96,6 +97,8 @@ def sample_texture(
         and is made for all steps of the training. Default "ddim".
     steps : int
         Number of evaluations of the network, from 1 to the time steps of the model. Default 50.
+    trajectory : bool
+        Return the states of the reverse process, decoded, in place of the last one. Default False.
     resolution : int or pair of ints
         Width and height of the image, texels, 16 to 16384 each. Default 1024.
     gutter_width : int
@@ -115,7 +118,8 @@ def sample_texture(
     SampledTexture (mesh, image, latents)
         The mesh with the point array ``name``, unsigned char RGB, as active scalars; a vtkImageData with scalars of that
         name, row 0 at v = 0; and the triangulation with the arrays of encode_texture(), which decode_texture() takes. For
-        a composite dataset three composite datasets. With ``samples`` a list of these.
+        a composite dataset three composite datasets. With ``samples`` a list of these. With ``trajectory`` a list of what
+        is returned otherwise, ``steps`` + 1 states from noise to the texture.
 
     Raises
     ------
@@ -142,6 +146,7 @@ def sample_texture(
         points=points,
         sampler=sampler,
         steps=steps,
+        trajectory=trajectory,
         resolution=resolution,
         gutter_width=gutter_width,
         latent_name=latent_name,
@@ -150,10 +155,26 @@ def sample_texture(
     )
     if image is not None:
         give_second(algorithm, image_of(image))
-    output, remarks = apply_filter(algorithm, mesh, progress_callback(progress))
+    times = [k / steps for k in range(steps + 1)] if trajectory else [None]
+    states, remarks = outputs_at_times(algorithm, mesh, times, progress_callback(progress), _ports)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
-    ports = [output, _copy(algorithm.GetOutputDataObject(1)), _copy(algorithm.GetOutputDataObject(2))]
+    textures = [_textures(mesh, samples, ports) for ports in states]
+    return textures if trajectory else textures[0]
+
+
+def _ports(algorithm):
+    """Copies of the three outputs."""
+    copies = []
+    for port in range(3):
+        output = algorithm.GetOutputDataObject(port)
+        copies.append(output.NewInstance())
+        copies[-1].ShallowCopy(output)
+    return copies
+
+
+def _textures(mesh, samples, ports):
+    """The result of one state: a sample, or a list of samples."""
     if samples is None:
         return _sample(mesh, ports)
     if samples == 1:
@@ -175,6 +196,7 @@ def configured_texture_sampler(
     points=None,
     sampler="ddim",
     steps=50,
+    trajectory=False,
     resolution=1024,
     gutter_width=8,
     latent_name="FieldLatent",
@@ -202,6 +224,7 @@ def configured_texture_sampler(
         algorithm.SetNumberOfPoints(at_most("points", integer("points", points, 16), 10000000))
     algorithm.SetSampler(choice("sampler", sampler, SAMPLERS))
     algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 100000))
+    algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     sizes = tuple(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else (resolution, resolution)
     if len(sizes) != 2:
         raise ValueError(f"resolution must be one number or two, not {len(sizes)}")
@@ -213,12 +236,6 @@ def configured_texture_sampler(
     if memory_limit is not None:
         algorithm.SetMemoryLimit(integer("memory_limit", memory_limit, 1))
     return algorithm
-
-
-def _copy(dataset):
-    copied = dataset.NewInstance()
-    copied.ShallowCopy(dataset)
-    return copied
 
 
 def _sample(mesh, ports):

@@ -149,9 +149,9 @@ def apply_filter(algorithm, dataset, progress=None, message=_log.warning):
     return _taken(algorithm), remarks
 
 
-def outputs_at_times(algorithm, dataset, times, progress=None):
+def outputs_at_times(algorithm, dataset, times, progress=None, take=None):
     """The outputs of a filter at several times, and the texts of its warnings. Progress is that of the first update: the
-    filter keeps what it needs for the others.
+    filter keeps what it needs for the others. ``take`` copies what is wanted of the filter (default: its first output).
 
     Raises what run_algorithm() raises.
     """
@@ -159,7 +159,7 @@ def outputs_at_times(algorithm, dataset, times, progress=None):
     outputs, remarks = [], []
     for time in times:
         remarks += run_algorithm(algorithm, None if outputs else progress, time)
-        outputs.append(_taken(algorithm))
+        outputs.append((take or _taken)(algorithm))
     return outputs, remarks
 
 

@@ -23,7 +23,7 @@ on any surface."""
 _EXAMPLES = """\
 files: INPUT any surface, which gets an atlas where it has no texture coordinates; OUTPUT .obj (with .mtl and .png), .gltf,
 .glb or .ply with its texture; .png, the image only; .vtp or .vtk with colors at points. Several samples go to OUTPUT_0,
-OUTPUT_1, ... by number.
+OUTPUT_1, ... by number, and so do the states of one sample with --trajectory, from noise to the texture.
 
 examples:
   %(prog)s duck.off bark.obj --model bark.safetensors --autoencoder latents.safetensors --resolution 64
@@ -63,6 +63,7 @@ def add(commands):
     group.add_argument("--sampler", default="ddim", choices=["ddim", "ddpm"], metavar="SAMPLER", help="ddim (default) or ddpm")
     group.add_argument("--steps", type=int, default=50, metavar="N", help="evaluations of the network (default: 50)")
     add_resolution(group, "texture")
+    group.add_argument("--trajectory", action="store_true", help="write all states from noise to the texture, by number")
     guidance = parser.add_argument_group("guidance")
     guidance.add_argument("--label", metavar="NAME", help="point array with labels, for models that have some")
     guidance.add_argument("--direction", metavar="NAME", help="point array with vectors, for directed models")
@@ -80,7 +81,10 @@ def run(arguments):
     mesh, image = _input(arguments)
     set_threads(arguments.threads)
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
+    if arguments.trajectory and arguments.samples is not None:
+        raise UsageError("--trajectory writes the states of one sample; leave out --samples")
     names = ("seed", "samples", "first_sample", "label", "direction", "mask", "triangulation", "points", "sampler", "steps")
+    names += ("trajectory",)
     try:
         found = as_usage(
             sample_texture,
@@ -95,7 +99,7 @@ def run(arguments):
         )
     finally:
         bar.clear()
-    if arguments.samples is None:
+    if arguments.samples is None and not arguments.trajectory:
         write_texture(found.mesh, found.image, arguments.output)
         return surface_summary(found.mesh, arguments.output, time.monotonic() - started)
     stem, ending = os.path.splitext(arguments.output)
