@@ -6,6 +6,7 @@
 #include "ModelTrainerRun.h"
 #include "Reporting.h"
 #include "SurfaceInputs.h"
+#include "TextureSampleWriter.h"
 
 #include "Core/Common/Errors.h"
 #include "IO/Datasets/LatentDataset.h"
@@ -60,7 +61,7 @@ public:
         "is written. At least one of them is needed.");
     }
     // The files and the recipe are checked before the long work on the dataset.
-    const surfsynth::TrainingFiles files = isTraining ? run.Files() : surfsynth::TrainingFiles();
+    const surfsynth::TrainingFiles files = isTraining ? this->Files(inputVector, run) : surfsynth::TrainingFiles();
     const LatentDiffusionTrainingOptions options = this->Options(run);
     if (isTraining)
     {
@@ -87,6 +88,45 @@ public:
   }
 
 private:
+  /// The files of the training; those of @p run, and the sample.
+  surfsynth::TrainingFiles Files(vtkInformationVector** inputVector, const Run& run) const
+  {
+    vtkLatentDiffusionTrainer& self = *this->Self;
+    surfsynth::TrainingFiles files = run.Files();
+    if (self.SampleFileName.empty())
+    {
+      return files;
+    }
+    surfsynth::TextureSampleWriter writer;
+    writer.Mesh = vtkSmartPointer<vtkPolyData>::New();
+    writer.Mesh->DeepCopy(this->Surface(inputVector, "a textured surface is needed to sample for SampleFileName"));
+    writer.Seed = self.GetSeed();
+    writer.Model = files.Model;
+    writer.Autoencoder = self.AutoencoderFileName;
+    writer.LabelArrayName = self.LabelArrayName;
+    writer.DirectionArrayName = self.DirectionArrayName;
+    writer.Path = self.SampleFileName;
+    files.Sample = self.SampleFileName;
+    files.AfterWriting = writer;
+    return files;
+  }
+
+  /// The surface on port 0. @param needed what is needed where there is none, for the message
+  vtkSmartPointer<vtkPolyData> Surface(vtkInformationVector** inputVector, const std::string& needed) const
+  {
+    if (this->Self->GetNumberOfInputConnections(0) == 0)
+    {
+      throw surfsynth::InvalidInput("There is no surface on port 0; " + needed + ".");
+    }
+    vtkSmartPointer<vtkPolyData> mesh = surfsynth::SurfaceOn(inputVector[0]);
+    if (!mesh)
+    {
+      throw surfsynth::InvalidInput("The surface on port 0 is " +
+        surfsynth::DescribeInput(vtkDataObject::GetData(inputVector[0])) + "; one vtkPolyData is needed.");
+    }
+    return mesh;
+  }
+
   /// Without surfaces when the input is empty.
   LatentDataset Dataset(vtkInformationVector** inputVector, const surfsynth::Progress& progress) const
   {
@@ -96,17 +136,8 @@ private:
     {
       return surfsynth::ReadLatentDataset(file);
     }
-    if (self.GetNumberOfInputConnections(0) == 0)
-    {
-      throw surfsynth::InvalidInput(
-        "There is no surface on port 0; a textured surface, or a DatasetFileName, is needed.");
-    }
-    const vtkSmartPointer<vtkPolyData> mesh = surfsynth::SurfaceOn(inputVector[0]);
-    if (!mesh)
-    {
-      throw surfsynth::InvalidInput("The surface on port 0 is " +
-        surfsynth::DescribeInput(vtkDataObject::GetData(inputVector[0])) + "; one vtkPolyData is needed.");
-    }
+    const vtkSmartPointer<vtkPolyData> mesh = this->Surface(
+      inputVector, "a textured surface, or a DatasetFileName, is needed");
     if (surfsynth::IsEmpty(mesh))
     {
       return {};
@@ -221,6 +252,8 @@ void vtkLatentDiffusionTrainer::SetEncodedDatasetFileName(const char* name)
   this->SetText(this->EncodedDatasetFileName, name);
 }
 
+void vtkLatentDiffusionTrainer::SetSampleFileName(const char* name) { this->SetText(this->SampleFileName, name); }
+
 int vtkLatentDiffusionTrainer::FillInputPortInformation(int port, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // there may be a dataset file in its place
@@ -266,6 +299,7 @@ void vtkLatentDiffusionTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfTriangulations: " << this->NumberOfTriangulations << "\n";
   os << indent << "NumberOfPoints: " << this->NumberOfPoints << "\n";
   os << indent << "EncodedDatasetFileName: " << this->EncodedDatasetFileName << "\n";
+  os << indent << "SampleFileName: " << this->SampleFileName << "\n";
   os << indent << "Sizes: " << this->Sizes << "\n";
   os << indent << "Channels: " << this->Channels << "\n";
   os << indent << "CoarseChannels: " << this->CoarseChannels << "\n";

@@ -27,7 +27,7 @@
  * time, from little to much noise.
  *
  * @par Files
- * Those of vtkModelTrainer. The model file has the fingerprint of its autoencoder and the mean number of vertices of its
+ * Those of vtkModelTrainer, and the image of SampleFileName. The model file has the fingerprint of its autoencoder and the mean number of vertices of its
  * surfaces. Device and the names and times of files may change between an update and the next, which goes on from the
  * checkpoint.
  *
@@ -145,6 +145,15 @@ public:
    */
   void SetEncodedDatasetFileName(const char* name);
   vtkGetCharFromStdStringMacro(EncodedDatasetFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Path of an image, PNG, that is written with each checkpoint: a texture of the surface on port 0, which it needs, sampled
+   * with the model so far in 20 steps, 512 x 512 texels, for Seed. Default "": none.
+   */
+  void SetSampleFileName(const char* name);
+  vtkGetCharFromStdStringMacro(SampleFileName);
   ///@}
 
   ///@{
@@ -330,6 +339,7 @@ private:
   int NumberOfTriangulations = 16;
   int NumberOfPoints = 3000;
   std::string EncodedDatasetFileName;
+  std::string SampleFileName;
   int Sizes = SMALL;
   int Channels = 0;
   int CoarseChannels = 0;

@@ -38,7 +38,7 @@ void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files)
 std::vector<OutputLock> LockFiles(const TrainingFiles& files)
 {
   std::vector<OutputLock> locks;
-  for (const std::string* path : { &files.Model, &files.Checkpoint, &files.LossTable })
+  for (const std::string* path : { &files.Model, &files.Checkpoint, &files.LossTable, &files.Sample })
   {
     if (!path->empty())
     {
@@ -140,6 +140,10 @@ void TrainAndSave(
     if (!goOn && done < iterations)
     {
       throw Cancelled("The training was stopped after iteration " + std::to_string(done) + ".");
+    }
+    if (saved && files.AfterWriting)
+    {
+      files.AfterWriting();
     }
   }
   if (!saved) // the checkpoint is of the last iteration: the files may have gone, or have other names

@@ -51,8 +51,9 @@ void CheckFiles(const TrainingFiles& files)
     throw InvalidInput("TrainingFiles: the time budget is " + FormatNumber(files.TimeBudget) +
       " minutes; expected a number of at least 0, 0 for no limit.");
   }
-  const std::array<std::pair<const char*, fs::path>, 3> places = { std::pair("model", fs::path(files.Model)),
-    std::pair("checkpoint", fs::path(files.Checkpoint)), std::pair("loss table", fs::path(files.LossTable)) };
+  const std::array<std::pair<const char*, fs::path>, 4> places = { std::pair("model", fs::path(files.Model)),
+    std::pair("checkpoint", fs::path(files.Checkpoint)), std::pair("loss table", fs::path(files.LossTable)),
+    std::pair("sample", fs::path(files.Sample)) };
   for (std::size_t k = 0; k < places.size(); ++k)
   {
     const auto& [what, path] = places[k];

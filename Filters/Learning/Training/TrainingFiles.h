@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,10 @@ struct TrainingFiles
   /// Minutes from the first iteration of a run to its end: the training then writes its files and stops; 0: no limit.
   double TimeBudget = 0.0;
   std::vector<std::string> Inputs; ///< paths that the training reads, which it must not write over
+  /// Called when the files have been written and the training was not stopped: for samples along the way. May be empty. What
+  /// it throws ends the training.
+  std::function<void()> AfterWriting;
+  std::string Sample; ///< path that AfterWriting writes, "" for none
 };
 
 /// Checks the files before hours of training.

@@ -13,8 +13,10 @@
 #include "Learning/Training/LatentDiffusionTrainer.h"
 
 #include <vtkDoubleArray.h>
+#include <vtkImageData.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkPNGReader.h>
 #include <vtkPointData.h>
 #include <vtkTable.h>
 
@@ -114,6 +116,51 @@ std::string ErrorOfTraining(vtkLatentDiffusionTrainer* filter)
 } // namespace
 
 #ifdef SURFACE_SYNTHESIS_CGAL
+TEST(LatentDiffusionTrainerFilter, SamplesAreWrittenAlongTheWay)
+{
+  std::filesystem::remove("sampled.png");
+  const auto filter = TrainerFor("sampled.model");
+  filter->SetSampleFileName("sampled.png");
+  filter->SetCheckpointInterval(2);
+  OutputOf(filter);
+  vtkNew<vtkPNGReader> reader;
+  reader->SetFileName("sampled.png");
+  reader->Update();
+  EXPECT_EQ(reader->GetOutput()->GetDimensions()[0], 512);
+  // The last one is that of the filter with the model.
+  vtkNew<vtkFieldLatentTextureFilter> sampler;
+  sampler->SetInputDataObject(0, Square());
+  sampler->SetModelFileName("sampled.model");
+  sampler->SetAutoencoderFileName(Autoencoder().c_str());
+  sampler->SetLabelArrayName("Part");
+  sampler->SetDirectionArrayName("Along");
+  sampler->SetNumberOfSteps(20);
+  sampler->SetResolution(512, 512);
+  ASSERT_TRUE(Update(sampler));
+  auto* image = vtkImageData::SafeDownCast(sampler->GetOutputDataObject(1));
+  vtkDataArray* expected = image->GetPointData()->GetScalars();
+  vtkDataArray* found = reader->GetOutput()->GetPointData()->GetScalars();
+  ASSERT_EQ(found->GetNumberOfTuples(), expected->GetNumberOfTuples());
+  for (vtkIdType k = 0; k < found->GetNumberOfTuples(); ++k)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      ASSERT_EQ(found->GetComponent(k, c), expected->GetComponent(k, c)) << k;
+    }
+  }
+}
+
+TEST(LatentDiffusionTrainerFilter, ASampleNeedsASurfaceAndAFileOfItsOwn)
+{
+  auto filter = TrainerFor("unsampled.model", false);
+  filter->SetDatasetFileName("unread.dataset");
+  filter->SetSampleFileName("unsampled.png");
+  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("no surface on port 0"), HasSubstr("SampleFileName")));
+  filter = TrainerFor("unsampled.model");
+  filter->SetSampleFileName("unsampled.model");
+  EXPECT_THAT(ErrorOfTraining(filter), AllOf(HasSubstr("file of both the model"), HasSubstr("sample")));
+}
+
 TEST(LatentDiffusionTrainerFilter, DatasetHasDifferentTriangulations)
 {
   const auto filter = TrainerFor("");

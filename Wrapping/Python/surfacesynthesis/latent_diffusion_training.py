@@ -136,6 +136,9 @@ def train_latent_diffusion(mesh=None, image=None, *, model, dataset=None, progre
         Limit of the weights of the loss by the signal-to-noise ratio; 0 for the plain mean square. Default 0.
     condition_dropout : float
         Part of the surfaces that are seen without labels and directions. Default 0.1.
+    sample : path, optional
+        An image file, PNG, that is written with each checkpoint: a texture of ``mesh`` sampled with the model so far.
+        Default: none.
     (shared parameters)
     """
     progress_callback(progress)
@@ -177,6 +180,7 @@ def configured_filter(
     averaging=0.999,
     snr_limit=0.0,
     condition_dropout=0.1,
+    sample=None,
     **shared,
 ):
     """A vtkLatentDiffusionTrainer with the parameters of train_latent_diffusion(); ``shared`` are those of
@@ -206,6 +210,7 @@ def configured_filter(
     algorithm.SetWeightAveraging(in_range("averaging", averaging, 0.0, 0.999999))
     algorithm.SetSnrLimit(at_least_0("snr_limit", snr_limit))
     algorithm.SetConditionDropout(in_range("condition_dropout", condition_dropout, 0.0, 1.0))
+    algorithm.SetSampleFileName("" if sample is None else os.fsdecode(sample))
     return algorithm
 
 

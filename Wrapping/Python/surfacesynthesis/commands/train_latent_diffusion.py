@@ -66,6 +66,9 @@ def add(kinds):
     groups["training"].add_argument(
         "--no-sample-latents", action="store_true", help="train on the means of latents, not on draws from their Gaussians"
     )
+    groups["training"].add_argument(
+        "--sample", metavar="FILE", help="image of a texture sampled with the model so far, written with each checkpoint"
+    )
     add_surface_options(parser.add_argument_group("surface"))
     for name, choices, text in (
         ("--sizes", ["small", "paper"], "sizes that are not given: small (default) or paper"),
@@ -124,6 +127,7 @@ def _filter_of(arguments):
         sizes=arguments.sizes,
         target=arguments.target,
         sample_latents=not arguments.no_sample_latents,
+        sample=arguments.sample,
         **surface_parameters(arguments),
         **training_parameters(arguments, _NUMBERS, arguments.model),
     )
