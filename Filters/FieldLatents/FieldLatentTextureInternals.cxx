@@ -319,7 +319,8 @@ surfsynth::FieldLatentMatrix vtkFieldLatentTextureFilter::Internals::Encoded(
   const surfsynth::ColorSource source = guided.Triangulation->IsRemeshed()
     ? surfsynth::ColorsOfNearest(welded.Mesh, surface.Mesh, colors)
     : surfsynth::ColorsOn(colors);
-  return surfsynth::EncodeColors(this->Models.Encoder(), welded, source, kept, surfsynth::DiffusionSamplesPerRing,
+  return surfsynth::EncodeColors(this->Models.Encoder(), welded, source, kept,
+    surfsynth::DiffusionSamplesPerRing(this->Models.Encoder()),
     surfsynth::SubProgress(progress, AfterTriangulation, AfterTriangulation))
     .Mean;
 }

@@ -98,7 +98,7 @@ LatentSurface MakeSurface(const LatentDatasetRequest& request, const Surface& su
   const LatentTriangulation triangulation(surface, points, SubProgress(progress, 0.0, AfterRemeshing), variation);
   const WeldedSurface& welded = triangulation.Welded();
   const FieldLatentCodes codes = EncodeColors(encoder, welded, ColorsOfNearest(welded.Mesh, surface.Mesh, colors),
-    VerticesOf(welded), DiffusionSamplesPerRing, SubProgress(progress, AfterRemeshing, 1.0));
+    VerticesOf(welded), DiffusionSamplesPerRing(encoder), SubProgress(progress, AfterRemeshing, 1.0));
   const GuidedSurface guided{ request.Mesh, &surface, &triangulation };
   LatentSurface made;
   made.Mesh = welded.Mesh;

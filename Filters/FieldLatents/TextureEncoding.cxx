@@ -97,6 +97,11 @@ std::vector<Index> VerticesOf(const WeldedSurface& welded)
   return vertices;
 }
 
+int DiffusionSamplesPerRing(const FieldLatentEncoder& encoder)
+{
+  return static_cast<int>(std::clamp<std::int64_t>(encoder.Options().SamplesPerRing, 128, MaximumSamples));
+}
+
 FieldLatentCodes EncodeColors(const FieldLatentEncoder& encoder, const WeldedSurface& welded, const ColorSource& colors,
   const std::vector<Index>& vertices, int samplesPerRing, const Progress& progress)
 {

@@ -30,9 +30,10 @@ VTKSURFACESYNTHESISFIELDLATENTS_EXPORT ColorSource ColorsOn(const TextureColors&
 VTKSURFACESYNTHESISFIELDLATENTS_EXPORT ColorSource ColorsOfNearest(
   const TriangleMesh& encoded, const TriangleMesh& source, const TextureColors& colors);
 
-/// Samples in a ring for codes that a diffusion learns from or keeps. Codes of few samples depend on where these happen to
-/// lie (codes of the shipped model turn by 20 to 30 degrees between 32 samples and 1,024), which no network can know.
-constexpr int DiffusionSamplesPerRing = 128;
+/// Samples in a ring for codes that a diffusion learns from or keeps: 128, or those of the training where these are more.
+/// Codes of few samples depend on where the samples happen to lie: those of the shipped model turn by 20 to 30 degrees
+/// between 32 samples and 1,024. No network can know these turns.
+VTKSURFACESYNTHESISFIELDLATENTS_EXPORT int DiffusionSamplesPerRing(const FieldLatentEncoder& encoder);
 
 /// Returns the points that are vertices of triangles.
 VTKSURFACESYNTHESISFIELDLATENTS_EXPORT std::vector<Index> VerticesOf(const WeldedSurface& welded);

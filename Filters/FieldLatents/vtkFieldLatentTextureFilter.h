@@ -165,8 +165,8 @@ public:
   ///@{
   /**
    * Name of a point array with numbers from 0 to 1, 1 component: 1 where the texture of the input is kept, 0 where a new
-   * one is sampled. Needs a texture: the image on port 1, or colors of points, encoded with 128 samples in a ring as
-   * training data are. Default "": a new texture everywhere.
+   * one is sampled. Needs a texture: the image on port 1, or colors of points, encoded with 128 samples in a ring or
+   * more, as training data are. Default "": a new texture everywhere.
    */
   void SetMaskArrayName(const char* name);
   vtkGetCharFromStdStringMacro(MaskArrayName);

@@ -6,12 +6,15 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
+#include <functional>
+#include <memory>
 #include <string>
 
 namespace surfsynth
 {
 
-/// Samples a texture with the model of a training so far and writes its image.
+/// Samples a texture with the model of a training so far and writes its image. A failure does not end the training: its text
+/// is kept, and no further sample is tried.
 struct TextureSampleWriter
 {
   vtkSmartPointer<vtkPolyData> Mesh; ///< surface, of its own: the training may run on another thread
@@ -20,11 +23,17 @@ struct TextureSampleWriter
   std::string LabelArrayName;        ///< "" for none
   std::string DirectionArrayName;    ///< "" for none
   int Seed = 0;
-  std::string Path; ///< image file that is replaced, PNG
+  int NumberOfSteps = 20; ///< of the sample
+  std::string Path;       ///< image file that is replaced, PNG
 
-  /// Writes the sample: 20 steps, 512 x 512 texels.
-  /// @throws InvalidInput with the errors of vtkFieldLatentTextureFilter, or when the file cannot be written.
-  void operator()() const;
+  /// The first failure, "" without; shared by all copies.
+  std::shared_ptr<std::string> Problem = std::make_shared<std::string>();
+
+  /// Writes the sample, 512 x 512 texels. @param goOn false to stop without a sample
+  void operator()(const std::function<bool()>& goOn) const;
+
+private:
+  void Write(const std::function<bool()>& goOn) const;
 };
 
 } // namespace surfsynth

@@ -2,6 +2,7 @@
 #include "vtkLatentDiffusionTrainer.h"
 
 #include "DataObjects.h"
+#include "DistributedSurfaces.h"
 #include "LatentDatasets.h"
 #include "ModelTrainerRun.h"
 #include "Reporting.h"
@@ -24,6 +25,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -61,7 +63,8 @@ public:
         "is written. At least one of them is needed.");
     }
     // The files and the recipe are checked before the long work on the dataset.
-    const surfsynth::TrainingFiles files = isTraining ? this->Files(inputVector, run) : surfsynth::TrainingFiles();
+    surfsynth::TrainingFiles files = isTraining ? run.Files() : surfsynth::TrainingFiles();
+    const std::shared_ptr<std::string> problem = isTraining ? this->WriteSamples(inputVector, files) : nullptr;
     const LatentDiffusionTrainingOptions options = this->Options(run);
     if (isTraining)
     {
@@ -80,35 +83,54 @@ public:
     {
       return;
     }
-    run.Train([data, files, options](surfsynth::TrainingWatch& watch) {
+    const bool inBackground = this->Self->GetBackground();
+    run.Train([data, files, options, problem, inBackground](surfsynth::TrainingWatch& watch) {
       const surfsynth::TrainingClock clock(options.Iterations);
       watch.Finish(surfsynth::TrainLatentDiffusion(std::move(*data), options, files, watch.ShowProgress(clock),
         surfsynth::SubProgress(watch.GetProgress(), AfterDataset, 1.0)));
+      if (inBackground && !problem->empty())
+      {
+        throw surfsynth::InvalidInput("The model is trained. " + *problem);
+      }
     });
+    if (!inBackground && !problem->empty())
+    {
+      surfsynth::ReportWarning(this->Self, "", *problem);
+    }
   }
 
 private:
-  /// The files of the training; those of @p run, and the sample.
-  surfsynth::TrainingFiles Files(vtkInformationVector** inputVector, const Run& run) const
+  /// Adds the samples along the way to the files of a training. @return the text of what went wrong with them, or of nothing
+  std::shared_ptr<std::string> WriteSamples(vtkInformationVector** inputVector, surfsynth::TrainingFiles& files) const
   {
     vtkLatentDiffusionTrainer& self = *this->Self;
-    surfsynth::TrainingFiles files = run.Files();
+    files.Inputs.push_back(surfsynth::ModelPath(self.AutoencoderFileName));
+    surfsynth::TextureSampleWriter writer;
     if (self.SampleFileName.empty())
     {
-      return files;
+      return writer.Problem;
     }
-    surfsynth::TextureSampleWriter writer;
+    if (surfsynth::Ranks::Several())
+    {
+      throw surfsynth::InvalidInput(
+        "SampleFileName is set and there are several processes; a training samples along the way in one process only.");
+    }
     writer.Mesh = vtkSmartPointer<vtkPolyData>::New();
     writer.Mesh->DeepCopy(this->Surface(inputVector, "a textured surface is needed to sample for SampleFileName"));
-    writer.Seed = self.GetSeed();
     writer.Model = files.Model;
     writer.Autoencoder = self.AutoencoderFileName;
     writer.LabelArrayName = self.LabelArrayName;
     writer.DirectionArrayName = self.DirectionArrayName;
+    writer.Seed = self.GetSeed();
+    writer.NumberOfSteps = std::min(writer.NumberOfSteps, self.TimeSteps);
     writer.Path = self.SampleFileName;
     files.Sample = self.SampleFileName;
-    files.AfterWriting = writer;
-    return files;
+    files.Inputs.push_back(self.EncodedDatasetFileName);
+    if (!surfsynth::IsEmpty(writer.Mesh))
+    {
+      files.AfterWriting = writer;
+    }
+    return writer.Problem;
   }
 
   /// The surface on port 0. @param needed what is needed where there is none, for the message

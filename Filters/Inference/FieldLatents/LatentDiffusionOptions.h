@@ -51,7 +51,7 @@ bool operator==(const LatentDiffusionOptions& a, const LatentDiffusionOptions& b
 void CheckOptions(const LatentDiffusionOptions& options);
 
 /// Tangent vectors of a vertex that the first map sees: d of the state, the direction of the ring's centroid
-/// (TangentHierarchy::RingCentroids) and, in directed models, the direction of the guidance (0 without).
+/// (TangentNeighborhoods::Centroids) and, in directed models, the direction of the guidance (0 without).
 std::int64_t InputVectors(const LatentDiffusionOptions& options);
 
 /// Text of a target in model files and commands: "noise", "data", "velocity".

@@ -143,7 +143,8 @@ void TrainAndSave(
     }
     if (saved && files.AfterWriting)
     {
-      files.AfterWriting();
+      files.AfterWriting(
+        [&] { return !progress || progress(static_cast<double>(done) / static_cast<double>(iterations)); });
     }
   }
   if (!saved) // the checkpoint is of the last iteration: the files may have gone, or have other names

@@ -22,9 +22,9 @@ struct TrainingFiles
   /// Minutes from the first iteration of a run to its end: the training then writes its files and stops; 0: no limit.
   double TimeBudget = 0.0;
   std::vector<std::string> Inputs; ///< paths that the training reads, which it must not write over
-  /// Called when the files have been written and the training was not stopped: for samples along the way. May be empty. What
-  /// it throws ends the training.
-  std::function<void()> AfterWriting;
+  /// Called after an iteration that wrote the files, unless the training is stopped: for samples along the way. May be empty.
+  /// @param goOn false when the training is to stop, and so this call
+  std::function<void(const std::function<bool()>& goOn)> AfterWriting;
   std::string Sample; ///< path that AfterWriting writes, "" for none
 };
 

@@ -90,6 +90,31 @@ TEST(LatentDiffusionLosses, ErrorsOfAllTargetsMeanTheSameErrorOfTheNoise)
   }
 }
 
+TEST(LatentDiffusionTrainer, TheCallAfterWritingSeesEachModelAndMayAskWhetherToGoOn)
+{
+  TrainingFiles files;
+  files.Model = "along.model";
+  files.Checkpoint = "along.checkpoint";
+  files.Resume = false;
+  files.CheckpointInterval = 2;
+  std::vector<std::int64_t> written;
+  bool goesOn = true;
+  files.AfterWriting = [&](const std::function<bool()>& goOn) {
+    written.push_back(ReadLatentDiffusion(files.Model).Iterations);
+    goesOn = goesOn && goOn();
+  };
+  TrainLatentDiffusion(SmallLatents(), TinyDiffusionTraining(5), files);
+  EXPECT_THAT(written, testing::ElementsAre(2, 4, 5));
+  EXPECT_TRUE(goesOn);
+  written.clear();
+  std::int64_t calls = 0;
+  TrainingFiles stopped = files;
+  stopped.AfterWriting = [&](const std::function<bool()>& goOn) { goesOn = goOn(); };
+  const Progress untilTheCall = [&](double) { return ++calls < 3; };
+  EXPECT_THROW(TrainLatentDiffusion(SmallLatents(), TinyDiffusionTraining(5), stopped, {}, untilTheCall), Cancelled);
+  EXPECT_FALSE(goesOn);
+}
+
 TEST(LatentDiffusionTrainer, LossesFallForEachTarget)
 {
   for (const DiffusionTarget target : AllTargets)

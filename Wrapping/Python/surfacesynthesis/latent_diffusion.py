@@ -119,7 +119,7 @@ def sample_texture(
         The mesh with the point array ``name``, unsigned char RGB, as active scalars; a vtkImageData with scalars of that
         name, row 0 at v = 0; and the triangulation with the arrays of encode_texture(), which decode_texture() takes. For
         a composite dataset three composite datasets. With ``samples`` a list of these. With ``trajectory`` a list of what
-        is returned otherwise, ``steps`` + 1 states from noise to the texture.
+        is returned otherwise, ``steps`` + 1 states from noise to the texture, all in memory.
 
     Raises
     ------

@@ -137,8 +137,8 @@ def train_latent_diffusion(mesh=None, image=None, *, model, dataset=None, progre
     condition_dropout : float
         Part of the surfaces that are seen without labels and directions. Default 0.1.
     sample : path, optional
-        An image file, PNG, that is written with each checkpoint: a texture of ``mesh`` sampled with the model so far.
-        Default: none.
+        An image file, PNG, that is written with each checkpoint: a texture of ``mesh``, which it needs, sampled with the
+        model so far. Default: none.
     (shared parameters)
     """
     progress_callback(progress)

@@ -103,9 +103,10 @@ def run(arguments):
         write_texture(found.mesh, found.image, arguments.output)
         return surface_summary(found.mesh, arguments.output, time.monotonic() - started)
     stem, ending = os.path.splitext(arguments.output)
-    for number, sample in enumerate(found, arguments.first_sample):
+    first = 0 if arguments.trajectory else arguments.first_sample
+    for number, sample in enumerate(found, first):
         write_texture(sample.mesh, sample.image, f"{stem}_{number}{ending}")
-    return surface_summary(found[0].mesh, f"{stem}_{arguments.first_sample}{ending} ...", time.monotonic() - started)
+    return surface_summary(found[0].mesh, f"{stem}_{first}{ending} ...", time.monotonic() - started)
 
 
 def _input(arguments):

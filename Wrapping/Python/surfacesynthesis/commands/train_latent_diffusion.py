@@ -2,6 +2,7 @@
 """The command ``train latent-diffusion``, and the options of surfaces that ``dataset latents`` shares with it."""
 
 import argparse
+import os
 import time
 
 from .common import PROGRAM, UsageError, as_usage
@@ -67,7 +68,7 @@ def add(kinds):
         "--no-sample-latents", action="store_true", help="train on the means of latents, not on draws from their Gaussians"
     )
     groups["training"].add_argument(
-        "--sample", metavar="FILE", help="image of a texture sampled with the model so far, written with each checkpoint"
+        "--sample", metavar="FILE", help="PNG image of a texture of SURFACE, sampled with the model so far, written with each checkpoint"
     )
     add_surface_options(parser.add_argument_group("surface"))
     for name, choices, text in (
@@ -110,12 +111,21 @@ def run(arguments):
     return summary(algorithm, losses, "loss", time.monotonic() - started)
 
 
+def _is_one_of(path, others):
+    """True when a path is that of a file among ``others``, which may be None."""
+    return any(other is not None and os.path.realpath(path) == os.path.realpath(other) for other in others)
+
+
 def _filter_of(arguments):
     """The filter with its options and inputs."""
     from ..latent_diffusion_training import configured_filter, connect
     from .field_latents import color_of, textured_input
 
     from_dataset = arguments.input.endswith(".safetensors")
+    if from_dataset and arguments.sample is not None:
+        raise UsageError("--sample is a texture of SURFACE, which a dataset does not have")
+    if arguments.sample is not None and _is_one_of(arguments.sample, (arguments.input, arguments.image)):
+        raise UsageError("--sample would be written over an input; name another file")
     if from_dataset and arguments.image is not None:
         raise UsageError("a dataset has its latents; --image belongs to a surface")
     mesh, image = (None, None) if from_dataset else textured_input(arguments)
