@@ -73,6 +73,8 @@ for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shap
 done
 example flow_matching.py
 example geometric_textures.py
+# Last, new textures on the surface that was given.
+example latent_textures.py ${meshes[0]+--mesh "${meshes[0]}"}
 
 echo
 echo "The pictures and surfaces are in $output:"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs an example and checks what it wrote: ``test_examples.py EXAMPLE FOLDER``. Run by CTest."""
 
+import csv
 import os
 import shutil
 import subprocess
@@ -178,6 +179,45 @@ def check_geometric_textures(folder):
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 
 
+def check_latent_textures(folder):
+    """The pictures, and a sample of the shipped scales, whose patches are far more alike those of the original than the
+    same colors at random are. Tissue is only drawn: its photograph is not part of the library."""
+    sys.path.insert(0, TRAINING)
+    import make_textured_surfaces as make
+
+    surfaces = os.path.join(folder, "textured_surfaces")
+    os.makedirs(surfaces, exist_ok=True)
+    mesh, texture = make.scales(None)
+    for name in ("scales", "tissue"):
+        surfacesynthesis.write_mesh(mesh, os.path.join(surfaces, name + ".vtp"))
+        surfacesynthesis.textured_files.write_image(make.image_of_array(texture), os.path.join(surfaces, name + ".png"))
+    output = os.path.join(folder, "latent_textures")
+    small = os.path.join(folder, "small.vtp")
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(24)
+    sphere.SetPhiResolution(16)
+    sphere.Update()
+    surfacesynthesis.write_mesh(sphere.GetOutput(), small)
+    script = [sys.executable, os.path.join(HERE, "latent_textures.py"), "--output", output, "--mesh", small]
+    quick = ["--steps", "2", "--resolution", "128", "--vertices", "0.1"]
+    assert run("xvfb-run", "-a", *script, *quick).returncode == 0
+    check_picture(os.path.join(output, "new_textures.png"), 1600)
+    assert os.path.exists(os.path.join(output, "new_scales.obj"))
+    assert run("xvfb-run", "-a", *script, surfaces, *quick).returncode == 0
+    check_picture(os.path.join(output, "latent_textures.png"), 2000, rows=2)
+    check_picture(os.path.join(output, "texture_guidance.png"), 1600, rows=2)
+    compare = os.path.join(TRAINING, "compare_texture_samples.py")
+    files = [os.path.join(surfaces, "scales" + ending) for ending in (".vtp", ".png")]
+    table = os.path.join(output, "compared")
+    options = ["--direction", "Direction", "--samples", "2", "--resolution", "256", "--patches", "400"]
+    assert run("xvfb-run", "-a", sys.executable, compare, *files, table, "--model", "scales", *options).returncode == 0
+    with open(table + ".csv", encoding="utf-8") as file:
+        rows = {row["texture"]: {name: float(row[name]) for name in row if name != "texture"} for row in csv.DictReader(file)}
+    assert rows["sample"]["swd_16"] < 0.7 * rows["shuffled"]["swd_16"], rows
+    assert rows["sample"]["closest"] > rows["reconstruction"]["closest"], rows  # no copy
+    assert rows["sample"]["difference"] > 0.05, rows
+
+
 def check_texture_transfer(folder):
     """A texture on other triangulations, with a model of random weights: pictures and files, and the baked photograph."""
     import texture_transfer as example
@@ -311,6 +351,7 @@ if __name__ == "__main__":
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,
         "geometric_textures": check_geometric_textures,
+        "latent_textures": check_latent_textures,
         "texture_transfer": check_texture_transfer,
         "flow_matching_training": check_flow_matching_training,
         "generated_poses": check_generated_poses,

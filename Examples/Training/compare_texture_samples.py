@@ -7,7 +7,8 @@
 renders the surface without light, from three directions, and compares patches of 8, 16 and 32 pixels with those of the
 original texture. Writes OUTPUT.csv with a row for each of
 
-    original         other patches of the original: the floor
+    original         other patches of the original
+    triangulations   the reconstruction, compared with that on another triangulation: the floor
     reconstruction   the original, encoded and decoded on a triangulation like those of the training
     sample           sampled textures, the mean of --samples
     shuffled         the original with its texels in random order
@@ -163,13 +164,20 @@ def textures_of(mesh, image, arguments):
     mask = numpy_to_vtk(np.ones(mesh.GetNumberOfPoints()), deep=True)
     mask.SetName("KeptTexture")
     kept.GetPointData().AddArray(mask)
-    rebuilt = surfacesynthesis.sample_texture(kept, arguments.model, image, mask="KeptTexture", steps=1, **options)
+    vertices = sampled[0].latents.GetNumberOfPoints()
+    rebuilt, other = (
+        surfacesynthesis.sample_texture(
+            kept, arguments.model, image, mask="KeptTexture", steps=1, **{**options, "points": round(factor * vertices)}
+        )
+        for factor in (1.0, 1.15)
+    )
     random = np.random.default_rng(arguments.seed)
     shuffled = random.permutation(image.reshape(-1, 3)).reshape(image.shape)
     noise = random.integers(0, 256, image.shape, dtype=np.uint8)
     return {
         "original": image_of_array(image),
         "reconstruction": rebuilt.image,
+        "triangulations": other.image,
         "sample": [sample.image for sample in sampled],
         "shuffled": image_of_array(shuffled),
         "noise": image_of_array(noise),
@@ -183,14 +191,16 @@ def compared(mesh, image, arguments):
     original = rendered(window, mesh, textures["original"])
     samples = [rendered(window, mesh, texture) for texture in textures.pop("sample")]
     views = {name: rendered(window, mesh, texture) for name, texture in textures.items()}
+    other = views.pop("triangulations")
     rows = {name: measures(found, original, arguments.patches) for name, found in views.items()}
+    rows["triangulations"] = measures(other, views["reconstruction"], arguments.patches)
     rows["original"]["closest"] = 0.0  # every patch is its own closest one
     each = [measures(found, original, arguments.patches) for found in samples]
     rows["sample"] = {column: float(np.mean([row[column] for row in each])) for column in each[0]}
     pairs = [(a, b) for k, a in enumerate(samples) for b in samples[:k]]
     if pairs:
         rows["sample"]["difference"] = float(np.mean([difference(a, b) for a, b in pairs]))
-    order = ("original", "reconstruction", "sample", "shuffled", "noise")
+    order = ("original", "triangulations", "reconstruction", "sample", "shuffled", "noise")
     return [{"texture": name, **rows[name]} for name in order], [original, views["reconstruction"], *samples]
 
 

@@ -36,8 +36,8 @@ from surfacesynthesis.textured_files import write_image
 CELLS = 120
 #: Texels along a side of a drawn texture.
 TEXELS = 512
-#: Part of a photograph that becomes a texture: first row, first column, and pixels along a side.
-PART = (120, 200, 256)
+#: Parts of photographs that become textures: first row, first column, and pixels along a side.
+PARTS = {"ihc.png": (250, 120, 256), "gravel.png": (120, 200, 256), "grass.png": (120, 200, 256)}
 
 
 def sheet(height):
@@ -62,8 +62,8 @@ def add_array(mesh, name, values):
 
 
 def part(images, name):
-    """A square part of a photograph."""
-    row, column, side = PART
+    """The part of a photograph that becomes a texture."""
+    row, column, side = PARTS[name]
     return image_array(os.path.join(images, name))[row : row + side, column : column + side]
 
 

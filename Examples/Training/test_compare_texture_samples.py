@@ -37,7 +37,8 @@ def check_statistics():
 
 def check_comparison(folder):
     """All scripts run, and the floor is the lowest distance."""
-    make.CELLS, make.TEXELS, make.PART = 12, 64, (0, 0, 64)
+    make.CELLS, make.TEXELS = 12, 64
+    make.PARTS = dict.fromkeys(make.PARTS, (0, 0, 64))
     random = np.random.default_rng(1)
     for name in ("ihc", "grass", "gravel"):
         image = np.kron(random.integers(0, 256, (16, 16, 3)), np.ones((4, 4, 1))).astype(np.uint8)
@@ -58,8 +59,9 @@ def check_comparison(folder):
                   "--patches", "200"])  # fmt: skip
     with open(f"{output}.csv", encoding="utf-8") as file:
         rows = {row["texture"]: row for row in csv.DictReader(file)}
-    assert list(rows) == ["original", "reconstruction", "sample", "shuffled", "noise"]
+    assert list(rows) == ["original", "triangulations", "reconstruction", "sample", "shuffled", "noise"]
     for column in ("swd_8", "swd_16", "swd_32"):
+        assert float(rows["triangulations"][column]) < float(rows["reconstruction"][column])
         assert float(rows["original"][column]) < min(float(rows[name][column]) for name in ("shuffled", "noise", "sample"))
     assert float(rows["sample"]["difference"]) > 0.0 and os.path.exists(f"{output}.png")
 

@@ -5,10 +5,12 @@
 #include "RandomFieldLatents.h"
 #include "RandomLatentDiffusion.h"
 
+#include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentDecoder.h"
 #include "Inference/FieldLatents/FieldLatentEncoder.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
 #include "Inference/FieldLatents/LatentDiffusionNetwork.h"
+#include "Inference/FieldLatents/LatentDiffusionSampler.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -93,6 +95,24 @@ void LatentDiffusionEvaluate(benchmark::State& state, const TriangleMesh& mesh)
   CountOperations(state, LatentDiffusionOperations(options, vertices, coarse), seconds);
 }
 
+/// A sample of a shipped model in 50 steps, levels of the surface included.
+void LatentDiffusionSample(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const LatentDiffusionModel model = ReadLatentDiffusion(ExistingModelPath("scales"));
+  const double start = ProcessorSeconds();
+  std::int64_t coarse = 0;
+  for ([[maybe_unused]] auto step : state)
+  {
+    const LatentDiffusionSampler sampler(model, OneRings(mesh));
+    coarse = static_cast<std::int64_t>(sampler.Network().Surface().Centers.size());
+    benchmark::DoNotOptimize(sampler.Sample({}).data());
+  }
+  const double seconds = ProcessorSeconds() - start;
+  const LatentSampleRequest request;
+  CountOperations(
+    state, request.NumberOfSteps * LatentDiffusionOperations(model.Options, mesh.NumberOfPoints(), coarse), seconds);
+}
+
 /// Rings and coarser level of a surface.
 void LatentDiffusionLevels(benchmark::State& state, const TriangleMesh& mesh)
 {
@@ -110,6 +130,7 @@ void RegisterFieldLatents()
   Register("FieldLatentDecode", FieldLatentDecode, Sizes("10000"));
   Register("LatentDiffusionLevels", LatentDiffusionLevels, Sizes("30000"));
   Register("LatentDiffusionEvaluate", LatentDiffusionEvaluate, Sizes("30000"));
+  Register("LatentDiffusionSample", LatentDiffusionSample, Sizes("10000"));
 }
 
 } // namespace surfsynth::bench
