@@ -15,9 +15,10 @@ original texture. Writes OUTPUT.csv with a row for each of
     noise            random colors
 
 and the columns swd_8, swd_16, swd_32, sliced Wasserstein distance of patches as vectors of colors from 0 to 1 (low is
-alike); difference, root mean square difference of two samples (diversity; of the others from the original); closest, median
-over patches of 16 pixels of the root mean square distance to the closest patch of the original (a copy has that of the
-reconstruction or less). OUTPUT.png shows original, reconstruction and samples. Needs a display: xvfb-run.
+alike); difference, root mean square difference of two samples (diversity; of the others from the original); layout,
+correlation of the mean colors of squares of 24 pixels of two samples (near 0 when large features lie elsewhere; of the
+others with the original); closest, median over patches of 16 pixels of the root mean square distance to the closest patch of
+the original (a copy has that of the reconstruction or less). OUTPUT.png shows original, reconstruction and samples. Needs a display: xvfb-run.
 """
 
 import argparse
@@ -50,7 +51,7 @@ PIXELS = 384
 #: Directions of view: azimuth and elevation, degrees.
 VIEWS = ((0, 0), (30, 10), (-25, -20))
 #: Columns of the table.
-COLUMNS = ("texture", *(f"swd_{side}" for side in SIDES), "difference", "closest")
+COLUMNS = ("texture", *(f"swd_{side}" for side in SIDES), "difference", "layout", "closest")
 
 
 def array_of(image):
@@ -143,6 +144,7 @@ def measures(views, original, count):
         for side in SIDES
     }
     row["difference"] = difference(views, original)
+    row["layout"] = layout(views, original)
     row["closest"] = closest(patches(views, 16, min(count, 500), 3), patches(original, 16, 8 * count, 4))
     return row
 
@@ -150,6 +152,22 @@ def measures(views, original, count):
 def difference(first, second):
     """Root mean square difference of two renderings, on the surface."""
     return float(np.sqrt(np.nanmean((first - second) ** 2)))
+
+
+def layout(first, second, side=24):
+    """Correlation of the mean colors of squares of two renderings that lie on the surface."""
+
+    def means(views):
+        count, height, width, _ = views.shape
+        rows, columns = height // side, width // side
+        squares = views[:, : rows * side, : columns * side].reshape(count, rows, side, columns, side, 3).mean(axis=(2, 4))
+        return squares.reshape(-1, 3)
+
+    pairs = np.concatenate([means(first), means(second)], axis=1)
+    pairs = pairs[np.isfinite(pairs).all(axis=1)]
+    pairs = pairs - pairs.mean(axis=0)
+    products = [(pairs[:, :3] * pairs[:, 3:]).sum(), (pairs[:, :3] ** 2).sum(), (pairs[:, 3:] ** 2).sum()]
+    return float(products[0] / np.sqrt(max(products[1] * products[2], 1e-30)))
 
 
 def textures_of(mesh, image, arguments):
@@ -200,6 +218,7 @@ def compared(mesh, image, arguments):
     pairs = [(a, b) for k, a in enumerate(samples) for b in samples[:k]]
     if pairs:
         rows["sample"]["difference"] = float(np.mean([difference(a, b) for a, b in pairs]))
+        rows["sample"]["layout"] = float(np.mean([layout(a, b) for a, b in pairs]))
     order = ("original", "triangulations", "reconstruction", "sample", "shuffled", "noise")
     return [{"texture": name, **rows[name]} for name in order], [original, views["reconstruction"], *samples]
 

@@ -33,6 +33,10 @@ def check_statistics():
     views = np.full((1, 40, 40, 3), np.nan)
     views[0, 10:30, 10:30] = 0.5
     assert (compare.patches(views, 8, 20, 0) == 0.5).all()
+    views = random.uniform(size=(1, 120, 120, 3))
+    assert abs(compare.layout(views, 2.0 * views + 1.0) - 1.0) < 1e-9
+    assert abs(compare.layout(views, 1.0 - views) + 1.0) < 1e-9
+    assert abs(compare.layout(views, random.uniform(size=views.shape))) < 0.5
 
 
 def check_comparison(folder):
