@@ -18,7 +18,8 @@ and the columns swd_8, swd_16, swd_32, sliced Wasserstein distance of patches as
 alike); difference, root mean square difference of two samples (diversity; of the others from the original); layout,
 correlation of the mean colors of squares of 24 pixels of two samples (near 0 when large features lie elsewhere; of the
 others with the original); closest, median over patches of 16 pixels of the root mean square distance to the closest patch of
-the original (a copy has that of the reconstruction or less). OUTPUT.png shows original, reconstruction and samples. Needs a display: xvfb-run.
+the original (a copy has that of the reconstruction or less). OUTPUT.png shows original, reconstruction and samples. Needs
+a display: xvfb-run.
 """
 
 import argparse

@@ -5,7 +5,8 @@
  *
  * Trains the denoising network of "Single Mesh Diffusion Models with Field Latents for Texture Generation" (Mitchel et al.
  * 2024, sections 5, 6.2 and 9.2) on the texture of one surface: the surface is remeshed many times, the autoencoder of
- * vtkFieldLatentTrainer encodes its texture on each triangulation, with 128 samples in a ring or more, and the network learns to take noise out of the latents.
+ * vtkFieldLatentTrainer encodes its texture on each triangulation, with 128 samples in a ring or more, and the network
+ * learns to take noise out of the latents.
  * vtkFieldLatentTextureFilter samples new textures with the model, on this surface or any other one. Files, device, seed
  * and learning rate are those of vtkModelTrainer, but the default of LearningRate is 1e-3.
  *
@@ -27,8 +28,8 @@
  * time, from little to much noise.
  *
  * @par Files
- * Those of vtkModelTrainer, and the image of SampleFileName. The model file has the fingerprint of its autoencoder and the mean number of vertices of its
- * surfaces. Device and the names and times of files may change between an update and the next, which goes on from the
+ * Those of vtkModelTrainer, and the image of SampleFileName. The model file has the fingerprint of its autoencoder and the
+ * mean number of vertices of its surfaces. Device and the names and times of files may change between an update and the next, which goes on from the
  * checkpoint.
  *
  * @par Cost
@@ -151,7 +152,8 @@ public:
   /**
    * Path of an image, PNG, that is written with each checkpoint: a texture of the surface on port 0, which it needs, also
    * beside a dataset file, sampled with the model so far in 20 steps, 512 x 512 texels, for Seed. A sample that fails is
-   * the last one, and a warning at the end. Not with several processes. Default "": none.
+   * the last one, and a warning at the end (in the background an error, with all files written). Not with several
+   * processes. Default "": none.
    */
   void SetSampleFileName(const char* name);
   vtkGetCharFromStdStringMacro(SampleFileName);

@@ -22,9 +22,9 @@ struct FieldNeighborhoods
   const float* Logarithms;     ///< [E, 2], of the source, in the frame of the vertex
   const float* Transport;      ///< [E, 2], from the source to the vertex
   const float* Weights;        ///< [E]
-  const float* Centroids;  ///< [V, 2], directions of the centroids of the rings, in the frames of the vertices, or null
-  const float* Directions; ///< [V, 2], in the frames of the vertices, or null
-  const std::int32_t* Shares; ///< [V], row of FieldFilter::Shares of each vertex, or null: row 0
+  const float* Centroids;      ///< [V, 2], directions of the rings' centroids, in the frames of the vertices, or null
+  const float* Directions;     ///< [V, 2], in the frames of the vertices, or null
+  const std::int32_t* Shares;  ///< [V], row of FieldFilter::Shares of each vertex, or null: row 0
 };
 
 /// Weights of one filter up to the last hidden layer, K = FilterChannels.
@@ -64,7 +64,8 @@ struct LatentDiffusionKernels
 {
   /// Sums over the neighborhoods of the vertices [first, first + rows): with X the transported feature of channel c and
   /// h the outputs of the second layer of the filter (both layers with ReLU), whose arguments are the length and the
-  /// angle of conj(X / |X|) times the logarithm and conj(X / |X|) times the centroid and the direction, out = sum of weight h(k, c) X(c).
+  /// angle of conj(X / |X|) times the logarithm, and conj(X / |X|) times the centroid and the direction,
+  /// out = sum of weight h(k, c) X(c).
   /// @param features [V, 2 C] @param units [V, 2 C], their directions: see Units() @param out [rows, K 2 C]
   void (*GatherFields)(const FieldNeighborhoods& at, const FieldFilter& filter, const float* features,
     const float* units, std::int64_t first, std::int64_t rows, std::int64_t channels, float* out);

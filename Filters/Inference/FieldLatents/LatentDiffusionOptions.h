@@ -63,8 +63,8 @@ std::string NameOf(DiffusionTarget target);
 /// - latent_scale [d]: factors of equation 39, larger than 0.
 /// - time.0.weight, time.2.weight [e, e], time.0.bias, time.2.bias [e]: the MLP after the sinusoidal embedding, SiLU.
 /// - labels.weight [L, e]: added to the embedding of the vertices with a label; only with labels.
-/// - input.weight [2, C, d + 1], or d + 2 with directions, output.weight [2, d, C]; input.gains.weight and output.gains.weight [C, e]: the factors of
-///   the C channels of either are 1 + gains times the embedding.
+/// - input.weight [2, C, d + 1], or d + 2 with directions, output.weight [2, d, C]; input.gains.weight and
+///   output.gains.weight [C, e]: the factors of the C channels of either are 1 + gains times the embedding.
 /// - input.B, coarse.B, output.B for block B, with a inputs and b outputs:
 ///   .residual.weight [2, b, a], only when a is not b; .gains.weight [b, e], factors of the results of convolution2;
 ///   .mlp1.N and .mlp2.N, N = 0, 1, 2: .norm.scale [2, a] and .norm.log_delta [a] of equation 20, .key.weight and

@@ -125,18 +125,6 @@ torch::Tensor FieldIds(const std::vector<std::int32_t>& ids, const torch::Tensor
     .to(like.device(), torch::kInt64);
 }
 
-/// Numbers of a table as a tensor of the type of @p like, [rows, 2].
-torch::Tensor FieldPairs(const float* pairs, std::size_t rows, const torch::Tensor& like)
-{
-  return torch::from_blob(const_cast<float*>(pairs), { static_cast<std::int64_t>(rows), 2 }, torch::kFloat32)
-    .to(like.device(), like.scalar_type(), false, true);
-}
-
-torch::Tensor PairsOf(const std::vector<std::complex<float>>& numbers, const torch::Tensor& like)
-{
-  return FieldPairs(reinterpret_cast<const float*>(numbers.data()), numbers.size(), like);
-}
-
 /// Products of complex numbers [V, 2] with features [V, 2 C].
 torch::Tensor TurnedFields(const torch::Tensor& turns, const torch::Tensor& x)
 {
@@ -164,6 +152,17 @@ torch::Tensor ThroughNeurons(torch::nn::ModuleList& list, torch::Tensor x)
 }
 } // namespace
 
+torch::Tensor TangentPairs(const float* pairs, std::int64_t rows, const torch::Tensor& like)
+{
+  return torch::from_blob(const_cast<float*>(pairs), { rows, 2 }, torch::kFloat32)
+    .to(like.device(), like.scalar_type(), false, true);
+}
+
+torch::Tensor TangentPairs(const std::vector<std::complex<float>>& vectors, const torch::Tensor& like)
+{
+  return TangentPairs(reinterpret_cast<const float*>(vectors.data()), static_cast<std::int64_t>(vectors.size()), like);
+}
+
 FieldLevelTensors::FieldLevelTensors(std::shared_ptr<const FieldLevel> level, bool guided, const torch::Tensor& like)
   : Level(std::move(level))
   , Guided(guided)
@@ -183,20 +182,19 @@ FieldLevelTensors::FieldLevelTensors(std::shared_ptr<const FieldLevel> level, bo
   const FieldNeighborhoods view = this->Level->View(guided);
   this->Rows = view.Shares ? FieldIds(this->Level->Rows, like).index_select(0, this->Sources)
                            : torch::zeros_like(this->Sources);
-  const torch::Tensor logarithms = PairsOf(at.Logarithms, like);
-  const torch::Tensor transport = PairsOf(at.Transport, like);
+  const torch::Tensor logarithms = TangentPairs(at.Logarithms, like);
+  const torch::Tensor transport = TangentPairs(at.Transport, like);
   this->Radii = logarithms.square().sum(1, true).sqrt();
   const torch::Tensor back = torch::stack({ transport.select(1, 0), -transport.select(1, 1) }, 1);
   this->Logarithms = TurnedFields(back, logarithms) / this->Radii.clamp_min(1e-30);
-  this->Centroids = PairsOf(at.Centroids, like).index_select(0, this->Sources);
+  this->Centroids = TangentPairs(at.Centroids, like).index_select(0, this->Sources);
   const torch::Tensor weights = torch::from_blob(
     const_cast<float*>(at.Weights.data()), { transport.size(0), 1 }, torch::kFloat32)
                                   .to(like.device(), like.scalar_type());
   this->Transport = weights * transport;
   if (view.Directions)
   {
-    const torch::Tensor directions = FieldPairs(
-      view.Directions, static_cast<std::size_t>(this->Level->NumberOfVertices()), like);
+    const torch::Tensor directions = TangentPairs(view.Directions, this->Level->NumberOfVertices(), like);
     this->Directions = directions.index_select(0, this->Sources);
   }
 }
@@ -309,7 +307,7 @@ torch::Tensor PoolFields(const std::shared_ptr<const DiffusionSurface>& surface,
   const torch::Tensor clusters = FieldIds(surface->Clusters, fine);
   const auto coarse = static_cast<std::int64_t>(surface->MemberStart.size()) - 1;
   const torch::Tensor sums = torch::zeros({ coarse, fine.size(1) }, fine.options())
-                               .index_add(0, clusters, TurnedFields(PairsOf(surface->ToCenter, fine), fine));
+                               .index_add(0, clusters, TurnedFields(TangentPairs(surface->ToCenter, fine), fine));
   const torch::Tensor members = torch::bincount(clusters, {}, coarse).to(fine.scalar_type());
   return sums / members.unsqueeze(1);
 }
@@ -320,7 +318,7 @@ torch::Tensor UnpoolFields(const std::shared_ptr<const DiffusionSurface>& surfac
   {
     return FusedClusterCarry(surface, coarse, false, false);
   }
-  const torch::Tensor turns = PairsOf(surface->ToCenter, coarse);
+  const torch::Tensor turns = TangentPairs(surface->ToCenter, coarse);
   const torch::Tensor back = torch::stack({ turns.select(1, 0), -turns.select(1, 1) }, 1);
   return TurnedFields(back, coarse.index_select(0, FieldIds(surface->Clusters, coarse)));
 }

@@ -15,12 +15,18 @@
 
 #include <torch/torch.h>
 
+#include <complex>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 namespace surfsynth
 {
+
+/// Tangent vectors of a table [rows, 2] as a tensor of the type and on the device of @p like, a copy.
+torch::Tensor TangentPairs(const float* pairs, std::int64_t rows, const torch::Tensor& like);
+/// Tangent vectors as complex numbers, likewise.
+torch::Tensor TangentPairs(const std::vector<std::complex<float>>& vectors, const torch::Tensor& like);
 
 /// One level of a surface on a device.
 struct FieldLevelTensors

@@ -34,23 +34,6 @@ torch::Tensor PartsInTurn(const torch::Tensor& x)
   return x.view({ x.size(0), 2, -1 }).transpose(1, 2).reshape({ x.size(0), -1 });
 }
 
-/// Tangent vectors of the vertices as [V, 2], of the type and on the device of @p like.
-torch::Tensor LevelPairs(const float* pairs, std::int64_t rows, const torch::Tensor& like)
-{
-  return torch::from_blob(const_cast<float*>(pairs), { rows, 2 }, torch::kFloat32)
-    .to(like.device(), like.scalar_type(), false, true);
-}
-
-torch::Tensor LevelPairs(const std::vector<std::complex<float>>& numbers, const torch::Tensor& like)
-{
-  return LevelPairs(reinterpret_cast<const float*>(numbers.data()), static_cast<std::int64_t>(numbers.size()), like);
-}
-
-torch::Tensor LevelPairs(const FieldLatentMatrix& pairs, const torch::Tensor& like)
-{
-  return LevelPairs(pairs.data(), pairs.rows(), like);
-}
-
 torch::Tensor ThroughBlocks(std::vector<FieldResidualBlock>& blocks, torch::Tensor x, const torch::Tensor& embeddings,
   const FieldLevelTensors& level)
 {
@@ -108,11 +91,12 @@ torch::Tensor LatentDenoisingNetworkImpl::forward(
   const FieldLevelTensors fine(std::shared_ptr<const FieldLevel>(surface, &surface->Fine), guided, state);
   const FieldLevelTensors coarse(std::shared_ptr<const FieldLevel>(surface, &surface->Coarse), guided, state);
   const torch::Tensor embeddings = this->Embeddings(time, state);
-  std::vector<torch::Tensor> seen = { state, LevelPairs(surface->Fine.Neighborhoods.Centroids, state) };
+  std::vector<torch::Tensor> seen = { state, TangentPairs(surface->Fine.Neighborhoods.Centroids, state) };
   if (this->Options.Directed)
   {
-    seen.push_back(guided && surface->Fine.Directions.size() > 0 ? LevelPairs(surface->Fine.Directions, state)
-                                                                 : torch::zeros_like(seen[1]));
+    const FieldLatentMatrix& directions = surface->Fine.Directions;
+    seen.push_back(guided && directions.size() > 0 ? TangentPairs(directions.data(), directions.rows(), state)
+                                                   : torch::zeros_like(seen[1]));
   }
   const torch::Tensor entered = this->Input(PartsApart(torch::cat(seen, 1))) *
     this->InputGains(embeddings).repeat({ 2 });

@@ -83,8 +83,8 @@ def run(arguments):
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
     if arguments.trajectory and arguments.samples is not None:
         raise UsageError("--trajectory writes the states of one sample; leave out --samples")
-    names = ("seed", "samples", "first_sample", "label", "direction", "mask", "triangulation", "points", "sampler", "steps")
-    names += ("trajectory",)
+    names = ("seed", "samples", "first_sample", "label", "direction", "mask", "triangulation", "points", "sampler", "steps",
+             "trajectory")  # fmt: skip
     try:
         found = as_usage(
             sample_texture,

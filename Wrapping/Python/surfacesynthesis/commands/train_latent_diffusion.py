@@ -68,7 +68,7 @@ def add(kinds):
         "--no-sample-latents", action="store_true", help="train on the means of latents, not on draws from their Gaussians"
     )
     groups["training"].add_argument(
-        "--sample", metavar="FILE", help="PNG image of a texture of SURFACE, sampled with the model so far, written with each checkpoint"
+        "--sample", metavar="FILE", help="PNG image, written with each checkpoint: a texture of SURFACE, sampled with the model so far"
     )
     add_surface_options(parser.add_argument_group("surface"))
     for name, choices, text in (
