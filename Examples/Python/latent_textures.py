@@ -4,8 +4,8 @@
 
     xvfb-run -a python3 latent_textures.py [FOLDER] --output DIR [--mesh FILE]
 
-Writes samples of the models scales and tissue (Examples/Models) on a scanned surface of Debian's package libcgal-demo, or on
-that of --mesh:
+Writes samples of the models scales, tissue and coat (Examples/Models) on a scanned surface of Debian's package
+libcgal-demo, or on that of --mesh:
 
     new_textures.png      two samples of each model
     new_MODEL.obj         the first ones (.mtl, .png), for other programs
@@ -15,8 +15,8 @@ them, instead
 
     latent_textures.png   rows: the models; columns: the texture that the model was trained on, two samples on the same
                           surface, and two on scanned surfaces
-    texture_guidance.png  above: scales along other directions, and in three sizes; below: a texture with a hole, which two
-                          samples fill
+    texture_guidance.png  first row: scales along other directions, and in three sizes; second row: a texture with a hole,
+                          which two samples fill; third row: coats with other labels
 
 and prints how long each sample took.
 """
@@ -39,8 +39,8 @@ from make_datasets import surface  # noqa: E402
 from surfacesynthesis.files.images import read_image  # noqa: E402
 
 SIZE = (400, 390)
-#: Models, and the array with the directions of their training surface.
-MODELS = {"scales": "Direction", "tissue": None}
+#: Models, and the arrays that guide them.
+MODELS = {"scales": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
 #: The direction that the training surfaces are seen from.
 SHEET = (0.15, -0.25, 1.0)
 #: Scanned surfaces, vertices that carry their texture, and the direction that they are seen from.
@@ -82,11 +82,19 @@ def sampled(options, text, mesh, model, points=SIZES[1], **parameters):
     return sample.mesh, sample.image
 
 
-def downwards(mesh):
-    """The surface with a direction at each point: backwards along its longest side."""
+def guided(mesh):
+    """The surface with a direction at each point, backwards along its longest side, and the label 1 on that half of it."""
+    points = points_of(mesh)
+    axis = np.argmax(np.ptp(points, axis=0))
     direction = np.zeros(3)
-    direction[np.argmax(np.ptp(points_of(mesh), axis=0))] = -1.0
-    return with_array(mesh, "Direction", np.tile(direction, (mesh.GetNumberOfPoints(), 1)))
+    direction[axis] = -1.0
+    directed = with_array(mesh, "Direction", np.tile(direction, (mesh.GetNumberOfPoints(), 1)))
+    return labeled(directed, points[:, axis] < 0.5 * (points[:, axis].min() + points[:, axis].max()))
+
+
+def labeled(mesh, labels):
+    """The surface with labels for coats: 0 for spots, 1 for stripes."""
+    return with_array(mesh, "Label", np.broadcast_to(labels, mesh.GetNumberOfPoints()).astype(np.int32))
 
 
 def around(mesh):
@@ -120,11 +128,11 @@ def on_a_surface(options):
     """The picture of one surface."""
     picture = Picture(1, 2 * len(MODELS))
     name, (points, seen_from) = next(iter(TARGETS.items()))
-    target = downwards(surface(options.mesh, f"{name}.off"))
-    for number, (model, direction) in enumerate(MODELS.items()):
+    target = guided(surface(options.mesh, f"{name}.off"))
+    for number, (model, guides) in enumerate(MODELS.items()):
         for seed in (0, 1):
             text = f"{model}, sample {seed + 1}"
-            made = sampled(options, text, target, model, seed=seed, points=points, direction=direction)
+            made = sampled(options, text, target, model, seed=seed, points=points, **guides)
             if seed == 0:
                 surfacesynthesis.write_textured_mesh(*made, os.path.join(options.output, f"new_{model}.obj"))
             picture.add(0, 2 * number + seed, text, made, seen_from)
@@ -134,16 +142,16 @@ def on_a_surface(options):
 def variations(options):
     """The first picture of the training surfaces."""
     picture = Picture(len(MODELS), 3 + len(TARGETS))
-    for row, (model, direction) in enumerate(MODELS.items()):
+    for row, (model, guides) in enumerate(MODELS.items()):
         mesh, image = trained_on(options, model)
         picture.add(row, 0, "trained on" if row == 0 else "", (mesh, image))
         for column in (1, 2):
             text = f"{model}, sample {column}"
-            made = sampled(options, text, mesh, model, seed=column, direction=direction)
+            made = sampled(options, text, mesh, model, seed=column, **guides)
             picture.add(row, column, text, made)
         for column, (name, (points, seen_from)) in enumerate(TARGETS.items(), 3):
-            target = downwards(surface(options.mesh, f"{name}.off"))
-            made = sampled(options, f"{model} on {name}", target, model, points=points, direction=direction)
+            target = guided(surface(options.mesh, f"{name}.off"))
+            made = sampled(options, f"{model} on {name}", target, model, points=points, **guides)
             picture.add(row, column, f"on another surface,\n{points:,} vertices", made, seen_from)
     picture.write(options, "latent_textures.png")
 
@@ -160,7 +168,7 @@ def with_hole(mesh, image):
 
 def guidance(options):
     """The second picture of the training surfaces."""
-    picture = Picture(2, 4)
+    picture = Picture(3, 4)
     mesh, _ = trained_on(options, "scales")
     picture.add(0, 0, "along directions that turn", sampled(options, "turning", around(mesh), "scales", direction="Direction"))
     for column, points in enumerate(SIZES, 1):
@@ -173,7 +181,18 @@ def guidance(options):
         made = sampled(options, f"filling {column}", holed, "tissue", image=image, mask="Kept", seed=column)
         picture.add(1, column, f"filled, sample {column}", made)
     picture.add(1, 3, "the texture itself", (mesh, image))
+    labels(options, picture, 2)
     picture.write(options, "texture_guidance.png")
+
+
+def labels(options, picture, row):
+    """A row of coats with labels unlike those of the training."""
+    mesh, _ = trained_on(options, "coat")
+    x, y, _ = points_of(mesh).T
+    rings = np.hypot(x, y)
+    drawn = {"label 0": 0, "label 1": 1, "a disk of label 1": rings < 0.6, "bands of both": np.sin(7.0 * x + 4.0 * y) > 0}
+    for column, (title, values) in enumerate(drawn.items()):
+        picture.add(row, column, title, sampled(options, title, labeled(mesh, values), "coat", label="Label"))
 
 
 def main(arguments=None):

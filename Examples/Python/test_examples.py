@@ -181,14 +181,14 @@ def check_geometric_textures(folder):
 
 def check_latent_textures(folder):
     """The pictures, and a sample of the shipped scales, whose patches are far more alike those of the original than the
-    same colors at random are. Tissue is only drawn: its photograph is not part of the library."""
+    same colors at random are. Tissue is drawn as scales: its photograph is not part of the library."""
     sys.path.insert(0, TRAINING)
     import make_textured_surfaces as make
 
     surfaces = os.path.join(folder, "textured_surfaces")
     os.makedirs(surfaces, exist_ok=True)
-    mesh, texture = make.scales(None)
-    for name in ("scales", "tissue"):
+    for name in ("scales", "tissue", "coat"):
+        mesh, texture = (make.coat if name == "coat" else make.scales)(None)
         surfacesynthesis.write_mesh(mesh, os.path.join(surfaces, name + ".vtp"))
         surfacesynthesis.textured_files.write_image(make.image_of_array(texture), os.path.join(surfaces, name + ".png"))
     output = os.path.join(folder, "latent_textures")
@@ -201,11 +201,11 @@ def check_latent_textures(folder):
     script = [sys.executable, os.path.join(HERE, "latent_textures.py"), "--output", output, "--mesh", small]
     quick = ["--steps", "2", "--resolution", "128", "--vertices", "0.1"]
     assert run("xvfb-run", "-a", *script, *quick).returncode == 0
-    check_picture(os.path.join(output, "new_textures.png"), 1600)
+    check_picture(os.path.join(output, "new_textures.png"), 2400)
     assert os.path.exists(os.path.join(output, "new_scales.obj"))
     assert run("xvfb-run", "-a", *script, surfaces, *quick).returncode == 0
-    check_picture(os.path.join(output, "latent_textures.png"), 2000, rows=2)
-    check_picture(os.path.join(output, "texture_guidance.png"), 1600, rows=2)
+    check_picture(os.path.join(output, "latent_textures.png"), 2000, rows=3)
+    check_picture(os.path.join(output, "texture_guidance.png"), 1600, rows=3)
     compare = os.path.join(TRAINING, "compare_texture_samples.py")
     files = [os.path.join(surfaces, "scales" + ending) for ending in (".vtp", ".png")]
     table = os.path.join(output, "compared")

@@ -4,20 +4,21 @@
 
     python3 make_textured_surfaces.py FOLDER IMAGES
 
-IMAGES is a folder with the images ihc.png, grass.png and gravel.png of python3-skimage (a package of Debian 12, in
+IMAGES is a folder with the image ihc.png of python3-skimage (a package of Debian 12, in
 usr/lib/python3/dist-packages/skimage/data). Writes FOLDER/NAME.vtp, a surface with texture coordinates and arrays, and
 FOLDER/NAME.png, its texture, for each NAME of
 
     tissue    a stained section of tissue (ihc) on a surface with the folds of an organ
-    ground    gravel and grass on hills, with the point array Label: 0 for gravel, 1 for grass
+    coat      spots and stripes on hills, with the point array Label: 0 for spots, 1 for stripes
     scales    overlapping scales on a bent sheet, with the point array Direction: along which they lie
 
 Each is trained by
 
     python3 -m surfacesynthesis train latent-diffusion FOLDER/NAME.vtp NAME.safetensors --image FOLDER/NAME.png
 
-with --label Label for ground and --direction Direction for scales. Scales are so large that the 3,000 vertices of a
-triangulation lie about seven to a scale: with half as many, short trainings found colors, but no scales.
+with --label Label for coat and --direction Direction for scales. Scales, spots and stripes are so large that the
+3,000 vertices of a triangulation lie about seven to one of them: with half as many, short trainings found colors, but no
+scales.
 """
 
 import argparse
@@ -37,7 +38,7 @@ CELLS = 120
 #: Texels along a side of a drawn texture.
 TEXELS = 512
 #: Parts of photographs that become textures: first row, first column, and pixels along a side.
-PARTS = {"ihc.png": (250, 120, 256), "gravel.png": (120, 200, 256), "grass.png": (120, 200, 256)}
+PARTS = {"ihc.png": (250, 120, 256)}
 
 
 def sheet(height):
@@ -73,20 +74,31 @@ def tissue(images):
     return mesh, part(images, "ihc.png")
 
 
-def ground(images):
-    """Gravel and grass, divided by a winding line."""
+def waves(seed, width):
+    """Random waves [TEXELS, TEXELS] with eight of them along a side, of variance 1. width: of their band of lengths."""
+    frequencies = np.hypot(*np.meshgrid(np.fft.fftfreq(TEXELS), np.fft.fftfreq(TEXELS))) * TEXELS / 8
+    noise = np.random.default_rng(seed).normal(size=(TEXELS, TEXELS))
+    filtered = np.fft.ifft2(np.fft.fft2(noise) * np.exp(-0.5 * ((frequencies - 1) / width) ** 2)).real
+    return filtered / filtered.std()
+
+
+def coat(_):
+    """Spots and stripes of two animals, divided by a winding line."""
     mesh, points = sheet(lambda x, y: 0.15 * np.sin(2.5 * x) * np.cos(2 * y))
 
-    def is_grass(x, y):
+    def is_striped(x, y):
         return y > 0.25 * np.sin(4 * x)
 
-    add_array(mesh, "Label", is_grass(points[:, 0], points[:, 1]).astype(np.int32))
-    gravel = part(images, "gravel.png") * np.array([1.0, 0.92, 0.8])
-    grass = part(images, "grass.png") * np.array([0.65, 1.0, 0.45])
-    texels = len(gravel)
-    along = (np.arange(texels) + 0.5) / texels * 2 - 1
+    def colored(values, dark, light):
+        share = 0.5 * (1 + np.tanh(values / 0.12))[..., None]
+        return share * np.array(dark) + (1 - share) * np.array(light)
+
+    add_array(mesh, "Label", is_striped(points[:, 0], points[:, 1]).astype(np.int32))
+    spots = colored(waves(3, 0.25) - 0.55, (62.0, 36.0, 20.0), (214.0, 164.0, 92.0))
+    stripes = colored(waves(5, 0.12), (40.0, 38.0, 42.0), (236.0, 230.0, 220.0))
+    along = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
     x, y = np.meshgrid(along, along[::-1])  # row 0 is the top
-    return mesh, np.where(is_grass(x, y)[:, :, None], grass, gravel).astype(np.uint8)
+    return mesh, np.rint(np.where(is_striped(x, y)[:, :, None], stripes, spots)).astype(np.uint8)
 
 
 def scales(_):
@@ -113,7 +125,7 @@ def scales(_):
     return mesh, np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
 
-SURFACES = {"tissue": tissue, "ground": ground, "scales": scales}
+SURFACES = {"tissue": tissue, "coat": coat, "scales": scales}
 
 
 def main():

@@ -44,21 +44,20 @@ def check_comparison(folder):
     make.CELLS, make.TEXELS = 12, 64
     make.PARTS = dict.fromkeys(make.PARTS, (0, 0, 64))
     random = np.random.default_rng(1)
-    for name in ("ihc", "grass", "gravel"):
-        image = np.kron(random.integers(0, 256, (16, 16, 3)), np.ones((4, 4, 1))).astype(np.uint8)
-        write_image(image_of_array(image), os.path.join(folder, f"{name}.png"))
+    image = np.kron(random.integers(0, 256, (16, 16, 3)), np.ones((4, 4, 1))).astype(np.uint8)
+    write_image(image_of_array(image), os.path.join(folder, "ihc.png"))
     sys.argv = ["make_textured_surfaces.py", folder, folder]
     make.main()
     paths = {name: os.path.join(folder, f"{name}.safetensors") for name in ("latents", "model")}
-    images = [os.path.join(folder, "ground.png")]
+    images = [os.path.join(folder, "coat.png")]
     surfacesynthesis.train_field_latents(images, model=paths["latents"], iterations=2, batch=6, meshes=1, mesh_points=64, **LATENTS)
-    mesh = surfacesynthesis.read_mesh(os.path.join(folder, "ground.vtp"))
+    mesh = surfacesynthesis.read_mesh(os.path.join(folder, "coat.vtp"))
     options = {"label": "Label", "points": 100, "triangulations": 1, "iterations": 1, "batch": 1, **NETWORK}
     surfacesynthesis.train_latent_diffusion(
         mesh, compare.image_array(images[0]), model=paths["model"], autoencoder=paths["latents"], **options
     )
     output = os.path.join(folder, "comparison")
-    compare.main([os.path.join(folder, "ground.vtp"), images[0], output, "--model", paths["model"], "--autoencoder",
+    compare.main([os.path.join(folder, "coat.vtp"), images[0], output, "--model", paths["model"], "--autoencoder",
                   paths["latents"], "--label", "Label", "--samples", "2", "--steps", "2", "--resolution", "64",
                   "--patches", "200"])  # fmt: skip
     with open(f"{output}.csv", encoding="utf-8") as file:
