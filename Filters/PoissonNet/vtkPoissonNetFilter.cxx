@@ -106,11 +106,13 @@ public:
       { surface, used, *this->Model, prepared->Coordinates }, prediction, this->Names(), output);
   }
 
-  /// Finds the data of this block from an earlier update with the same mesh and normalisation; null otherwise.
+  /// Finds the data of this block from an earlier update with the same mesh, normalisation and operators; null otherwise.
   PreparedNetwork* Find(const Surface& surface)
   {
     PreparedNetwork* found = this->Blocks.Find(surface);
-    return found && found->Normalization == this->Normalization() ? found : nullptr;
+    const bool fits = found && found->Normalization == this->Normalization() &&
+      found->Operators.Shift == this->Model->Options.Shift;
+    return fits ? found : nullptr;
   }
 
   /// Returns the name of the array that viewers color by.
@@ -179,7 +181,7 @@ private:
     prepared.Coordinates = coordinates;
     const surfsynth::TriangleMesh normalized = surfsynth::Normalized(mesh, coordinates);
     prepared.Points = normalized.Points;
-    prepared.Operators = surfsynth::BuildPoissonOperators(normalized, topology, progress);
+    prepared.Operators = surfsynth::BuildPoissonOperators(normalized, topology, progress, this->Model->Options.Shift);
     ++this->NumberOfFactorizations;
     for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalization()))
     {

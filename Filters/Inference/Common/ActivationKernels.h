@@ -50,21 +50,6 @@ struct ActivationKernels
   /// values = tanh(values * scale), scale [width].
   void (*ScaledTanh)(float* values, const float* scale, std::int64_t rows, std::int64_t width);
 
-  /// With r = sqrt(x^2 + y^2 + 1e-8) and s = GELU(r + bias) / (r + 1e-8): outX = s x, outY = s y.
-  void (*ComplexGeluForward)(
-    const float* x, const float* y, const float* bias, std::int64_t rows, std::int64_t width, float* outX, float* outY);
-  /// Computes the derivatives by x and y from the derivatives gx and gy by the outputs of ComplexGeluForward(), and
-  /// adds those by the bias to @p dBias, [width].
-  void (*ComplexGeluBackward)(const float* x, const float* y, const float* bias, const float* gx, const float* gy,
-    std::int64_t rows, std::int64_t width, float* dx, float* dy, float* dBias);
-
-  /// out = z exp(i p) (softplus(s) + 1e-8) with (p, s) = phaseAndScale, [rows, 2 width].
-  void (*ModulateForward)(const float* phaseAndScale, const float* x, const float* y, std::int64_t rows,
-    std::int64_t width, float* outX, float* outY);
-  /// Computes the derivatives by the inputs of ModulateForward() from the derivatives gx and gy by its outputs.
-  void (*ModulateBackward)(const float* phaseAndScale, const float* x, const float* y, const float* gx, const float* gy,
-    std::int64_t rows, std::int64_t width, float* dPhaseAndScale, float* dx, float* dy);
-
   /// Computes gradient and mean of a vertex signal [V, width] in faces with these @p corners, [rows, 3], and
   /// @p basisGradients, [rows, 6].
   void (*GatherFaces)(const float* signal, const std::int32_t* corners, const float* basisGradients, std::int64_t rows,

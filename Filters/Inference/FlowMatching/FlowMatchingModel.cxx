@@ -39,6 +39,9 @@ std::string Counted(std::int64_t number, const std::string& thing)
   return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
 }
 
+/// Key of the smoothing. Earlier versions wrote "noise_smoothing" for each kind of noise, and smoothed Matern noise only.
+const char* SmoothingKey(NoiseModel model) { return model == NoiseModel::Matern ? "noise_smoothing" : "smoothing"; }
+
 NoiseModel ReadNoise(const DescriptionReader& reader)
 {
   const std::string name = reader.String("noise");
@@ -187,7 +190,7 @@ FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
   model.Noise.Screening = reader.Number("noise_screening");
   model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
   model.Noise.Scale = reader.Number("noise_scale");
-  model.Noise.Smoothing = reader.NumberOr("noise_smoothing", 0.0);
+  model.Noise.Smoothing = reader.NumberOr(SmoothingKey(model.Noise.Model), 0.0);
   model.Iterations = reader.WholeNumber("iterations");
   model.Shape.Spread = reader.Number("shape_spread");
   const Eigen::RowVectorXd moments = ReadRow(reader, "shape_moments");
@@ -266,7 +269,7 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
     { { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
       { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
       { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
-      { "noise_scale", model.Noise.Scale }, { "noise_smoothing", model.Noise.Smoothing },
+      { "noise_scale", model.Noise.Scale }, { SmoothingKey(model.Noise.Model), model.Noise.Smoothing },
       { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
       { "shape_spread", model.Shape.Spread } })
                         .dump();

@@ -25,7 +25,7 @@ struct FlowNoise
   double Screening = 100.0;              ///< tau > 0 of Matern and Spectral; 100 in [Kuai2026]
   std::int64_t Eigenpairs = 256;         ///< number of eigenpairs of Spectral, at least 1
   double Scale = 1.0;                    ///< factor of every value
-  double Smoothing = 0.0;                ///< s >= 0 of Matern, see FlowNoiseField; 0 in [Kuai2026]
+  double Smoothing = 0.0;                ///< s >= 0, see FlowNoiseField; 0 in [Kuai2026]
 };
 
 /// Options of the MaternField that samples @p noise before it is scaled and smoothed.

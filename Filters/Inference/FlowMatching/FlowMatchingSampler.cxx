@@ -39,11 +39,12 @@ public:
   {
     CheckModel(*this->Model);
     TriangleMesh normalized = Normalized(mesh, this->Normalization);
-    const PoissonOperators operators = BuildPoissonOperators(normalized, topology, SubProgress(progress, 0.0, 0.5));
+    const PoissonOperators operators = BuildPoissonOperators(
+      normalized, topology, SubProgress(progress, 0.0, 0.5), this->Model->Velocity.Options.Shift);
     this->VertexMass = operators.VertexMass.cast<double>();
     this->Describe(normalized, topology);
     this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalized.Points);
-    this->PrepareCondition(operators, normalized.Points, SubProgress(progress, 0.5, 0.6));
+    this->PrepareCondition(operators, normalized, topology, SubProgress(progress, 0.5, 0.6));
     this->Field = std::make_unique<FlowNoiseField>(
       std::move(normalized), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
   }
@@ -79,13 +80,16 @@ private:
     }
   }
 
-  void PrepareCondition(const PoissonOperators& operators, const PointMatrix& points, const Progress& progress)
+  void PrepareCondition(
+    const PoissonOperators& operators, const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
   {
-    this->Condition = FeatureMatrix::Zero(points.rows(), this->Model->Velocity.Options.ExtraFeatures);
-    this->Condition.middleCols(1, 3) = points.cast<float>();
+    this->Condition = FeatureMatrix::Zero(mesh.NumberOfPoints(), this->Model->Velocity.Options.ExtraFeatures);
+    this->Condition.middleCols(1, 3) = mesh.Points.cast<float>();
     if (this->Model->Encoder)
     {
-      const auto encoder = MakeEvaluator(this->Model, *this->Model->Encoder, operators, points);
+      const PoissonShift shift = this->Model->Encoder->Options.Shift;
+      const auto encoder = MakeEvaluator(this->Model, *this->Model->Encoder,
+        shift == operators.Shift ? operators : BuildPoissonOperators(mesh, topology, progress, shift), mesh.Points);
       const FeatureMatrix encoding = encoder->Evaluate({}, progress).Values;
       this->Condition.rightCols(encoding.cols()) = encoding;
     }

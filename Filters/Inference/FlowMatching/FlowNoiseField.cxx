@@ -15,7 +15,7 @@ namespace
 std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshTopology& topology,
   const Eigen::VectorXd& mass, const FlowNoise& noise, const Progress& progress)
 {
-  if (noise.Model != NoiseModel::Matern || noise.Smoothing == 0.0)
+  if (noise.Smoothing == 0.0)
   {
     return std::nullopt;
   }

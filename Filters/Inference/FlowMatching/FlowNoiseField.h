@@ -18,7 +18,7 @@ namespace surfsynth
 {
 
 /// Noise of a flow matching model on one mesh: a MaternField f or, with FlowNoise::Smoothing s > 0, the solution g of
-/// (M + s L) g = M f, whose spectral coefficients are those of f times 1 / (1 + s lambda).
+/// (M + s L) g = M f, whose spectral coefficients are those of f times 1 / (1 + s lambda), for each kind of noise.
 ///
 /// The values of Matérn noise do not depend on the triangulation, but a PoissonNet sees gradients: their mean square,
 /// the sum of lambda / (lambda + tau)^2 over the spectrum, increases with the logarithm of the number of vertices, so

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Partition of the faces of a mesh into small compact patches, whose data stay in cache. Private to the inference.
+/// Partition of the faces of a mesh into small compact patches, whose data stay in cache. Private to Inference and Learning.
 #pragma once
 
+#include "Core/Common/Parallel.h"
 #include "Inference/PoissonNet/PoissonOperators.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace surfsynth
@@ -41,5 +44,43 @@ struct FacePatches
 /// Cuts the mesh by planes across its longest extent into patches of about equal numbers of faces, at most @p largest.
 /// @param points [V, 3], used for the planes only
 FacePatches CutIntoPatches(const PoissonOperators& operators, const PointMatrix& points, std::int64_t largest = 1024);
+
+/// Passes the sums of patch @p p on, [points of the patch, width]: rows of inner vertices to write(vertex, row), the others
+/// to @p slots, [Slots(), width].
+template <typename Write>
+void DistributeSums(
+  const FacePatches& patches, std::int64_t p, const float* sums, std::int64_t width, float* slots, const Write& write)
+{
+  for (std::int64_t k = patches.VertexStart[p]; k < patches.VertexStart[p + 1]; ++k, sums += width)
+  {
+    if (patches.Slot[k] < 0)
+    {
+      write(patches.Vertices[k], sums);
+    }
+    else
+    {
+      std::copy_n(sums, width, slots + patches.Slot[k] * width);
+    }
+  }
+}
+
+/// Adds up the slots of each shared vertex and passes the sums to write(vertex, row).
+template <typename Write>
+void CombineSlots(const FacePatches& patches, const float* slots, std::int64_t width, const Write& write)
+{
+  ParallelFor(
+    static_cast<std::int64_t>(patches.SharedVertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+      std::vector<float> sum(static_cast<std::size_t>(width));
+      for (std::int64_t k = begin; k < end; ++k)
+      {
+        std::fill(sum.begin(), sum.end(), 0.0F);
+        for (std::int64_t slot = patches.SlotStart[k]; slot < patches.SlotStart[k + 1]; ++slot)
+        {
+          std::transform(sum.begin(), sum.end(), slots + slot * width, sum.begin(), std::plus<float>());
+        }
+        write(patches.SharedVertices[k], sum.data());
+      }
+    });
+}
 
 } // namespace surfsynth

@@ -136,10 +136,10 @@ void GradientStage::RunPatch(std::int64_t p, const VertexFeatures& features, con
   // cost.
   Multiply(along, mlp.LastReal.data(), result, patches.Points(p), width, width);
   Multiply(across, mlp.LastImaginary.data(), result, patches.Points(p), width, width, true);
-  this->Distribute(p, result, width, slots, [&](Index vertex, const float* row) { target.Set(vertex, row); });
+  DistributeSums(patches, p, result, width, slots, [&](Index vertex, const float* row) { target.Set(vertex, row); });
   if (productMap)
   {
-    this->Distribute(p, dots, width, productSlots,
+    DistributeSums(patches, p, dots, width, productSlots,
       [&](Index vertex, const float* row) { std::copy_n(row, width, products + vertex * width); });
   }
   this->Pool.Return(std::move(scratch));
@@ -159,10 +159,10 @@ void GradientStage::Run(const VertexFeatures& features, const ComplexMlpWeights&
       counter.Step();
     },
     [&] { counter.ReportDone(); });
-  this->CombineSlots(slots.data(), width, [&](Index vertex, const float* row) { target.Set(vertex, row); });
+  CombineSlots(*this->Patches, slots.data(), width, [&](Index vertex, const float* row) { target.Set(vertex, row); });
   if (productMap)
   {
-    this->CombineSlots(productSlots.data(), width,
+    CombineSlots(*this->Patches, productSlots.data(), width,
       [&](Index vertex, const float* row) { std::copy_n(row, width, products + vertex * width); });
   }
 }
@@ -208,7 +208,7 @@ void GradientStage::RunHeadPatch(std::int64_t p, const VertexFeatures& features,
       }
     }
   }
-  this->Distribute(p, sums, 3, slots, [&](Index vertex, const float* row) { target.Set(vertex, row); });
+  DistributeSums(patches, p, sums, 3, slots, [&](Index vertex, const float* row) { target.Set(vertex, row); });
   this->Pool.Return(std::move(scratch));
 }
 
@@ -224,42 +224,7 @@ void GradientStage::RunHead(const VertexFeatures& features, const ComplexMlpWeig
       counter.Step();
     },
     [&] { counter.ReportDone(); });
-  this->CombineSlots(slots.data(), 3, [&](Index vertex, const float* row) { target.Set(vertex, row); });
-}
-
-template <typename Write>
-void GradientStage::Distribute(
-  std::int64_t p, const float* sums, std::int64_t width, float* slots, const Write& write) const
-{
-  for (std::int64_t k = this->Patches->VertexStart[p]; k < this->Patches->VertexStart[p + 1]; ++k, sums += width)
-  {
-    if (this->Patches->Slot[k] < 0)
-    {
-      write(this->Patches->Vertices[k], sums);
-    }
-    else
-    {
-      std::copy_n(sums, width, slots + this->Patches->Slot[k] * width);
-    }
-  }
-}
-
-template <typename Write>
-void GradientStage::CombineSlots(const float* slots, std::int64_t width, const Write& write) const
-{
-  ParallelFor(
-    static_cast<std::int64_t>(this->Patches->SharedVertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-      std::vector<float> sum(static_cast<std::size_t>(width));
-      for (std::int64_t k = begin; k < end; ++k)
-      {
-        std::fill(sum.begin(), sum.end(), 0.0F);
-        for (std::int64_t slot = this->Patches->SlotStart[k]; slot < this->Patches->SlotStart[k + 1]; ++slot)
-        {
-          std::transform(sum.begin(), sum.end(), slots + slot * width, sum.begin(), std::plus<float>());
-        }
-        write(this->Patches->SharedVertices[k], sum.data());
-      }
-    });
+  CombineSlots(*this->Patches, slots.data(), 3, [&](Index vertex, const float* row) { target.Set(vertex, row); });
 }
 
 } // namespace surfsynth

@@ -74,12 +74,6 @@ private:
     const ComplexWeights* productMap, SolverRows& target, float* products, float* slots, float* productSlots) const;
   void RunHeadPatch(std::int64_t p, const VertexFeatures& features, const ComplexMlpWeights& mlp,
     const float* positions, SolverRows& target, float* gradients, float* slots) const;
-  /// Passes the sums of a patch on: rows of inner vertices to @p write, the others to slots.
-  template <typename Write>
-  void Distribute(std::int64_t p, const float* sums, std::int64_t width, float* slots, const Write& write) const;
-  /// Adds up the slots of each shared vertex and passes the sums to @p write.
-  template <typename Write>
-  void CombineSlots(const float* slots, std::int64_t width, const Write& write) const;
 
   std::shared_ptr<const FacePatches> Patches;
   std::int64_t Width;

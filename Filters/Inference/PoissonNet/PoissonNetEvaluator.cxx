@@ -299,16 +299,23 @@ PoissonNetEvaluator::PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> 
   const MeshNormalization normalization = ComputeNormalization(mesh, model->Normalization);
   const TriangleMesh normalized = Normalized(mesh, normalization);
   std::vector<std::string> warnings = DescribeUnlikelyInput(mesh, *topology, model->Normalization);
-  this->Impl = std::make_unique<Internals>(
-    std::move(model), BuildPoissonOperators(normalized, *topology, progress), normalized.Points);
+  PoissonOperators operators = BuildPoissonOperators(normalized, *topology, progress, model->Options.Shift);
+  this->Impl = std::make_unique<Internals>(std::move(model), std::move(operators), normalized.Points);
   this->Impl->Normalization = normalization;
   this->Impl->Warnings = std::move(warnings);
 }
 
 PoissonNetEvaluator::PoissonNetEvaluator(
   std::shared_ptr<const PoissonNetModel> model, const PoissonOperators& operators, const PointMatrix& points)
-  : Impl(std::make_unique<Internals>(std::move(model), operators, points))
-{}
+{
+  if (operators.Shift != model->Options.Shift)
+  {
+    throw InvalidInput(
+      "PoissonNetEvaluator: the operators have another shift than the model; expected BuildPoissonOperators() with "
+      "PoissonNetOptions::Shift.");
+  }
+  this->Impl = std::make_unique<Internals>(std::move(model), operators, points);
+}
 
 PoissonNetEvaluator::~PoissonNetEvaluator() = default;
 PoissonNetEvaluator::PoissonNetEvaluator(PoissonNetEvaluator&&) noexcept = default;

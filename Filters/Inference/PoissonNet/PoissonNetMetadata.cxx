@@ -40,6 +40,8 @@ std::string NameOf(const Names<Value>& names, Value value)
   return "";
 }
 
+const Names<PoissonShift> ShiftNames = { { "identity", PoissonShift::Identity }, { "mass", PoissonShift::Mass } };
+
 /// Reads typed values from the metadata of one file.
 class MetadataReader
 {
@@ -152,6 +154,7 @@ PoissonNetOptions OptionsFromMetadata(const std::string& file, const Metadata& m
   options.Head = reader.Choice("head", HeadNames);
   options.Domain = reader.Choice("outputs_at", DomainNames, "vertices");
   options.Activation = reader.Choice("last_activation", ActivationNames, "identity");
+  options.Shift = reader.Choice("poisson_shift", ShiftNames, "identity");
   options.ComplexLayers = reader.ConfigNumber("cmlp_nlayers");
   // Default of the published configurations: blocks are modulated and the head is not.
   options.Modulate = reader.Flag("cmlp_modulate", true);
@@ -192,7 +195,8 @@ Metadata MetadataFromOptions(const PoissonNetOptions& options)
     { "C_in", std::to_string(options.InputChannels) }, { "C_out", std::to_string(options.ResultChannels()) },
     { "C_width", std::to_string(options.Width) }, { "n_blocks", std::to_string(options.Blocks) },
     { "extra_features", std::to_string(options.ExtraFeatures) }, { "outputs_at", NameOf(DomainNames, options.Domain) },
-    { "last_activation", NameOf(ActivationNames, options.Activation) } };
+    { "last_activation", NameOf(ActivationNames, options.Activation) },
+    { "poisson_shift", NameOf(ShiftNames, options.Shift) } };
 }
 
 } // namespace surfsynth

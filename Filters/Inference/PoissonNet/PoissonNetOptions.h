@@ -3,6 +3,8 @@
 /// Architecture of a PoissonNet: its options, and the tensors of a model file. No torch.
 #pragma once
 
+#include "Inference/PoissonNet/PoissonOperators.h"
+
 #include <cstdint>
 #include <map>
 #include <string>
@@ -48,6 +50,7 @@ struct PoissonNetOptions
   bool Normalize = false;          ///< per-channel norm over the vertices of the inputs of the vertex MLP
   bool MassWeightedNorm = false;   ///< the norm weighs vertices by their mass
   double Dropout = 0.0;            ///< [0, 1), in the vertex MLPs; acts in training only
+  PoissonShift Shift = PoissonShift::Identity; ///< of the Poisson equation: that of the operators that it runs on
   PoissonNetHead Head = PoissonNetHead::GradientDomain; ///< head
   PoissonNetDomain Domain = PoissonNetDomain::Vertices; ///< domain of a linear head
   LastActivation Activation = LastActivation::Identity; ///< activation of a linear head

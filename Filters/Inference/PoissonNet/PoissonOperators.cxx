@@ -17,6 +17,7 @@ namespace surfsynth
 namespace
 {
 constexpr float DiagonalShift = 1e-6F;
+constexpr double MassShift = 1e-4;
 /// Added to the squared length of cross products in cotangents.
 constexpr double SquaredAreaShift = 1e-20;
 
@@ -35,16 +36,57 @@ void LayFlat(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::
   std::transform(values, values + 6, gradient, [&](double value) { return static_cast<float>(value / doubleArea); });
 }
 
+/// Adds 1e-4 M to the diagonal; vertices without mass, which no equation determines, get that of the others.
+void AddMass(SparseMatrix& stiffness, const Eigen::VectorXd& mass)
+{
+  const double mean = mass.mean();
+  for (Index v = 0; v < stiffness.cols(); ++v)
+  {
+    stiffness.coeffRef(v, v) += MassShift * (mass[v] > 1e-8 * mean ? mass[v] : mean);
+  }
+}
+
 Eigen::VectorXf RoundedMass(const Eigen::VectorXd& mass) { return (mass.array() + 1e-8 * mass.mean()).cast<float>(); }
+
+void ShiftDiagonal(SparseMatrix& matrix, double shift)
+{
+  for (Index v = 0; v < matrix.cols(); ++v)
+  {
+    matrix.coeffRef(v, v) += shift;
+  }
+}
+
+/// Factors a matrix. When that fails, which slivers can bring about by rounding, adds 1e-5, 1e-4 and so on to the diagonal.
+std::shared_ptr<const CholeskySolver> FactorShifted(SparseMatrix matrix, const Progress& progress)
+{
+  double more = 1e-5;
+  for (int attempt = 0;; ++attempt, more *= 10.0)
+  {
+    try
+    {
+      return std::make_shared<const CholeskySolver>(matrix, progress);
+    }
+    catch (const SolverFailure&)
+    {
+      if (attempt == 5)
+      {
+        throw;
+      }
+      ShiftDiagonal(matrix, more);
+    }
+  }
+}
 } // namespace
 
-PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
+PoissonOperators BuildPoissonOperators(
+  const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress, PoissonShift shift)
 {
   TriangleMesh rounded = mesh;
   rounded.Points = mesh.Points.cast<float>().cast<double>();
 
   PoissonOperators operators;
   operators.Triangles = mesh.Triangles;
+  operators.Shift = shift;
   operators.Gradient.resize(mesh.NumberOfTriangles(), 6);
   ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
@@ -65,8 +107,17 @@ PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopol
   operators.FaceAreas = FaceAreas(rounded).cast<float>();
   operators.VertexMass = RoundedMass(LumpedMass(rounded, topology));
   Report(progress, 0.1);
-  operators.Solver = FactorPoissonMatrix(
-    CotangentStiffness(rounded, topology, SquaredAreaShift), SubProgress(progress, 0.1, 1.0));
+  SparseMatrix stiffness = CotangentStiffness(rounded, topology, SquaredAreaShift);
+  const Progress factoring = SubProgress(progress, 0.1, 1.0);
+  if (shift == PoissonShift::Mass)
+  {
+    AddMass(stiffness, LumpedMass(rounded, topology));
+    operators.Solver = FactorShifted(std::move(stiffness), factoring);
+  }
+  else
+  {
+    operators.Solver = FactorPoissonMatrix(stiffness, factoring);
+  }
   return operators;
 }
 
@@ -77,29 +128,8 @@ std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& st
   {
     matrix.valuePtr()[k] = static_cast<double>(static_cast<float>(matrix.valuePtr()[k]));
   }
-  const auto shiftDiagonal = [&matrix](double shift) {
-    for (Index v = 0; v < matrix.cols(); ++v)
-    {
-      matrix.coeffRef(v, v) += shift;
-    }
-  };
-  shiftDiagonal(static_cast<double>(DiagonalShift));
-  double more = 1e-5;
-  for (int attempt = 0;; ++attempt, more *= 10.0)
-  {
-    try
-    {
-      return std::make_shared<const CholeskySolver>(matrix, progress);
-    }
-    catch (const SolverFailure&)
-    {
-      if (attempt == 5)
-      {
-        throw;
-      }
-      shiftDiagonal(more);
-    }
-  }
+  ShiftDiagonal(matrix, static_cast<double>(DiagonalShift));
+  return FactorShifted(std::move(matrix), progress);
 }
 
 } // namespace surfsynth

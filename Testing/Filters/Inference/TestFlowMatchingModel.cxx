@@ -108,6 +108,23 @@ TEST(FlowMatchingModel, WhatIsWrittenIsRead)
   }
 }
 
+TEST(FlowMatchingModel, EarlierModelsOfOtherNoiseAreNotSmoothed)
+{
+  // Earlier versions wrote the smoothing of each kind of noise, and smoothed Matern noise only.
+  const auto earlier = [](Tensors&, Metadata& metadata) {
+    std::string& text = metadata["flow_matching"];
+    for (const auto& [from, to] : { std::pair<std::string, std::string>("\"matern\"", "\"white\""),
+           std::pair<std::string, std::string>("\"noise_smoothing\":0.0", "\"noise_smoothing\":0.25") })
+    {
+      text.replace(text.find(from), from.size(), to);
+    }
+  };
+  ASSERT_EQ(MessageAfter(earlier), "accepted");
+  const FlowMatchingModel read = ReadFlowMatchingModel(Path);
+  EXPECT_EQ(read.Noise.Model, NoiseModel::White);
+  EXPECT_EQ(read.Noise.Smoothing, 0.0);
+}
+
 TEST(FlowMatchingModel, DeformersAreReadToo)
 {
   WriteFlowMatchingModel(Path, test::RandomDeformer(test::Icosphere(1)));

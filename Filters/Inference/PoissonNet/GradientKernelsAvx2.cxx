@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#define SURFSYNTH_KERNELS Avx2GradientKernels
+#include "Inference/PoissonNet/GradientKernelsImplementation.h"
