@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Layers/ComplexMlp.h"
 
-#include "Learning/Layers/FusedLayers.h"
-
 namespace surfsynth
 {
 
@@ -30,14 +28,21 @@ ComplexTensor ComplexLinearImpl::forward(const ComplexTensor& z)
   {
     return product;
   }
-  if (IsFused(product.Real))
-  {
-    const std::array<torch::Tensor, 2> parts = FusedComplexGelu(product.Real, product.Imaginary, this->MagnitudeBias);
-    return { parts[0], parts[1] };
-  }
   const torch::Tensor modulus = torch::sqrt(product.Real.square() + product.Imaginary.square() + Epsilon);
   const torch::Tensor factor = torch::gelu(modulus + this->MagnitudeBias) / (modulus + Epsilon);
   return { product.Real * factor, product.Imaginary * factor };
+}
+
+torch::Tensor ComplexLinearImpl::Matrix() const
+{
+  const torch::Tensor real = this->Real->weight.t();
+  const torch::Tensor imaginary = this->Imaginary->weight.t();
+  return torch::cat({ torch::cat({ real, imaginary }, 1), torch::cat({ -imaginary, real }, 1) }, 0);
+}
+
+torch::Tensor ComplexLinearImpl::DivergenceMatrix() const
+{
+  return torch::cat({ this->Real->weight.t(), this->Imaginary->weight.t() }, 0);
 }
 
 ModulatorImpl::ModulatorImpl(std::int64_t width)
@@ -49,11 +54,6 @@ ModulatorImpl::ModulatorImpl(std::int64_t width)
 ComplexTensor ModulatorImpl::forward(const ComplexTensor& z, const torch::Tensor& faceFeatures)
 {
   const torch::Tensor phaseAndScale = this->PhaseAndScale->forward(faceFeatures);
-  if (IsFused(phaseAndScale))
-  {
-    const std::array<torch::Tensor, 2> turned = FusedModulation(phaseAndScale, z.Real, z.Imaginary);
-    return { turned[0], turned[1] };
-  }
   const std::vector<torch::Tensor> parts = phaseAndScale.chunk(2, -1);
   const torch::Tensor& phase = parts[0];
   const torch::Tensor scale = torch::softplus(parts[1]) + Epsilon;
@@ -80,6 +80,32 @@ ComplexMlpImpl::ComplexMlpImpl(const ComplexMlpOptions& options)
 ComplexTensor ComplexMlpImpl::Modulated(const ComplexTensor& z, const torch::Tensor& faceFeatures)
 {
   return this->Modulation ? this->Modulation(z, faceFeatures) : z;
+}
+
+ComplexMatrices ComplexMlpImpl::Matrices()
+{
+  ComplexMatrices matrices;
+  if (this->Modulation)
+  {
+    matrices.Modulator = this->Modulation->Output()->weight.t();
+    matrices.ModulatorBias = this->Modulation->Output()->bias;
+  }
+  std::vector<torch::Tensor> layers;
+  std::vector<torch::Tensor> biases;
+  for (std::size_t k = 0; k + 1 < this->Layers->size(); ++k)
+  {
+    const ComplexLinearImpl& layer = *this->Layers[k]->as<ComplexLinear>();
+    layers.push_back(layer.Matrix());
+    biases.push_back(layer.Bias());
+  }
+  matrices.Layers = layers.empty() ? torch::empty({ 0, 0, 0 }) : torch::stack(layers);
+  matrices.Biases = biases.empty() ? torch::empty({ 0, 0 }) : torch::stack(biases);
+  return matrices;
+}
+
+torch::Tensor ComplexMlpImpl::ModulatorHidden(const torch::Tensor& vertexFeatures)
+{
+  return this->Modulation ? this->Modulation->Hidden(vertexFeatures) : torch::Tensor();
 }
 
 ComplexTensor ComplexMlpImpl::forward(const ComplexTensor& z, const torch::Tensor& faceFeatures)

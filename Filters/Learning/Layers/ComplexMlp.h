@@ -4,6 +4,7 @@
 /// non-linearities of the modulus commute with rotations, so that results do not depend on the choice of frames.
 #pragma once
 
+#include "Learning/Layers/FusedPoisson.h"
 #include "Learning/Layers/MeshTensors.h"
 
 #include <torch/torch.h>
@@ -34,6 +35,12 @@ public:
   explicit ComplexLinearImpl(const ComplexLinearOptions& options);
   /// Maps [..., F, in] to [..., F, out].
   ComplexTensor forward(const ComplexTensor& z);
+  /// W as a real matrix for rows of real parts, then imaginary parts: [2 in, 2 out].
+  torch::Tensor Matrix() const;
+  /// Map of the sums of FeatureSums to the divergence of the result: [2 in, out].
+  torch::Tensor DivergenceMatrix() const;
+  /// Bias of the modulus, [out], undefined when linear.
+  const torch::Tensor& Bias() const { return this->MagnitudeBias; }
 
 private:
   torch::nn::Linear Real{ nullptr };
@@ -53,8 +60,14 @@ public:
   /// @param z [..., F, width]
   /// @param faceFeatures [..., F, width]
   ComplexTensor forward(const ComplexTensor& z, const torch::Tensor& faceFeatures);
+  /// First affine map, which commutes with means: [..., width] to [..., width].
+  torch::Tensor Hidden(const torch::Tensor& features) { return this->Map(0)->forward(features); }
+  /// Second affine map.
+  const torch::nn::LinearImpl* Output() { return this->Map(2); }
 
 private:
+  torch::nn::LinearImpl* Map(std::size_t k) { return this->PhaseAndScale[k]->as<torch::nn::Linear>(); }
+
   torch::nn::Sequential PhaseAndScale;
 };
 TORCH_MODULE(Modulator);
@@ -86,6 +99,12 @@ public:
   ComplexTensor forward(const ComplexTensor& z, const torch::Tensor& faceFeatures);
   /// Input of the first layer: the modulated gradients, [..., F, width].
   ComplexTensor Modulated(const ComplexTensor& z, const torch::Tensor& faceFeatures);
+  /// Weights of all but the last layer for the fused steps.
+  ComplexMatrices Matrices();
+  /// First affine map of the modulator at the vertices; undefined without a modulator.
+  torch::Tensor ModulatorHidden(const torch::Tensor& vertexFeatures);
+  /// The last layer.
+  ComplexLinearImpl& Last() { return *this->Layers[this->Layers->size() - 1]->as<ComplexLinear>(); }
 
 private:
   Modulator Modulation{ nullptr };

@@ -563,7 +563,7 @@ void RequireFirstFieldDerivatives()
 {
   if (torch::GradMode::is_enabled())
   {
-    throw InvalidInput("FusedFields: second derivatives are asked for; expected first ones.");
+    throw InvalidInput("A fused layer: second derivatives are asked for; expected first ones.");
   }
 }
 

@@ -158,125 +158,6 @@ public:
     return { gathered[0].mul_(areas), gathered[1].mul_(areas), torch::Tensor() };
   }
 };
-
-class VertexMeanStep : public torch::autograd::Function<VertexMeanStep>
-{
-public:
-  static torch::Tensor forward(
-    AutogradContext* context, const torch::Tensor& faceSignal, const std::shared_ptr<const FaceIncidence>& incidence)
-  {
-    Keep(context, incidence);
-    return GatherVertices(*incidence, incidence->Mean, {}, {}, faceSignal);
-  }
-  static variable_list backward(AutogradContext* context, const variable_list& gradients)
-  {
-    RefuseSecondDerivatives();
-    const std::shared_ptr<const FaceIncidence> incidence = Kept(context);
-    // The transpose: each face gets its area times the sum of g / (area around) over its corners, a third of each.
-    torch::Tensor inverse = torch::zeros({ incidence->NumberOfVertices(), 1 }, torch::kFloat32);
-    float* around = inverse.data_ptr<float>();
-    for (std::int64_t v = 0; v < incidence->NumberOfVertices(); ++v)
-    {
-      const std::int32_t entry = incidence->Offsets[static_cast<std::size_t>(v)];
-      if (entry < incidence->Offsets[static_cast<std::size_t>(v) + 1])
-      {
-        const float area = incidence->Areas[incidence->Faces[static_cast<std::size_t>(entry)]];
-        around[v] = 3.0F * incidence->Mean[2][static_cast<std::size_t>(entry)] / area;
-      }
-    }
-    const torch::Tensor areas = torch::from_blob(
-      const_cast<float*>(incidence->Areas.data()), { incidence->NumberOfFaces(), 1 }, torch::kFloat32);
-    return { GatherFaces(*incidence, gradients[0] * inverse)[2].mul_(areas), torch::Tensor() };
-  }
-};
-
-class ComplexGeluStep : public torch::autograd::Function<ComplexGeluStep>
-{
-public:
-  static variable_list forward(
-    AutogradContext* context, const torch::Tensor& real, const torch::Tensor& imaginary, const torch::Tensor& bias)
-  {
-    const torch::Tensor x = real.contiguous();
-    const torch::Tensor y = imaginary.contiguous();
-    context->save_for_backward({ x, y, bias });
-    const torch::Tensor outX = torch::empty_like(x);
-    const torch::Tensor outY = torch::empty_like(y);
-    const std::int64_t width = x.size(-1);
-    const float* in[3] = { x.data_ptr<float>(), y.data_ptr<float>(), bias.data_ptr<float>() };
-    float* const out[2] = { outX.data_ptr<float>(), outY.data_ptr<float>() };
-    ForRows(1, x.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
-      const std::int64_t at = first * width;
-      BestActivationKernels().ComplexGeluForward(
-        in[0] + at, in[1] + at, in[2], last - first, width, out[0] + at, out[1] + at);
-    });
-    return { outX, outY };
-  }
-  static variable_list backward(AutogradContext* context, const variable_list& gradients)
-  {
-    RefuseSecondDerivatives();
-    const variable_list saved = context->get_saved_variables();
-    const torch::Tensor gx = gradients[0].contiguous();
-    const torch::Tensor gy = gradients[1].contiguous();
-    const std::int64_t width = gx.size(-1);
-    const std::int64_t rows = gx.numel() / width;
-    const torch::Tensor dx = torch::empty_like(gx);
-    const torch::Tensor dy = torch::empty_like(gy);
-    const torch::Tensor dBias = torch::zeros({ (rows + RowsAtOnce - 1) / RowsAtOnce, width }, torch::kFloat32);
-    const float* in[5] = { saved[0].data_ptr<float>(), saved[1].data_ptr<float>(), saved[2].data_ptr<float>(),
-      gx.data_ptr<float>(), gy.data_ptr<float>() };
-    float* const out[3] = { dx.data_ptr<float>(), dy.data_ptr<float>(), dBias.data_ptr<float>() };
-    ForRows(1, rows, [&](std::int64_t, std::int64_t first, std::int64_t last) {
-      const std::int64_t at = first * width;
-      BestActivationKernels().ComplexGeluBackward(in[0] + at, in[1] + at, in[2], in[3] + at, in[4] + at, last - first,
-        width, out[0] + at, out[1] + at, out[2] + first / RowsAtOnce * width);
-    });
-    return { dx, dy, dBias.sum(0) };
-  }
-};
-
-class ModulationStep : public torch::autograd::Function<ModulationStep>
-{
-public:
-  static variable_list forward(AutogradContext* context, const torch::Tensor& phaseAndScale, const torch::Tensor& real,
-    const torch::Tensor& imaginary)
-  {
-    const torch::Tensor ps = phaseAndScale.contiguous();
-    const torch::Tensor x = real.contiguous();
-    const torch::Tensor y = imaginary.contiguous();
-    context->save_for_backward({ ps, x, y });
-    const torch::Tensor outX = torch::empty_like(x);
-    const torch::Tensor outY = torch::empty_like(y);
-    const std::int64_t width = x.size(-1);
-    const float* in[3] = { ps.data_ptr<float>(), x.data_ptr<float>(), y.data_ptr<float>() };
-    float* const out[2] = { outX.data_ptr<float>(), outY.data_ptr<float>() };
-    ForRows(1, x.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
-      const std::int64_t at = first * width;
-      BestActivationKernels().ModulateForward(
-        in[0] + 2 * at, in[1] + at, in[2] + at, last - first, width, out[0] + at, out[1] + at);
-    });
-    return { outX, outY };
-  }
-  static variable_list backward(AutogradContext* context, const variable_list& gradients)
-  {
-    RefuseSecondDerivatives();
-    const variable_list saved = context->get_saved_variables();
-    const torch::Tensor gx = gradients[0].contiguous();
-    const torch::Tensor gy = gradients[1].contiguous();
-    const std::int64_t width = gx.size(-1);
-    const torch::Tensor dPs = torch::empty_like(saved[0]);
-    const torch::Tensor dx = torch::empty_like(gx);
-    const torch::Tensor dy = torch::empty_like(gy);
-    const float* in[5] = { saved[0].data_ptr<float>(), saved[1].data_ptr<float>(), saved[2].data_ptr<float>(),
-      gx.data_ptr<float>(), gy.data_ptr<float>() };
-    float* const out[3] = { dPs.data_ptr<float>(), dx.data_ptr<float>(), dy.data_ptr<float>() };
-    ForRows(1, gx.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t last) {
-      const std::int64_t at = first * width;
-      BestActivationKernels().ModulateBackward(in[0] + 2 * at, in[1] + at, in[2] + at, in[3] + at, in[4] + at,
-        last - first, width, out[0] + 2 * at, out[1] + at, out[2] + at);
-    });
-    return { dPs, dx, dy };
-  }
-};
 } // namespace
 
 FaceIncidence::FaceIncidence(const PoissonOperators& operators)
@@ -286,12 +167,10 @@ FaceIncidence::FaceIncidence(const PoissonOperators& operators)
   , Offsets(static_cast<std::size_t>(operators.NumberOfPoints()) + 1, 0)
   , Faces(static_cast<std::size_t>(this->Corners.size()))
 {
-  Eigen::VectorXf around = Eigen::VectorXf::Zero(operators.NumberOfPoints());
   for (Eigen::Index k = 0; k < this->Corners.size(); ++k)
   {
     const Index v = this->Corners.data()[k];
     ++this->Offsets[static_cast<std::size_t>(v) + 1];
-    around[v] += this->Areas[k / 3] / 3.0F;
   }
   for (std::size_t v = 1; v < this->Offsets.size(); ++v)
   {
@@ -303,7 +182,6 @@ FaceIncidence::FaceIncidence(const PoissonOperators& operators)
   }
   this->Divergence[0].resize(this->Faces.size());
   this->Divergence[1].resize(this->Faces.size());
-  this->Mean[2].resize(this->Faces.size());
   std::vector<std::int32_t> next(this->Offsets.begin(), this->Offsets.end() - 1);
   for (Index f = 0; f < operators.NumberOfTriangles(); ++f)
   {
@@ -317,7 +195,6 @@ FaceIncidence::FaceIncidence(const PoissonOperators& operators)
       this->Transposed[2][entry] = 1.0F / 3.0F;
       this->Divergence[0][entry] = this->Areas[f] * this->BasisGradients(f, k);
       this->Divergence[1][entry] = this->Areas[f] * this->BasisGradients(f, 3 + k);
-      this->Mean[2][entry] = this->Areas[f] / 3.0F / around[v];
     }
   }
 }
@@ -333,25 +210,6 @@ torch::Tensor FusedDivergence(
   const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real, const torch::Tensor& imaginary)
 {
   return DivergenceStep::apply(real, imaginary, incidence);
-}
-
-torch::Tensor FusedVertexMean(const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& faceSignal)
-{
-  return VertexMeanStep::apply(faceSignal, incidence);
-}
-
-std::array<torch::Tensor, 2> FusedComplexGelu(
-  const torch::Tensor& real, const torch::Tensor& imaginary, const torch::Tensor& bias)
-{
-  const variable_list out = ComplexGeluStep::apply(real, imaginary, bias);
-  return { out[0], out[1] };
-}
-
-std::array<torch::Tensor, 2> FusedModulation(
-  const torch::Tensor& phaseAndScale, const torch::Tensor& real, const torch::Tensor& imaginary)
-{
-  const variable_list out = ModulationStep::apply(phaseAndScale, real, imaginary);
-  return { out[0], out[1] };
 }
 
 } // namespace surfsynth

@@ -42,7 +42,6 @@ struct FaceIncidence
   std::vector<std::int32_t> Faces;   ///< [3 F], face of each entry
   Weights Transposed;                ///< transposes of gradient and mean: basis gradients, and a third
   Weights Divergence;                ///< basis gradients times the face's area; none for the mean
-  Weights Mean;                      ///< a third of the face's area over that around the vertex; none for x and y
 };
 
 /// True when the fused steps serve a tensor: float32 on the processor.
@@ -55,17 +54,5 @@ std::array<torch::Tensor, 3> FusedGatherFaces(
 /// Computes G^T A g of a gradient [..., F, C]: [..., V, C].
 torch::Tensor FusedDivergence(
   const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& real, const torch::Tensor& imaginary);
-
-/// Computes the area-weighted mean of the faces around each vertex, [..., F, C] to [..., V, C].
-torch::Tensor FusedVertexMean(const std::shared_ptr<const FaceIncidence>& incidence, const torch::Tensor& faceSignal);
-
-/// Computes the non-linearity of the modulus, see ComplexLinear: real and imaginary part.
-std::array<torch::Tensor, 2> FusedComplexGelu(
-  const torch::Tensor& real, const torch::Tensor& imaginary, const torch::Tensor& bias);
-
-/// Computes the modulation, see Modulator: real and imaginary part.
-/// @param phaseAndScale [..., F, 2 C]
-std::array<torch::Tensor, 2> FusedModulation(
-  const torch::Tensor& phaseAndScale, const torch::Tensor& real, const torch::Tensor& imaginary);
 
 } // namespace surfsynth

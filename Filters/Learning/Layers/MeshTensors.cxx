@@ -2,6 +2,7 @@
 #include "Learning/Layers/MeshTensors.h"
 
 #include "Learning/Layers/FusedLayers.h"
+#include "Learning/Layers/FusedPoisson.h"
 
 namespace surfsynth
 {
@@ -59,7 +60,8 @@ torch::Tensor VertexZeros(const MeshTensors& mesh, const torch::Tensor& faceSign
 }
 } // namespace
 
-MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorOptions& options)
+MeshTensors::MeshTensors(
+  const PoissonOperators& operators, const torch::TensorOptions& options, const PointMatrix& points)
   : Solver(operators.Solver)
 {
   const std::int64_t faces = operators.NumberOfTriangles();
@@ -88,6 +90,7 @@ MeshTensors::MeshTensors(const PoissonOperators& operators, const torch::TensorO
   if (IsFused(this->FaceAreas))
   {
     this->Incidence = std::make_shared<const FaceIncidence>(operators);
+    this->Tables = std::make_shared<const PoissonTables>(operators, points);
   }
 }
 
@@ -147,10 +150,6 @@ torch::Tensor FaceMean(const MeshTensors& mesh, const torch::Tensor& signal)
 
 torch::Tensor VertexMean(const MeshTensors& mesh, const torch::Tensor& faceSignal)
 {
-  if (mesh.Incidence)
-  {
-    return FusedVertexMean(mesh.Incidence, faceSignal);
-  }
   const torch::Tensor weighted = faceSignal * (mesh.FaceAreas / 3.0);
   torch::Tensor sums = VertexZeros(mesh, weighted);
   for (int k = 0; k < 3; ++k)

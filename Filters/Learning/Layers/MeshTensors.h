@@ -24,6 +24,7 @@ struct ComplexTensor
 };
 
 struct FaceIncidence;
+struct PoissonTables;
 
 /// PoissonOperators as tensors of one floating-point type on one device.
 struct MeshTensors
@@ -35,14 +36,17 @@ struct MeshTensors
   torch::Tensor VertexMass;        ///< [V, 1]
   torch::Tensor InverseArea;       ///< [V, 1], one over a third of the area around; 0 where no triangle is
   torch::Tensor Used;              ///< [V, 1], 1 at vertices of triangles, else 0; undefined when all are used
-  std::shared_ptr<const CholeskySolver> Solver; ///< factor of L + 1e-6 I
+  std::shared_ptr<const CholeskySolver> Solver; ///< factor of L plus its shift
   std::shared_ptr<const FaceIncidence>
-    Incidence;                ///< tables of the fused layers, for float32 on the processor; else null
-  torch::Tensor DenseInverse; ///< [V, V] after UseDenseInverse(); else undefined
+    Incidence;                                 ///< tables of the fused layers, for float32 on the processor; else null
+  std::shared_ptr<const PoissonTables> Tables; ///< tables of FusedPoisson.h, where Incidence is; else null
+  torch::Tensor DenseInverse;                  ///< [V, V] after UseDenseInverse(); else undefined
 
   MeshTensors() = default;
-  /// Copies the operators; @p options gives type (float32 or float64) and device.
-  explicit MeshTensors(const PoissonOperators& operators, const torch::TensorOptions& options = torch::kFloat32);
+  /// Copies the operators; @p options gives type (float32 or float64) and device. With the @p points of the mesh, [V, 3],
+  /// parts of it that are computed at a time are compact; results differ by rounding only.
+  explicit MeshTensors(const PoissonOperators& operators, const torch::TensorOptions& options = torch::kFloat32,
+    const PointMatrix& points = PointMatrix());
 };
 
 /// A vertex signal at the faces.
@@ -70,11 +74,11 @@ torch::Tensor VertexMean(const MeshTensors& mesh, const torch::Tensor& faceSigna
 /// Mean over the vertices weighted by mass, [..., 1, C].
 torch::Tensor MassMean(const MeshTensors& mesh, const torch::Tensor& signal);
 
-/// Applies (L + 1e-6 I)^-1 to each channel, in double on the processor for any type and device of the signal. The
+/// Applies the inverse of L plus its shift to each channel, in double on the processor for any type and device of the signal. The
 /// gradient is the same solve of the incoming gradient (the matrix is symmetric and constant). With a dense inverse,
 /// one matrix product on the mesh's device.
 ///
-/// The constant part of each channel is lifted by 1e-6 only and carries rounding noise: use WithoutMean().
+/// The constant part of each channel is lifted by the shift only and carries rounding noise: use WithoutMean().
 /// @throws InvalidInput when a number is not finite.
 torch::Tensor SolvePoisson(const MeshTensors& mesh, const torch::Tensor& rightHandSide);
 

@@ -13,7 +13,7 @@ namespace surfsynth
 {
 
 /// Block that maps vertex features x [..., V, W] to new ones. With g = G x,
-///   h = ComplexMlp(g),   u = (L + 1e-6 I)^-1 G^T A h minus its mean,
+///   h = ComplexMlp(g),   u = K^-1 G^T A h minus its mean, K = L + shift,
 ///   p = tanh(s * mean over the faces around of <W h, g>)   when inner products are on,
 ///   out = VertexMlp(x, u, extra, p).
 class PoissonBlockImpl : public torch::nn::Module
@@ -27,6 +27,15 @@ public:
   torch::Tensor forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& extra);
 
 private:
+  /// Inputs of the pointwise half that come from the gradients.
+  struct FromGradients
+  {
+    torch::Tensor Solved;   ///< [..., V, W]
+    torch::Tensor Products; ///< [..., V, W], or undefined
+  };
+  FromGradients Plain(const MeshTensors& mesh, const torch::Tensor& x);
+  FromGradients Fused(const MeshTensors& mesh, const torch::Tensor& x);
+
   ComplexMlp GradientMlp{ nullptr };
   ComplexLinear GradientFeatures{ nullptr };
   torch::Tensor GradientScaler;

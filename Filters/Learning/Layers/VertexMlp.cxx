@@ -31,6 +31,7 @@ TwoLayerMlpImpl::TwoLayerMlpImpl(std::int64_t inputs, std::int64_t width, double
 }
 
 VertexMlpImpl::VertexMlpImpl(const VertexMlpOptions& options)
+  : Dropout(options.dropout())
 {
   this->Scale1 = this->register_parameter("ls1", torch::ones({ options.width() }));
   this->Scale2 = this->register_parameter("ls2", torch::ones({ options.width() }));
@@ -47,6 +48,20 @@ VertexMlpImpl::VertexMlpImpl(const VertexMlpOptions& options)
   }
 }
 
+VertexMlpWeights VertexMlpImpl::Weights()
+{
+  VertexMlpWeights weights;
+  for (std::size_t k = 0; k < 4; ++k)
+  {
+    const torch::nn::LinearImpl& map = (k < 2 ? this->Mlp1 : this->Mlp2)->Map(k % 2);
+    weights.Weight[k] = map.weight;
+    weights.Bias[k] = map.bias;
+  }
+  weights.Scale[0] = this->Scale1;
+  weights.Scale[1] = this->Scale2;
+  return weights;
+}
+
 torch::Tensor VertexMlpImpl::forward(const MeshTensors& mesh, const torch::Tensor& x, const torch::Tensor& solved,
   const torch::Tensor& extra, const torch::Tensor& innerProducts)
 {
@@ -58,6 +73,10 @@ torch::Tensor VertexMlpImpl::forward(const MeshTensors& mesh, const torch::Tenso
   if (innerProducts.defined())
   {
     inputs.push_back(this->ProductNorm ? this->ProductNorm(mesh, innerProducts) : innerProducts);
+  }
+  if (mesh.Tables && (this->Dropout == 0.0 || !this->is_training()))
+  {
+    return FusedVertexMlp(inputs, this->Weights());
   }
   const torch::Tensor y = x + this->Scale1 * this->Mlp1->forward(torch::cat(inputs, -1));
   return y + this->Scale2 * this->Mlp2->forward(y);

@@ -3,6 +3,7 @@
 /// Layers on vertex features [Maesumi2025].
 #pragma once
 
+#include "Learning/Layers/FusedPoisson.h"
 #include "Learning/Layers/MeshTensors.h"
 
 #include <torch/torch.h>
@@ -49,6 +50,8 @@ public:
   TwoLayerMlpImpl(std::int64_t inputs, std::int64_t width, double dropout);
   /// Maps [..., inputs] to [..., width].
   torch::Tensor forward(const torch::Tensor& x) { return this->Layers->forward(x); }
+  /// First or second affine map. @param k 0 or 1
+  torch::nn::LinearImpl& Map(std::size_t k) { return *this->Layers[3 * k]->as<torch::nn::Linear>(); }
 
 private:
   torch::nn::Sequential Layers{ nullptr };
@@ -88,6 +91,9 @@ public:
     const torch::Tensor& extra, const torch::Tensor& innerProducts);
 
 private:
+  VertexMlpWeights Weights();
+
+  double Dropout;
   torch::Tensor Scale1;
   torch::Tensor Scale2;
   TwoLayerMlp Mlp1{ nullptr };

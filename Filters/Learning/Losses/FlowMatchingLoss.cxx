@@ -9,14 +9,14 @@ FlowMatchingLoss ComputeFlowMatchingLoss(
 {
   FlowMatchingLoss loss;
   const torch::Tensor difference = prediction.Values - delta;
-  loss.Vertex = MassMean(mesh, difference.square()).mean();
+  loss.Vertex = MassMean(mesh, difference.square()).mean({ -2, -1 });
   const auto weighted = [&](const torch::Tensor& squares) {
-    return (squares * mesh.FaceAreas).sum(-2) / mesh.FaceAreas.sum();
+    return (squares * mesh.FaceAreas).sum(-2).mean(-1) / mesh.FaceAreas.sum();
   };
   if (!prediction.Gradients.defined())
   {
     const ComplexTensor gradient = FaceGradient(mesh, difference);
-    loss.Jacobian = weighted(gradient.Real.square() + gradient.Imaginary.square()).mean() / 2.0;
+    loss.Jacobian = weighted(gradient.Real.square() + gradient.Imaginary.square()) / 2.0;
     return loss;
   }
   // The rows of x and y components alternate: [..., 2 F, C] is [..., F, 2, C].
@@ -26,8 +26,7 @@ FlowMatchingLoss ComputeFlowMatchingLoss(
   const torch::Tensor predicted = prediction.Gradients.reshape(shape);
   const ComplexTensor gradient = FaceGradient(mesh, delta);
   loss.Jacobian = weighted((predicted.select(-2, 0) - gradient.Real).square() +
-                    (predicted.select(-2, 1) - gradient.Imaginary).square())
-                    .mean() /
+                    (predicted.select(-2, 1) - gradient.Imaginary).square()) /
     2.0;
   return loss;
 }

@@ -11,7 +11,7 @@
 namespace surfsynth
 {
 
-/// The two terms of the loss, means over batch, surface and components; scalars.
+/// The two terms of the loss of each sample, means over surface and components, of the leading dimensions of the target.
 struct FlowMatchingLoss
 {
   torch::Tensor Vertex;   ///< sum_i m_i (delta_i - v_i)^2 / (C sum_i m_i)

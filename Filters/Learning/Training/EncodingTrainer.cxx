@@ -179,7 +179,8 @@ void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& sur
   for (const TriangleMesh& surface : surfaces)
   {
     const MeshTensors mesh(
-      BuildPoissonOperators(surface, MeshTopology(surface)), torch::TensorOptions(torch::kFloat32).device(device));
+      BuildPoissonOperators(surface, MeshTopology(surface), {}, this->Training.Network().Options().Shift),
+      torch::TensorOptions(torch::kFloat32).device(device), surface.Points);
     const torch::Tensor positions = ToTensor(surface.Points.cast<float>(), device);
     const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
     const torch::Tensor loss = MassMean(mesh, difference.square()).mean() / static_cast<double>(surfaces.size());

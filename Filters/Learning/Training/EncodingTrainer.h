@@ -49,7 +49,7 @@ public:
   /// @throws SolverFailure when the loss is not finite; InvalidInput naming a sample that is degenerate.
   void Step() override;
   std::int64_t Iterations() const override;
-  /// Columns as those of FlowMatchingTrainer; jacobian_loss is 0.
+  /// Columns as the first six of FlowMatchingTrainer; jacobian_loss is 0.
   const LossHistory& History() const override;
   std::string DeviceName() const override;
   void SaveModel(const std::string& path) const override;

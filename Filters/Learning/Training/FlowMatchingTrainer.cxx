@@ -55,10 +55,22 @@ std::string Identity(const PoissonNetModel& model)
 /// Inputs and targets of the network in one iteration on one surface.
 struct Batch
 {
+  torch::Tensor Times;     ///< [B], on the processor
   torch::Tensor State;     ///< f_t, [B, V, C]
   torch::Tensor Condition; ///< [B, V, 4 + E]
   torch::Tensor Delta;     ///< f_1 - f_0, [B, V, C]
 };
+
+/// Sorts the losses of samples into the parts of the time.
+void AddByTime(const torch::Tensor& times, const torch::Tensor& losses, TimeLosses& sorted)
+{
+  const torch::Tensor values = losses.detach().to(torch::kCPU, torch::kFloat64).contiguous();
+  for (std::int64_t k = 0; k < values.numel(); ++k)
+  {
+    const auto part = static_cast<std::size_t>(times.data_ptr<float>()[k] * static_cast<float>(NumberOfTimeLosses));
+    sorted[std::min(part, NumberOfTimeLosses - 1)].push_back(values.data_ptr<double>()[k]);
+  }
+}
 } // namespace
 
 class FlowMatchingTrainer::Internals
@@ -69,13 +81,13 @@ public:
     , DatasetHash(ContentHash(dataset))
     , Data(PrepareSources(
         std::move(dataset), options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
-    , Training(VelocityOptions(options, this->Data), options)
+    , Training(VelocityOptions(options, this->Data), options, "loss_")
   {
     const torch::Device& device = this->Training.Device();
     for (const TrainingSource& source : this->Data.Sources)
     {
-      MeshTensors& mesh = this->Meshes.emplace_back(
-        source.Operators, torch::TensorOptions(torch::kFloat32).device(device));
+      MeshTensors& mesh = this->Meshes.emplace_back(source.Operators,
+        torch::TensorOptions(torch::kFloat32).device(device), source.Condition.leftCols(3).cast<double>());
       if (device.is_cuda() && source.Operators.NumberOfPoints() <= LargestDenseInverse)
       {
         UseDenseInverse(mesh);
@@ -165,7 +177,7 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
   const torch::Tensor end = data.to(this->Training.Device());
   const torch::Tensor time = times.to(this->Training.Device());
   const torch::Tensor& condition = this->Conditions[number];
-  return { (1.0 - time) * start + time * end,
+  return { times.view({ count }), (1.0 - time) * start + time * end,
     torch::cat({ time.expand({ count, vertices, 1 }), condition.expand({ count, -1, -1 }) }, -1), end - start };
 }
 
@@ -183,9 +195,12 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
     const MeshTensors& mesh = this->Meshes[source];
     const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
       mesh, this->Training.Network().forward(mesh, batch.State, batch.Condition), batch.Delta);
-    ((this->Options.VertexWeight * loss.Vertex + this->Options.JacobianWeight * loss.Jacobian) * share).backward();
-    losses.Vertex += share * loss.Vertex.item<double>();
-    losses.Jacobian += share * loss.Jacobian.item<double>();
+    const torch::Tensor weighted = this->Options.VertexWeight * loss.Vertex +
+      this->Options.JacobianWeight * loss.Jacobian;
+    (weighted.mean() * share).backward();
+    losses.Vertex += share * loss.Vertex.mean().item<double>();
+    losses.Jacobian += share * loss.Jacobian.mean().item<double>();
+    AddByTime(batch.Times, weighted, losses.ByTime);
   }
   losses.Total = this->Options.VertexWeight * losses.Vertex + this->Options.JacobianWeight * losses.Jacobian;
 }

@@ -22,8 +22,8 @@ namespace surfsynth
 struct FlowMatchingTrainingOptions : TrainingOptions
 {
   /// With a Scale of 0 for such that noise varies as much as the samples do about their mean (about the surface, where there
-  /// is one sample on it), and Smoothing in squared mean edge lengths of the first surface: at 1 the noise has nothing on
-  /// finer triangulations that this one does not resolve. The paper's is 0.
+  /// is one sample on it), and Smoothing, of each kind of noise, in squared mean edge lengths of the first surface: at 1 the
+  /// noise has nothing on finer triangulations that this one does not resolve. The paper's is 0.
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1.0 };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
@@ -55,7 +55,10 @@ public:
 
   void Step() override;
   std::int64_t Iterations() const override;
-  /// Columns iteration, loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate.
+  /// Columns iteration, loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped), learning_rate, and loss_1
+  /// to loss_8: loss_k is the mean of the loss (VertexWeight times that in velocities plus JacobianWeight times that in
+  /// their gradients) over the samples of the iteration at times t in [(k - 1) / 8, k / 8). It keeps its number in
+  /// iterations without such a sample, and is 0 before the first one.
   const LossHistory& History() const override;
   const FlowMatchingTrainingOptions& Options() const;
   std::string DeviceName() const override;

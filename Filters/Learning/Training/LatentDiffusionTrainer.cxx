@@ -11,13 +11,12 @@
 #include "Learning/Training/FlatParameters.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
+#include "Learning/Training/TimeLosses.h"
 
 #include <torch/torch.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -32,16 +31,12 @@ constexpr std::uint32_t DiffusionStream = 11; ///< noise of the diffusion
 constexpr std::uint32_t PosteriorStream = 12; ///< samples of the latents
 constexpr std::uint32_t ScaleStream = 13;     ///< samples of the latents for their scale
 
-constexpr const char* TimeLossesName = "losses.time";
-constexpr std::size_t TimeBins = LatentDiffusionTrainer::NumberOfTimeBins;
+static_assert(LatentDiffusionTrainer::NumberOfTimeBins == NumberOfTimeLosses);
 
 LossHistory DiffusionLossHistory()
 {
   std::vector<std::string> values = { "loss", "gradient_norm", "learning_rate" };
-  for (std::size_t bin = 1; bin <= TimeBins; ++bin)
-  {
-    values.push_back("noise_loss_" + std::to_string(bin));
-  }
+  AppendTimeColumns(values, "noise_loss_");
   return { { "iteration" }, values, "loss" };
 }
 
@@ -133,7 +128,7 @@ private:
   void ScaleLatents();
   DiffusionDraw Draw(std::int64_t slot) const;
   torch::Tensor Latents(std::int64_t slot, const Surface& surface) const;
-  double Accumulate(std::int64_t slot, std::array<std::vector<double>, TimeBins>& noiseLosses);
+  double Accumulate(std::int64_t slot, TimeLosses& noiseLosses);
   void UpdateAverage();
   NormalKey Key(std::uint32_t stream, std::int64_t slot) const;
 
@@ -241,8 +236,7 @@ torch::Tensor LatentDiffusionTrainer::Internals::Latents(std::int64_t slot, cons
 }
 
 /// Adds the gradients of the share of one surface in the loss, and the loss of its noise by time. Returns its loss.
-double LatentDiffusionTrainer::Internals::Accumulate(
-  std::int64_t slot, std::array<std::vector<double>, TimeBins>& noiseLosses)
+double LatentDiffusionTrainer::Internals::Accumulate(std::int64_t slot, TimeLosses& noiseLosses)
 {
   const DiffusionDraw draw = this->Draw(slot);
   const Surface& surface = this->Surfaces[static_cast<std::size_t>(draw.Surface)];
@@ -258,8 +252,9 @@ double LatentDiffusionTrainer::Internals::Accumulate(
   (error * (weight / static_cast<double>(this->Options.BatchSize))).backward();
   const double squared = error.item<double>();
   const auto bin = static_cast<std::size_t>(
-    (static_cast<std::int64_t>(draw.Time) * static_cast<std::int64_t>(TimeBins) - 1) / this->Schedule.Steps());
-  noiseLosses[std::min(bin, TimeBins - 1)].push_back(NoiseErrorFactor(target, alpha) * squared);
+    (static_cast<std::int64_t>(draw.Time) * static_cast<std::int64_t>(NumberOfTimeLosses) - 1) /
+    this->Schedule.Steps());
+  noiseLosses[std::min(bin, NumberOfTimeLosses - 1)].push_back(NoiseErrorFactor(target, alpha) * squared);
   return weight * squared;
 }
 
@@ -277,7 +272,7 @@ void LatentDiffusionTrainer::Internals::Step()
   const double learningRate = this->LearningRate();
   this->Weights->ZeroGradients();
   double loss = 0.0;
-  std::array<std::vector<double>, TimeBins> noiseLosses;
+  TimeLosses noiseLosses;
   for (std::int64_t slot = 0; slot < this->Options.BatchSize; ++slot)
   {
     loss += this->Accumulate(slot, noiseLosses) / static_cast<double>(this->Options.BatchSize);
@@ -293,17 +288,7 @@ void LatentDiffusionTrainer::Internals::Step()
   RequireFiniteWeights({ this->Weights->Values() }, iteration);
   this->UpdateAverage();
   std::vector<double> row = { static_cast<double>(iteration), loss, gradientNorm, learningRate };
-  for (std::size_t bin = 0; bin < TimeBins; ++bin)
-  {
-    double sum = 0.0;
-    for (const double value : noiseLosses[bin])
-    {
-      sum += value / static_cast<double>(noiseLosses[bin].size());
-    }
-    const bool kept = noiseLosses[bin].empty();
-    const double last = this->History.IsEmpty() ? 0.0 : this->History.Row(this->History.Size() - 1)[4 + bin];
-    row.push_back(kept ? last : static_cast<double>(static_cast<float>(sum))); // checkpoints hold float32
-  }
+  AppendTimeMeans(noiseLosses, this->History, row);
   this->History.Append(row);
 }
 
@@ -329,16 +314,13 @@ std::map<std::string, std::string> LatentDiffusionTrainer::Internals::Recipe() c
 TrainingCheckpoint LatentDiffusionTrainer::Internals::Checkpoint()
 {
   TrainingCheckpoint checkpoint;
-  ModelTensor byTime = { { this->Done(), static_cast<std::int64_t>(TimeBins) }, {} };
   for (std::int64_t k = 0; k < this->Done(); ++k)
   {
     // Checkpoints have two columns that this training does without.
     const std::vector<double>& row = this->History.Row(static_cast<std::size_t>(k));
     checkpoint.History.Append({ row[0], row[1], 0.0, 0.0, row[2], row[3] });
-    std::transform(row.begin() + 4, row.end(), std::back_inserter(byTime.Values),
-      [](double value) { return static_cast<float>(value); });
   }
-  checkpoint.Tensors[TimeLossesName] = byTime;
+  checkpoint.Tensors[TimeLossesName] = TimeColumns(this->History);
   for (const auto& parameter : this->Network->named_parameters())
   {
     checkpoint.Tensors["network." + parameter.key()] = ToModelTensor(parameter.value());
@@ -364,8 +346,8 @@ void LatentDiffusionTrainer::Internals::Restore(const std::string& file, const T
   }
   const torch::Tensor average = ReadTensor(file, checkpoint, "average.all", this->Average);
   const auto rows = static_cast<std::int64_t>(checkpoint.History.Size());
-  const torch::Tensor byTime = ReadTensor(
-    file, checkpoint, TimeLossesName, torch::empty({ rows, static_cast<std::int64_t>(TimeBins) }));
+  const ModelTensor byTime = ToModelTensor(ReadTensor(
+    file, checkpoint, TimeLossesName, torch::empty({ rows, static_cast<std::int64_t>(NumberOfTimeLosses) })));
   AdamMoments moments;
   if (rows > 0)
   {
@@ -376,8 +358,7 @@ void LatentDiffusionTrainer::Internals::Restore(const std::string& file, const T
   {
     const std::vector<double>& from = checkpoint.History.Row(static_cast<std::size_t>(k));
     std::vector<double> row = { from[0], from[1], from[4], from[5] };
-    const float* losses = byTime.data_ptr<float>() + k * static_cast<std::int64_t>(TimeBins);
-    row.insert(row.end(), losses, losses + TimeBins);
+    AppendTimeRow(byTime, static_cast<std::size_t>(k), row);
     history.Append(row);
   }
   this->History = history;

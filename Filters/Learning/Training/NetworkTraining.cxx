@@ -75,10 +75,23 @@ torch::Tensor ToTensor(const FeatureMatrix& matrix, const torch::Device& device)
     .to(device, torch::kFloat32, false, true);
 }
 
-NetworkTraining::NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options)
+namespace
+{
+LossHistory NetworkLossesByTime(const std::string& prefix)
+{
+  const LossHistory plain = NetworkLossHistory();
+  std::vector<std::string> values(plain.Columns().begin() + 1, plain.Columns().end());
+  AppendTimeColumns(values, prefix);
+  return { { plain.Columns().front() }, values, "loss" };
+}
+} // namespace
+
+NetworkTraining::NetworkTraining(
+  const PoissonNetOptions& network, const TrainingOptions& options, const std::string& timePrefix)
   : Options(options)
   , Where(ChooseDevice(options.Device))
   , Net(MakePoissonNet(InitialPoissonNet(network, options.Seed)))
+  , Losses(timePrefix.empty() ? NetworkLossHistory() : NetworkLossesByTime(timePrefix))
 {
   this->Net->to(this->Where);
   this->Adam = std::make_unique<torch::optim::Adam>(
@@ -127,8 +140,18 @@ void NetworkTraining::Step(const Objective& accumulate)
   this->Adam->step();
   RequireFiniteWeights(this->Net->parameters(), iteration);
   this->UpdateAverages();
-  this->Losses.Append(
-    { static_cast<double>(iteration), losses.Total, losses.Vertex, losses.Jacobian, gradientNorm, learningRate });
+  std::vector<double> row = { static_cast<double>(iteration), losses.Total, losses.Vertex, losses.Jacobian,
+    gradientNorm, learningRate };
+  if (this->HasTimeLosses())
+  {
+    AppendTimeMeans(losses.ByTime, this->Losses, row);
+  }
+  this->Losses.Append(std::move(row));
+}
+
+bool NetworkTraining::HasTimeLosses() const
+{
+  return this->Losses.Columns().size() > NetworkLossHistory().Columns().size();
 }
 
 void NetworkTraining::UpdateAverages()
@@ -159,7 +182,16 @@ PoissonNetModel NetworkTraining::Model()
 TrainingCheckpoint NetworkTraining::Checkpoint()
 {
   TrainingCheckpoint checkpoint;
-  checkpoint.History = this->Losses;
+  const std::size_t columns = checkpoint.History.Columns().size();
+  for (std::size_t k = 0; k < this->Losses.Size(); ++k)
+  {
+    const double* row = this->Losses.Row(k).data();
+    checkpoint.History.Append({ row, row + columns });
+  }
+  if (this->HasTimeLosses())
+  {
+    checkpoint.Tensors[TimeLossesName] = TimeColumns(this->Losses);
+  }
   std::size_t number = 0;
   for (const auto& parameter : this->Net->named_parameters())
   {
@@ -176,6 +208,27 @@ TrainingCheckpoint NetworkTraining::Checkpoint()
   return checkpoint;
 }
 
+/// The history of a checkpoint, with the losses by time that its own table lacks.
+LossHistory NetworkTraining::RestoredLosses(const std::string& file, const TrainingCheckpoint& checkpoint) const
+{
+  if (!this->HasTimeLosses())
+  {
+    return checkpoint.History;
+  }
+  const std::size_t rows = checkpoint.History.Size();
+  const auto shape = { static_cast<std::int64_t>(rows), static_cast<std::int64_t>(NumberOfTimeLosses) };
+  const ModelTensor byTime = ToModelTensor(ReadTensor(file, checkpoint, TimeLossesName, torch::empty(shape)));
+  const std::vector<std::string>& columns = this->Losses.Columns();
+  LossHistory history({ columns.front() }, { columns.begin() + 1, columns.end() }, "loss");
+  for (std::size_t k = 0; k < rows; ++k)
+  {
+    std::vector<double> row = checkpoint.History.Row(k);
+    AppendTimeRow(byTime, k, row);
+    history.Append(std::move(row));
+  }
+  return history;
+}
+
 void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint& checkpoint)
 {
   const torch::NoGradGuard noGradients;
@@ -184,6 +237,7 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
   std::vector<torch::Tensor> weights;
   std::vector<torch::Tensor> averages;
   std::vector<AdamMoments> moments;
+  LossHistory losses = this->RestoredLosses(file, checkpoint);
   for (const auto& parameter : parameters)
   {
     const auto read = [&](const char* what) {
@@ -196,7 +250,7 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
       moments.push_back(ReadMoments(file, checkpoint, parameter.key(), parameter.value()));
     }
   }
-  this->Losses = checkpoint.History;
+  this->Losses = std::move(losses);
   this->Averages = std::move(averages);
   for (std::size_t k = 0; k < weights.size(); ++k)
   {

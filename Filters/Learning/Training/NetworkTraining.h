@@ -7,6 +7,7 @@
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Networks/PoissonNet.h"
 #include "Learning/Training/AdamMoments.h"
+#include "Learning/Training/TimeLosses.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
 
@@ -52,6 +53,7 @@ struct NetworkLosses
   double Total = 0.0;    ///< the weighted sum of those that follow
   double Vertex = 0.0;   ///< of values at vertices
   double Jacobian = 0.0; ///< of their gradients
+  TimeLosses ByTime;     ///< weighted sums of the samples, in trainings with columns of losses by time
 };
 
 /// A PoissonNet under training by Adam.
@@ -59,7 +61,8 @@ class NetworkTraining
 {
 public:
   /// Weights of InitialPoissonNet() on the device that @p options choose.
-  NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options);
+  /// @param timePrefix prefix of the columns of losses by time; empty for a history without
+  NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options, const std::string& timePrefix = "");
 
   const torch::Device& Device() const { return this->Where; }
   PoissonNetImpl& Network() { return *this->Net; }
@@ -86,13 +89,15 @@ public:
 private:
   double LearningRate() const;
   void UpdateAverages();
+  bool HasTimeLosses() const;
+  LossHistory RestoredLosses(const std::string& file, const TrainingCheckpoint& checkpoint) const;
 
   TrainingOptions Options;
   torch::Device Where;
   PoissonNet Net;
   std::unique_ptr<torch::optim::Adam> Adam;
   std::vector<torch::Tensor> Averages; ///< of the parameters, in their order
-  LossHistory Losses = NetworkLossHistory();
+  LossHistory Losses;
 };
 
 } // namespace surfsynth

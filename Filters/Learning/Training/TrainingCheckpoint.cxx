@@ -102,7 +102,8 @@ std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, cons
     { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
     { "width", std::to_string(options.Width) }, { "blocks", std::to_string(options.Blocks) },
     { "complex_layers", std::to_string(options.ComplexLayers) },
-    { "inner_products", options.InnerProducts ? "yes" : "no" } };
+    { "inner_products", options.InnerProducts ? "yes" : "no" },
+    { "poisson_shift", ShiftOfTrainings == PoissonShift::Mass ? "mass" : "identity" } };
 }
 
 std::string FormatExact(double number)

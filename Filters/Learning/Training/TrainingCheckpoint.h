@@ -15,7 +15,8 @@ namespace surfsynth
 {
 
 /// The empty losses of a PoissonNet under training: iteration, loss (the weighted sum of the two that follow, monitored),
-/// vertex_loss, jacobian_loss, gradient_norm and learning_rate. Checkpoints of all trainings hold a table of these columns.
+/// vertex_loss, jacobian_loss, gradient_norm and learning_rate. Checkpoints of all trainings hold a table of these columns;
+/// losses by time are a tensor beside it.
 LossHistory NetworkLossHistory();
 
 /// The state of a training after some iterations.

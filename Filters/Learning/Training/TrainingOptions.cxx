@@ -31,6 +31,7 @@ PoissonNetOptions NetworkOfSize(const TrainingOptions& options)
   network.Blocks = options.Blocks;
   network.ComplexLayers = options.ComplexLayers;
   network.InnerProducts = options.InnerProducts;
+  network.Shift = ShiftOfTrainings;
   return network;
 }
 

@@ -12,6 +12,9 @@
 namespace surfsynth
 {
 
+/// Shift of the Poisson equation in networks that are trained: it acts alike on every triangulation. Models keep theirs.
+constexpr PoissonShift ShiftOfTrainings = PoissonShift::Mass;
+
 /// The device on which networks are trained.
 enum class TrainingDevice
 {

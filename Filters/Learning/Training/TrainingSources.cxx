@@ -6,6 +6,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Inference/PoissonNet/MeshNormalization.h"
+#include "Learning/Training/TrainingOptions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -171,14 +172,16 @@ ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)
   return shape;
 }
 
-FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators& operators, const PointMatrix& points,
-  const Progress& progress)
+FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators& operators, const TriangleMesh& mesh,
+  const MeshTopology& topology, const Progress& progress)
 {
-  FeatureMatrix condition = points.cast<float>();
+  FeatureMatrix condition = mesh.Points.cast<float>();
   if (encoder)
   {
-    const auto model = std::make_shared<const PoissonNetModel>(*encoder);
-    const FeatureMatrix encoding = PoissonNetEvaluator(model, operators, points).Evaluate({}, progress).Values;
+    const PoissonShift shift = encoder->Options.Shift;
+    const PoissonNetEvaluator evaluator(std::make_shared<const PoissonNetModel>(*encoder),
+      shift == operators.Shift ? operators : BuildPoissonOperators(mesh, topology, progress, shift), mesh.Points);
+    const FeatureMatrix encoding = evaluator.Evaluate({}, progress).Values;
     condition.conservativeResize(Eigen::NoChange, 3 + encoding.cols());
     condition.rightCols(encoding.cols()) = encoding;
   }
@@ -212,9 +215,9 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   }
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;
-  prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5));
+  prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5), ShiftOfTrainings);
   prepared.Condition = ConditionOf(
-    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh.Points, SubProgress(progress, 0.5, 0.6));
+    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh, topology, SubProgress(progress, 0.5, 0.6));
   prepared.Noise = std::make_unique<FlowNoiseField>(
     std::move(mesh), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
   prepared.Samples = std::move(source.Samples);

@@ -218,6 +218,38 @@ TEST_F(FlowMatchingTraining, DamagedCheckpointsAreRefusedAndLeaveTheTrainerAsItI
   EXPECT_EQ(Weights(trainer), before);
 }
 
+TEST_F(FlowMatchingTraining, CheckpointsWithoutAllLossesByTimeAreRefused)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  Trained(dataset, TinyRecipe(6), 4).SaveCheckpoint(this->File("checkpoint"));
+  TrainingCheckpoint changed = ReadCheckpoint(this->File("checkpoint"));
+  ASSERT_EQ(changed.Tensors.at("losses.time").Shape, (std::vector<std::int64_t>{ 4, 8 }));
+  changed.Tensors["losses.time"] = { { 3, 8 }, std::vector<float>(24) };
+  WriteCheckpoint(this->File("short"), changed);
+  changed.Tensors.erase("losses.time");
+  WriteCheckpoint(this->File("missing"), changed);
+  FlowMatchingTrainer resumed(dataset, TinyRecipe(6));
+  for (const char* name : { "short", "missing" })
+  {
+    EXPECT_THAT(TextOf<ModelMismatch>([&] { resumed.LoadCheckpoint(this->File(name)); }), HasSubstr("losses.time"));
+    EXPECT_EQ(resumed.Iteration(), 0);
+  }
+}
+
+TEST_F(FlowMatchingTraining, CheckpointsOfAnotherPoissonEquationAreRefused)
+{
+  const SignalDataset dataset = DeformedSpheres(2);
+  Trained(dataset, TinyRecipe(4), 1).SaveCheckpoint(this->File("checkpoint"));
+  TrainingCheckpoint earlier = ReadCheckpoint(this->File("checkpoint"));
+  earlier.Recipe.erase("poisson_shift"); // versions that shifted by the identity
+  WriteCheckpoint(this->File("earlier"), earlier);
+  FlowMatchingTrainer trainer(dataset, TinyRecipe(4));
+  EXPECT_THAT(TextOf<ModelMismatch>([&] { trainer.LoadCheckpoint(this->File("earlier")); }),
+    HasSubstr("poisson_shift = nothing; expected mass"));
+  trainer.LoadCheckpoint(this->File("checkpoint"));
+  EXPECT_EQ(trainer.Iteration(), 1);
+}
+
 TEST_F(FlowMatchingTraining, ACheckpointWithNegativeMeansOfSquaresIsRefused)
 {
   const SignalDataset dataset = DeformedSpheres(2);

@@ -6,6 +6,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Operators/SurfaceOperators.h"
+#include "Core/Random/CounterUniforms.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
 
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <set>
 
 using namespace surfsynth;
 using namespace surfsynth::test;
@@ -126,6 +128,58 @@ TEST_F(FlowMatchingTraining, TheLossIsTheWeightedSumOfItsParts)
   }
 }
 
+TEST_F(FlowMatchingTraining, TheLossOfASampleIsInTheColumnOfItsTime)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(40);
+  options.BatchSize = 1;
+  options.Seed = 3;
+  options.VertexWeight = 2.0;
+  const FlowMatchingTrainer trainer = Trained(DeformedSpheres(3), options, 40);
+  const LossHistory& history = trainer.History();
+  std::vector<double> expected(8, 0.0);
+  std::set<std::size_t> seen;
+  for (std::size_t row = 0; row < 40; ++row)
+  {
+    NormalKey key;
+    key.Seed = options.Seed;
+    key.Sample = static_cast<std::uint32_t>(row);
+    const auto part = static_cast<std::size_t>(8.0 * Uniform(key, 2));
+    seen.insert(part);
+    expected[part] = history.Value(row, "loss");
+    for (std::size_t k = 0; k < 8; ++k)
+    {
+      const double found = history.Value(row, "loss_" + std::to_string(k + 1));
+      EXPECT_NEAR(found, expected[k], 1e-6 * expected[k]) << row << " " << k;
+    }
+  }
+  EXPECT_GE(seen.size(), 7U);
+}
+
+TEST_F(FlowMatchingTraining, LossesByTimeAreMeansOfTheSamplesOfAllSurfaces)
+{
+  SignalDataset dataset = DeformedSpheres(2, 1);
+  dataset.Sources.push_back(DeformedSpheres(3, 2).Sources[0]);
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.BatchSize = 64;
+  options.SourcesPerBatch = 2;
+  const FlowMatchingTrainer trainer = Trained(dataset, options, 1);
+  std::vector<int> counts(8, 0);
+  for (std::uint32_t slot = 0; slot < 64; ++slot)
+  {
+    NormalKey key;
+    key.Seed = options.Seed;
+    key.Component = slot;
+    ++counts[static_cast<std::size_t>(8.0 * Uniform(key, 2))];
+  }
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 8; ++k)
+  {
+    ASSERT_GT(counts[k], 0);
+    sum += counts[k] * trainer.History().Value(0, "loss_" + std::to_string(k + 1)) / 64.0;
+  }
+  EXPECT_NEAR(sum, trainer.History().Value(0, "loss"), 1e-5 * sum);
+}
+
 TEST_F(FlowMatchingTraining, WithoutMilestonesTheLearningRateFallsAfterAQuarter)
 {
   const FlowMatchingTrainer trainer = Trained(DeformedSpheres(2), TinyRecipe(8), 3);
@@ -139,7 +193,9 @@ TEST_F(FlowMatchingTraining, TheLossTableHasARowForEachIteration)
   std::ifstream file(this->File("a.csv"));
   std::string line;
   std::getline(file, line);
-  EXPECT_EQ(line, "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate");
+  EXPECT_EQ(line,
+    "iteration,loss,vertex_loss,jacobian_loss,gradient_norm,learning_rate,"
+    "loss_1,loss_2,loss_3,loss_4,loss_5,loss_6,loss_7,loss_8");
   for (const double loss : trainer.History().Column("loss"))
   {
     ASSERT_TRUE(std::getline(file, line));

@@ -6,6 +6,7 @@
 #include "SmallTextures.h"
 #include "TrainingData.h"
 
+#include "Core/Solvers/BlasKernels.h"
 #include "IO/Datasets/MultiscaleDataset.h"
 #include "IO/Datasets/SignalDataset.h"
 #include "IO/Datasets/TextureDataset.h"
@@ -23,6 +24,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -161,6 +163,30 @@ TEST_F(TrainProgram, ErrorsAreStatus1)
   EXPECT_EQ(BytesOf(this->File("data.safetensors")), data);
   this->Expect(this->Training("m", { "--encoder", this->File("data.safetensors") }), 1, "data.safetensors");
   EXPECT_FALSE(fs::exists(this->File("m")));
+}
+
+TEST_F(TrainProgram, SuggestsKernelsOfTheBlasOnlyWhereNobodyChoseThem)
+{
+  const char* const variable = "OPENBLAS_CORETYPE";
+  const char* const before = std::getenv(variable);
+  const std::string chosen = before ? before : "";
+  const auto says = [&] {
+    ProgramRun run(this->Training("m", { "--iterations", "1", "--resume", "no" }), this->File("output"));
+    EXPECT_EQ(run.Status(), 0) << run.Text();
+    return run.Text().find(variable) != std::string::npos;
+  };
+  setenv(variable, "Haswell", 1); // present on every processor that has wider ones
+  EXPECT_FALSE(says());
+  unsetenv(variable);
+  // The kernels of this process are those of a program that is started without the variable, unless it was chosen.
+  if (chosen.empty())
+  {
+    EXPECT_EQ(says(), !WiderBlasKernels().empty());
+  }
+  else
+  {
+    setenv(variable, chosen.c_str(), 1);
+  }
 }
 
 TEST_F(TrainProgram, TrainsAndResumesToTheBytesOfAnUninterruptedTraining)

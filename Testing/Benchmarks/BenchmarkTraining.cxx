@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of the trainings of field latents and of their diffusion beside the rate of sgemm, per second of processor time.
+// Steps of trainings beside the rate of sgemm, per second of processor time.
+#include "ExampleMeshes.h"
 #include "ProductRate.h"
 #include "SmallLatents.h"
 #include "SmallTextures.h"
@@ -9,12 +10,17 @@
 #include "Core/Tangent/TangentHierarchy.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
 #include "Inference/FieldLatents/LatentDiffusionNetwork.h"
+#include "Learning/Layers/FusedLayers.h"
+#include "Learning/Layers/FusedPoisson.h"
+#include "Learning/Losses/FlowMatchingLoss.h"
+#include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/LatentDiffusionTrainer.h"
 
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
+#include <string>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -82,6 +88,66 @@ void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& 
   state.counters["OfProductRate"] = rate / ProductRate();
 }
 
+/// Real multiplications and additions of one evaluation of a velocity field with extra features, in matrix products.
+struct PoissonNetOperations
+{
+  double Forward;  ///< of the forward pass
+  double Repeated; ///< of what the backward pass computes again
+};
+
+/// @param options modulated blocks, a gradient-domain head without modulation, no inner products
+PoissonNetOperations OperationsOf(const PoissonNetOptions& options, double vertices, double faces)
+{
+  const auto width = static_cast<double>(options.Width);
+  const double complexLayers = 4.0 * static_cast<double>(options.ComplexLayers - 1) * faces;
+  const double atFaces = 2.0 * faces + complexLayers;
+  const double mlp = 6.0 * vertices;
+  const double block = atFaces + mlp + 3.0 * vertices; // the modulator's first map, and the last complex layer
+  const double square = 2.0 * width * width;
+  const auto blocks = static_cast<double>(options.Blocks);
+  return { square * (blocks * block + complexLayers), square * (blocks * (atFaces + mlp) + complexLayers) };
+}
+
+/// Forward and backward pass of a network of three blocks on four signals on a sphere of 5,120 triangles.
+/// @param fused false for the plain expressions, with LibTorch's own derivatives
+void FlowMatchingStep(benchmark::State& state, std::int64_t width, bool fused)
+{
+  const TriangleMesh sphere = test::Scaled(test::IrregularSphere(3), 0.28);
+  const PoissonOperators operators = BuildPoissonOperators(sphere, MeshTopology(sphere));
+  MeshTensors mesh(operators, torch::kFloat32, sphere.Points);
+  if (!fused)
+  {
+    mesh.Tables.reset();
+    mesh.Incidence.reset();
+  }
+  PoissonNetOptions options;
+  options.Width = width;
+  options.Blocks = 3;
+  options.ExtraFeatures = 4;
+  const std::int64_t batch = 4;
+  PoissonNet network = MakePoissonNet(InitialPoissonNet(options, 1));
+  const torch::Tensor x = torch::randn({ batch, sphere.NumberOfPoints(), 3 });
+  const torch::Tensor condition = torch::randn({ batch, sphere.NumberOfPoints(), 4 });
+  const torch::Tensor delta = torch::randn({ batch, sphere.NumberOfPoints(), 3 });
+  const auto run = [&] {
+    network->zero_grad();
+    const FlowMatchingLoss loss = ComputeFlowMatchingLoss(mesh, network->forward(mesh, x, condition), delta);
+    (loss.Vertex + loss.Jacobian).mean().backward();
+  };
+  run();
+  const double start = ProcessorSeconds();
+  for ([[maybe_unused]] auto step : state)
+  {
+    run();
+  }
+  const double seconds = (ProcessorSeconds() - start) / static_cast<double>(state.iterations());
+  const PoissonNetOperations counted = OperationsOf(
+    options, static_cast<double>(sphere.NumberOfPoints()), static_cast<double>(sphere.NumberOfTriangles()));
+  const double operations = static_cast<double>(batch) * (3.0 * counted.Forward + counted.Repeated);
+  state.counters["GFLOP"] = 1e-9 * operations;
+  state.counters["OfProductRate"] = operations / seconds / ProductRate();
+}
+
 } // namespace
 } // namespace surfsynth::bench
 
@@ -112,6 +178,16 @@ int main(int argc, char** argv)
   benchmark::RegisterBenchmark("LatentDiffusionStep/paper", [](benchmark::State& state) {
     bench::LatentDiffusionStep(state, LatentDiffusionOptions::Paper());
   })->Unit(benchmark::kMillisecond);
+  for (const std::int64_t width : { 48, 64, 128 })
+  {
+    for (const bool fused : { true, false })
+    {
+      benchmark::RegisterBenchmark(
+        ("FlowMatchingStep/" + std::string(fused ? "fused" : "plain") + "/width:" + std::to_string(width)).c_str(),
+        [width, fused](benchmark::State& state) { bench::FlowMatchingStep(state, width, fused); })
+        ->Unit(benchmark::kMillisecond);
+    }
+  }
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return EXIT_SUCCESS;
