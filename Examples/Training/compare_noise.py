@@ -5,13 +5,19 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
     python3 compare_noise.py DATA OUTPUT [options]
 
-DATA is the folder that make_datasets.py has written. For each kind of noise a model is trained with the same budget on the
-even triangulation; then it is sampled on the same triangulation and on those kept for testing, and the samples are compared
-with the reference samples there (vtkEnsembleMetrics), also by how widely they scatter and, of shapes, how far their edges
-are stretched; where a flow grows without bound, all numbers are nan. Two rows without a model say what the numbers are
-worth: other samples of the dataset, which are what a perfect model would make, and unscreened noise on the mean of the
-samples, which knows nothing about any of them. Models, checkpoints and tables of losses are left in OUTPUT; trainings go on
-from their checkpoints when the script is run again. Prints a table in Markdown and writes it as metrics.csv.
+DATA is the folder that make_datasets.py has written. For each kind of noise, with and without smoothing, and each of
+several seeds a model is trained with the same budget on the even triangulation; then it is sampled on the same
+triangulation and on those kept for testing, and the samples are compared with as many reference samples there. Models from
+files are compared in the same way (--model). Three rows without a network say what the numbers are worth: other samples of
+the dataset, which are what a perfect model would make; a Gaussian with mean and covariance of the training samples, which
+is what a linear model would make; and unscreened noise on the mean of the samples. Each number is a mean over the seeds
+with its standard deviation; for rows without a network and models from files these are seeds of samples. Where a flow grows
+without bound, the numbers of the row are nan, and the column unbounded holds the number of such seeds.
+
+Models, checkpoints and tables of losses are left in OUTPUT; trainings go on from their checkpoints when the script is run
+again. Prints tables in Markdown and writes them: metrics.csv; differences.csv, the differences between rows, none where
+they are within two deviations; losses.csv, the losses of the trainings by parts of the flow time beside those of the best
+linear velocity (linear_velocity.py).
 """
 
 import argparse
@@ -21,134 +27,264 @@ import sys
 import time
 
 import numpy as np
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonDataModel import vtkCellLocator, vtkGenericCell
 
 import surfacesynthesis
+from linear_velocity import LinearVelocity, Modes, frame_of, network_units, point_masses
+from sample_spaces import MixtureSpace, PoseSpace
+from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 
-#: By the name of an option: the name in the table, the noise of the training and its smoothing.
+#: Kinds of noise, by the name of an option: the name in the table, and the parameters of the training.
+KINDS = {
+    "matern": ("Matérn", {"noise_model": "matern"}),
+    "matern_10": ("Matérn, tau 10", {"noise_model": "matern", "screening": 10.0}),
+    "matern_1000": ("Matérn, tau 1000", {"noise_model": "matern", "screening": 1000.0}),
+    "white": ("white", {"noise_model": "white"}),
+    "unscreened": ("unscreened", {"noise_model": "unscreened"}),
+    "per_vertex": ("per vertex", {"noise_model": "per_vertex"}),
+    "spectral_64": ("spectral, 64", {"noise_model": "spectral", "eigenpairs": 64}),
+    "spectral_256": ("spectral, 256", {"noise_model": "spectral", "eigenpairs": 256}),
+    "spectral_1024": ("spectral, 1024", {"noise_model": "spectral", "eigenpairs": 1024}),
+}
+#: The same with and without smoothing.
 NOISES = {
-    "smoothed": ("Matérn, smoothed", "matern", 1.0),
-    "matern": ("Matérn", "matern", 0.0),
-    "white": ("white", "white", 0.0),
-    "unscreened": ("unscreened", "unscreened", 0.0),
-    "per_vertex": ("per vertex", "per_vertex", 0.0),
+    name + ending: (label + words, {**parameters, "noise_smoothing": smoothing})
+    for name, (label, parameters) in KINDS.items()
+    for ending, words, smoothing in (("_smoothed", ", smoothed", 1.0), ("", "", 0.0))
 }
 #: What is trained on, and what it is tested on, by the name of the task.
 TASKS = {
     "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
     "bunny": ("bunny_mixtures", ("bunny_mixtures", "bunny_test")),
 }
-COLUMNS = ("task", "noise", "test", "points", "mmd", "spacing", "cov", "nna", "error", "spread", "stretch")
+#: The numbers of a row, by their heads in the table.
+METRICS = {
+    "mmd": "MMD",
+    "reverse_mmd": "reverse MMD",
+    "spacing": "reference spacing",
+    "cov": "COV",
+    "nna": "1-NNA",
+    "error": "error of the mean",
+    "spread": "spread",
+    "stretch": "stretch",
+    "residual": "residual",
+}
+COLUMNS = ("task", "noise", "test", "points", "samples", "seeds", "unbounded")
 OTHERS = "none: other samples"
+GAUSSIAN = "none: Gaussian of the training samples"
 NOISE_ON_MEAN = "none: the mean with noise"
 #: How widely the noise on the mean spreads, as a multiple of the samples' own spread.
 SPREAD_OF_NOISE = 1.5
+#: Words of the sampler's errors about a flow that leaves all bounds: of its state, and of the network at a large state.
+UNBOUNDED = ("the state grows without bound", "the network's output is not finite")
+#: Equal parts of the flow time, whose losses a training logs.
+PARTS = 8
+#: Surfaces with more points have no closed form: its matrices are dense.
+LARGEST_DENSE = 6000
 
 
-def dataset(folder, name):
-    """Surface (points, triangles), its samples [N, V, C] and whether they are positions."""
-    found = surfacesynthesis.read_signal_dataset(os.path.join(folder, name + ".safetensors"))
-    (source,) = found.sources
-    return (source.points, source.triangles), source.signals, found.name == "Position"
+class Dataset:
+    """The surface (points, triangles) of a file, its samples [N, V, C] and whether they are positions."""
+
+    def __init__(self, options, name):
+        found = surfacesynthesis.read_signal_dataset(os.path.join(options.data, name + ".safetensors"))
+        (source,) = found.sources
+        self.mesh = source.points, source.triangles
+        self.samples = source.signals
+        self.position = found.name == "Position"
+        self.masses = point_masses(*self.mesh)
+
+    def space(self):
+        """The family that the samples are of; None where they are of neither."""
+        if not self.position:
+            return MixtureSpace(self.mesh, 2 * len(self.mesh[0]))
+        try:
+            return PoseSpace(self.mesh, self.samples)
+        except ValueError:
+            return None
+
+
+class Candidate:
+    """A row with a network: its name, and the model file and the table of losses of each seed."""
+
+    def __init__(self, label, files, tables, sampling_seeds):
+        self.label, self.files, self.tables, self.sampling_seeds = label, files, tables, sampling_seeds
+
+    def ensembles(self, options, dataset, count):
+        """Samples of each seed [N, V, C]; None where the flow grows without bound."""
+        for file, seed in zip(self.files, self.sampling_seeds):
+            yield generated(options, file, dataset, count, seed)
 
 
 def trained(options, task, noise):
-    """The model file of a task and a noise, which is trained as far as it is not yet."""
-    model = os.path.join(options.output, f"{task}_{noise}.safetensors")
-    started = time.monotonic()
-    surfacesynthesis.train_flow_matching(
-        dataset=os.path.join(options.data, TASKS[task][0] + ".safetensors"),
-        model=model,
-        checkpoint=model + ".checkpoint",
-        losses=os.path.join(options.output, f"{task}_{noise}.csv"),
-        iterations=options.iterations,
-        width=options.width,
-        blocks=options.blocks,
-        batch=options.batch,
-        learning_rate=options.learning_rate,
-        milestones=[2 * options.iterations // 3],
-        averaging=max(0.0, 1.0 - 10.0 / options.iterations),  # over the last tenth
-        noise_model=NOISES[noise][1],
-        noise_smoothing=NOISES[noise][2],
-        seed=options.seed,
-    )
-    print(f"{model}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
-    return model
+    """The candidate of a task and a noise, whose models are trained as far as they are not yet."""
+    label, parameters = NOISES[noise]
+    seeds = [options.seed + k for k in range(options.seeds)]
+    files = [os.path.join(options.output, f"{task}_{noise}_{seed}.safetensors") for seed in seeds]
+    tables = [file[: -len("safetensors")] + "csv" for file in files]
+    for seed, file, table in zip(seeds, files, tables):
+        started = time.monotonic()
+        surfacesynthesis.train_flow_matching(
+            dataset=os.path.join(options.data, TASKS[task][0] + ".safetensors"),
+            model=file,
+            checkpoint=file + ".checkpoint",
+            losses=table,
+            iterations=options.iterations,
+            width=options.width,
+            blocks=options.blocks,
+            batch=options.batch,
+            learning_rate=options.learning_rate,
+            milestones=[2 * options.iterations // 3],
+            averaging=max(0.0, 1.0 - 10.0 / options.iterations),  # over the last tenth
+            seed=seed,
+            **parameters,
+        )
+        print(f"{file}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+    return Candidate(label, files, tables, [seed + 1 for seed in seeds])
 
 
-def generated(options, model, mesh, position):
-    """Samples of a model [N, V, C]; none where its flow grows without bound."""
-    generate = surfacesynthesis.deform if position else surfacesynthesis.sample_signal
+def given(options, label, file):
+    """The candidate of a model file, which is sampled with several seeds."""
+    table = os.path.splitext(file)[0] + ".csv"
+    tables = [table] if os.path.exists(table) else []
+    return Candidate(label, [file] * options.seeds, tables, [options.seed + 1 + k for k in range(options.seeds)])
+
+
+def candidates(options, task):
+    """The rows with a network; models of files belong to the task with signals of their name."""
+    rows = [trained(options, task, noise) for noise in options.noises]
+    poses = TASKS[task][0].endswith("poses")
+    models = [(label, file) for label, file in options.model if (frame_of(file).signal == "Position") == poses]
+    return rows + [given(options, label, file) for label, file in models]
+
+
+def generated(options, model, dataset, count, seed):
+    """Samples of a model [N, V, C]; None where its flow grows without bound."""
+    generate = surfacesynthesis.deform if dataset.position else surfacesynthesis.sample_signal
     try:
-        return generate(mesh, model, seed=options.seed + 1, samples=options.samples, steps=options.steps)
+        return generate(dataset.mesh, model, seed=seed, samples=count, steps=options.steps)
     except surfacesynthesis.SurfaceSynthesisError as error:
-        if "not finite" not in str(error):
+        if not any(words in str(error) for words in UNBOUNDED):
             raise
         return None
 
 
-def noise_on_mean(options, mesh, samples, weights):
+def other_samples(options, dataset, count):
+    """Samples of the dataset after the references, in parts of the same number."""
+    parts = min(options.seeds, len(dataset.samples) // count - 1)
+    return [dataset.samples[(k + 1) * count : (k + 2) * count] for k in range(parts)]
+
+
+def noise_on_mean(options, dataset, count):
     """Unscreened noise on the mean of the samples."""
-    mean = samples.mean(axis=0, keepdims=True)
-    noise = surfacesynthesis.matern_noise(
-        mesh, noise_model="unscreened", components=mean.shape[2], samples=options.samples, seed=options.seed
-    )
-    noise = noise.reshape(options.samples, *mean.shape[1:])
-    return mean + SPREAD_OF_NOISE * spread(samples, weights) / spread(noise, weights) * noise
+    mean = dataset.samples.mean(axis=0, keepdims=True)
+    for k in range(options.seeds):
+        noise = surfacesynthesis.matern_noise(
+            dataset.mesh, noise_model="unscreened", components=mean.shape[2], samples=count, seed=options.seed + k
+        ).reshape(count, *mean.shape[1:])
+        scale = SPREAD_OF_NOISE * spread(dataset.samples, dataset.masses) / spread(noise, dataset.masses)
+        yield mean + scale * noise
 
 
-def compared(mesh, samples, references, position):
-    """The numbers of a row; distances of shapes are in units of the root of the surface's area."""
-    weights = point_weights(mesh)
-    scale = np.sqrt(weights.sum()) if position else 1.0
+def gaussian(options, training, dataset, count):
+    """Samples of the Gaussian with mean and covariance of the training samples, carried to the surface of the dataset from
+    the nearest places of that of the training."""
+    rest = training.mesh[0] if training.position else 0.0
+    mean = (training.samples - rest).mean(axis=0)
+    deviations = (training.samples - rest - mean) / np.sqrt(len(training.samples) - 1.0)
+    for k in range(options.seeds):
+        factors = np.random.default_rng([options.seed + k, 1]).standard_normal((count, len(deviations)))
+        samples = mean + np.tensordot(factors, deviations, axes=1)
+        samples = carried(samples, training.mesh, dataset.mesh[0])
+        yield samples + dataset.mesh[0] if training.position else samples
+
+
+def carried(signals, mesh, points):
+    """Signals [N, V, C] of a surface at the places that are nearest to points."""
+    if np.array_equal(mesh[0], points):
+        return signals
+    locator, cell, closest = vtkCellLocator(), vtkGenericCell(), [0.0, 0.0, 0.0]
+    locator.SetDataSet(to_polydata(mesh_of_triangles(*mesh)))
+    locator.BuildLocator()
+    corners, shares = np.empty((len(points), 3), dtype=int), np.empty((len(points), 3))
+    for number, point in enumerate(points):
+        triangle = reference(0)
+        locator.FindClosestPoint(point, closest, cell, triangle, reference(0), reference(0.0))
+        corners[number] = mesh[1][int(triangle)]
+        a, b, c = (mesh[0][corner] for corner in corners[number])
+        parts = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), np.array(closest) - a, rcond=None)[0]
+        shares[number] = 1.0 - parts.sum(), *parts
+    return sum(shares[:, k, None] * signals[:, corners[:, k]] for k in range(3))
+
+
+def compared(options, dataset, space, samples, references):
+    """The numbers of an ensemble; distances of shapes are in units of the root of the surface's area."""
+    mesh, masses, position = dataset.mesh, dataset.masses, dataset.position
+    scale = np.sqrt(masses.sum()) if position else 1.0
     metrics = surfacesynthesis.ensemble_metrics(samples, references, source=mesh, remove_centroid=position)
-    stretches = np.nan
-    if position:
-        stretches = stretch(mesh, samples)
-        samples, references = (values - centroids(values, weights) for values in (samples, references))
-    return {
+    row = {
         "mmd": metrics["mmd"] / scale,
+        "reverse_mmd": metrics["reverse_mmd"] / scale,
         "spacing": metrics["reference_spacing"] / scale,
         "cov": metrics["cov"],
         "nna": metrics["one_nearest_neighbour_accuracy"],
         "error": metrics["mean_error"] / scale,
-        "spread": spread(samples, weights) / spread(references, weights),
-        "stretch": stretches,
+        "stretch": stretch(mesh, samples) if position else np.nan,
+        "residual": space.residuals(samples[: options.fits]).mean() if space else np.nan,
     }
+    if position:
+        samples, references = (values - centroids(values, masses) for values in (samples, references))
+    row["spread"] = spread(samples, masses) / spread(references, masses)
+    return row
 
 
-def measured(options, task, candidates):
+def measured(options, task, networks):
     """The rows of a task."""
+    training = Dataset(options, TASKS[task][0])
     for test in TASKS[task][1]:
         if not os.path.exists(os.path.join(options.data, test + ".safetensors")):
             continue
-        mesh, samples, position = dataset(options.data, test)
-        ensembles = {NOISE_ON_MEAN: noise_on_mean(options, mesh, samples, point_weights(mesh))}
-        if len(samples) >= 2 * options.samples:
-            ensembles = {OTHERS: samples[options.samples : 2 * options.samples], **ensembles}
-        ensembles.update((label, generated(options, model, mesh, position)) for label, model in candidates)
-        for label, ensemble in ensembles.items():
-            row = {"task": task, "noise": label, "test": test, "points": len(mesh[0]), **dict.fromkeys(COLUMNS[4:], np.nan)}
-            if ensemble is not None:
-                row.update(compared(mesh, ensemble, samples[: options.samples], position))
-            yield row
+        dataset = Dataset(options, test)
+        space = dataset.space()
+        count = min(options.samples, len(dataset.samples))
+        ensembles = {
+            OTHERS: other_samples(options, dataset, count),
+            GAUSSIAN: gaussian(options, training, dataset, count),
+            NOISE_ON_MEAN: noise_on_mean(options, dataset, count),
+        }
+        ensembles.update((network.label, network.ensembles(options, dataset, count)) for network in networks)
+        for label, seeds in ensembles.items():
+            rows = [
+                compared(options, dataset, space, ensemble, dataset.samples[:count])
+                if ensemble is not None
+                else dict.fromkeys(METRICS, np.nan)
+                for ensemble in seeds
+            ]
+            if rows:
+                row = {"task": task, "noise": label, "test": test, "points": len(dataset.mesh[0]), "samples": count}
+                yield {**row, **summary(rows)}
+                print(f"{task}, {test}: {label}", file=sys.stderr, flush=True)
 
 
-def point_weights(mesh):
-    """The areas of the points, a third of those of their triangles."""
-    points, triangles = mesh
-    a, b, c = (points[triangles[:, k]].astype(float) for k in range(3))
-    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return np.bincount(triangles.ravel(), np.repeat(areas / 3.0, 3), len(points))
+def summary(rows):
+    """Mean and standard deviation of the numbers of several seeds; a single one has no deviation."""
+    found = {"seeds": len(rows), "unbounded": sum(np.isnan(row["mmd"]) for row in rows)}
+    for name in METRICS:
+        values = np.array([row[name] for row in rows])
+        found[name] = values.mean()
+        found[name + "_deviation"] = values.std(ddof=1) if len(values) > 1 else np.nan
+    return found
 
 
-def centroids(samples, weights):
-    return np.einsum("v,nvc->nc", weights / weights.sum(), samples)[:, None]
+def centroids(samples, masses):
+    return np.einsum("v,nvc->nc", masses / masses.sum(), samples)[:, None]
 
 
-def spread(samples, weights):
+def spread(samples, masses):
     """The root of the mean square distance of the samples from their mean."""
     away = samples - samples.mean(axis=0)
-    return np.sqrt(np.einsum("v,nvc->n", weights / weights.sum(), away**2).mean())
+    return np.sqrt(np.einsum("v,nvc->n", masses / masses.sum(), away**2).mean())
 
 
 def stretch(mesh, shapes):
@@ -157,25 +293,121 @@ def stretch(mesh, shapes):
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     first, second = np.unique(np.sort(edges, axis=1), axis=0).T
     lengths = np.linalg.norm(points[first].astype(float) - points[second], axis=1)
-    squares = [
-        (np.log(np.linalg.norm(shape[first].astype(float) - shape[second], axis=1) / lengths) ** 2).mean() for shape in shapes
-    ]
-    return np.sqrt(np.mean(squares))
+    ratios = (np.linalg.norm(shape[first].astype(float) - shape[second], axis=1) / lengths for shape in shapes)
+    return np.sqrt(np.mean([(np.log(ratio) ** 2).mean() for ratio in ratios]))
 
 
-def write_tables(rows, path):
+def differences(rows):
+    """Differences of rows of one test: each noise smoothed and not, and each against Matérn noise. None within two
+    deviations of the difference of two seeds; nan where a deviation is not known."""
+    pairs = [(NOISES[name + "_smoothed"][0], NOISES[name][0]) for name in KINDS]
+    pairs += [(NOISES[name + end][0], NOISES["matern" + end][0]) for end in ("_smoothed", "") for name in KINDS]
+    by_name = {(row["task"], row["test"], row["noise"]): row for row in rows}
+    for task, test in dict.fromkeys((row["task"], row["test"]) for row in rows):
+        for first, second in pairs:
+            a, b = (by_name.get((task, test, noise)) for noise in (first, second))
+            if a and b and a is not b:
+                found = {name: difference(a, b, name) for name in METRICS}
+                yield {"task": task, "test": test, "noise": first, "against": second, **found}
+
+
+def difference(a, b, name):
+    change = a[name] - b[name]
+    deviation = np.hypot(a[name + "_deviation"], b[name + "_deviation"])
+    if np.isnan(change + deviation):
+        return np.nan
+    return change if abs(change) > 2.0 * deviation else "none"
+
+
+def last_losses(table):
+    """The means of the losses by time in the last tenth of a training, over iterations with a sample at such times: others
+    repeat the number of the row before. nan in tables of versions without these columns."""
+    losses = np.atleast_1d(np.genfromtxt(table, delimiter=",", names=True))
+    if "loss_1" not in losses.dtype.names:
+        return np.full(PARTS, np.nan)
+    means = []
+    for part in range(PARTS):
+        column = losses[f"loss_{part + 1}"]
+        fresh = np.flatnonzero(np.diff(column, prepend=0.0))
+        late = fresh[fresh >= 0.9 * len(column)]
+        means.append(column[late].mean() if len(late) else np.nan)
+    return np.array(means)
+
+
+def losses_by_time(options, task, networks):
+    """Rows with the losses of each candidate, and of the best linear velocity for its noise and the training samples."""
+    dataset = Dataset(options, TASKS[task][0])
+    modes = Modes(*dataset.mesh) if len(dataset.mesh[0]) <= LARGEST_DENSE else None
+    for network in networks:
+        frames = [frame_of(file) for file in dict.fromkeys(network.files)]
+        found = np.array([last_losses(table) for table in network.tables] or [np.full(PARTS, np.nan)])
+        linear, constant = np.full(PARTS, np.nan), np.nan
+        if modes:
+            samples = network_units(frames[0], dataset.mesh, dataset.samples)
+            best = LinearVelocity(modes, samples, frames[0].noise, dataset.position)
+            linear = np.mean([best.mean_losses(frame.noise.scale, PARTS) for frame in frames], axis=0)
+            constant = np.mean([best.constant_loss(frame.noise.scale) for frame in frames])
+        for part in range(PARTS):
+            yield {
+                "task": task,
+                "noise": network.label,
+                "begin": part / PARTS,
+                "end": (part + 1) / PARTS,
+                "constant": constant,
+                "linear": linear[part],
+                "trained": found[:, part].mean(),
+                "trained_deviation": found[:, part].std(ddof=1) if len(found) > 1 else np.nan,
+            }
+
+
+def write_csv(rows, path):
     with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
+        writer = csv.DictWriter(file, list(rows[0]) if rows else [])
         writer.writeheader()
         writer.writerows(rows)
-    heads = ("task", "tested on", "points", "noise", "MMD", "reference spacing", "COV", "1-NNA", "error of the mean", "spread")
-    print("| {} |".format(" | ".join((*heads, "stretch"))))
-    print("|---|---|---:|---|---:|---:|---:|---:|---:|---:|---:|")
-    for row in rows:
-        print(
-            "| {task} | {test} | {points:,} | {noise} | {mmd:.4f} | {spacing:.4f} | {cov:.3f} | {nna:.3f} | {error:.4f} "
-            "| {spread:.2f} | {stretch:.3f} |".format(**row).replace("nan", "-")
-        )
+
+
+def print_table(heads, lines):
+    print("| {} |".format(" | ".join(heads)))
+    print("|{}|".format("|".join("---" if number < 2 else "---:" for number in range(len(heads)))))
+    for line in lines:
+        print("| {} |".format(" | ".join(line)))
+    print()
+
+
+def shown(value, deviation=np.nan):
+    """A number of the tables, with its deviation where there is one."""
+    if isinstance(value, str) or np.isnan(value):
+        return value if isinstance(value, str) else "-"
+    return f"{value:.4f}" if np.isnan(deviation) else f"{value:.4f} ± {deviation:.4f}"
+
+
+def print_tables(rows, changes, losses):
+    cells = [[shown(row[name], row[name + "_deviation"]) for name in METRICS] for row in rows]
+    heads = [[row["test"], row["noise"], f"{row['points']:,}"] for row in rows]
+    print_table(("tested on", "noise", "points", *METRICS.values()), [head + cell for head, cell in zip(heads, cells)])
+    lines = [[f"{row['noise']} against {row['against']}", row["test"], *(shown(row[m]) for m in METRICS)] for row in changes]
+    if lines:
+        print_table(("difference", "tested on", *METRICS.values()), lines)
+    lines = [
+        [
+            f"{row['task']}, {row['noise']}",
+            f"{row['begin']:.3f} to {row['end']:.3f}",
+            shown(row["constant"]),
+            shown(row["linear"]),
+            shown(row["trained"], row["trained_deviation"]),
+        ]
+        for row in losses
+    ]
+    if lines:
+        print_table(("noise", "flow time", "constant velocity", "best linear velocity", "trained"), lines)
+
+
+def model_option(text):
+    name, separator, file = text.partition("=")
+    if not separator:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=FILE")
+    return name, file
 
 
 def parsed(arguments):
@@ -183,31 +415,35 @@ def parsed(arguments):
     parser.add_argument("data", help="folder with the datasets")
     parser.add_argument("output", help="folder for models and tables; made when it is not there")
     parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=sorted(TASKS))
-    parser.add_argument("--noises", nargs="+", choices=list(NOISES), default=list(NOISES))
+    parser.add_argument("--noises", nargs="*", metavar="NOISE", default=list(NOISES), choices=list(NOISES),
+                        help="of " + ", ".join(NOISES) + "; default: all; without a name no model is trained")  # fmt: skip
     parser.add_argument("--iterations", type=int, default=6000, help="of each training (default: 6000)")
     parser.add_argument("--width", type=int, default=48, help="of the networks (default: 48)")
     parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")
     parser.add_argument("--batch", type=int, default=4, help="samples in an iteration (default: 4)")
     parser.add_argument("--learning-rate", type=float, default=1e-3, help="default: 0.001")
-    parser.add_argument("--model", metavar="FILE", help="measure this model, of one task, and train none")
-    parser.add_argument("--samples", type=int, default=100, help="generated and reference samples (default: 100)")
+    parser.add_argument("--model", type=model_option, action="append", default=[], metavar="NAME=FILE",
+                        help="a row for this model; may be repeated")  # fmt: skip
+    parser.add_argument("--samples", type=int, default=300, help="generated and reference samples (default: 300)")
+    parser.add_argument("--fits", type=int, default=30, help="samples that the residual is measured on (default: 30)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
-    parser.add_argument("--seed", type=int, default=0, help="default: 0")
+    parser.add_argument("--seeds", type=int, default=3, help="number of seeds (default: 3)")
+    parser.add_argument("--seed", type=int, default=0, help="the first seed (default: 0)")
     return parser.parse_args(arguments)
-
-
-def models(options, task):
-    """Pairs of a name in the table and a model file; all are trained then."""
-    if options.model:
-        return [(os.path.basename(options.model), options.model)]
-    return [(NOISES[noise][0], trained(options, task, noise)) for noise in options.noises]
 
 
 def main(arguments=None):
     options = parsed(arguments)
     os.makedirs(options.output, exist_ok=True)
-    rows = [row for task in options.tasks for row in measured(options, task, models(options, task))]
-    write_tables(rows, os.path.join(options.output, "metrics.csv"))
+    rows, losses = [], []
+    for task in options.tasks:
+        networks = candidates(options, task)
+        rows += measured(options, task, networks)
+        losses += losses_by_time(options, task, networks)
+    changes = list(differences(rows))
+    for name, table in (("metrics", rows), ("differences", changes), ("losses", losses)):
+        write_csv(table, os.path.join(options.output, name + ".csv"))
+    print_tables(rows, changes, losses)
 
 
 if __name__ == "__main__":
