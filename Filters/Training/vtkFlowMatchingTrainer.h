@@ -32,8 +32,10 @@
  * which the Python package and the library write.
  *
  * @par Output
- * The table of vtkModelTrainer with the columns iteration (vtkIdType), loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped) and learning_rate (float64);
- * loss is VertexWeight vertex_loss + JacobianWeight jacobian_loss.
+ * The table of vtkModelTrainer with the columns iteration (vtkIdType), loss, vertex_loss, jacobian_loss, gradient_norm
+ * (before it is clipped), learning_rate and loss_1 to loss_8 (float64); loss is VertexWeight vertex_loss + JacobianWeight
+ * jacobian_loss, and loss_k the mean loss of the samples at times in [(k - 1) / 8, k / 8). It keeps its number in
+ * iterations without such a sample, and is 0 before the first one.
  *
  * @par Files
  * Those of vtkModelTrainer. Iterations, Milestones, Device and the names and times of files may change between an
@@ -184,7 +186,7 @@ public:
 
   ///@{
   /**
-   * Smoothing of MATERN noise f, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
+   * Smoothing of the noise f, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
    * 1 / (1 + s lambda), with s this number of squared mean edge lengths of the first surface. The network sees gradients;
    * those of noise that is not smoothed grow with the number of vertices, and a model that was trained on a coarse
    * triangulation then tears finer ones apart. 0 is the noise of the paper. Default 1.

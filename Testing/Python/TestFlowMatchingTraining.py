@@ -75,6 +75,8 @@ def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball
     assert losses["iteration"].tolist() == [1, 2, 3, 4, 5]
     assert np.allclose(losses["loss"], losses["vertex_loss"] + losses["jacobian_loss"])
     assert losses["learning_rate"].tolist() == pytest.approx([5e-4] * 3 + [1e-4] * 2)
+    by_time = np.stack([losses[f"loss_{k}"] for k in range(1, 9)])
+    assert by_time.shape == (8, 5) and (by_time >= 0).all() and 2 <= (by_time[:, -1] > 0).sum() <= 8
     samples = samples_of(ball)
     blocks = blocks_of(samples)
     arrays = np.array([stretched(ball, stretch)[0] for stretch in STRETCHES])

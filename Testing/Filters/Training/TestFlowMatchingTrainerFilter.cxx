@@ -254,9 +254,9 @@ TEST_F(FlowMatchingTrainerFilter, TheTableHoldsTheLossesOfEachIteration)
   this->ModelBytes(filter);
   vtkTable* table = TableOf(filter);
   const std::vector<std::string> names = { "iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm",
-    "learning_rate" };
-  ASSERT_EQ(table->GetNumberOfColumns(), 6);
-  for (int k = 0; k < 6; ++k)
+    "learning_rate", "loss_1", "loss_2", "loss_3", "loss_4", "loss_5", "loss_6", "loss_7", "loss_8" };
+  ASSERT_EQ(table->GetNumberOfColumns(), 14);
+  for (int k = 0; k < 14; ++k)
   {
     EXPECT_EQ(table->GetColumnName(k), names[static_cast<std::size_t>(k)]);
   }

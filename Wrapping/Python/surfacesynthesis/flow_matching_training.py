@@ -33,7 +33,10 @@ NOISES = {
 }
 
 #: The columns of the losses.
-COLUMNS = ("iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate")
+COLUMNS = (
+    *("iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate"),
+    *(f"loss_{k}" for k in range(1, 9)),
+)
 
 _POSITION = "Position"  # the name of signals that are deformed positions
 _LARGEST_AVERAGING = 0.9999999
@@ -81,7 +84,7 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     screening : float
         Screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
     noise_smoothing : float
-        Smoothing of "matern" noise, in squared mean edge lengths of the first source, so that its gradients do not
+        Smoothing of the noise, in squared mean edge lengths of the first source, so that its gradients do not
         grow with the number of vertices; 0 is the noise of the paper. Default 1.
     noise_scale : float
         Factor of the noise; 0 lets it vary as much as the samples do about their mean. Default 0.

@@ -50,7 +50,7 @@ _NUMBERS = {
     ),
     "noise": (
         ("screening", float, 100.0, "TAU", "tau of the noise on the surface scaled to area 1"),
-        ("noise-smoothing", float, 1.0, "S", "of matern noise, in squared mean edge lengths, 0: none"),
+        ("noise-smoothing", float, 1.0, "S", "of the noise, in squared mean edge lengths, 0: none"),
         ("noise-scale", float, 0.0, "S", "what the noise is multiplied by, 0: such that it varies as the samples do"),
         ("eigenpairs", int, 256, "K", "of spectral noise"),
     ),
