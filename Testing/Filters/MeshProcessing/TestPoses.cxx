@@ -177,13 +177,15 @@ TEST(PoseHandles, ProgressCanCancel)
 
 TEST(SurfacePoses, AngleZeroIsTheShapeItself)
 {
+  // Rounding errors grow from one of the fourteen solves to the next; an edge is 0.5 long.
+  constexpr double rounding = 1e-7;
   const TriangleMesh cross = Cross();
   PoseOptions options = Gentle();
   options.MaximumAngle = options.MaximumTwist = 0.0;
   const SurfacePoses poses(cross, HandlesOf(cross), options);
   for (const auto& [sample, points] : Sampled(poses, Request(1, 0, 2)))
   {
-    EXPECT_LT((points - cross.Points).cwiseAbs().maxCoeff(), 1e-9) << sample;
+    EXPECT_LT((points - cross.Points).cwiseAbs().maxCoeff(), rounding) << sample;
   }
 }
 
