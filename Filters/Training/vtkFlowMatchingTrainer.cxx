@@ -24,6 +24,7 @@
 #include <optional>
 #include <utility>
 
+using surfsynth::FlowMatchingModel;
 using surfsynth::FlowMatchingTrainingOptions;
 using surfsynth::SignalDataset;
 using surfsynth::TrainingFiles;
@@ -169,6 +170,11 @@ private:
         " and there is one source; an encoder tells where on surfaces of different shape a point is, and needs "
         "several. A model of one source is trained with 0.");
     }
+    if (recipe.InitialModel)
+    {
+      throw surfsynth::InvalidInput("EncoderIterations is " + std::to_string(this->Self->EncoderIterations) +
+        " and InitialModelFileName is given; expected 0, because that model has its own encoder, or none.");
+    }
     surfsynth::EncodingTrainingOptions options;
     static_cast<surfsynth::TrainingOptions&>(options) = recipe;
     options.Iterations = this->Self->EncoderIterations;
@@ -187,18 +193,25 @@ private:
     options.Blocks = self.Blocks;
     options.ComplexLayers = self.ComplexLayers;
     options.InnerProducts = self.InnerProducts;
+    options.Prediction = static_cast<surfsynth::FlowPrediction>(self.Prediction);
     options.Noise.Model = static_cast<surfsynth::NoiseModel>(self.NoiseModel);
     options.Noise.Screening = self.Screening;
-    options.Noise.Smoothing = self.NoiseSmoothing;
+    options.Noise.Smoothing = self.NoiseSmoothing < 0.0 ? surfsynth::ChosenSmoothing : self.NoiseSmoothing;
     options.Noise.Eigenpairs = self.NumberOfEigenpairs;
     options.Noise.Scale = self.NoiseScale;
     if (!self.EncoderFileName.empty() && self.EncoderIterations == 0)
     {
       options.Encoder = *this->EncoderFile.Get(self.EncoderFileName);
     }
+    if (!self.InitialModelFileName.empty())
+    {
+      options.InitialModel = *this->InitialFile.Get(self.InitialModelFileName);
+    }
     options.Iterations = self.Iterations;
     options.BatchSize = self.BatchSize;
     options.SourcesPerBatch = self.SourcesPerBatch;
+    options.Optimizer = static_cast<surfsynth::TrainingOptimizer>(self.Optimizer);
+    options.Schedule = static_cast<surfsynth::LearningRateSchedule>(self.LearningRateSchedule);
     options.Milestones.assign(self.Milestones.begin(), self.Milestones.end());
     options.LearningRateFactor = self.LearningRateFactor;
     options.GradientClip = self.GradientClip;
@@ -211,6 +224,7 @@ private:
   TrainingFiles Files(const Run& run) const
   {
     TrainingFiles files = run.Files();
+    files.Inputs.push_back(this->Self->InitialModelFileName);
     if (this->Self->EncoderIterations > 0)
     {
       const TrainingFiles encoder = this->EncoderFiles(run);
@@ -241,12 +255,18 @@ private:
   static surfsynth::PoissonNetModel ReadEncoder(const std::string& path) { return surfsynth::ReadPoissonNet(path); }
   surfsynth::FileCache<surfsynth::PoissonNetModel> EncoderFile{ ReadEncoder,
     "EncoderFileName must name a PoissonNet in safetensors format, as a training with EncoderIterations writes it." };
+  static FlowMatchingModel ReadInitial(const std::string& path) { return surfsynth::ReadFlowMatchingModel(path); }
+  surfsynth::FileCache<FlowMatchingModel> InitialFile{
+    ReadInitial,
+    "InitialModelFileName must name a flow matching model in safetensors format, as vtkFlowMatchingTrainer writes it."
+  };
 };
 
 vtkFlowMatchingTrainer::vtkFlowMatchingTrainer()
   : Impl(std::make_unique<Internals>(this))
 {
   this->SetNumberOfInputPorts(2);
+  this->SetLearningRate(FlowMatchingTrainingOptions().LearningRate);
 }
 
 vtkFlowMatchingTrainer::~vtkFlowMatchingTrainer() = default;
@@ -254,6 +274,11 @@ vtkFlowMatchingTrainer::~vtkFlowMatchingTrainer() = default;
 void vtkFlowMatchingTrainer::SetSignalArrayName(const char* name) { this->SetText(this->SignalArrayName, name); }
 
 void vtkFlowMatchingTrainer::SetEncoderFileName(const char* name) { this->SetText(this->EncoderFileName, name); }
+
+void vtkFlowMatchingTrainer::SetInitialModelFileName(const char* name)
+{
+  this->SetText(this->InitialModelFileName, name);
+}
 
 void vtkFlowMatchingTrainer::SetNumberOfMilestones(int number)
 {
@@ -323,12 +348,14 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
   os << indent << "EncoderFileName: " << this->EncoderFileName << "\n";
+  os << indent << "InitialModelFileName: " << this->InitialModelFileName << "\n";
   os << indent << "EncoderIterations: " << this->EncoderIterations << "\n";
   os << indent << "NumberOfEigenfunctions: " << this->NumberOfEigenfunctions << "\n";
   os << indent << "Width: " << this->Width << "\n";
   os << indent << "Blocks: " << this->Blocks << "\n";
   os << indent << "ComplexLayers: " << this->ComplexLayers << "\n";
   os << indent << "InnerProducts: " << this->InnerProducts << "\n";
+  os << indent << "Prediction: " << this->Prediction << "\n";
   os << indent << "NoiseModel: " << this->NoiseModel << "\n";
   os << indent << "Screening: " << this->Screening << "\n";
   os << indent << "NoiseSmoothing: " << this->NoiseSmoothing << "\n";
@@ -337,6 +364,8 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "BatchSize: " << this->BatchSize << "\n";
   os << indent << "SourcesPerBatch: " << this->SourcesPerBatch << "\n";
+  os << indent << "Optimizer: " << this->Optimizer << "\n";
+  os << indent << "LearningRateSchedule: " << this->LearningRateSchedule << "\n";
   os << indent << "Milestones:";
   for (const int milestone : this->Milestones)
   {

@@ -7,7 +7,7 @@
  * Triangulation-Agnostic Flow Matching on Meshes", section 4): rectified flow f_t = (1 - t) f_0 + t f_1 with f_0
  * noise, f_1 a sample and t uniform in [0, 1), and the loss of equation 12, in velocities and in their gradients. The
  * model file serves surfaces with any triangulation; vtkFlowMatchingSampler and vtkFlowMatchingDeformer draw samples
- * of it. Files, device, seed and learning rate are those of vtkModelTrainer.
+ * of it. Files, device, seed and learning rate are those of vtkModelTrainer, but the default of LearningRate is 0.02.
  *
  * @par Input
  * Port 0: the source, a vtkPolyData with triangles, polygons or strips, float or double points; or a composite
@@ -38,8 +38,8 @@
  * iterations without such a sample, and is 0 before the first one.
  *
  * @par Files
- * Those of vtkModelTrainer. Iterations, Milestones, Device and the names and times of files may change between an
- * update and the next, which goes on from the checkpoint.
+ * Those of vtkModelTrainer. Iterations, LearningRateSchedule, Milestones, Device and the names and times of files may change
+ * between an update and the next, which goes on from the checkpoint.
  *
  * @par Cost
  * Iterations times BatchSize evaluations of the network and of its derivative, each linear in the number of triangles
@@ -105,6 +105,16 @@ public:
 
   ///@{
   /**
+   * Path of a flow matching model file whose weights the training begins with: to go on from few triangles to many, or with
+   * other samples. Encoder, noise, Prediction and the sizes of the network are then those of that model, whatever the
+   * properties for them say; EncoderFileName must be empty and EncoderIterations 0. Default "": random weights.
+   */
+  void SetInitialModelFileName(const char* name);
+  vtkGetCharFromStdStringMacro(InitialModelFileName);
+  ///@}
+
+  ///@{
+  /**
    * Number of iterations in which an encoder is trained before the model, at least 0. The sources must correspond
    * then: all have the polygons of the first, the reference. The encoder learns to predict the lowest eigenfunctions of
    * the Laplacian of the reference from positions, on BatchSize surfaces in an iteration: sources, and samples that are
@@ -125,6 +135,26 @@ public:
    */
   vtkSetClampMacro(NumberOfEigenfunctions, int, 1, 10000);
   vtkGetMacro(NumberOfEigenfunctions, int);
+  ///@}
+
+  /// Quantities that the network can predict.
+  enum Predictions
+  {
+    VELOCITY = 0, ///< the velocity, as published
+    DATA = 1      ///< the data at the end of the flow
+  };
+
+  ///@{
+  /**
+   * What the network predicts. With DATA its input is relative to the source and has the same size at all times; the velocity
+   * is what leads to the predicted data in the time that is left, and errors near the end of the flow weigh at most 30 times
+   * as much as at its beginning. What a model leaves alone is then that of the source, such as its relief. VELOCITY is the
+   * paper's. The model file says which it is. Default DATA.
+   */
+  vtkSetClampMacro(Prediction, int, VELOCITY, DATA);
+  vtkGetMacro(Prediction, int);
+  void SetPredictionToVelocity() { this->SetPrediction(VELOCITY); }
+  void SetPredictionToData() { this->SetPrediction(DATA); }
   ///@}
 
   ///@{
@@ -186,12 +216,13 @@ public:
 
   ///@{
   /**
-   * Smoothing of the noise f, at least 0: (M + s L) g = M f, which multiplies spectral coefficients by
-   * 1 / (1 + s lambda), with s this number of squared mean edge lengths of the first surface. The network sees gradients;
-   * those of noise that is not smoothed grow with the number of vertices, and a model that was trained on a coarse
-   * triangulation then tears finer ones apart. 0 is the noise of the paper. Default 1.
+   * Smoothing of the noise f: (M + s L) g = M f, which multiplies spectral coefficients by 1 / (1 + s lambda), with s this
+   * number of squared mean edge lengths of the first surface, at least 0. Negative: 0 for positions and 1 for other signals.
+   * The network sees gradients; those of noise that is not smoothed grow with the number of vertices, and a model of a signal
+   * can fail on triangulations much finer than that of its training. Models of positions do not, and with smoothed noise they
+   * vary less than the data. 0 is the noise of the paper. Default -1.
    */
-  vtkSetClampMacro(NoiseSmoothing, double, 0.0, VTK_DOUBLE_MAX);
+  vtkSetClampMacro(NoiseSmoothing, double, -1.0, VTK_DOUBLE_MAX);
   vtkGetMacro(NoiseSmoothing, double);
   ///@}
 
@@ -215,7 +246,7 @@ public:
   ///@{
   /**
    * Number of iterations in all, those of a checkpoint included, at least 1; the paper has 160,000. Iterations times
-   * BatchSize must be below 2^32. Default 20000.
+   * BatchSize must be below 2^32. Default 3000.
    */
   vtkSetClampMacro(Iterations, int, 1, 100000000);
   vtkGetMacro(Iterations, int);
@@ -223,7 +254,7 @@ public:
 
   ///@{
   /**
-   * Number of samples in an iteration, at least 1; the paper has 32. Default 8.
+   * Number of samples in an iteration, at least 1; the paper has 32. Default 32.
    */
   vtkSetClampMacro(BatchSize, int, 1, 100000);
   vtkGetMacro(BatchSize, int);
@@ -237,9 +268,45 @@ public:
   vtkGetMacro(SourcesPerBatch, int);
   ///@}
 
+  /// Optimizers of the weights.
+  enum Optimizers
+  {
+    ADAM = 0, ///< [Kingma2015], as published
+    MUON = 1  ///< [Jordan2024] for the matrices inside the network, Adam for the rest
+  };
+
   ///@{
   /**
-   * Iterations after which the learning rate is multiplied by LearningRateFactor, at least 0 each. None stands for
+   * Optimizer of the weights. MUON learns in a fraction of the iterations that ADAM takes, at a LearningRate of 0.01 to 0.02;
+   * ADAM is the paper's, at 5e-4. Encoders are trained with it, too. Default MUON.
+   */
+  vtkSetClampMacro(Optimizer, int, ADAM, MUON);
+  vtkGetMacro(Optimizer, int);
+  void SetOptimizerToAdam() { this->SetOptimizer(ADAM); }
+  void SetOptimizerToMuon() { this->SetOptimizer(MUON); }
+  ///@}
+
+  /// Courses of the learning rate.
+  enum LearningRateSchedules
+  {
+    MILESTONES = 0, ///< falls at milestones, as published
+    COSINE = 1      ///< rises over the first hundredth of all iterations, then falls to 0 along half a cosine
+  };
+
+  ///@{
+  /**
+   * Course of the learning rate. With COSINE, Milestones and LearningRateFactor have no effect, and a training with more
+   * iterations than its checkpoint was begun with goes on at the rate of the longer course. MILESTONES is the paper's. Default COSINE.
+   */
+  vtkSetClampMacro(LearningRateSchedule, int, MILESTONES, COSINE);
+  vtkGetMacro(LearningRateSchedule, int);
+  void SetLearningRateScheduleToMilestones() { this->SetLearningRateSchedule(MILESTONES); }
+  void SetLearningRateScheduleToCosine() { this->SetLearningRateSchedule(COSINE); }
+  ///@}
+
+  ///@{
+  /**
+   * Iterations after which the learning rate is multiplied by LearningRateFactor with MILESTONES, at least 0 each. None stands for
    * one after a quarter of all iterations. SetNumberOfMilestones() clamps to 0 and more and fills up with 0;
    * SetMilestone() does nothing for an index out of range, and GetMilestone() returns 0. Default none.
    */
@@ -285,8 +352,8 @@ public:
 
   ///@{
   /**
-   * Decay of the exponential moving average of the weights, which becomes the model, at least 0 and below 1, for instance
-   * 0.999; 0 stands for the last weights themselves, as in the paper. Default 0.
+   * Decay of the exponential moving average of the weights, which becomes the model, at least 0 and below 1; 0 stands for
+   * the last weights themselves, as in the paper. Default 0.99.
    */
   vtkSetClampMacro(WeightAveraging, double, 0.0, 0.9999999);
   vtkGetMacro(WeightAveraging, double);
@@ -324,26 +391,30 @@ private:
 
   std::string SignalArrayName;
   std::string EncoderFileName;
+  std::string InitialModelFileName;
   int EncoderIterations = 0;
   int NumberOfEigenfunctions = 64;
   int Width = 64;
   int Blocks = 4;
   int ComplexLayers = 3;
   bool InnerProducts = false;
+  int Prediction = DATA;
   int NoiseModel = MATERN;
   double Screening = 100.0;
-  double NoiseSmoothing = 1.0;
+  double NoiseSmoothing = -1.0;
   double NoiseScale = 0.0;
   int NumberOfEigenpairs = 256;
-  int Iterations = 20000;
-  int BatchSize = 8;
+  int Iterations = 3000;
+  int BatchSize = 32;
   int SourcesPerBatch = 1;
+  int Optimizer = MUON;
+  int LearningRateSchedule = COSINE;
   std::vector<int> Milestones;
   double LearningRateFactor = 0.2;
   double GradientClip = 1.0;
   double VertexWeight = 1.0;
   double JacobianWeight = 1.0;
-  double WeightAveraging = 0.0;
+  double WeightAveraging = 0.99;
 
   class Internals;
   std::unique_ptr<Internals> Impl;

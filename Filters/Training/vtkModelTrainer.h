@@ -152,7 +152,7 @@ public:
 
   ///@{
   /**
-   * Learning rate of Adam, larger than 0. Default 5e-4.
+   * Learning rate of the optimizer, larger than 0. Default 5e-4.
    */
   vtkSetClampMacro(LearningRate, double, 1e-300, std::numeric_limits<double>::max());
   vtkGetMacro(LearningRate, double);

@@ -76,6 +76,7 @@ DEFAULTS_OF_PARAVIEW = {
 #: Defaults that a class gives to properties of its base.
 DEFAULTS_OF_CLASSES = {
     ("vtkFieldLatentTrainer", "LearningRate"): "1e-3",
+    ("vtkFlowMatchingTrainer", "LearningRate"): "0.02",
     ("vtkLatentDiffusionTrainer", "LearningRate"): "1e-3",
 }
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)

@@ -27,8 +27,10 @@ from surfacesynthesis.command_line import main
 from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
-TINY = {"width": 8, "blocks": 2, "layers": 2, "batch": 2, "device": "cpu", "milestones": [3]}
-TINY_OPTIONS = ["--width", "8", "--blocks", "2", "--layers", "2", "--batch", "2", "--device", "cpu", "--milestone", "3"]
+TINY = {"width": 8, "blocks": 2, "layers": 2, "batch": 2, "device": "cpu"}
+TINY.update({"schedule": "milestones", "milestones": [3]})
+TINY_OPTIONS = ["--width", "8", "--blocks", "2", "--layers", "2", "--batch", "2", "--device", "cpu"]
+TINY_OPTIONS += ["--schedule", "milestones", "--milestone", "3"]
 STRETCHES = (1.2, 1.5, 0.7)
 
 
@@ -74,7 +76,7 @@ def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball
     expected, losses = train(tmp_path, "dataset", dataset=write_dataset(tmp_path / "data.safetensors", ball))
     assert losses["iteration"].tolist() == [1, 2, 3, 4, 5]
     assert np.allclose(losses["loss"], losses["vertex_loss"] + losses["jacobian_loss"])
-    assert losses["learning_rate"].tolist() == pytest.approx([5e-4] * 3 + [1e-4] * 2)
+    assert losses["learning_rate"].tolist() == pytest.approx([2e-2] * 3 + [4e-3] * 2)
     by_time = np.stack([losses[f"loss_{k}"] for k in range(1, 9)])
     assert by_time.shape == (8, 5) and (by_time >= 0).all() and 2 <= (by_time[:, -1] > 0).sum() <= 8
     samples = samples_of(ball)

@@ -91,7 +91,7 @@ inline void ExpectMetadataAreChecked(const ModelFileKind& kind)
     AllOf(HasSubstr("\"architecture\" is \"poissonnet\""), HasSubstr(name), HasSubstr(kind.Path)));
   EXPECT_THAT(messageWithout("architecture"), HasSubstr("\"architecture\" is missing"));
   EXPECT_THAT(
-    messageOf("format_version", "2"), AllOf(HasSubstr("\"format_version\" is \"2\""), HasSubstr("expected \"1\"")));
+    messageOf("format_version", "3"), AllOf(HasSubstr("\"format_version\" is \"3\""), HasSubstr("expected \"1\"")));
   EXPECT_THAT(messageWithout(name), HasSubstr("\"" + name + "\" is missing"));
   EXPECT_THAT(messageOf(name, "{"), HasSubstr("no JSON object"));
   EXPECT_THAT(messageOf(name, "[]"), HasSubstr("no JSON object"));

@@ -58,6 +58,12 @@ SignalDataset HeatOnSphere(int samples, int level)
 FlowMatchingTrainingOptions TinyRecipe(std::int64_t iterations)
 {
   FlowMatchingTrainingOptions options;
+  options.Prediction = FlowPrediction::Velocity;
+  options.Noise.Smoothing = 1.0;
+  options.Optimizer = TrainingOptimizer::Adam;
+  options.LearningRate = 5e-4;
+  options.Schedule = LearningRateSchedule::Milestones;
+  options.WeightAveraging = 0.0;
   options.Width = 8;
   options.Blocks = 2;
   options.ComplexLayers = 2;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace surfsynth
@@ -44,19 +45,25 @@ std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& foun
   return text;
 }
 
-void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind)
+void RequireArchitecture(
+  const SafetensorsFile& file, const std::string& architecture, const std::string& kind, const std::string& newest)
 {
-  for (const auto& [key, expected] :
-    { std::pair<std::string, std::string>("architecture", architecture), { "format_version", ModelFormatVersion } })
-  {
+  const auto require = [&](const std::string& key, const std::set<std::string>& expected) {
     const auto found = file.Metadata().find(key);
-    if (found == file.Metadata().end() || found->second != expected)
+    if (found == file.Metadata().end() || expected.count(found->second) == 0)
     {
+      std::string known;
+      for (const std::string& value : expected)
+      {
+        known += (known.empty() ? "\"" : " or \"") + value + "\"";
+      }
       throw ModelMismatch(file.Name() + ": the metadata \"" + key + "\" is " +
-        (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected \"" + expected +
-        "\": " + kind + ".");
+        (found == file.Metadata().end() ? "missing" : "\"" + found->second + "\"") + "; expected " + known + ": " +
+        kind + ".");
     }
-  }
+  };
+  require("architecture", { architecture });
+  require("format_version", { ModelFormatVersion, newest });
 }
 
 void RequireModelSize(const SafetensorsFile& file)
@@ -122,6 +129,11 @@ std::string DescriptionReader::String(const char* key) const
     this->Fail(key, "a name");
   }
   return found->get<std::string>();
+}
+
+std::string DescriptionReader::StringOr(const char* key, const std::string& otherwise) const
+{
+  return this->Json.contains(key) ? this->String(key) : otherwise;
 }
 
 std::vector<double> DescriptionReader::Numbers(const char* key) const

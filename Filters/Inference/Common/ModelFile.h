@@ -25,10 +25,11 @@ using TensorShapes = std::map<std::string, std::vector<std::int64_t>>;
 /// of the others; "" when there is none.
 std::string DifferencesOf(const TensorShapes& expected, const TensorShapes& found);
 
-/// Checks that the metadata name this architecture, in format version 1.
+/// Checks that the metadata name this architecture, in format version 1 or @p newest.
 /// @param kind end of the message: "a flow matching model, as vtkFlowMatchingTrainer writes it"
 /// @throws ModelMismatch
-void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind);
+void RequireArchitecture(const SafetensorsFile& file, const std::string& architecture, const std::string& kind,
+  const std::string& newest = ModelFormatVersion);
 
 /// Maximum number of weights and other numbers of a model, 2^28: 1 GiB in float32.
 constexpr std::int64_t MaximumModelSize = std::int64_t(1) << 28;
@@ -53,6 +54,8 @@ public:
   std::int64_t WholeNumber(const char* key) const;
   /// Value of a key that holds a string.
   std::string String(const char* key) const;
+  /// Value of a key that holds a string, or @p otherwise without the key.
+  std::string StringOr(const char* key, const std::string& otherwise) const;
   /// Value of a key that holds an array of numbers.
   std::vector<double> Numbers(const char* key) const;
   /// Throws ModelMismatch about the value of @p key.

@@ -26,6 +26,9 @@ const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel
   { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
   { "spectral", NoiseModel::Spectral } };
 
+/// Version of the format of models that predict data, which earlier versions of the library would misread.
+constexpr const char* DataFormatVersion = "2";
+
 const char* NameOf(NoiseModel model)
 {
   return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) {
@@ -53,6 +56,16 @@ NoiseModel ReadNoise(const DescriptionReader& reader)
     }
   }
   reader.Fail("noise", "matern, per_vertex, white, unscreened or spectral");
+}
+
+FlowPrediction ReadPrediction(const DescriptionReader& reader)
+{
+  const std::string name = reader.StringOr("prediction", "velocity");
+  if (name != "velocity" && name != "data")
+  {
+    reader.Fail("prediction", "velocity or data");
+  }
+  return name == "data" ? FlowPrediction::Data : FlowPrediction::Velocity;
 }
 
 Eigen::RowVectorXd ReadRow(const DescriptionReader& reader, const char* key)
@@ -113,6 +126,10 @@ void CheckNetworks(const FlowMatchingModel& model)
   }
 }
 } // namespace
+
+double InputFactor(double time) { return 1.0 / std::hypot(1.0 - time, time); }
+
+double RemainingTime(double time) { return std::max(1.0 - time, 0.02); }
 
 MaternFieldOptions FieldOptions(const FlowNoise& noise)
 {
@@ -179,7 +196,8 @@ std::string FlowMatchingModel::Description() const
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file, FlowMatchingArchitecture, "a flow matching model, as vtkFlowMatchingTrainer writes it");
+  RequireArchitecture(
+    file, FlowMatchingArchitecture, "a flow matching model, as vtkFlowMatchingTrainer writes it", DataFormatVersion);
   const DescriptionReader reader(file, FlowKey);
   FlowMatchingModel model;
   model.Metadata = file.Metadata();
@@ -191,6 +209,8 @@ FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
   model.Noise.Eigenpairs = reader.WholeNumber("noise_eigenpairs");
   model.Noise.Scale = reader.Number("noise_scale");
   model.Noise.Smoothing = reader.NumberOr(SmoothingKey(model.Noise.Model), 0.0);
+  model.Prediction = ReadPrediction(reader);
+  model.DataDeviation = reader.NumberOr("data_deviation", 1.0);
   model.Iterations = reader.WholeNumber("iterations");
   model.Shape.Spread = reader.Number("shape_spread");
   const Eigen::RowVectorXd moments = ReadRow(reader, "shape_moments");
@@ -244,6 +264,10 @@ void CheckModel(const FlowMatchingModel& model)
         " and " + std::to_string(noise.Eigenpairs) + " eigenpairs",
       "numbers above 0 and at most 1e6 eigenpairs");
   }
+  if (!(model.DataDeviation > 0.0) || !std::isfinite(model.DataDeviation))
+  {
+    RefuseFlow("the deviation of the data is " + FormatNumber(model.DataDeviation), "a finite number above 0");
+  }
   if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))
   {
     RefuseFlow("the moments of the shape are not finite", "finite moments and a spread of at least 0");
@@ -263,16 +287,21 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
   }
   const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
   metadata["architecture"] = FlowMatchingArchitecture;
-  metadata["format_version"] = ModelFormatVersion;
+  const bool predictsData = model.Prediction == FlowPrediction::Data;
+  metadata["format_version"] = predictsData ? DataFormatVersion : ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[FlowKey] = nlohmann::json(
-    { { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
-      { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
-      { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
-      { "noise_scale", model.Noise.Scale }, { SmoothingKey(model.Noise.Model), model.Noise.Smoothing },
-      { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
-      { "shape_spread", model.Shape.Spread } })
-                        .dump();
+  nlohmann::json description({ { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
+    { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
+    { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
+    { "noise_scale", model.Noise.Scale }, { SmoothingKey(model.Noise.Model), model.Noise.Smoothing },
+    { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
+    { "shape_spread", model.Shape.Spread } });
+  if (predictsData)
+  {
+    description["prediction"] = "data";
+    description["data_deviation"] = model.DataDeviation;
+  }
+  metadata[FlowKey] = description.dump();
   WriteSafetensors(path, tensors, metadata);
 }
 

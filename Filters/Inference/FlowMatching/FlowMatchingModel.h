@@ -28,6 +28,25 @@ struct FlowNoise
   double Smoothing = 0.0;                ///< s >= 0, see FlowNoiseField; 0 in [Kuai2026]
 };
 
+/// Quantity that the network of a flow matching model predicts. f_t is the state at time t, u the network's input and F(u)
+/// its output.
+enum class FlowPrediction
+{
+  Velocity, ///< the velocity: u = f_t, v = F(u), as published
+  /// The data at the end of the flow, relative to the source surface s (0 for signals that are no positions):
+  ///   u = (f_t - t s) / (d sqrt((1 - t)^2 + t^2)),   f_1 = s + d (F(u) - u),   v = (f_1 - f_t) / (1 - t),
+  /// with d of FlowMatchingModel::DataDeviation, and F(u) instead of F(u) - u for a linear head. What the network does not
+  /// change, such as relief, is that of the source.
+  Data
+};
+
+/// Factor of the network's input with FlowPrediction::Data at @p time, beside that of the deviation:
+/// 1 / sqrt((1 - t)^2 + t^2).
+double InputFactor(double time);
+
+/// Time that is left at @p time, at least 0.02: what FlowPrediction::Data divides by.
+double RemainingTime(double time);
+
 /// Options of the MaternField that samples @p noise before it is scaled and smoothed.
 MaternFieldOptions FieldOptions(const FlowNoise& noise);
 
@@ -56,17 +75,19 @@ struct FlowMatchingModel
   /// Number of channels of the condition before those of the encoder: time and position.
   static constexpr std::int64_t PlainConditions = 4;
 
-  PoissonNetModel Velocity; ///< network that predicts the velocity F
+  PoissonNetModel Velocity; ///< network that predicts the velocity F, or what Prediction says
   /// Network that predicts a positional encoding from positions, in models of many surfaces ([Kuai2026], section
   /// 5.1.2).
   std::optional<PoissonNetModel> Encoder;
-  FlowNoise Noise;                             ///< distribution at flow time 0
-  std::string SignalName = "Position";         ///< "Position" for deformations
-  Eigen::RowVectorXd SignalMean;               ///< [C]; 0 for positions
-  Eigen::RowVectorXd SignalScale;              ///< [C], > 0; 1 for positions
-  ShapeMoments Shape;                          ///< surfaces of the training
-  std::int64_t Iterations = 0;                 ///< number of iterations of the training
-  std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
+  FlowNoise Noise;                                      ///< distribution at flow time 0
+  FlowPrediction Prediction = FlowPrediction::Velocity; ///< what Velocity predicts
+  double DataDeviation = 1.0;                           ///< d > 0 of FlowPrediction::Data: root mean square of f_1 - s
+  std::string SignalName = "Position";                  ///< "Position" for deformations
+  Eigen::RowVectorXd SignalMean;                        ///< [C]; 0 for positions
+  Eigen::RowVectorXd SignalScale;                       ///< [C], > 0; 1 for positions
+  ShapeMoments Shape;                                   ///< surfaces of the training
+  std::int64_t Iterations = 0;                          ///< number of iterations of the training
+  std::map<std::string, std::string> Metadata;          ///< metadata of the file, unchanged
 
   /// True for a model of deformations.
   bool GeneratesPositions() const { return this->SignalName == "Position"; }
@@ -87,8 +108,9 @@ MeshNormalization FlowNormalization(const TriangleMesh& mesh);
   return FlowNormalization(mesh);
 }
 
-/// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1"),
-/// `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in ReadPartNetwork().
+/// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1", or "2" with
+/// FlowPrediction::Data), `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in
+/// ReadPartNetwork().
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a weight is
 /// not finite; ModelMismatch when it is another kind of model.
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path);

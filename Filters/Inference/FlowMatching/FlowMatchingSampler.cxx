@@ -132,11 +132,33 @@ FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request
 
 FeatureMatrix FlowMatchingSampler::Velocity(const FeatureMatrix& state, double time, const Progress& progress) const
 {
+  const FlowMatchingModel& model = *this->Impl->Model;
   PoissonNetInput input;
   input.Signal = state;
   input.Extra = this->Impl->Condition;
   input.Extra.col(0).setConstant(static_cast<float>(time));
-  return this->Impl->VelocityField->Evaluate(input, progress).Values;
+  if (model.Prediction == FlowPrediction::Velocity)
+  {
+    return this->Impl->VelocityField->Evaluate(input, progress).Values;
+  }
+  const auto at = static_cast<float>(time);
+  const auto deviation = static_cast<float>(model.DataDeviation);
+  const auto source = input.Extra.middleCols(1, 3);
+  if (model.GeneratesPositions())
+  {
+    input.Signal -= at * source;
+  }
+  input.Signal *= static_cast<float>(InputFactor(time)) / deviation;
+  FeatureMatrix data = deviation * this->Impl->VelocityField->Evaluate(input, progress).Values;
+  if (model.Velocity.Options.Head == PoissonNetHead::GradientDomain)
+  {
+    data -= deviation * input.Signal;
+  }
+  if (model.GeneratesPositions())
+  {
+    data += source;
+  }
+  return (data - state) / static_cast<float>(RemainingTime(time));
 }
 
 FeatureMatrix FlowMatchingSampler::Integrate(

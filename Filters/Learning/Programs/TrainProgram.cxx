@@ -86,6 +86,12 @@ Value Choose(const std::string& option, const std::string& text, const std::map<
 const std::map<std::string, NoiseModel> Noises = { { "matern", NoiseModel::Matern },
   { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
   { "spectral", NoiseModel::Spectral } };
+const std::map<std::string, FlowPrediction> Predictions = { { "velocity", FlowPrediction::Velocity },
+  { "data", FlowPrediction::Data } };
+const std::map<std::string, TrainingOptimizer> Optimizers = { { "adam", TrainingOptimizer::Adam },
+  { "muon", TrainingOptimizer::Muon } };
+const std::map<std::string, LearningRateSchedule> Schedules = { { "milestones", LearningRateSchedule::Milestones },
+  { "cosine", LearningRateSchedule::Cosine } };
 const std::map<std::string, TrainingDevice> Devices = { { "auto", TrainingDevice::Auto },
   { "cpu", TrainingDevice::CPU }, { "cuda", TrainingDevice::CUDA } };
 const std::map<std::string, FieldLatentCoordinates> Coordinates = {
@@ -190,6 +196,10 @@ protected:
     AddNumber(known, "--layers", o.ComplexLayers, "layers between gradients");
     known["--inner-products"] = { "yes or no: features of dot products (no)",
       [&o](const std::string& value) { o.InnerProducts = Choose("--inner-products", value, YesOrNo); } };
+    known["--optimizer"] = { "muon, at rates of 0.01 to 0.02, or adam (muon)",
+      [&o](const std::string& value) { o.Optimizer = Choose("--optimizer", value, Optimizers); } };
+    known["--schedule"] = { "milestones or cosine: how the learning rate falls (cosine)",
+      [&o](const std::string& value) { o.Schedule = Choose("--schedule", value, Schedules); } };
     known["--milestone"] = {
       "iteration after which the learning rate falls; may be given several times (a quarter of all)",
       [&o](const std::string& value) { o.Milestones.push_back(Parse<std::int64_t>("--milestone", value)); }
@@ -201,7 +211,7 @@ protected:
   CommandOptions SharedOptions(ModelTrainingOptions& o)
   {
     CommandOptions known;
-    AddNumber(known, "--learning-rate", o.LearningRate, "of Adam");
+    AddNumber(known, "--learning-rate", o.LearningRate, "of the optimizer");
     AddNumber(known, "--seed", o.Seed, "of everything random");
     AddNumber(known, "--checkpoint-interval", this->Files.CheckpointInterval, "iterations between checkpoints");
     AddNumber(known, "--time-budget", this->Files.TimeBudget, "minutes, after which files are written; 0: no limit");
@@ -232,9 +242,16 @@ public:
     AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
     AddNumber(known, "--jacobian-weight", o.JacobianWeight, "of the loss in their gradients");
     AddNumber(known, "--screening", o.Noise.Screening, "tau of the noise");
-    AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "of the noise, in squared edge lengths, 0: none");
+    AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "in squared edge lengths; -1: 0 for positions, 1 else");
     AddNumber(known, "--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
     AddNumber(known, "--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
+    known["--initial-model"] = { "model file whose training goes on; noise and network are its own (none)",
+      [this, &o](const std::string& value) {
+        o.InitialModel = ReadFlowMatchingModel(value);
+        this->Files.Inputs.push_back(value);
+      } };
+    known["--prediction"] = { "velocity or data: what the network predicts (data)",
+      [&o](const std::string& value) { o.Prediction = Choose("--prediction", value, Predictions); } };
     known["--noise-model"] = { "matern, per_vertex, white, unscreened or spectral (matern)",
       [&o](const std::string& value) {
         o.Noise.Model = Choose("--noise-model", value == "per-vertex" ? "per_vertex" : value, Noises);

@@ -6,6 +6,7 @@
 #include "Core/Random/CounterUniforms.h"
 #include "Core/Solvers/LaplaceEigenpairs.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
+#include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
 #include "Learning/Training/TrainingSources.h"
@@ -105,7 +106,7 @@ public:
     : Options(options)
     , Dataset(std::move(dataset))
     , DatasetHash(ContentHash(this->Dataset))
-    , Training(EncoderOptions(options), options)
+    , Training(InitialPoissonNet(EncoderOptions(options), options.Seed), options)
   {
     RequireCorrespondence(this->Dataset);
     const MeshTopology topology = RequireValidSources(this->Dataset, SubProgress(progress, 0.0, 0.1));

@@ -6,6 +6,7 @@
 #include "Learning/Layers/DensePoisson.h"
 #include "Learning/Layers/MeshTensors.h"
 #include "Learning/Losses/FlowMatchingLoss.h"
+#include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
 #include "Learning/Training/TrainingCheckpoint.h"
@@ -26,14 +27,24 @@ namespace
 {
 /// A dense inverse of more vertices than this takes more memory and time than it saves.
 constexpr Index LargestDenseInverse = 10000;
+/// Samples of each surface that the size of gradients is measured on.
+constexpr std::int64_t SamplesMeasured = 100;
+/// Largest weight of the squared error of predicted data; that of the velocity has 1 / (1 - t)^2. With 5 the end of the flow is
+/// learnt less precisely, with 300 its middle.
+constexpr double MaximumDataWeight = 30.0;
 
-PoissonNetOptions VelocityOptions(const FlowMatchingTrainingOptions& options, const TrainingSources& sources)
+/// The network that the training begins with.
+PoissonNetModel InitialVelocity(const FlowMatchingTrainingOptions& options, const TrainingSources& sources)
 {
+  if (options.InitialModel)
+  {
+    return options.InitialModel->Velocity;
+  }
   PoissonNetOptions network = NetworkOfSize(options);
   network.InputChannels = network.OutputChannels = sources.Components;
   network.ExtraFeatures = 1 + sources.Sources.front().Condition.cols();
   network.Head = sources.Frame.GeneratesPositions() ? PoissonNetHead::GradientDomain : PoissonNetHead::Linear;
-  return network;
+  return InitialPoissonNet(network, options.Seed);
 }
 
 /// Distinguishes encoders whose results have the same number of channels.
@@ -56,9 +67,11 @@ std::string Identity(const PoissonNetModel& model)
 struct Batch
 {
   torch::Tensor Times;     ///< [B], on the processor
-  torch::Tensor State;     ///< f_t, [B, V, C]
+  torch::Tensor Input;     ///< u of FlowPrediction, [B, V, C]
   torch::Tensor Condition; ///< [B, V, 4 + E]
-  torch::Tensor Delta;     ///< f_1 - f_0, [B, V, C]
+  torch::Tensor Target;    ///< of the network's output, [B, V, C]
+  torch::Tensor Factors;   ///< of the squared error of the output, which make it that of the velocity in its units, [B]
+  torch::Tensor Weights;   ///< of the loss of the velocity, [B]
 };
 
 /// Sorts the losses of samples into the parts of the time.
@@ -79,11 +92,15 @@ public:
   Internals(SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress)
     : Options(options)
     , DatasetHash(ContentHash(dataset))
-    , Data(PrepareSources(
-        std::move(dataset), options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
-    , Training(VelocityOptions(options, this->Data), options, "loss_")
+    , Data(PrepareSources(std::move(dataset), options.InitialModel ? &*options.InitialModel : nullptr,
+        options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
+    , Training(InitialVelocity(options, this->Data), options, "loss_")
   {
     const torch::Device& device = this->Training.Device();
+    if (!options.InitialModel)
+    {
+      this->Data.Frame.Prediction = options.Prediction;
+    }
     for (const TrainingSource& source : this->Data.Sources)
     {
       MeshTensors& mesh = this->Meshes.emplace_back(source.Operators,
@@ -93,6 +110,11 @@ public:
         UseDenseInverse(mesh);
       }
       this->Conditions.push_back(ToTensor(source.Condition, device));
+    }
+    if (this->Data.Frame.Prediction == FlowPrediction::Data)
+    {
+      const double squares = this->GradientSquares();
+      this->JacobianFactor = squares > 0.0 ? 1.0 / squares : 1.0;
     }
   }
 
@@ -106,10 +128,13 @@ public:
 
 private:
   NormalKey KeyOf(std::int64_t slot) const;
+  double GradientSquares() const;
   Batch MakeBatch(std::size_t source, std::int64_t first, std::int64_t count) const;
 
   std::vector<MeshTensors> Meshes;
   std::vector<torch::Tensor> Conditions;
+  /// Over the mean square of the gradients of the data, in units of DataDeviation; 1 where velocities are predicted.
+  double JacobianFactor = 1.0;
 };
 
 /// Values that must be the same when a training goes on.
@@ -123,6 +148,15 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   recipe["noise_scale"] = FormatExact(this->Options.Noise.Scale);
   recipe["encoder"] = this->Options.Encoder ? Identity(*this->Options.Encoder) : "none";
   recipe["signal"] = this->Data.Frame.SignalName;
+  // Recipes of earlier versions have no such entries.
+  if (this->Options.Prediction == FlowPrediction::Data)
+  {
+    recipe["prediction"] = "data";
+  }
+  if (this->Options.InitialModel)
+  {
+    recipe["initial_model"] = Identity(this->Options.InitialModel->Velocity);
+  }
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
   recipe["sources_per_batch"] = std::to_string(this->Options.SourcesPerBatch);
   recipe["vertex_weight"] = FormatExact(this->Options.VertexWeight);
@@ -141,13 +175,36 @@ NormalKey FlowMatchingTrainer::Internals::KeyOf(std::int64_t slot) const
   return key;
 }
 
+/// Mean square of the gradients of the data over their deviation, as the loss measures it, of the first samples of each
+/// surface.
+double FlowMatchingTrainer::Internals::GradientSquares() const
+{
+  const torch::NoGradGuard noGradients;
+  const bool positions = this->Data.Frame.GeneratesPositions();
+  double squares = 0.0;
+  for (std::size_t k = 0; k < this->Meshes.size(); ++k)
+  {
+    const TrainingSource& source = this->Data.Sources[k];
+    const std::int64_t count = std::min<std::int64_t>(source.Samples.rows(), SamplesMeasured);
+    const torch::Tensor samples = torch::from_blob(const_cast<float*>(source.Samples.data()),
+      { count, source.Operators.NumberOfPoints(), this->Data.Components }, torch::kFloat32)
+                                    .to(this->Training.Device());
+    const torch::Tensor data = positions ? samples - this->Conditions[k].slice(-1, 0, 3) : samples;
+    const PoissonNetOutput nothing = { torch::zeros_like(data), {} };
+    const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
+      this->Meshes[k], nothing, data / this->Data.Frame.DataDeviation);
+    squares += loss.Jacobian.mean().item<double>() / static_cast<double>(this->Meshes.size());
+  }
+  return squares;
+}
+
 /// Slots @p first to @p first + @p count of the batch of this iteration, all on one surface.
 Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t first, std::int64_t count) const
 {
   const TrainingSource& source = this->Data.Sources[number];
   const std::int64_t vertices = source.Operators.NumberOfPoints();
   const std::int64_t components = this->Data.Components;
-  const torch::Tensor data = torch::empty({ count, vertices, components }, torch::kFloat32);
+  const torch::Tensor samples = torch::empty({ count, vertices, components }, torch::kFloat32);
   const torch::Tensor noise = torch::empty({ count, vertices, components }, torch::kFloat64);
   const torch::Tensor times = torch::empty({ count, 1, 1 }, torch::kFloat32);
   for (std::int64_t slot = 0; slot < count; ++slot)
@@ -155,8 +212,8 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
     const NormalKey key = this->KeyOf(first + slot);
     const std::int64_t sample = UniformIndex(key, 1, source.Samples.rows());
     times.data_ptr<float>()[slot] = static_cast<float>(Uniform(key, 2));
-    std::copy_n(
-      source.Samples.row(sample).data(), vertices * components, data.data_ptr<float>() + slot * vertices * components);
+    std::copy_n(source.Samples.row(sample).data(), vertices * components,
+      samples.data_ptr<float>() + slot * vertices * components);
   }
   SampleRequest request;
   request.Seed = this->Options.Seed;
@@ -174,11 +231,31 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
   {
     start = start - MassMean(mesh, start);
   }
-  const torch::Tensor end = data.to(this->Training.Device());
+  const torch::Tensor end = samples.to(this->Training.Device());
   const torch::Tensor time = times.to(this->Training.Device());
   const torch::Tensor& condition = this->Conditions[number];
-  return { times.view({ count }), (1.0 - time) * start + time * end,
-    torch::cat({ time.expand({ count, vertices, 1 }), condition.expand({ count, -1, -1 }) }, -1), end - start };
+  Batch batch;
+  batch.Times = times.view({ count });
+  batch.Condition = torch::cat({ time.expand({ count, vertices, 1 }), condition.expand({ count, -1, -1 }) }, -1);
+  if (this->Data.Frame.Prediction == FlowPrediction::Velocity)
+  {
+    batch.Input = (1.0 - time) * start + time * end;
+    batch.Target = end - start;
+    batch.Factors = batch.Weights = torch::ones({ count }, end.options());
+    return batch;
+  }
+  const double deviation = this->Data.Frame.DataDeviation;
+  const torch::Tensor data = this->Data.Frame.GeneratesPositions() ? end - condition.slice(-1, 0, 3) : end;
+  const torch::Tensor remaining = (1.0 - time).clamp_min(RemainingTime(1.0));
+  batch.Input = ((1.0 - time) * start + time * data) / (deviation * ((1.0 - time).square() + time.square()).sqrt());
+  batch.Target = data / deviation;
+  if (this->Data.Frame.GeneratesPositions()) // whose head adds its input
+  {
+    batch.Target = batch.Target + batch.Input;
+  }
+  batch.Factors = remaining.square().reciprocal().flatten(); // in units of the deviation
+  batch.Weights = (MaximumDataWeight * remaining.square()).clamp_max(1.0).flatten();
+  return batch;
 }
 
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
@@ -193,17 +270,20 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
       UniformIndex(this->KeyOf(group), 0, static_cast<std::int64_t>(this->Data.Sources.size())));
     const Batch batch = this->MakeBatch(source, group * size, size);
     const MeshTensors& mesh = this->Meshes[source];
-    const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
-      mesh, this->Training.Network().forward(mesh, batch.State, batch.Condition), batch.Delta);
-    const torch::Tensor weighted = this->Options.VertexWeight * loss.Vertex +
-      this->Options.JacobianWeight * loss.Jacobian;
-    (weighted.mean() * share).backward();
+    FlowMatchingLoss loss = ComputeFlowMatchingLoss(
+      mesh, this->Training.Network().forward(mesh, batch.Input, batch.Condition), batch.Target);
+    loss.Vertex = loss.Vertex * batch.Factors;
+    loss.Jacobian = loss.Jacobian * batch.Factors * this->JacobianFactor;
+    const torch::Tensor sum = this->Options.VertexWeight * loss.Vertex + this->Options.JacobianWeight * loss.Jacobian;
+    ((sum * batch.Weights).mean() * share).backward();
     losses.Vertex += share * loss.Vertex.mean().item<double>();
     losses.Jacobian += share * loss.Jacobian.mean().item<double>();
-    AddByTime(batch.Times, weighted, losses.ByTime);
+    AddByTime(batch.Times, sum, losses.ByTime);
   }
   losses.Total = this->Options.VertexWeight * losses.Vertex + this->Options.JacobianWeight * losses.Jacobian;
 }
+
+double DefaultSmoothing(bool positions) { return positions ? 0.0 : 1.0; }
 
 void CheckOptions(const FlowMatchingTrainingOptions& options)
 {
@@ -218,9 +298,14 @@ void CheckOptions(const FlowMatchingTrainingOptions& options)
   check.Weight("JacobianWeight", options.JacobianWeight);
   check.Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
     "a number above 0: else nothing is learnt");
+  check.Require(!options.InitialModel || !options.Encoder, "Encoder", "given with InitialModel",
+    "none, because that model has its own encoder, or none");
   check.Positive("Noise.Screening", options.Noise.Screening);
   check.Weight("Noise.Scale", options.Noise.Scale);
-  check.Weight("Noise.Smoothing", options.Noise.Smoothing);
+  if (options.Noise.Smoothing != ChosenSmoothing)
+  {
+    check.Weight("Noise.Smoothing", options.Noise.Smoothing);
+  }
   check.Count("Noise.Eigenpairs", options.Noise.Eigenpairs, 1, 1000000);
 }
 

@@ -18,16 +18,32 @@
 namespace surfsynth
 {
 
-/// The recipe. Defaults are the paper's (appendix B.1) but for the network's size, the batch and the iterations.
+/// Noise::Smoothing of a training that chooses it: DefaultSmoothing().
+constexpr double ChosenSmoothing = -1.0;
+
+/// Smoothing of the noise that serves a signal, in squared mean edge lengths: 0 for positions, 1 for others. Smoothed noise has
+/// nothing on finer triangulations that the training does not know, where a network without an integration at its end can fail.
+/// But positions keep their short waves to the end of the flow, and these tell a sample from the weak noise in them before the
+/// network can see it: with smoothed noise, models of shapes vary less than the data.
+double DefaultSmoothing(bool positions);
+
+/// The recipe; what the paper has (appendix B.1) is given beside other defaults.
 struct FlowMatchingTrainingOptions : TrainingOptions
 {
   /// With a Scale of 0 for such that noise varies as much as the samples do about their mean (about the surface, where there
-  /// is one sample on it), and Smoothing, of each kind of noise, in squared mean edge lengths of the first surface: at 1 the
-  /// noise has nothing on finer triangulations that this one does not resolve. The paper's is 0.
-  FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, 1.0 };
+  /// is one sample on it), and Smoothing, of each kind of noise, in squared mean edge lengths of the first surface, or
+  /// ChosenSmoothing. The paper's is 0.
+  FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, ChosenSmoothing };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
-  std::int64_t BatchSize = 8;       ///< samples in an iteration, >= 1; the paper's 32
+  /// Quantity that the network predicts; the paper's Velocity. Data are learnt with the loss of the velocity times
+  /// min(1, 30 (1 - t)^2), which else grows without bound as t nears 1; both of its terms are in units of the mean squares of
+  /// the data and of their gradients, so that weights of 1 serve each signal.
+  FlowPrediction Prediction = FlowPrediction::Data;
+  /// The model whose weights the training begins with, to go on with other data or another triangulation. Encoder, noise,
+  /// prediction and the sizes of the network are then those of this model.
+  std::optional<FlowMatchingModel> InitialModel;
+  std::int64_t BatchSize = 32;      ///< samples in an iteration, >= 1; the paper's 32
   std::int64_t SourcesPerBatch = 1; ///< surfaces that an iteration's samples come from, >= 1; divides BatchSize
   double VertexWeight = 1.0;        ///< of the loss in velocities, >= 0
   double JacobianWeight = 1.0;      ///< of the loss in their gradients, >= 0
@@ -55,8 +71,8 @@ public:
 
   void Step() override;
   std::int64_t Iterations() const override;
-  /// Columns iteration, loss, vertex_loss, jacobian_loss, gradient_norm (before it is clipped), learning_rate, and loss_1
-  /// to loss_8: loss_k is the mean of the loss (VertexWeight times that in velocities plus JacobianWeight times that in
+  /// Columns iteration, loss, vertex_loss, jacobian_loss (of the velocity, in the units that FlowMatchingTrainingOptions::
+  /// Prediction says), gradient_norm (before it is clipped), learning_rate, and loss_1 to loss_8: loss_k is the mean of the loss (VertexWeight times that in velocities plus JacobianWeight times that in
   /// their gradients) over the samples of the iteration at times t in [(k - 1) / 8, k / 8). It keeps its number in
   /// iterations without such a sample, and is 0 before the first one.
   const LossHistory& History() const override;
@@ -68,7 +84,7 @@ public:
   FlowMatchingModel Model() const;
 
 private:
-  /// All but Iterations, Milestones and Device.
+  /// All but Iterations, Schedule, Milestones and Device.
   std::map<std::string, std::string> Recipe() const override;
   TrainingCheckpoint Checkpoint() const override;
   void Restore(const std::string& file, const TrainingCheckpoint& checkpoint) override;

@@ -2,7 +2,6 @@
 #include "Learning/Training/NetworkTraining.h"
 
 #include "Core/Common/Errors.h"
-#include "Learning/Networks/InitialWeights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,23 +86,40 @@ LossHistory NetworkLossesByTime(const std::string& prefix)
 } // namespace
 
 NetworkTraining::NetworkTraining(
-  const PoissonNetOptions& network, const TrainingOptions& options, const std::string& timePrefix)
+  const PoissonNetModel& initial, const TrainingOptions& options, const std::string& timePrefix)
   : Options(options)
   , Where(ChooseDevice(options.Device))
-  , Net(MakePoissonNet(InitialPoissonNet(network, options.Seed)))
+  , Net(MakePoissonNet(initial))
   , Losses(timePrefix.empty() ? NetworkLossHistory() : NetworkLossesByTime(timePrefix))
 {
   this->Net->to(this->Where);
-  this->Adam = std::make_unique<torch::optim::Adam>(
-    this->Net->parameters(), torch::optim::AdamOptions(options.LearningRate));
+  std::vector<torch::Tensor> matrices;
+  std::vector<torch::Tensor> others;
   for (const torch::Tensor& parameter : this->Net->parameters())
   {
+    const bool isOfMuon = options.Optimizer == TrainingOptimizer::Muon && Muon::Moves(parameter);
+    (isOfMuon ? matrices : others).push_back(parameter);
     this->Averages.push_back(parameter.detach().clone());
   }
+  this->Adam = std::make_unique<torch::optim::Adam>(others, torch::optim::AdamOptions(options.LearningRate));
+  this->Matrices = std::make_unique<Muon>(std::move(matrices));
+}
+
+torch::Tensor* NetworkTraining::MomentumOf(const torch::Tensor& parameter)
+{
+  const bool isOfMuon = this->Options.Optimizer == TrainingOptimizer::Muon && Muon::Moves(parameter);
+  return isOfMuon ? &this->Matrices->MomentumOf(parameter) : nullptr;
 }
 
 double NetworkTraining::LearningRate() const
 {
+  if (this->Options.Schedule == LearningRateSchedule::Cosine)
+  {
+    const auto all = static_cast<double>(this->Options.Iterations);
+    const auto done = static_cast<double>(this->Iteration());
+    const double risen = std::min(1.0, 100.0 * (done + 1.0) / all);
+    return this->Options.LearningRate * risen * 0.5 * (1.0 + std::cos(std::acos(-1.0) * std::min(1.0, done / all)));
+  }
   const std::vector<std::int64_t> milestones = this->Options.Milestones.empty()
     ? std::vector<std::int64_t>{ this->Options.Iterations / 4 }
     : this->Options.Milestones;
@@ -120,7 +136,7 @@ void NetworkTraining::Step(const Objective& accumulate)
   double gradientNorm = 0.0;
   const double limit = this->Options.GradientClip > 0.0 ? this->Options.GradientClip
                                                         : std::numeric_limits<double>::infinity();
-  this->Adam->zero_grad();
+  this->Net->zero_grad();
   bool finite = true;
   try
   {
@@ -138,6 +154,7 @@ void NetworkTraining::Step(const Objective& accumulate)
   }
   static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(learningRate);
   this->Adam->step();
+  this->Matrices->Step(learningRate);
   RequireFiniteWeights(this->Net->parameters(), iteration);
   this->UpdateAverages();
   std::vector<double> row = { static_cast<double>(iteration), losses.Total, losses.Vertex, losses.Jacobian,
@@ -198,6 +215,11 @@ TrainingCheckpoint NetworkTraining::Checkpoint()
     const std::string& name = parameter.key();
     checkpoint.Tensors["network." + name] = ToModelTensor(parameter.value());
     checkpoint.Tensors["average." + name] = ToModelTensor(this->Averages[number++]);
+    if (const torch::Tensor* momentum = this->MomentumOf(parameter.value()))
+    {
+      checkpoint.Tensors["momentum." + name] = ToModelTensor(*momentum);
+      continue;
+    }
     const AdamMoments moments = GetMoments(*this->Adam, parameter.value());
     if (moments.Mean.defined())
     {
@@ -236,7 +258,7 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
   // All that can fail comes first, so that a training is not left half restored.
   std::vector<torch::Tensor> weights;
   std::vector<torch::Tensor> averages;
-  std::vector<AdamMoments> moments;
+  std::vector<AdamMoments> moments; // of parameters of Muon the mean alone
   LossHistory losses = this->RestoredLosses(file, checkpoint);
   for (const auto& parameter : parameters)
   {
@@ -245,9 +267,14 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
     };
     weights.push_back(read("network."));
     averages.push_back(read("average."));
-    if (!checkpoint.History.IsEmpty())
+    moments.emplace_back();
+    if (this->MomentumOf(parameter.value()))
     {
-      moments.push_back(ReadMoments(file, checkpoint, parameter.key(), parameter.value()));
+      moments.back().Mean = read("momentum.");
+    }
+    else if (!checkpoint.History.IsEmpty())
+    {
+      moments.back() = ReadMoments(file, checkpoint, parameter.key(), parameter.value());
     }
   }
   this->Losses = std::move(losses);
@@ -256,7 +283,11 @@ void NetworkTraining::Restore(const std::string& file, const TrainingCheckpoint&
   {
     torch::Tensor parameter = parameters[k].value();
     parameter.copy_(weights[k]);
-    if (!moments.empty())
+    if (torch::Tensor* momentum = this->MomentumOf(parameter))
+    {
+      momentum->copy_(moments[k].Mean);
+    }
+    else if (moments[k].Mean.defined())
     {
       SetMoments(*this->Adam, parameter, moments[k], this->Iteration());
     }

@@ -7,6 +7,7 @@
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Networks/PoissonNet.h"
 #include "Learning/Training/AdamMoments.h"
+#include "Learning/Training/Muon.h"
 #include "Learning/Training/TimeLosses.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingOptions.h"
@@ -56,13 +57,13 @@ struct NetworkLosses
   TimeLosses ByTime;     ///< weighted sums of the samples, in trainings with columns of losses by time
 };
 
-/// A PoissonNet under training by Adam.
+/// A PoissonNet under training.
 class NetworkTraining
 {
 public:
-  /// Weights of InitialPoissonNet() on the device that @p options choose.
+  /// @param initial the weights to begin with; they go to the device that @p options choose.
   /// @param timePrefix prefix of the columns of losses by time; empty for a history without
-  NetworkTraining(const PoissonNetOptions& network, const TrainingOptions& options, const std::string& timePrefix = "");
+  NetworkTraining(const PoissonNetModel& initial, const TrainingOptions& options, const std::string& timePrefix = "");
 
   const torch::Device& Device() const { return this->Where; }
   PoissonNetImpl& Network() { return *this->Net; }
@@ -73,7 +74,7 @@ public:
   /// Adds the gradients of an iteration's losses to those of the parameters, and fills in the losses.
   using Objective = std::function<void(NetworkLosses& losses)>;
 
-  /// One iteration: gradients, which are clipped, a step of Adam, averages.
+  /// One iteration: gradients, which are clipped, a step of the optimizer, averages.
   /// @throws SolverFailure when the loss, its gradient or a weight is not finite.
   void Step(const Objective& accumulate);
 
@@ -90,12 +91,15 @@ private:
   double LearningRate() const;
   void UpdateAverages();
   bool HasTimeLosses() const;
+  /// The momentum of a parameter of Muon; nothing for one of Adam.
+  torch::Tensor* MomentumOf(const torch::Tensor& parameter);
   LossHistory RestoredLosses(const std::string& file, const TrainingCheckpoint& checkpoint) const;
 
   TrainingOptions Options;
   torch::Device Where;
   PoissonNet Net;
-  std::unique_ptr<torch::optim::Adam> Adam;
+  std::unique_ptr<torch::optim::Adam> Adam; ///< of the parameters that Matrices does not move
+  std::unique_ptr<Muon> Matrices;
   std::vector<torch::Tensor> Averages; ///< of the parameters, in their order
   LossHistory Losses;
 };

@@ -96,7 +96,8 @@ LossHistory NetworkLossHistory()
 
 std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, const std::string& training)
 {
-  return { { "training", training }, { "learning_rate", FormatExact(options.LearningRate) },
+  std::map<std::string, std::string> recipe = { { "training", training },
+    { "learning_rate", FormatExact(options.LearningRate) },
     { "learning_rate_factor", FormatExact(options.LearningRateFactor) },
     { "gradient_clip", FormatExact(options.GradientClip) },
     { "weight_averaging", FormatExact(options.WeightAveraging) }, { "seed", std::to_string(options.Seed) },
@@ -104,6 +105,11 @@ std::map<std::string, std::string> RecipeOf(const TrainingOptions& options, cons
     { "complex_layers", std::to_string(options.ComplexLayers) },
     { "inner_products", options.InnerProducts ? "yes" : "no" },
     { "poisson_shift", ShiftOfTrainings == PoissonShift::Mass ? "mass" : "identity" } };
+  if (options.Optimizer == TrainingOptimizer::Muon) // no entry in recipes of earlier versions
+  {
+    recipe["optimizer"] = "muon";
+  }
+  return recipe;
 }
 
 std::string FormatExact(double number)
@@ -126,6 +132,15 @@ void RequireSameRecipe(const std::string& file, const std::map<std::string, std:
       throw ModelMismatch(file + ": the checkpoint was written with " + key + " = " +
         (entry == found.end() ? "nothing" : entry->second) + "; expected " + value +
         " as in this training. Train with the same recipe and dataset, or begin anew with another checkpoint file.");
+    }
+  }
+  for (const auto& [key, value] : found)
+  {
+    if (expected.count(key) == 0)
+    {
+      throw ModelMismatch(file + ": the checkpoint was written with " + key + " = " + value +
+        "; expected a checkpoint without " + key +
+        ", as this training. Train with the same recipe and dataset, or begin anew with another checkpoint file.");
     }
   }
 }

@@ -6,6 +6,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Inference/PoissonNet/MeshNormalization.h"
+#include "Learning/Training/FlowMatchingTrainer.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <algorithm>
@@ -84,7 +85,6 @@ void MeasureSignal(TrainingSources& prepared)
 
 void NormalizeSignal(TrainingSources& prepared)
 {
-  MeasureSignal(prepared);
   const Eigen::RowVectorXf mean = prepared.Frame.SignalMean.cast<float>();
   const Eigen::RowVectorXf factor = prepared.Frame.SignalScale.cwiseInverse().cast<float>();
   for (TrainingSource& source : prepared.Sources)
@@ -158,6 +158,25 @@ double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
   return std::sqrt(samples / MeanSquare(fieldValues, mass));
 }
 
+/// Root mean square of the samples, of positions relative to their surfaces.
+double DeviationOf(TrainingSources& prepared)
+{
+  double squares = 0.0;
+  Eigen::Index count = 0;
+  for (TrainingSource& source : prepared.Sources)
+  {
+    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
+    const auto surface = source.Condition.leftCols(3);
+    for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
+    {
+      const FeatureMatrix sample = SampleOf(source.Samples, n, prepared.Components);
+      squares += MeanSquare(prepared.Frame.GeneratesPositions() ? FeatureMatrix(sample - surface) : sample, mass);
+    }
+    count += source.Samples.rows();
+  }
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
 ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)
 {
   ShapeMoments shape;
@@ -202,16 +221,18 @@ double MeanEdgeLength(const TriangleMesh& mesh)
 }
 
 /// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first
-/// one decides how much noise is smoothed.
+/// one decides how much noise is smoothed, unless @p smoothed says that this is known.
 TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
-  std::vector<Eigen::Matrix<double, 1, 6>>& moments, const Progress& progress)
+  std::vector<Eigen::Matrix<double, 1, 6>>& moments, bool smoothed, const Progress& progress)
 {
   const MeshTopology topology = RequireValidMesh(source.Mesh, FlowMatchingSampler::Requirements());
   const MeshNormalization normalization = FlowNormalization(source.Mesh);
   TriangleMesh mesh = Normalized(std::move(source.Mesh), normalization);
-  if (moments.empty())
+  if (moments.empty() && !smoothed)
   {
-    frame.Noise.Smoothing *= std::pow(MeanEdgeLength(mesh), 2);
+    const double edges = frame.Noise.Smoothing >= 0.0 ? frame.Noise.Smoothing
+                                                      : DefaultSmoothing(frame.GeneratesPositions());
+    frame.Noise.Smoothing = edges * std::pow(MeanEdgeLength(mesh), 2);
   }
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;
@@ -229,18 +250,12 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
 }
 } // namespace
 
-TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
-  std::uint64_t seed, const Progress& progress)
+namespace
 {
-  CheckDataset(dataset);
-  TrainingSources prepared;
-  prepared.Components = dataset.NumberOfComponents();
-  prepared.Frame.SignalName = dataset.SignalName;
-  prepared.Frame.Noise = noise;
-  if (encoder)
-  {
-    prepared.Frame.Encoder = *encoder;
-  }
+/// Prepares all surfaces one by one, and returns their second moments.
+std::vector<Eigen::Matrix<double, 1, 6>> PrepareAll(
+  SignalDataset& dataset, bool smoothed, TrainingSources& prepared, const Progress& progress)
+{
   std::vector<Eigen::Matrix<double, 1, 6>> moments;
   const auto count = static_cast<double>(dataset.Sources.size());
   for (std::size_t k = 0; k < dataset.Sources.size(); ++k)
@@ -248,22 +263,36 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
     try
     {
       const auto done = static_cast<double>(k);
-      prepared.Sources.push_back(PrepareSource(
-        dataset.Sources[k], prepared.Frame, moments, SubProgress(progress, done / count, (done + 1.0) / count)));
+      prepared.Sources.push_back(PrepareSource(dataset.Sources[k], prepared.Frame, moments, smoothed,
+        SubProgress(progress, done / count, (done + 1.0) / count)));
     }
     catch (const InvalidInput& error)
     {
       throw InvalidInput("Source " + std::to_string(k) + " of the dataset: " + error.what());
     }
   }
-  prepared.Frame.Shape = MomentsOf(moments);
-  if (!encoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
+  return moments;
+}
+
+/// Units of the signal, noise and encoder of a training that goes on from @p initial.
+/// @throws InvalidInput when the signal is another one.
+FlowMatchingModel FrameOf(const FlowMatchingModel& initial, const SignalDataset& dataset)
+{
+  CheckModel(initial);
+  if (initial.SignalName != dataset.SignalName || initial.Components() != dataset.NumberOfComponents())
   {
-    throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
-      " surfaces have different shapes (their second moments differ by " + FormatNumber(prepared.Frame.Shape.Spread) +
-      " of their trace); expected one shape, or an encoder that tells the network where on a surface it is: "
-      "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK.");
+    throw InvalidInput("FlowMatchingTrainer: the dataset has the signal \"" + dataset.SignalName + "\", " +
+      std::to_string(dataset.NumberOfComponents()) + " components; expected that of the initial model, \"" +
+      initial.SignalName + "\", " + std::to_string(initial.Components()) + ".");
   }
+  FlowMatchingModel frame = initial;
+  frame.Velocity = {};
+  return frame;
+}
+
+/// Makes values of the signal, noise and network alike in size, and says in the frame how.
+void ChooseUnits(TrainingSources& prepared, double noiseScale, std::uint64_t seed)
+{
   if (prepared.Frame.GeneratesPositions())
   {
     prepared.Frame.SignalMean = Eigen::RowVectorXd::Zero(3);
@@ -271,11 +300,52 @@ TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* enc
   }
   else
   {
+    MeasureSignal(prepared);
     NormalizeSignal(prepared);
   }
-  if (noise.Scale == 0.0)
+  const double deviation = DeviationOf(prepared);
+  prepared.Frame.DataDeviation = deviation > 0.0 ? deviation : 1.0;
+  if (noiseScale == 0.0)
   {
     prepared.Frame.Noise.Scale = MatchingScale(prepared, seed);
+  }
+}
+} // namespace
+
+TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* initial, const PoissonNetModel* encoder,
+  const FlowNoise& noise, std::uint64_t seed, const Progress& progress)
+{
+  CheckDataset(dataset);
+  TrainingSources prepared;
+  prepared.Components = dataset.NumberOfComponents();
+  if (initial)
+  {
+    prepared.Frame = FrameOf(*initial, dataset);
+  }
+  else
+  {
+    prepared.Frame.SignalName = dataset.SignalName;
+    prepared.Frame.Noise = noise;
+    if (encoder)
+    {
+      prepared.Frame.Encoder = *encoder;
+    }
+  }
+  prepared.Frame.Shape = MomentsOf(PrepareAll(dataset, initial != nullptr, prepared, progress));
+  if (!prepared.Frame.Encoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
+  {
+    throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
+      " surfaces have different shapes (their second moments differ by " + FormatNumber(prepared.Frame.Shape.Spread) +
+      " of their trace); expected one shape, or an encoder that tells the network where on a surface it is: "
+      "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK.");
+  }
+  if (!initial)
+  {
+    ChooseUnits(prepared, noise.Scale, seed);
+  }
+  else if (!prepared.Frame.GeneratesPositions())
+  {
+    NormalizeSignal(prepared);
   }
   return prepared;
 }

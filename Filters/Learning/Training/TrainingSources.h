@@ -34,12 +34,14 @@ struct TrainingSources
   FlowMatchingModel Frame;
 };
 
+/// @param initial the model whose training goes on: its encoder, noise and units take the place of others; or null.
 /// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the samples about
 /// their mean, and with Smoothing in squared mean edge lengths of the first surface.
 /// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(),
-/// several have different shapes and there is no encoder, or the samples do not vary; SolverFailure; Cancelled.
-TrainingSources PrepareSources(SignalDataset dataset, const PoissonNetModel* encoder, const FlowNoise& noise,
-  std::uint64_t seed, const Progress& progress);
+/// several have different shapes and there is no encoder, the samples do not vary, or they are another signal than that of
+/// @p initial; SolverFailure; Cancelled.
+TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* initial, const PoissonNetModel* encoder,
+  const FlowNoise& noise, std::uint64_t seed, const Progress& progress);
 
 /// 64-bit hash of the signal's name, surfaces and samples: tells whether a checkpoint belongs to a dataset.
 std::uint64_t ContentHash(const SignalDataset& dataset);

@@ -108,6 +108,30 @@ TEST(FlowMatchingModel, WhatIsWrittenIsRead)
   }
 }
 
+TEST(FlowMatchingModel, ModelsThatPredictDataHaveAVersionOfTheirOwn)
+{
+  FlowMatchingModel model = test::RandomDeformer(test::Icosphere(1));
+  WriteFlowMatchingModel(Path, model);
+  EXPECT_EQ(ReadFlowMatchingModel(Path).Prediction, FlowPrediction::Velocity);
+  EXPECT_EQ(ReadFlowMatchingModel(Path).Metadata.at("format_version"), "1");
+  model.Prediction = FlowPrediction::Data;
+  model.DataDeviation = 0.03125;
+  WriteFlowMatchingModel(Path, model);
+  const FlowMatchingModel read = ReadFlowMatchingModel(Path);
+  EXPECT_EQ(read.Prediction, FlowPrediction::Data);
+  EXPECT_EQ(read.DataDeviation, 0.03125);
+  EXPECT_EQ(read.Metadata.at("format_version"), "2");
+  EXPECT_THAT(MessageWith("\"signal_name\"", "\"prediction\":\"noise\",\"signal_name\""),
+    AllOf(HasSubstr("prediction"), HasSubstr("velocity or data")));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "3"; }),
+    AllOf(HasSubstr("format_version"), HasSubstr("\"3\"")));
+  for (const double deviation : { 0.0, -1.0, std::numeric_limits<double>::infinity() })
+  {
+    EXPECT_THAT(MessageOfCheck([=](FlowMatchingModel& m) { m.DataDeviation = deviation; }),
+      HasSubstr("the deviation of the data is"));
+  }
+}
+
 TEST(FlowMatchingModel, EarlierModelsOfOtherNoiseAreNotSmoothed)
 {
   // Earlier versions wrote the smoothing of each kind of noise, and smoothed Matern noise only.

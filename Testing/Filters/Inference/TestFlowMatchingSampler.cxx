@@ -73,6 +73,25 @@ double Difference(const FeatureMatrix& a, const FeatureMatrix& b)
   return (a - b).cast<double>().norm() / b.cast<double>().norm();
 }
 
+/// Largest difference of velocities of a model that predicts data from the expression of their definition, with the output of
+/// the network from a model of the same weights whose velocity it is.
+double ErrorOfDataVelocity(FlowMatchingModel model, bool positions, double time)
+{
+  const FlowMatchingSampler network(Shared(model), Surface());
+  model.Prediction = FlowPrediction::Data;
+  model.DataDeviation = 0.2;
+  const FlowMatchingSampler sampler(Shared(model), Surface());
+  const FeatureMatrix state = sampler.InitialNoise(Request(1));
+  const auto t = static_cast<float>(time);
+  const FeatureMatrix source = positions ? sampler.FromDeviation(Surface().Points)
+                                         : FeatureMatrix::Zero(state.rows(), state.cols());
+  const FeatureMatrix input = (state - t * source) / (0.2F * std::hypot(1.0F - t, t));
+  const FeatureMatrix output = network.Velocity(input, time);
+  const FeatureMatrix data = source + 0.2F * (positions ? FeatureMatrix(output - input) : output);
+  const FeatureMatrix expected = (data - state) / std::max(1.0F - t, 0.02F);
+  return Difference(sampler.Velocity(state, time), expected);
+}
+
 /// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.
 FeatureMatrix StepOf(
   const FlowMatchingSampler& sampler, FlowIntegrator integrator, const FeatureMatrix& state, double time, double step)
@@ -99,6 +118,15 @@ constexpr FlowIntegrator Integrators[] = { FlowIntegrator::Euler, FlowIntegrator
 } // namespace
 
 // --- Integration ----------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, VelocitiesLeadToThePredictedData)
+{
+  for (const double time : { 0.0, 0.3, 0.97, 0.99, 1.0 })
+  {
+    EXPECT_LT(ErrorOfDataVelocity(test::RandomDeformer(Surface()), true, time), 1e-4) << time;
+    EXPECT_LT(ErrorOfDataVelocity(test::RandomSignalModel(Surface(), 2), false, time), 1e-4) << time;
+  }
+}
 
 TEST(FlowMatchingSampler, IntegratorsTakeTheStepsOfTheirDefinitions)
 {

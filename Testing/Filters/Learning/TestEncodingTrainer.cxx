@@ -190,6 +190,7 @@ TEST(EncodingTrainer, ItsEncoderIsTheConditionOfAModelForManySurfaces)
   encoding.Step();
   FlowMatchingTrainingOptions options;
   options.Encoder = encoding.Model();
+  options.Prediction = FlowPrediction::Velocity; // which an untrained network's output is not small beside
   options.Width = 8;
   options.Blocks = 1;
   options.ComplexLayers = 2;

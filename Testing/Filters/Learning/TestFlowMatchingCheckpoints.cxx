@@ -73,11 +73,14 @@ void SetTensors(const std::string& file, const std::string& prefix, float value)
 
 TEST_F(FlowMatchingTraining, ResumingGivesTheBitsOfAnUninterruptedTraining)
 {
-  for (const double averaging : { 0.0, 0.9 })
+  for (const auto& [averaging, optimizer] :
+    { std::pair{ 0.0, TrainingOptimizer::Adam }, { 0.9, TrainingOptimizer::Adam }, { 0.0, TrainingOptimizer::Muon } })
   {
     const SignalDataset dataset = DeformedSpheres(3);
     FlowMatchingTrainingOptions options = TinyRecipe(9);
+    options.Width = 16; // Muon leaves smaller matrices to Adam
     options.WeightAveraging = averaging;
+    options.Optimizer = optimizer;
     const FlowMatchingTrainer whole = Trained(dataset, options, 9);
     Trained(dataset, options, 4).SaveCheckpoint(this->File("checkpoint"));
     FlowMatchingTrainer resumed(dataset, options);
@@ -87,7 +90,7 @@ TEST_F(FlowMatchingTraining, ResumingGivesTheBitsOfAnUninterruptedTraining)
     {
       resumed.Step();
     }
-    EXPECT_EQ(Weights(resumed), Weights(whole)) << averaging;
+    EXPECT_EQ(Weights(resumed), Weights(whole)) << averaging << ", " << static_cast<int>(optimizer);
     EXPECT_EQ(resumed.History().Size(), 9u);
     EXPECT_TRUE(resumed.History() == whole.History());
   }
@@ -180,6 +183,12 @@ TEST_F(FlowMatchingTraining, CheckpointsOfAnotherTrainingAreRefusedNamingWhatDif
   other = options;
   other.Seed = 1;
   EXPECT_THAT(refusal(dataset, other), HasSubstr("seed = 0; expected 1"));
+  other = options;
+  other.Optimizer = TrainingOptimizer::Muon;
+  EXPECT_THAT(refusal(dataset, other), HasSubstr("optimizer = nothing; expected muon"));
+  Trained(dataset, other, 2).SaveCheckpoint(this->File("checkpoint"));
+  EXPECT_THAT(refusal(dataset, options), HasSubstr("optimizer = muon; expected a checkpoint without optimizer"));
+  Trained(dataset, options, 2).SaveCheckpoint(this->File("checkpoint"));
   EXPECT_THAT(refusal(DeformedSpheres(3), options), HasSubstr("dataset = "));
   SignalDataset renamed = DeformedSpheres(2);
   renamed.SignalName = "Flow"; // the same numbers are no positions then

@@ -36,6 +36,17 @@ FlowMatchingTrainingOptions QuickRecipe()
   return options;
 }
 
+/// The same for FlowPrediction::Data, with Muon.
+FlowMatchingTrainingOptions QuickRecipeOfData()
+{
+  FlowMatchingTrainingOptions options = QuickRecipe();
+  options.Prediction = FlowPrediction::Data;
+  options.Optimizer = TrainingOptimizer::Muon;
+  options.Schedule = LearningRateSchedule::Cosine;
+  options.LearningRate = 2e-2;
+  return options;
+}
+
 /// One sample is learnt: samples of the model are that sample, wherever their noise begins. @returns their relative error,
 /// weighted by mass, of deviations from the mean of each component.
 double ErrorOfOneSample(const SignalDataset& dataset, const FlowMatchingTrainingOptions& options)
@@ -218,6 +229,97 @@ TEST_F(FlowMatchingTraining, OneSignalOfTwoComponentsIsLearnt)
   EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipe()), 0.08);
 }
 
+TEST_F(FlowMatchingTraining, OneShapeIsLearntByPredictionsOfIt)
+{
+  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), QuickRecipeOfData()), 0.01);
+}
+
+TEST_F(FlowMatchingTraining, OneSignalIsLearntByPredictionsOfIt)
+{
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipeOfData()), 0.03);
+}
+
+TEST_F(FlowMatchingTraining, ModelsThatPredictDataSaySoAndHowTheDataDeviate)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.Prediction = FlowPrediction::Data;
+  const SignalDataset dataset = DeformedSpheres(3);
+  const FlowMatchingModel model = FlowMatchingTrainer(dataset, options).Model();
+  EXPECT_EQ(model.Prediction, FlowPrediction::Data);
+  // In the units of the network: about its mean, of a surface with area 1.
+  const SignalSource& source = dataset.Sources[0];
+  const Eigen::VectorXd mass = LumpedMass(source.Mesh, MeshTopology(source.Mesh));
+  double squares = 0.0;
+  for (Eigen::Index n = 0; n < 3; ++n)
+  {
+    const Eigen::MatrixXd sample =
+      Eigen::Map<const SignalSamples>(source.Samples.row(n).data(), source.Mesh.NumberOfPoints(), 3).cast<double>();
+    const Eigen::MatrixXd moved = sample - source.Mesh.Points;
+    const Eigen::RowVectorXd mean = mass.transpose() * moved / mass.sum();
+    squares += (mass.transpose() * (moved.rowwise() - mean).cwiseAbs2()).sum() / (9.0 * mass.sum() * mass.sum());
+  }
+  EXPECT_NEAR(model.DataDeviation, std::sqrt(squares), 1e-5 * std::sqrt(squares));
+}
+
+TEST_F(FlowMatchingTraining, TheCosineScheduleRisesAndFallsToZero)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(400);
+  options.Schedule = LearningRateSchedule::Cosine;
+  options.LearningRate = 1e-3;
+  const FlowMatchingTrainer trainer = TrainFlowMatching(DeformedSpheres(2), options, {});
+  const LossHistory& history = trainer.History();
+  EXPECT_NEAR(history.Value(0, "learning_rate"), 0.25e-3, 1e-8);
+  EXPECT_NEAR(history.Value(3, "learning_rate"), 1e-3, 1e-6);
+  EXPECT_NEAR(history.Value(200, "learning_rate"), 0.5e-3, 1e-9);
+  EXPECT_NEAR(history.Value(399, "learning_rate"), 0.0, 1e-7);
+  EXPECT_GT(history.Value(399, "learning_rate"), 0.0);
+}
+
+TEST_F(FlowMatchingTraining, ATrainingGoesOnFromTheInitialModelOnAnotherTriangulation)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(20);
+  options.Prediction = FlowPrediction::Data;
+  options.Noise.Screening = 50.0;
+  const FlowMatchingModel initial = Trained(DeformedSpheres(3), options, 20).Model();
+  FlowMatchingTrainingOptions next = TinyRecipe(1);
+  next.Width = 2 * options.Width; // has no effect
+  next.InitialModel = initial;
+  const FlowMatchingTrainer begun(DeformedSpheres(2, 2), next);
+  const FlowMatchingModel model = begun.Model();
+  EXPECT_EQ(model.Prediction, FlowPrediction::Data);
+  EXPECT_EQ(model.DataDeviation, initial.DataDeviation);
+  EXPECT_EQ(model.Noise.Screening, 50.0);
+  EXPECT_EQ(model.Noise.Scale, initial.Noise.Scale);
+  EXPECT_EQ(model.Noise.Smoothing, initial.Noise.Smoothing);
+  ASSERT_EQ(model.Velocity.Tensors.size(), initial.Velocity.Tensors.size());
+  for (const auto& [name, tensor] : initial.Velocity.Tensors)
+  {
+    EXPECT_EQ(model.Velocity.Tensors.at(name).Values, tensor.Values) << name;
+  }
+  EXPECT_NE(Weights(Trained(DeformedSpheres(2, 2), next, 1)), Weights(begun));
+}
+
+TEST_F(FlowMatchingTraining, AnInitialModelKeepsTheUnitsOfItsSignal)
+{
+  const FlowMatchingModel initial = Trained(HeatOnSphere(3), TinyRecipe(2), 2).Model();
+  SignalDataset dataset = HeatOnSphere(3);
+  dataset.Sources[0].Samples.array() += 5.0F;
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.InitialModel = initial;
+  const FlowMatchingModel model = Trained(dataset, options, 1).Model();
+  EXPECT_EQ(model.SignalMean, initial.SignalMean);
+  EXPECT_EQ(model.SignalScale, initial.SignalScale);
+}
+
+TEST_F(FlowMatchingTraining, AnInitialModelOfAnotherSignalIsRefused)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.InitialModel = Trained(HeatOnSphere(2), TinyRecipe(1), 1).Model();
+  const auto text = TextOf<InvalidInput>([&] { FlowMatchingTrainer(DeformedSpheres(2), options); });
+  EXPECT_THAT(text, HasSubstr("the dataset has the signal \"Position\", 3 components"));
+  EXPECT_THAT(text, HasSubstr("expected that of the initial model, \"Heat\", 2"));
+}
+
 TEST_F(FlowMatchingTraining, EachNoiseModelTrains)
 {
   std::vector<std::map<std::string, std::vector<float>>> weights;
@@ -258,6 +360,9 @@ TEST_F(FlowMatchingTraining, NoiseIsSmoothedInEdgeLengthsOfTheSurface)
   EXPECT_NEAR(found, 2.0 * edge * edge / FaceAreas(mesh).sum(), 1e-12);
   options.Noise.Smoothing = 0.0;
   EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing, 0.0);
+  options.Noise.Smoothing = ChosenSmoothing;
+  EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Smoothing, 0.0) << "of positions";
+  EXPECT_GT(FlowMatchingTrainer(HeatOnSphere(3), options).Model().Noise.Smoothing, 0.0);
 }
 
 TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
@@ -414,8 +519,13 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "VertexWeight + JacobianWeight is 0", [](Options& o) { o.VertexWeight = o.JacobianWeight = 0.0; } },
     { "Noise.Screening is 0", [](Options& o) { o.Noise.Screening = 0.0; } },
     { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
-    { "Noise.Smoothing is -1", [](Options& o) { o.Noise.Smoothing = -1.0; } },
+    { "Noise.Smoothing is -2", [](Options& o) { o.Noise.Smoothing = -2.0; } },
     { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
+    { "Encoder is given with InitialModel; expected none",
+      [](Options& o) {
+        o.InitialModel.emplace();
+        o.Encoder.emplace();
+      } },
     { "a milestone is -1",
       [](Options& o) {
         o.Milestones = { 3, -1 };

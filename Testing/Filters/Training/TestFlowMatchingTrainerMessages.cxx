@@ -156,6 +156,8 @@ TEST_F(FlowMatchingTrainerFilter, EachMistakeInThePropertiesIsOneErrorThatNamesI
     { [&](auto* f) { f->SetDatasetFileName(damaged.c_str()); }, { damaged } },
     { [&](auto* f) { f->SetDatasetFileName(this->File("absent").c_str()); }, { "absent" } },
     { [&](auto* f) { f->SetEncoderFileName(this->File("absent").c_str()); }, { "absent", "EncoderFileName" } },
+    { [&](auto* f) { f->SetInitialModelFileName(this->File("absent").c_str()); },
+      { "absent", "InitialModelFileName" } },
     { [&](auto* f) { f->SetModelFileName(this->File("absent/model").c_str()); }, { "the file of the model" } },
     { [&](auto* f) { f->SetCheckpointFileName(damaged.c_str()); }, { damaged } },
   };
@@ -208,6 +210,9 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   EXPECT_EQ(filter->GetBlocks(), options.Blocks);
   EXPECT_EQ(filter->GetComplexLayers(), options.ComplexLayers);
   EXPECT_EQ(filter->GetInnerProducts(), options.InnerProducts);
+  EXPECT_EQ(filter->GetPrediction(), static_cast<int>(options.Prediction));
+  EXPECT_EQ(filter->GetOptimizer(), static_cast<int>(options.Optimizer));
+  EXPECT_EQ(filter->GetLearningRateSchedule(), static_cast<int>(options.Schedule));
   EXPECT_EQ(filter->GetNoiseModel(), static_cast<int>(options.Noise.Model));
   EXPECT_EQ(filter->GetScreening(), options.Noise.Screening);
   EXPECT_EQ(filter->GetNoiseSmoothing(), options.Noise.Smoothing);
@@ -264,13 +269,14 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   std::ostringstream stream;
   filter->Print(stream);
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
-         "Resume: 1", "TimeBudget: 0", "Background: 0", "BackgroundState: ", "RemainingTime: 0",
-         "DatasetFileName: ", "SignalArrayName: ", "EncoderFileName: ", "EncoderIterations: 0",
+         "Resume: 1", "TimeBudget: 0", "Background: 0", "BackgroundState: ", "RemainingTime: 0", "DatasetFileName: ",
+         "SignalArrayName: ", "EncoderFileName: ", "InitialModelFileName: ", "EncoderIterations: 0",
          "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
-         "InnerProducts: 0", "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: 1", "NoiseScale: 0",
-         "NumberOfEigenpairs: 256", "Iterations: 20000", "BatchSize: 8", "SourcesPerBatch: 1", "LearningRate: 0.0005",
-         "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
-         "WeightAveraging: 0", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })
+         "InnerProducts: 0", "Prediction: 1", "Optimizer: 1", "LearningRateSchedule: 1", "NoiseModel: 0",
+         "Screening: 100", "NoiseSmoothing: -1", "NoiseScale: 0", "NumberOfEigenpairs: 256", "Iterations: 3000",
+         "BatchSize: 32", "SourcesPerBatch: 1", "LearningRate: 0.02", "Milestones: 0 0", "LearningRateFactor: 0.2",
+         "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1", "WeightAveraging: 0.99", "Seed: 0", "Device: 0",
+         "NumberOfIterationsDone: 0", "DeviceInUse: " })
   {
     EXPECT_THAT(stream.str(), HasSubstr(name));
   }

@@ -10,6 +10,7 @@ from .arguments import (
     array_name,
     at_least_0,
     choice,
+    finite,
     flag,
     in_range,
     integer,
@@ -32,6 +33,13 @@ NOISES = {
     "spectral": vtkFlowMatchingTrainer.SPECTRAL,
 }
 
+#: What the network predicts, by the name that ``prediction`` takes.
+PREDICTIONS = {"velocity": vtkFlowMatchingTrainer.VELOCITY, "data": vtkFlowMatchingTrainer.DATA}
+#: The optimizers of the weights, by the name that ``optimizer`` takes.
+OPTIMIZERS = {"adam": vtkFlowMatchingTrainer.ADAM, "muon": vtkFlowMatchingTrainer.MUON}
+#: The courses of the learning rate, by the name that ``schedule`` takes.
+SCHEDULES = {"milestones": vtkFlowMatchingTrainer.MILESTONES, "cosine": vtkFlowMatchingTrainer.COSINE}
+
 #: The columns of the losses.
 COLUMNS = (
     *("iteration", "loss", "vertex_loss", "jacobian_loss", "gradient_norm", "learning_rate"),
@@ -43,7 +51,7 @@ _LARGEST_AVERAGING = 0.9999999
 
 
 @renamed_keywords(noise="noise_model")
-@training.documented(COLUMNS)
+@training.documented(COLUMNS, "0.02")
 def train_flow_matching(source=None, samples=None, *, model, dataset=None, progress=None, **options):
     """Trains a flow matching model on deformations of a surface, or on another signal on it.
 
@@ -68,6 +76,10 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     encoder : path, optional
         A PoissonNet model file that predicts a positional encoding; needed for sources of different shape only. Read
         when ``encoder_iterations`` is 0, else written. Default: none, or ``model`` with .encoder after it.
+    initial_model : path, optional
+        A flow matching model file whose weights the training begins with, to go on from few triangles to many or with other
+        samples. Encoder, noise, prediction and the sizes of the network are then those of that model, whatever the parameters
+        for them say. Default: random weights.
     encoder_iterations : int
         Number of iterations in which an encoder is trained before the model, on sources with the same polygons and, of
         positions, their samples. Its checkpoint is ``encoder`` with .checkpoint after it, and with ``losses`` its own
@@ -79,30 +91,40 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     inner_products : bool
         Inner products of gradients as further inputs of the maps at the points, with which a model serves triangulations
         other than that of its training less well. Default False.
+    prediction : str
+        What the network predicts: "data", the end of the flow relative to the source, so that what it leaves alone, such as
+        relief, is that of the source; or "velocity", as published. Default "data".
     noise_model : str
         "matern" or, for comparison, "per_vertex", "white", "unscreened", "spectral". Default "matern".
     screening : float
         Screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
     noise_smoothing : float
-        Smoothing of the noise, in squared mean edge lengths of the first source, so that its gradients do not
-        grow with the number of vertices; 0 is the noise of the paper. Default 1.
+        Smoothing of the noise, in squared mean edge lengths of the first source, so that its gradients do not grow with the
+        number of vertices. Negative: 0, the noise of the paper, for positions, and 1 for other signals. Default -1.
     noise_scale : float
         Factor of the noise; 0 lets it vary as much as the samples do about their mean. Default 0.
     eigenpairs : int
         Number of eigenpairs of "spectral". Default 256.
     iterations, batch, sources_per_batch : int
-        Iterations in all, those of a checkpoint included; samples in each; sources that they come from. Default 20000,
-        8 and 1.
+        Iterations in all, those of a checkpoint included; samples in each; sources that they come from. Default 3000,
+        32 and 1.
+    optimizer : str
+        "muon", which moves the matrices inside the network along the orthogonalized momentum of their gradients, at
+        learning rates of 0.01 to 0.02; or "adam", as published, at 5e-4, which takes several times as many iterations.
+        Default "muon".
+    schedule : str
+        Course of the learning rate: "cosine", which rises over the first hundredth of all iterations and falls to 0 along
+        half a cosine, or "milestones", as published. Default "cosine".
     learning_rate_factor : float
         Factor of the learning rate at each milestone. Default 0.2.
     milestones : sequence of int
-        Iterations after which the learning rate falls. Default (): after a quarter of all.
+        Iterations after which the learning rate falls with "milestones". Default (): after a quarter of all.
     clip : float
         Largest norm of the gradient of all weights together; 0 for no limit. Default 1.
     vertex_weight, jacobian_weight : float
         Weights of the loss in velocities and of the loss in their gradients. Default 1.
     averaging : float
-        Decay of the exponential moving average of the weights, which becomes the model, below 1. Default 0.
+        Decay of the exponential moving average of the weights, which becomes the model, below 1. Default 0.99.
     (shared parameters)
     """
     progress_callback(progress)
@@ -118,26 +140,31 @@ def configured_filter(
     dataset=None,
     signal=None,
     encoder=None,
+    initial_model=None,
     encoder_iterations=0,
     eigenfunctions=64,
     width=64,
     blocks=4,
     layers=3,
     inner_products=False,
+    prediction="data",
     noise_model="matern",
     screening=100.0,
-    noise_smoothing=1.0,
+    noise_smoothing=-1.0,
     noise_scale=0.0,
     eigenpairs=256,
-    iterations=20000,
-    batch=8,
+    iterations=3000,
+    batch=32,
     sources_per_batch=1,
+    learning_rate=0.02,
+    optimizer="muon",
+    schedule="cosine",
     milestones=(),
     learning_rate_factor=0.2,
     clip=1.0,
     vertex_weight=1.0,
     jacobian_weight=1.0,
-    averaging=0.0,
+    averaging=0.99,
     **shared,
 ):
     """A vtkFlowMatchingTrainer with the parameters of train_flow_matching(); ``shared`` are those of
@@ -145,8 +172,9 @@ def configured_filter(
 
     Raises TypeError and ValueError.
     """
-    algorithm = training.configure(vtkFlowMatchingTrainer(), model, dataset, **shared)
+    algorithm = training.configure(vtkFlowMatchingTrainer(), model, dataset, learning_rate=learning_rate, **shared)
     algorithm.SetEncoderFileName(optional_path("encoder", encoder))
+    algorithm.SetInitialModelFileName(optional_path("initial_model", initial_model))
     algorithm.SetEncoderIterations(count("encoder_iterations", encoder_iterations, 0, 100000000))
     algorithm.SetNumberOfEigenfunctions(count("eigenfunctions", eigenfunctions, 1, 10000))
     algorithm.SetSignalArrayName("" if signal is None else array_name("signal", signal))
@@ -154,14 +182,17 @@ def configured_filter(
     algorithm.SetBlocks(count("blocks", blocks, 1, 1000))
     algorithm.SetComplexLayers(count("layers", layers, 1, 100))
     algorithm.SetInnerProducts(flag("inner_products", inner_products))
+    algorithm.SetPrediction(choice("prediction", prediction, PREDICTIONS))
     algorithm.SetNoiseModel(choice("noise_model", noise_model, NOISES))
     algorithm.SetScreening(positive("screening", screening))
-    algorithm.SetNoiseSmoothing(at_least_0("noise_smoothing", noise_smoothing))
+    algorithm.SetNoiseSmoothing(max(-1.0, finite("noise_smoothing", noise_smoothing)))
     algorithm.SetNoiseScale(at_least_0("noise_scale", noise_scale))
     algorithm.SetNumberOfEigenpairs(count("eigenpairs", eigenpairs, 1, 1000000))
     algorithm.SetIterations(count("iterations", iterations, 1, 100000000))
     algorithm.SetBatchSize(count("batch", batch, 1, 100000))
     algorithm.SetSourcesPerBatch(count("sources_per_batch", sources_per_batch, 1, 100000))
+    algorithm.SetOptimizer(choice("optimizer", optimizer, OPTIMIZERS))
+    algorithm.SetLearningRateSchedule(choice("schedule", schedule, SCHEDULES))
     algorithm.SetLearningRateFactor(factor("learning_rate_factor", learning_rate_factor))
     algorithm.SetGradientClip(at_least_0("clip", clip))
     algorithm.SetVertexWeight(at_least_0("vertex_weight", vertex_weight))

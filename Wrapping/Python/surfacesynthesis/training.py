@@ -41,7 +41,7 @@ _PARAMETERS = """\
         Time budget of the call in minutes; 0 for no limit. When it is used up, the files are written as at the end, and a
         warning says the time that the other iterations take; the next call goes on from there. Default 0.
     learning_rate : float
-        Learning rate of Adam. Default 5e-4.
+        Learning rate of the optimizer. Default 5e-4.
     seed : int
         Any integer of 32 bits. Default 0.
     device : str

@@ -27,6 +27,7 @@ SYNONYMS = {
     "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),
     "range": ({"CorrelationRange"}, "the only range of noise"),
     "scale": ({"TextureScale"}, "the only scale of a texture"),
+    "schedule": ({"LearningRateSchedule"}, "only the learning rate has one"),
     "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),
     "surface_samples": ({"Samples"}, "samples are those of an ensemble"),
     "template": ({"Template", "TemplateData"}, "the mesh that stands for a shape"),

@@ -22,7 +22,7 @@ files:
   MODEL                   the model file that is written; MODEL.checkpoint and MODEL.csv are written beside it
 
 examples:
-  %(prog)s poses.safetensors poses-model.safetensors --iterations 20000
+  %(prog)s poses.safetensors poses-model.safetensors --width 48 --blocks 3
   %(prog)s neutral.ply faces_*.ply faces.safetensors --width 128 --blocks 5
   %(prog)s heart.vtp heart.vtp heat.safetensors --signal Heat
   %(prog)s bodies.safetensors model.safetensors --encoder-iterations 20000
@@ -30,14 +30,15 @@ examples:
 #: Options with a number: name, type, default, metavariable, help.
 _NUMBERS = {
     "training": (
-        ("iterations", int, 20000, "N", "iterations in all, those of a checkpoint included"),
-        ("batch", int, 8, "N", "samples in an iteration"),
+        ("iterations", int, 3000, "N", "iterations in all, those of a checkpoint included"),
+        ("batch", int, 32, "N", "samples in an iteration"),
+        ("learning-rate", float, 0.02, "R", "of the optimizer"),
         ("sources-per-batch", int, 1, "N", "surfaces that they come from"),
         ("learning-rate-factor", float, 0.2, "F", "factor of the learning rate at each milestone"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
         ("vertex-weight", float, 1.0, "W", "of the loss in velocities"),
         ("jacobian-weight", float, 1.0, "W", "of the loss in their gradients"),
-        ("averaging", float, 0.0, "A", "of the weights, below 1; 0: none"),
+        ("averaging", float, 0.99, "A", "of the weights, below 1; 0: none"),
     ),
     "network": (
         ("width", int, 64, "N", "hidden channels"),
@@ -50,7 +51,7 @@ _NUMBERS = {
     ),
     "noise": (
         ("screening", float, 100.0, "TAU", "tau of the noise on the surface scaled to area 1"),
-        ("noise-smoothing", float, 1.0, "S", "of the noise, in squared mean edge lengths, 0: none"),
+        ("noise-smoothing", float, -1.0, "S", "in squared mean edge lengths; negative: 0 for positions, 1 for other signals"),
         ("noise-scale", float, 0.0, "S", "what the noise is multiplied by, 0: such that it varies as the samples do"),
         ("eigenpairs", int, 256, "K", "of spectral noise"),
     ),
@@ -93,7 +94,36 @@ def _add_choices(groups):
         default=[],
         metavar="N",
         dest="milestones",
-        help="iteration after which the learning rate falls; may be given several times (default: a quarter of all)",
+        help="iteration after which the learning rate falls with the schedule milestones; may be given several times "
+        "(default: a quarter of all)",
+    )
+    groups["training"].add_argument(
+        "--optimizer",
+        default="muon",
+        choices=["adam", "muon"],
+        metavar="NAME",
+        help="muon (default) at learning rates of 0.01 to 0.02, or adam, as published, at 0.0005, which takes several times "
+        "as many iterations",
+    )
+    groups["training"].add_argument(
+        "--schedule",
+        default="cosine",
+        choices=["milestones", "cosine"],
+        metavar="COURSE",
+        help="of the learning rate: cosine (default), which rises over the first hundredth of all iterations and falls to 0 "
+        "along half a cosine, or milestones, as published",
+    )
+    groups["training"].add_argument(
+        "--initial-model",
+        metavar="FILE",
+        help="model whose weights the training begins with; encoder, noise, prediction and network are then its own",
+    )
+    groups["network"].add_argument(
+        "--prediction",
+        default="data",
+        choices=["velocity", "data"],
+        metavar="WHAT",
+        help="what it predicts: data (default), the end of the flow relative to the source, or velocity, as published",
     )
     groups["network"].add_argument(
         "--inner-products", action="store_true", help="features of inner products of gradients as well"
@@ -145,7 +175,11 @@ def _filter_of(arguments):
         dataset=given[0] if from_dataset else None,
         signal=arguments.signal,
         encoder=arguments.encoder,
+        initial_model=arguments.initial_model,
         inner_products=arguments.inner_products,
+        prediction=arguments.prediction,
+        optimizer=arguments.optimizer,
+        schedule=arguments.schedule,
         noise_model=arguments.noise_model,
         milestones=arguments.milestones,
         **training_parameters(arguments, _NUMBERS, model),

@@ -9,7 +9,7 @@ from .common import TrainingBar, add_running_options, printed_message, set_threa
 
 #: Options with a number that all trainings have: name, type, default, metavariable, help.
 _SHARED_NUMBERS = (
-    ("learning-rate", float, 5e-4, "R", "of Adam"),
+    ("learning-rate", float, 5e-4, "R", "of the optimizer"),
     ("seed", int, 0, "N", "any integer of 32 bits"),
     ("time-budget", float, 0.0, "M", "minutes, after which the files are written; the same command then goes on; 0: no limit"),
     ("checkpoint-interval", int, 500, "N", "iterations from one checkpoint to the next"),
