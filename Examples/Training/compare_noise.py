@@ -6,8 +6,8 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
     python3 compare_noise.py DATA OUTPUT [options]
 
 DATA is the folder that make_datasets.py has written. For each kind of noise, with and without smoothing, and each of
-several seeds a model is trained with the same budget on the even triangulation; then it is sampled on the same
-triangulation and on those kept for testing, and the samples are compared with as many reference samples there. Models from
+several seeds a model is trained with the same budget on the coarse triangulation; then it is sampled on that of 5,000
+triangles and on those kept for testing, and the samples are compared with as many reference samples there. Models from
 files are compared in the same way (--model). Three rows without a network say what the numbers are worth: other samples of
 the dataset, which are what a perfect model would make; a Gaussian with mean and covariance of the training samples, which
 is what a linear model would make; and unscreened noise on the mean of the samples. Each number is a mean over the seeds
@@ -27,13 +27,11 @@ import sys
 import time
 
 import numpy as np
-from vtkmodules.vtkCommonCore import reference
-from vtkmodules.vtkCommonDataModel import vtkCellLocator, vtkGenericCell
 
 import surfacesynthesis
-from linear_velocity import LinearVelocity, Modes, frame_of, network_units, point_masses
+from carrying import carried
+from linear_velocity import LinearVelocity, Modes, frame_of, loss_weights, network_units, point_masses
 from sample_spaces import MixtureSpace, PoseSpace
-from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 
 #: Kinds of noise, by the name of an option: the name in the table, and the parameters of the training.
 KINDS = {
@@ -55,8 +53,8 @@ NOISES = {
 }
 #: What is trained on, and what it is tested on, by the name of the task.
 TASKS = {
-    "armadillo": ("armadillo_poses", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
-    "bunny": ("bunny_mixtures", ("bunny_mixtures", "bunny_test")),
+    "armadillo": ("armadillo_coarse", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
+    "bunny": ("bunny_coarse", ("bunny_mixtures", "bunny_test")),
 }
 #: The numbers of a row, by their heads in the table.
 METRICS = {
@@ -135,7 +133,7 @@ def trained(options, task, noise):
             blocks=options.blocks,
             batch=options.batch,
             learning_rate=options.learning_rate,
-            milestones=[2 * options.iterations // 3],
+            prediction=options.prediction,
             averaging=max(0.0, 1.0 - 10.0 / options.iterations),  # over the last tenth
             seed=seed,
             **parameters,
@@ -154,8 +152,8 @@ def given(options, label, file):
 def candidates(options, task):
     """The rows with a network; models of files belong to the task with signals of their name."""
     rows = [trained(options, task, noise) for noise in options.noises]
-    poses = TASKS[task][0].endswith("poses")
-    models = [(label, file) for label, file in options.model if (frame_of(file).signal == "Position") == poses]
+    position = Dataset(options, TASKS[task][0]).position
+    models = [(label, file) for label, file in options.model if (frame_of(file).signal == "Position") == position]
     return rows + [given(options, label, file) for label, file in models]
 
 
@@ -200,24 +198,6 @@ def gaussian(options, training, dataset, count):
         yield samples + dataset.mesh[0] if training.position else samples
 
 
-def carried(signals, mesh, points):
-    """Signals [N, V, C] of a surface at the places that are nearest to points."""
-    if np.array_equal(mesh[0], points):
-        return signals
-    locator, cell, closest = vtkCellLocator(), vtkGenericCell(), [0.0, 0.0, 0.0]
-    locator.SetDataSet(to_polydata(mesh_of_triangles(*mesh)))
-    locator.BuildLocator()
-    corners, shares = np.empty((len(points), 3), dtype=int), np.empty((len(points), 3))
-    for number, point in enumerate(points):
-        triangle = reference(0)
-        locator.FindClosestPoint(point, closest, cell, triangle, reference(0), reference(0.0))
-        corners[number] = mesh[1][int(triangle)]
-        a, b, c = (mesh[0][corner] for corner in corners[number])
-        parts = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), np.array(closest) - a, rcond=None)[0]
-        shares[number] = 1.0 - parts.sum(), *parts
-    return sum(shares[:, k, None] * signals[:, corners[:, k]] for k in range(3))
-
-
 def compared(options, dataset, space, samples, references):
     """The numbers of an ensemble; distances of shapes are in units of the root of the surface's area."""
     mesh, masses, position = dataset.mesh, dataset.masses, dataset.position
@@ -241,7 +221,7 @@ def compared(options, dataset, space, samples, references):
 
 def measured(options, task, networks):
     """The rows of a task."""
-    training = Dataset(options, TASKS[task][0])
+    training = Dataset(options, TASKS[task][1][0])  # for the Gaussian, which gains nothing from fewer triangles
     for test in TASKS[task][1]:
         if not os.path.exists(os.path.join(options.data, test + ".safetensors")):
             continue
@@ -344,7 +324,8 @@ def losses_by_time(options, task, networks):
         linear, constant = np.full(PARTS, np.nan), np.nan
         if modes:
             samples = network_units(frames[0], dataset.mesh, dataset.samples)
-            best = LinearVelocity(modes, samples, frames[0].noise, dataset.position)
+            weights = loss_weights(frames[0], modes, dataset.mesh, samples)
+            best = LinearVelocity(modes, samples, frames[0].noise, dataset.position, *weights)
             linear = np.mean([best.mean_losses(frame.noise.scale, PARTS) for frame in frames], axis=0)
             constant = np.mean([best.constant_loss(frame.noise.scale) for frame in frames])
         for part in range(PARTS):
@@ -417,11 +398,13 @@ def parsed(arguments):
     parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=sorted(TASKS))
     parser.add_argument("--noises", nargs="*", metavar="NOISE", default=list(NOISES), choices=list(NOISES),
                         help="of " + ", ".join(NOISES) + "; default: all; without a name no model is trained")  # fmt: skip
-    parser.add_argument("--iterations", type=int, default=6000, help="of each training (default: 6000)")
+    parser.add_argument("--iterations", type=int, default=800, help="of each training (default: 800)")
     parser.add_argument("--width", type=int, default=48, help="of the networks (default: 48)")
     parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")
-    parser.add_argument("--batch", type=int, default=4, help="samples in an iteration (default: 4)")
-    parser.add_argument("--learning-rate", type=float, default=1e-3, help="default: 0.001")
+    parser.add_argument("--batch", type=int, default=32, help="samples in an iteration (default: 32)")
+    parser.add_argument("--learning-rate", type=float, default=0.02, help="default: 0.02")
+    parser.add_argument("--prediction", choices=["data", "velocity"], default="data",
+                        help="what the networks predict (default: data)")  # fmt: skip
     parser.add_argument("--model", type=model_option, action="append", default=[], metavar="NAME=FILE",
                         help="a row for this model; may be repeated")  # fmt: skip
     parser.add_argument("--samples", type=int, default=300, help="generated and reference samples (default: 300)")

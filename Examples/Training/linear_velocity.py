@@ -42,6 +42,7 @@ class Frame(NamedTuple):
     mean: np.ndarray  #: [C], of signals that are no positions
     scale: np.ndarray  #: [C]
     noise: Noise
+    prediction: str = "velocity"  #: or "data"
 
 
 def frame_of(model):
@@ -55,7 +56,8 @@ def frame_of(model):
         content.get("noise_smoothing" if name == "matern" else "smoothing", 0.0),
         content["noise_scale"],
     )
-    return Frame(content["signal_name"], np.array(content["signal_mean"]), np.array(content["signal_scale"]), noise)
+    units = np.array(content["signal_mean"]), np.array(content["signal_scale"])
+    return Frame(content["signal_name"], *units, noise, content.get("prediction", "velocity"))
 
 
 def triangle_areas(points, triangles):
@@ -164,6 +166,16 @@ class LinearVelocity:
     def zero_loss(self, scale=1.0):
         """The loss of no velocity at all, at any time."""
         return self.constant_loss(scale) + self._mean
+
+
+def loss_weights(frame, modes, mesh, samples):
+    """The weights of the two terms of the loss that a training logs, for samples in the units of the network: in models that
+    predict data they are in units of the mean squares of the data, relative to the surface, and of their gradients."""
+    if frame.prediction == "velocity":
+        return 1.0, 1.0
+    relative = samples - network_units(frame, mesh, mesh[0][None]) if frame.signal == "Position" else samples
+    squares = (modes.coordinates(relative) ** 2).sum(axis=2).mean(axis=0) / samples.shape[2]
+    return 1.0 / squares.sum(), 2.0 / (squares * modes.values).sum()
 
 
 def network_units(frame, mesh, samples):

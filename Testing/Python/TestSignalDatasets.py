@@ -320,22 +320,28 @@ def test_the_command_says_what_is_wrong(tmp_path, ball, capsys, arguments, statu
 
 
 @needs_cgal
-def test_the_example_makes_its_five_files(tmp_path, ball):
+def test_the_example_makes_its_eight_files(tmp_path, ball, monkeypatch):
     example = pathlib.Path(__file__).parents[2] / "Examples" / "Training" / "make_datasets.py"
     spec = importlib.util.spec_from_file_location("make_datasets", example)
     make_datasets = importlib.util.module_from_spec(spec)
+    monkeypatch.syspath_prepend(example.parent)
     spec.loader.exec_module(make_datasets)
     surface = tmp_path / "ball.vtp"
     write_mesh(ball, surface)
     counts = {"--poses": 3, "--test-poses": 2, "--full-poses": 1, "--mixtures": 4, "--test-mixtures": 2}
-    sizes = {"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400}
+    counts.update({"--coarse-poses": 5, "--coarse-mixtures": 6})
+    sizes = {"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100}
     options = [str(word) for item in {**counts, **sizes}.items() for word in item]
+    options += ["--coarse-pose-vertices", "150", "60"]
     make_datasets.main([str(tmp_path), "--armadillo", str(surface), "--bunny", str(surface), *options])
     expected = {
         "armadillo_poses": ("Position", 3, 200),
+        "armadillo_medium": ("Position", 5, 150),
+        "armadillo_coarse": ("Position", 5, 60),
         "armadillo_test": ("Position", 2, 400),
         "armadillo_full_test": ("Position", 1, 362),
         "bunny_mixtures": ("Mixture", 4, 300),
+        "bunny_coarse": ("Mixture", 6, 100),
         "bunny_test": ("Mixture", 2, 400),
     }
     for file, (signal, samples, points) in expected.items():
