@@ -12,8 +12,8 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
     deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
                         one subdivided, with 208,000, and on an even one with 3,000; four seeds on the original; with
                         --training, samples beside the closest pose of the training
-    signals.png         samples on the triangulation of the training, on one that is coarse on one side and on the original
-                        one, with 75,000 faces
+    signals.png         samples on the original triangulation, with 75,000 faces, and, from the same noise, on an even one and
+                        on one that is coarse on one side
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took, and a table of times over the number of triangles (--only times). --training names the file
@@ -173,16 +173,19 @@ def triangulations(options, model, original, sheet, view):
 def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
-    meshes = {"training": evenly(bunny, 2000), "coarse on one side": unevenly(bunny, 5000, 2.0), "original": bunny}
-    sheet = rendering.Sheet(len(meshes), len(SEEDS), SIZE)
+    sheet = rendering.Sheet(3, len(SEEDS), SIZE)
     view = rendering.view_of(bunny, SIZE[0] / SIZE[1], BUNNY)
-    for row, (name, mesh) in enumerate(meshes.items()):
-        for column, seed in enumerate(SEEDS):
+    for column, seed in enumerate(SEEDS):
+        first = surfacesynthesis.sample_signal(bunny, model, seed=seed, steps=options.steps)
+        start = with_noise_of(first, bunny)
+        meshes = {"original": start, "even": evenly(start, 2000), "coarse on one side": unevenly(start, 5000, 2.0)}
+        for row, (name, mesh) in enumerate(meshes.items()):
             started = time.monotonic()
-            output = surfacesynthesis.sample_signal(mesh, model, seed=seed, steps=options.steps)
-            print(f"{name}, {faces(mesh)}: {time.monotonic() - started:.1f} s", flush=True)
+            output = surfacesynthesis.sample_signal(mesh, model, input_noise="InitialNoise", steps=options.steps)
+            peak = vtk_to_numpy(output.GetPointData().GetArray("Mixture")).max()
+            print(f"{name}, {faces(mesh)}: {time.monotonic() - started:.1f} s, largest value {peak:.2f}", flush=True)
+            edges = mesh.GetNumberOfCells() < 20000  # more would hide the colors
             title = f"seed {seed}\n{name}, {faces(mesh)}"
-            edges = mesh.GetNumberOfCells() < 20000  # more would hide the colours
             sheet.add(row, column, title, output, view, array="Mixture", colors=MIXTURE, edges=edges)
     sheet.write(os.path.join(options.output, "signals.png"), options.colors)
 
