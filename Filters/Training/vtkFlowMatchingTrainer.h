@@ -3,7 +3,7 @@
  * @class   vtkFlowMatchingTrainer
  * @brief   Trains a flow matching model on deformations of surfaces, or on other signals on them
  *
- * Trains a PoissonNet as the velocity field that carries Matérn noise to samples of a distribution ("Matérn Noise for
+ * Trains a PoissonNet whose velocity field carries Matérn noise to samples of a distribution ("Matérn Noise for
  * Triangulation-Agnostic Flow Matching on Meshes", section 4): rectified flow f_t = (1 - t) f_0 + t f_1 with f_0
  * noise, f_1 a sample and t uniform in [0, 1), and the loss of equation 12, in velocities and in their gradients. The
  * model file serves surfaces with any triangulation; vtkFlowMatchingSampler and vtkFlowMatchingDeformer draw samples
@@ -296,7 +296,8 @@ public:
   ///@{
   /**
    * Course of the learning rate. With COSINE, Milestones and LearningRateFactor have no effect, and a training with more
-   * iterations than its checkpoint was begun with goes on at the rate of the longer course. MILESTONES is the paper's. Default COSINE.
+   * iterations than its checkpoint was begun with goes on at the rate of the longer course. MILESTONES is the paper's.
+   * Default COSINE.
    */
   vtkSetClampMacro(LearningRateSchedule, int, MILESTONES, COSINE);
   vtkGetMacro(LearningRateSchedule, int);
@@ -306,8 +307,8 @@ public:
 
   ///@{
   /**
-   * Iterations after which the learning rate is multiplied by LearningRateFactor with MILESTONES, at least 0 each. None stands for
-   * one after a quarter of all iterations. SetNumberOfMilestones() clamps to 0 and more and fills up with 0;
+   * Iterations after which the learning rate is multiplied by LearningRateFactor with MILESTONES, at least 0 each. None
+   * stands for one after a quarter of all iterations. SetNumberOfMilestones() clamps to 0 and more and fills up with 0;
    * SetMilestone() does nothing for an index out of range, and GetMilestone() returns 0. Default none.
    */
   void SetNumberOfMilestones(int number);

@@ -72,9 +72,10 @@ public:
   void Step() override;
   std::int64_t Iterations() const override;
   /// Columns iteration, loss, vertex_loss, jacobian_loss (of the velocity, in the units that FlowMatchingTrainingOptions::
-  /// Prediction says), gradient_norm (before it is clipped), learning_rate, and loss_1 to loss_8: loss_k is the mean of the loss (VertexWeight times that in velocities plus JacobianWeight times that in
-  /// their gradients) over the samples of the iteration at times t in [(k - 1) / 8, k / 8). It keeps its number in
-  /// iterations without such a sample, and is 0 before the first one.
+  /// Prediction says), gradient_norm (before it is clipped), learning_rate, and loss_1 to loss_8: loss_k is the mean of the
+  /// loss (VertexWeight times that in velocities plus JacobianWeight times that in their gradients) over the samples of the
+  /// iteration at times t in [(k - 1) / 8, k / 8). It keeps its number in iterations without such a sample, and is 0 before the
+  /// first one.
   const LossHistory& History() const override;
   const FlowMatchingTrainingOptions& Options() const;
   std::string DeviceName() const override;
