@@ -32,10 +32,11 @@ public:
   std::vector<std::string> Warnings;
   std::vector<double> Progress;
   int Executions = 0;
-  bool ForeignThread = false;    ///< an event came on another thread than the one that made this object
-  double AbortAt = 2.0;          ///< asks the algorithm to stop once its progress is at least this
-  double SecondsAfterAbort = -1; ///< from the request to the end of the execution
-  double LongestSilence = 0.0;   ///< seconds between two progress reports, or one and the start or end
+  bool ForeignThread = false; ///< an event came on another thread than the one that made this object
+  double AbortAt = 2.0;       ///< asks the algorithm to stop once its progress is at least this
+  /// Seconds from the request to the end of the execution, without those in which the thread waited for a processor.
+  double SecondsAfterAbort = -1;
+  double LongestSilence = 0.0; ///< the same between two progress reports, or one and the start or end
   std::string AllErrors() const;
 
 private:
