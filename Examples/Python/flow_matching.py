@@ -10,7 +10,7 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
     poses.png           data: the same random poses on the triangulation of the training and on the original one
     mixtures.png        data: random signals of three Gaussians
     deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
-                        one subdivided, with 208,000, and on an even one with 3,000; four seeds on the original; with
+                        one subdivided, with 208,000, and on one simplified to 3,000; four seeds on the original; with
                         --training, samples beside the closest pose of the training
     signals.png         samples on the original triangulation, with 75,000 faces, and, from the same noise, on an even one and
                         on one that is coarse on one side
@@ -39,7 +39,8 @@ from surfacesynthesis.datasets import dataset_of_pair
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
-from make_datasets import evenly, simplified, surface, unevenly  # noqa: E402
+from carrying import carried  # noqa: E402
+from make_datasets import points_and_triangles, remeshed, simplified, surface  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 FRONT = (0.16, 0.08, -1.0)
@@ -65,10 +66,18 @@ def made(mesh, model, **parameters):
 
 
 def with_noise_of(sample, mesh):
-    """A copy of a surface with the noise that a sample on it was made of."""
+    """A copy of a surface, or of another triangulation of it, with the noise that a sample was made of."""
     copy = vtkPolyData()
     copy.CopyStructure(mesh)
-    copy.GetPointData().AddArray(sample.GetPointData().GetArray("InitialNoise"))
+    noise = vtk_to_numpy(sample.GetPointData().GetArray("InitialNoise"))
+    if mesh.GetNumberOfPoints() != len(noise):
+        points, triangles = points_and_triangles(sample)
+        if sample.GetPointData().HasArray("Displacement"):
+            points = points - vtk_to_numpy(sample.GetPointData().GetArray("Displacement"))
+        noise = carried(noise.reshape(1, len(points), -1), (points, triangles), points_and_triangles(mesh)[0])[0]
+    array = numpy_to_vtk(np.ascontiguousarray(noise), deep=True)
+    array.SetName("InitialNoise")
+    copy.GetPointData().AddArray(array)
     return copy
 
 
@@ -92,7 +101,7 @@ def training_poses(options):
     original = surface(None, "armadillo.off")
     sheet = rendering.Sheet(2, len(SEEDS), SIZE)
     view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
-    for row, mesh in enumerate((evenly(original, 1500), original)):
+    for row, mesh in enumerate((simplified(original, 1500), original)):
         blocks = surfacesynthesis.poses(mesh, len(SEEDS), template=original)
         for column in range(len(SEEDS)):
             posed = warped_to(mesh, blocks[column])
@@ -101,7 +110,7 @@ def training_poses(options):
 
 
 def training_mixtures(options):
-    mesh = evenly(surface(None, "bunny00.off"), 2000)
+    mesh = remeshed(surface(None, "bunny00.off"), 2000)
     values = surfacesynthesis.gaussian_mixtures(mesh, len(SEEDS))
     sheet = rendering.Sheet(1, len(SEEDS), SIZE)
     view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
@@ -155,7 +164,8 @@ def triangulations(options, model, original, sheet, view):
     sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
     start = with_noise_of(sample, original)
     displacements = {}
-    meshes = {"original": start, "subdivided": subdivided(start), "even": evenly(start, 1500)}
+    simple = with_noise_of(sample, simplified(original, 1500))
+    meshes = {"original": start, "subdivided": subdivided(start), "simplified": simple}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
             sample, seconds = made(mesh, model, input_noise="InitialNoise", steps=options.steps)
@@ -173,13 +183,13 @@ def triangulations(options, model, original, sheet, view):
 def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
+    others = {"even": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}
     sheet = rendering.Sheet(3, len(SEEDS), SIZE)
     view = rendering.view_of(bunny, SIZE[0] / SIZE[1], BUNNY)
     for column, seed in enumerate(SEEDS):
         first = surfacesynthesis.sample_signal(bunny, model, seed=seed, steps=options.steps)
-        start = with_noise_of(first, bunny)
-        meshes = {"original": start, "even": evenly(start, 2000), "coarse on one side": unevenly(start, 5000, 2.0)}
-        for row, (name, mesh) in enumerate(meshes.items()):
+        for row, (name, mesh) in enumerate({"original": bunny, **others}.items()):
+            mesh = with_noise_of(first, mesh)
             started = time.monotonic()
             output = surfacesynthesis.sample_signal(mesh, model, input_noise="InitialNoise", steps=options.steps)
             peak = vtk_to_numpy(output.GetPointData().GetArray("Mixture")).max()
