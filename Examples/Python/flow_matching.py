@@ -10,7 +10,7 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
     poses.png           data: the same random poses on the triangulation of the training and on the original one
     mixtures.png        data: random signals of three Gaussians
     deformations.png    rows: a sample on the original triangulation, with 52,000 faces, and, from the same noise, on that
-                        one subdivided, with 208,000, and on one simplified to 3,000; four seeds on the original; with
+                        one subdivided, with 208,000, and on an even one with 3,000; four seeds on the original; with
                         --training, samples beside the closest pose of the training
     signals.png         samples on the original triangulation, with 75,000 faces, and, from the same noise, on an even one and
                         on one that is coarse on one side
@@ -72,8 +72,6 @@ def with_noise_of(sample, mesh):
     noise = vtk_to_numpy(sample.GetPointData().GetArray("InitialNoise"))
     if mesh.GetNumberOfPoints() != len(noise):
         points, triangles = points_and_triangles(sample)
-        if sample.GetPointData().HasArray("Displacement"):
-            points = points - vtk_to_numpy(sample.GetPointData().GetArray("Displacement"))
         noise = carried(noise.reshape(1, len(points), -1), (points, triangles), points_and_triangles(mesh)[0])[0]
     array = numpy_to_vtk(np.ascontiguousarray(noise), deep=True)
     array.SetName("InitialNoise")
@@ -164,8 +162,8 @@ def triangulations(options, model, original, sheet, view):
     sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
     start = with_noise_of(sample, original)
     displacements = {}
-    simple = with_noise_of(sample, simplified(original, 1500))
-    meshes = {"original": start, "subdivided": subdivided(start), "simplified": simple}
+    even = surfacesynthesis.remesh(start, points=1500, feature_angle=None)
+    meshes = {"original": start, "subdivided": subdivided(start), "even": even}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
             sample, seconds = made(mesh, model, input_noise="InitialNoise", steps=options.steps)

@@ -243,7 +243,7 @@ TEST_F(FlowMatchingTraining, OneShapeAndOneSignalAreLearntByPreconditionedPredic
 {
   const FlowMatchingTrainingOptions options = QuickRecipeOf(FlowPrediction::Preconditioned);
   EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), options), 0.03);
-  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), options), 0.03);
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), options), 0.05);
 }
 
 TEST_F(FlowMatchingTraining, PositionsAreDataAndOtherSignalsPreconditionedUnlessTheRecipeSaysSo)
