@@ -16,7 +16,8 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
                         on one that is coarse on one side
     deformation_*.vtp   the deformed surfaces, with arrays
 
-and prints how long each took, and a table of times over the number of triangles (--only times). --training names the file
+and prints how long each took, a table of times over the number of triangles (--only times), and one of the sharpness of signals
+(--only peaks). --training names the file
 armadillo_poses.safetensors that Examples/Training/make_datasets.py writes. Surfaces come from Debian's package
 libcgal-demo.
 """
@@ -39,7 +40,8 @@ from surfacesynthesis.datasets import dataset_of_pair
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
-from make_datasets import evenly, simplified, surface, unevenly  # noqa: E402
+from carrying import carried  # noqa: E402
+from make_datasets import points_and_triangles, remeshed, simplified, surface  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 FRONT = (0.16, 0.08, -1.0)
@@ -65,10 +67,16 @@ def made(mesh, model, **parameters):
 
 
 def with_noise_of(sample, mesh):
-    """A copy of a surface with the noise that a sample on it was made of."""
+    """A copy of a surface, or of another triangulation of it, with the noise that a sample was made of."""
     copy = vtkPolyData()
     copy.CopyStructure(mesh)
-    copy.GetPointData().AddArray(sample.GetPointData().GetArray("InitialNoise"))
+    noise = vtk_to_numpy(sample.GetPointData().GetArray("InitialNoise"))
+    if mesh.GetNumberOfPoints() != len(noise):
+        points, triangles = points_and_triangles(sample)
+        noise = carried(noise.reshape(1, len(points), -1), (points, triangles), points_and_triangles(mesh)[0])[0]
+    array = numpy_to_vtk(np.ascontiguousarray(noise), deep=True)
+    array.SetName("InitialNoise")
+    copy.GetPointData().AddArray(array)
     return copy
 
 
@@ -92,7 +100,7 @@ def training_poses(options):
     original = surface(None, "armadillo.off")
     sheet = rendering.Sheet(2, len(SEEDS), SIZE)
     view = rendering.view_of(original, SIZE[0] / SIZE[1], FRONT, margin=1.35)
-    for row, mesh in enumerate((evenly(original, 1500), original)):
+    for row, mesh in enumerate((simplified(original, 1500), original)):
         blocks = surfacesynthesis.poses(mesh, len(SEEDS), template=original)
         for column in range(len(SEEDS)):
             posed = warped_to(mesh, blocks[column])
@@ -101,7 +109,7 @@ def training_poses(options):
 
 
 def training_mixtures(options):
-    mesh = evenly(surface(None, "bunny00.off"), 2000)
+    mesh = remeshed(surface(None, "bunny00.off"), 2000)
     values = surfacesynthesis.gaussian_mixtures(mesh, len(SEEDS))
     sheet = rendering.Sheet(1, len(SEEDS), SIZE)
     view = rendering.view_of(mesh, SIZE[0] / SIZE[1], BUNNY)
@@ -155,7 +163,8 @@ def triangulations(options, model, original, sheet, view):
     sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
     start = with_noise_of(sample, original)
     displacements = {}
-    meshes = {"original": start, "subdivided": subdivided(start), "even": evenly(start, 1500)}
+    even = surfacesynthesis.remesh(start, points=1500, feature_angle=None)
+    meshes = {"original": start, "subdivided": subdivided(start), "even": even}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
             sample, seconds = made(mesh, model, input_noise="InitialNoise", steps=options.steps)
@@ -173,13 +182,13 @@ def triangulations(options, model, original, sheet, view):
 def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
+    others = {"even": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}
     sheet = rendering.Sheet(3, len(SEEDS), SIZE)
     view = rendering.view_of(bunny, SIZE[0] / SIZE[1], BUNNY)
     for column, seed in enumerate(SEEDS):
         first = surfacesynthesis.sample_signal(bunny, model, seed=seed, steps=options.steps)
-        start = with_noise_of(first, bunny)
-        meshes = {"original": start, "even": evenly(start, 2000), "coarse on one side": unevenly(start, 5000, 2.0)}
-        for row, (name, mesh) in enumerate(meshes.items()):
+        for row, (name, mesh) in enumerate({"original": bunny, **others}.items()):
+            mesh = with_noise_of(first, mesh)
             started = time.monotonic()
             output = surfacesynthesis.sample_signal(mesh, model, input_noise="InitialNoise", steps=options.steps)
             peak = vtk_to_numpy(output.GetPointData().GetArray("Mixture")).max()
@@ -188,6 +197,33 @@ def signals(options):
             title = f"seed {seed}\n{name}, {faces(mesh)}"
             sheet.add(row, column, title, output, view, array="Mixture", colors=MIXTURE, edges=edges)
     sheet.write(os.path.join(options.output, "signals.png"), options.colors)
+
+
+def peaks(options):
+    """Whether signals are as sharp on the original triangulation as on that of the training: the mean of their largest value,
+    and of the median of their absolute value, which is haze where there are three Gaussians only."""
+    model = os.path.join(options.models, "bunny_mixtures.safetensors")
+    bunny = surface(None, "bunny00.off")
+    meshes = {"original": bunny, "of the training": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}
+    found = {name: [] for name in meshes}
+    for seed in range(1, options.samples + 1):
+        first = surfacesynthesis.sample_signal(bunny, model, seed=seed, steps=options.steps)
+        for name, mesh in meshes.items():
+            output = first
+            if name != "original":
+                start = with_noise_of(first, mesh)
+                output = surfacesynthesis.sample_signal(start, model, input_noise="InitialNoise", steps=options.steps)
+            found[name].append(vtk_to_numpy(output.GetPointData().GetArray("Mixture")).ravel())
+    print("| triangulation | faces | mean of the maximum | of mixtures | mean of the median | of mixtures |")
+    print("|---|---:|---:|---:|---:|---:|")
+    for name, mesh in meshes.items():
+        data = surfacesynthesis.gaussian_mixtures(mesh, options.samples).reshape(options.samples, -1)
+        cells = [f"{np.mean([measure(v) for v in values]):.3f}" for measure in (np.max, haze) for values in (found[name], data)]
+        print(f"| {name} | {mesh.GetNumberOfCells():,} | {' | '.join(cells)} |", flush=True)
+
+
+def haze(values):
+    return np.median(np.abs(values))
 
 
 def times(options):
@@ -208,6 +244,7 @@ PICTURES = {
     "deformations": (deformations, "armadillo_poses"),
     "signals": (signals, "bunny_mixtures"),
     "times": (times, "armadillo_poses"),
+    "peaks": (peaks, "bunny_mixtures"),
 }
 
 
@@ -217,11 +254,12 @@ def main():
     parser.add_argument("--output", required=True, metavar="DIR")
     parser.add_argument("--only", nargs="+", choices=PICTURES, help="make some of it only; default: the pictures")
     parser.add_argument("--training", metavar="FILE", help="dataset in which the closest poses are looked up")
+    parser.add_argument("--samples", type=int, default=10, help="that peaks are measured on (default: 10)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
-    for name in options.only or [name for name in PICTURES if name != "times"]:
+    for name in options.only or [name for name in PICTURES if name not in ("times", "peaks")]:
         picture, model = PICTURES[name]
         if model is None or os.path.exists(os.path.join(options.models, model + ".safetensors")):
             picture(options)

@@ -145,9 +145,9 @@ def check_flow_matching(folder):
 def check_signals():
     """Samples of the shipped model are as far from random mixtures as these are from one another, and differ."""
     sys.path.insert(0, TRAINING)
-    from make_datasets import surface, unevenly
+    from make_datasets import remeshed, surface
 
-    mesh = unevenly(surface(None, "bunny00.off"), 3000, 2.0)
+    mesh = remeshed(surface(None, "bunny00.off"), 3000, 2.0)
     model = os.path.join(HERE, os.pardir, "Models", "bunny_mixtures.safetensors")
     samples = surfacesynthesis.sample_signal(mesh, model, samples=30, steps=8)
     generated = [vtk_to_numpy(samples.GetBlock(k).GetPointData().GetArray("Mixture")) for k in range(30)]
@@ -304,10 +304,10 @@ def check_generated_poses(_):
     1.20. The source itself would be near all poses, and fails for not moving.
     """
     sys.path.insert(0, TRAINING)
-    from make_datasets import FIRST_TEST_SAMPLE, evenly, surface
+    from make_datasets import FIRST_TEST_SAMPLE, simplified, surface
 
     original = surface(None, "armadillo.off")
-    mesh = evenly(original, 1500)
+    mesh = simplified(original, 1500)
     rest = points_of(mesh).astype(float)
     triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     poses = surfacesynthesis.poses(mesh, 24, first_sample=FIRST_TEST_SAMPLE, template=original).astype(float)

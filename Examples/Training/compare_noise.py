@@ -54,6 +54,7 @@ NOISES = {
 #: What is trained on, and what it is tested on, by the name of the task.
 TASKS = {
     "armadillo": ("armadillo_coarse", ("armadillo_poses", "armadillo_test", "armadillo_full_test")),
+    "bent": ("bent_coarse", ("bent_medium", "bent_test")),
     "bunny": ("bunny_coarse", ("bunny_mixtures", "bunny_test")),
 }
 #: The numbers of a row, by their heads in the table.
@@ -395,7 +396,8 @@ def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", help="folder with the datasets")
     parser.add_argument("output", help="folder for models and tables; made when it is not there")
-    parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=sorted(TASKS))
+    parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=["armadillo", "bunny"],
+                        help="default: armadillo bunny")  # fmt: skip
     parser.add_argument("--noises", nargs="*", metavar="NOISE", default=list(NOISES), choices=list(NOISES),
                         help="of " + ", ".join(NOISES) + "; default: all; without a name no model is trained")  # fmt: skip
     parser.add_argument("--iterations", type=int, default=800, help="of each training (default: 800)")
@@ -403,8 +405,8 @@ def parsed(arguments):
     parser.add_argument("--blocks", type=int, default=3, help="of the networks (default: 3)")
     parser.add_argument("--batch", type=int, default=32, help="samples in an iteration (default: 32)")
     parser.add_argument("--learning-rate", type=float, default=0.02, help="default: 0.02")
-    parser.add_argument("--prediction", choices=["data", "velocity"], default="data",
-                        help="what the networks predict (default: data)")  # fmt: skip
+    parser.add_argument("--prediction", choices=["automatic", "velocity", "data", "preconditioned"], default="automatic",
+                        help="what the networks predict (default: automatic)")  # fmt: skip
     parser.add_argument("--model", type=model_option, action="append", default=[], metavar="NAME=FILE",
                         help="a row for this model; may be repeated")  # fmt: skip
     parser.add_argument("--samples", type=int, default=300, help="generated and reference samples (default: 300)")

@@ -42,7 +42,7 @@ class Frame(NamedTuple):
     mean: np.ndarray  #: [C], of signals that are no positions
     scale: np.ndarray  #: [C]
     noise: Noise
-    prediction: str = "velocity"  #: or "data"
+    prediction: str = "velocity"  #: or "data", "preconditioned"
 
 
 def frame_of(model):
@@ -169,8 +169,8 @@ class LinearVelocity:
 
 
 def loss_weights(frame, modes, mesh, samples):
-    """The weights of the two terms of the loss that a training logs, for samples in the units of the network: in models that
-    predict data they are in units of the mean squares of the data, relative to the surface, and of their gradients."""
+    """The weights of the two terms of the loss that a training logs, for samples in the units of the network: unless models
+    predict velocities, they are in units of the mean squares of the data, relative to the surface, and of their gradients."""
     if frame.prediction == "velocity":
         return 1.0, 1.0
     relative = samples - network_units(frame, mesh, mesh[0][None]) if frame.signal == "Position" else samples

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes data for flow matching on surfaces: poses of the armadillo, and Gaussian mixtures on the bunny.
+"""Makes data for flow matching on surfaces: poses of the armadillo, mild and far-reaching ones, and Gaussian mixtures on the
+bunny.
 
     python3 make_datasets.py FOLDER [options]
 
-writes eight files, each with one surface and many samples of a signal on it (see surfacesynthesis.read_signal_dataset):
+writes eleven files, each with one surface and many samples of a signal on it (see surfacesynthesis.read_signal_dataset):
 
     armadillo_poses.safetensors      poses of the armadillo, simplified to 5,000 triangles that are small where it is
                                      curved: to end a training with
@@ -11,15 +12,21 @@ writes eight files, each with one surface and many samples of a signal on it (se
     armadillo_coarse.safetensors     these, carried to 260 triangles: to begin a training with
     armadillo_test.safetensors       other poses, on a triangulation that is dense on one side and coarse on the other
     armadillo_full_test.safetensors  some of the same poses as in the test file, on the original triangulation
-    bunny_mixtures.safetensors       mixtures on the bunny, remeshed evenly: to end a training with
-    bunny_coarse.safetensors         the same mixtures and more, on 1,000 triangles: to begin a training with
+    bent_medium.safetensors          poses of the armadillo whose limbs turn by up to 120 degrees in place of 60, on 1,280
+                                     triangles
+    bent_coarse.safetensors          these, carried to 260 triangles
+    bent_test.safetensors            other such poses, on the triangulation that is dense on one side
+    bunny_mixtures.safetensors       mixtures on the bunny, remeshed to 4,000 triangles: to end a training with
+    bunny_coarse.safetensors         these, carried to 1,000 triangles: to begin a training with
     bunny_test.safetensors           other mixtures, on a triangulation that is coarse on one side
 
 Training samples begin at number 0 and test samples at number 100,000 of the same seed, so that all are different. The
-extremities of the armadillo and their joints are found on its original triangulation: sample k is the same pose on all
-all. Numbers of samples and points are options; with the defaults the files are about 170 MB together, and it takes a
-quarter of an hour on two processors, most of it for the original triangulation. The surfaces come from Debian's package
-libcgal-demo, or from files.
+extremities of the armadillo and their joints are found on its original triangulation: sample k is the same pose on all.
+Triangulations keep ears, claws and fingers: they are decimated with the least error, or remeshed with shorter edges where the
+surface is thin. Numbers of samples and
+points are options; with the defaults the files are about 280 MB together, and it takes some twenty minutes on two
+processors, most of it for the original triangulation (--only makes some of it only). The surfaces come from Debian's
+package libcgal-demo, or from files.
 """
 
 import argparse
@@ -31,14 +38,18 @@ import time
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals, vtkQuadricDecimation
 
 import surfacesynthesis
 from carrying import carried
+from linear_velocity import triangle_areas
 
 ARCHIVE = "/usr/share/doc/libcgal-demo/data.tar.gz"
 FIRST_TEST_SAMPLE = 100000
+#: Longest edges of remeshed surfaces in terms of their thickness.
+THINNEST = 0.5
 
 
 def surface(path, name):
@@ -65,31 +76,53 @@ def simplified(mesh, vertices):
     decimation.VolumePreservationOn()
     decimation.SetTargetReduction(1.0 - vertices / mesh.GetNumberOfPoints())
     decimation.Update()
-    return decimation.GetOutput()
+    return in_one_piece(decimation.GetOutput())
 
 
-def evenly(mesh, vertices):
-    """The surface with about so many points, evenly spread."""
-    return surfacesynthesis.remesh(mesh, points=vertices, feature_angle=None)
-
-
-def unevenly(mesh, vertices, ratio):
-    """The surface with about so many points and edges that are ``ratio`` times as long where x is above the middle."""
-    x = vtk_to_numpy(mesh.GetPoints().GetData())[:, 0]
+def remeshed(mesh, vertices, ratio=1.0):
+    """The surface with about so many points, and with edges that are ``ratio`` times as long where x is above the middle, but
+    nowhere longer than THINNEST times the surface is thick: longer ones tear ears and claws."""
+    points, triangles = points_and_triangles(mesh)
+    x = points[:, 0]
+    edge = np.sqrt(triangle_areas(points, triangles).sum() / vertices)
+    lengths = np.where(x > 0.5 * (x.min() + x.max()), ratio, 1.0)
+    lengths = numpy_to_vtk(np.minimum(lengths, np.maximum(THINNEST * thickness(mesh) / edge, 0.25)), deep=True)
+    lengths.SetName("EdgeLength")
     sized = vtkPolyData()
     sized.ShallowCopy(mesh)
-    lengths = numpy_to_vtk(np.where(x > 0.5 * (x.min() + x.max()), ratio, 1.0), deep=True)
-    lengths.SetName("EdgeLength")
     sized.GetPointData().AddArray(lengths)
     result = surfacesynthesis.remesh(sized, points=vertices, sizing="EdgeLength", feature_angle=None)
     result.GetPointData().RemoveArray("EdgeLength")
     return result
 
 
-def carried_poses(mesh, samples, source, poses, **_):
-    """Poses of one triangulation on another, which follows the nearest places."""
+def thickness(mesh):
+    """The distance of each point from the surface opposite, along its normal."""
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(mesh)
+    normals.SplittingOff()
+    normals.ConsistencyOff()
+    normals.Update()
+    points, _ = points_and_triangles(mesh)
+    size = np.ptp(points, axis=0).max()
+    found = np.full(len(points), size)
+    locator, hit, cell = vtkStaticCellLocator(), [0.0, 0.0, 0.0], vtkGenericCell()
+    locator.SetDataSet(mesh)
+    locator.BuildLocator()
+    for k, normal in enumerate(vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals())):
+        begin, end = points[k] - 1e-3 * size * normal, points[k] - size * normal
+        rest = reference(0.0), hit, [0.0, 0.0, 0.0], reference(0), reference(0), cell
+        if locator.IntersectWithLine(begin, end, 0.0, *rest):
+            found[k] = np.linalg.norm(hit - points[k])
+    return found
+
+
+def carried_signals(mesh, samples, source, values, positions, **_):
+    """Signals, or displacements, of one triangulation at the nearest places on another."""
     points, rest = points_and_triangles(mesh)[0], points_and_triangles(source)
-    return points + carried(poses[:samples] - rest[0], rest, points)
+    if not positions:
+        return carried(values[:samples].reshape(samples, -1, 1), rest, points)
+    return points + carried(values[:samples] - rest[0], rest, points)
 
 
 def points_and_triangles(mesh):
@@ -105,17 +138,19 @@ class Maker:
         self._seed = seed
         self._progress = progress
 
-    def poses(self, name, mesh, template, samples, first_sample):
+    def poses(self, name, mesh, template, samples, first_sample, **options):
         """Returns the poses, [N, V, 3]."""
         made = surfacesynthesis.poses
-        return self._write(name, "Position", made, mesh, samples, first_sample, template=template)
-
-    def carried_poses(self, name, mesh, source, poses):
-        """Poses of another triangulation, ``source``."""
-        self._write(name, "Position", carried_poses, mesh, len(poses), 0, source=source, poses=poses)
+        return self._write(name, "Position", made, mesh, samples, first_sample, template=template, **options)
 
     def mixtures(self, name, mesh, samples, first_sample):
-        self._write(name, "Mixture", surfacesynthesis.gaussian_mixtures, mesh, samples, first_sample)
+        """Returns the mixtures, [N, V]."""
+        return self._write(name, "Mixture", surfacesynthesis.gaussian_mixtures, mesh, samples, first_sample)
+
+    def carried(self, name, mesh, source, values, signal="Position"):
+        """Samples of another triangulation, ``source``."""
+        options = {"source": source, "values": values, "positions": signal == "Position"}
+        self._write(name, signal, carried_signals, mesh, len(values), 0, **options)
 
     def _write(self, name, signal, make, mesh, samples, first_sample, **options):
         started = time.monotonic()
@@ -134,6 +169,7 @@ class Maker:
 def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="where to write; made when it is not there")
+    parser.add_argument("--only", nargs="+", choices=DATA, default=list(DATA), help="default: all")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
     parser.add_argument("--armadillo", metavar="FILE", help="a surface to pose instead")
     parser.add_argument("--bunny", metavar="FILE", help="a surface for mixtures instead")
@@ -141,8 +177,7 @@ def parsed(arguments):
     parser.add_argument("--coarse-poses", type=int, default=6000, metavar="N", help="on few triangles (default: 6000)")
     parser.add_argument("--test-poses", type=int, default=300, metavar="N", help="poses to test with (default: 300)")
     parser.add_argument("--full-poses", type=int, default=100, metavar="N", help="on the original (default: 100)")
-    parser.add_argument("--mixtures", type=int, default=3000, metavar="N", help="mixtures to train with (default: 3000)")
-    parser.add_argument("--coarse-mixtures", type=int, default=6000, metavar="N", help="on few triangles (default: 6000)")
+    parser.add_argument("--mixtures", type=int, default=6000, metavar="N", help="mixtures to train with (default: 6000)")
     parser.add_argument("--test-mixtures", type=int, default=500, metavar="N", help="to test with (default: 500)")
     parser.add_argument("--pose-vertices", type=int, default=2500, metavar="V", help="to train with (default: 2500)")
     parser.add_argument("--coarse-pose-vertices", type=int, nargs=2, default=[642, 130], metavar="V",
@@ -151,29 +186,50 @@ def parsed(arguments):
     parser.add_argument("--coarse-mixture-vertices", type=int, default=500, metavar="V", help="default: 500")
     parser.add_argument("--test-vertices", type=int, default=5000, metavar="V", help="to test with (default: 5000)")
     parser.add_argument("--ratio", type=float, default=2.0, help="of edge lengths in the test files (default: 2)")
+    parser.add_argument("--angle", type=float, default=120.0, help="largest of bent poses, in degrees (default: 120)")
     return parser.parse_args(arguments)
+
+
+def make_mixtures(options, make):
+    bunny = surface(options.bunny, "bunny00.off")
+    fine, coarse = remeshed(bunny, options.mixture_vertices), simplified(bunny, options.coarse_mixture_vertices)
+    values = make.mixtures("bunny_mixtures.safetensors", fine, options.mixtures, 0)
+    make.carried("bunny_coarse.safetensors", coarse, fine, values, "Mixture")
+    uneven = remeshed(bunny, options.test_vertices, options.ratio)
+    make.mixtures("bunny_test.safetensors", uneven, options.test_mixtures, FIRST_TEST_SAMPLE)
+
+
+def make_poses(options, make):
+    armadillo = surface(options.armadillo, "armadillo.off")
+    simple = simplified(armadillo, options.pose_vertices)
+    make.poses("armadillo_poses.safetensors", simple, armadillo, options.poses, 0)
+    make_coarse_and_uneven(options, make, armadillo, "armadillo", 60.0)
+    make.poses("armadillo_full_test.safetensors", armadillo, armadillo, options.full_poses, FIRST_TEST_SAMPLE)
+
+
+def make_bent(options, make):
+    make_coarse_and_uneven(options, make, surface(options.armadillo, "armadillo.off"), "bent", options.angle)
+
+
+def make_coarse_and_uneven(options, make, surface, name, angle):
+    medium, coarse = (simplified(surface, count) for count in options.coarse_pose_vertices)
+    poses = make.poses(f"{name}_medium.safetensors", medium, surface, options.coarse_poses, 0, maximum_angle=angle)
+    make.carried(f"{name}_coarse.safetensors", coarse, medium, poses)
+    uneven = remeshed(surface, options.test_vertices, options.ratio)
+    number = options.test_poses
+    make.poses(f"{name}_test.safetensors", uneven, surface, number, FIRST_TEST_SAMPLE, maximum_angle=angle)
+
+
+#: What makes files, by the name of --only.
+DATA = {"mixtures": make_mixtures, "poses": make_poses, "bent": make_bent}
 
 
 def main(arguments=None):
     options = parsed(arguments)
     os.makedirs(options.folder, exist_ok=True)
     make = Maker(options.folder, options.seed, sys.stdout.isatty())
-    bunny = surface(options.bunny, "bunny00.off")
-    make.mixtures("bunny_mixtures.safetensors", evenly(bunny, options.mixture_vertices), options.mixtures, 0)
-    coarse = evenly(bunny, options.coarse_mixture_vertices)
-    make.mixtures("bunny_coarse.safetensors", coarse, options.coarse_mixtures, 0)
-    uneven = unevenly(bunny, options.test_vertices, options.ratio)
-    make.mixtures("bunny_test.safetensors", uneven, options.test_mixtures, FIRST_TEST_SAMPLE)
-
-    armadillo = surface(options.armadillo, "armadillo.off")
-    simple = simplified(armadillo, options.pose_vertices)
-    make.poses("armadillo_poses.safetensors", simple, armadillo, options.poses, 0)
-    medium, coarse = (in_one_piece(simplified(armadillo, count)) for count in options.coarse_pose_vertices)
-    poses = make.poses("armadillo_medium.safetensors", medium, armadillo, options.coarse_poses, 0)
-    make.carried_poses("armadillo_coarse.safetensors", coarse, medium, poses)
-    uneven = unevenly(armadillo, options.test_vertices, options.ratio)
-    make.poses("armadillo_test.safetensors", uneven, armadillo, options.test_poses, FIRST_TEST_SAMPLE)
-    make.poses("armadillo_full_test.safetensors", armadillo, armadillo, options.full_poses, FIRST_TEST_SAMPLE)
+    for name in options.only:
+        DATA[name](options, make)
 
 
 if __name__ == "__main__":

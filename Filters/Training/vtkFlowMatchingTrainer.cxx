@@ -193,7 +193,10 @@ private:
     options.Blocks = self.Blocks;
     options.ComplexLayers = self.ComplexLayers;
     options.InnerProducts = self.InnerProducts;
-    options.Prediction = static_cast<surfsynth::FlowPrediction>(self.Prediction);
+    if (self.Prediction != AUTOMATIC)
+    {
+      options.Prediction = static_cast<surfsynth::FlowPrediction>(self.Prediction);
+    }
     options.Noise.Model = static_cast<surfsynth::NoiseModel>(self.NoiseModel);
     options.Noise.Screening = self.Screening;
     options.Noise.Smoothing = self.NoiseSmoothing < 0.0 ? surfsynth::ChosenSmoothing : self.NoiseSmoothing;

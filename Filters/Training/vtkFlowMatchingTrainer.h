@@ -140,21 +140,28 @@ public:
   /// Quantities that the network can predict.
   enum Predictions
   {
-    VELOCITY = 0, ///< the velocity, as published
-    DATA = 1      ///< the data at the end of the flow
+    AUTOMATIC = -1,    ///< DATA for positions, PRECONDITIONED for other signals
+    VELOCITY = 0,      ///< the velocity, as published
+    DATA = 1,          ///< the data at the end of the flow
+    PRECONDITIONED = 2 ///< a mixture of data and noise of the same size at all times
   };
 
   ///@{
   /**
-   * What the network predicts. With DATA its input is relative to the source and has the same size at all times; the velocity
-   * is what leads to the predicted data in the time that is left, and errors near the end of the flow weigh at most 30 times
-   * as much as at its beginning. What a model leaves alone is then that of the source, such as its relief. VELOCITY is the
-   * paper's. The model file says which it is. Default DATA.
+   * What the network predicts. With DATA and PRECONDITIONED its input is relative to the source and has the same size at all
+   * times. DATA: the velocity is what leads to the predicted data in the time that is left, and errors near the end of the flow
+   * weigh at most 30 times as much as at its beginning; what a model leaves alone is that of the source, such as its relief.
+   * PRECONDITIONED: the data are a mixture of the state and of what the network predicts, with less and less of the latter
+   * toward the end of the flow (Karras et al., Elucidating the design space of diffusion-based generative models, 2022), so
+   * that signals are sharp. VELOCITY is the paper's. The model file says which it is. Default AUTOMATIC: DATA for positions,
+   * PRECONDITIONED for other signals.
    */
-  vtkSetClampMacro(Prediction, int, VELOCITY, DATA);
+  vtkSetClampMacro(Prediction, int, AUTOMATIC, PRECONDITIONED);
   vtkGetMacro(Prediction, int);
+  void SetPredictionToAutomatic() { this->SetPrediction(AUTOMATIC); }
   void SetPredictionToVelocity() { this->SetPrediction(VELOCITY); }
   void SetPredictionToData() { this->SetPrediction(DATA); }
+  void SetPredictionToPreconditioned() { this->SetPrediction(PRECONDITIONED); }
   ///@}
 
   ///@{
@@ -399,7 +406,7 @@ private:
   int Blocks = 4;
   int ComplexLayers = 3;
   bool InnerProducts = false;
-  int Prediction = DATA;
+  int Prediction = AUTOMATIC;
   int NoiseModel = MATERN;
   double Screening = 100.0;
   double NoiseSmoothing = -1.0;

@@ -26,7 +26,7 @@ PROPERTIES = {
     "Blocks": (4, 2, 2),
     "ComplexLayers": (3, 2, 2),
     "InnerProducts": (0, 1, True),
-    "Prediction": ("Data", "Velocity", vtkFlowMatchingTrainer.VELOCITY),
+    "Prediction": ("Automatic", "Velocity", vtkFlowMatchingTrainer.VELOCITY),
     "Optimizer": ("Muon", "Adam", vtkFlowMatchingTrainer.ADAM),
     "LearningRateSchedule": ("Cosine", "Milestones", vtkFlowMatchingTrainer.MILESTONES),
     "NoiseModel": ("Matern", "Per Vertex", vtkFlowMatchingTrainer.PER_VERTEX),

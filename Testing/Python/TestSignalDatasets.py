@@ -320,7 +320,7 @@ def test_the_command_says_what_is_wrong(tmp_path, ball, capsys, arguments, statu
 
 
 @needs_cgal
-def test_the_example_makes_its_eight_files(tmp_path, ball, monkeypatch):
+def test_the_example_makes_its_eleven_files(tmp_path, ball, monkeypatch):
     example = pathlib.Path(__file__).parents[2] / "Examples" / "Training" / "make_datasets.py"
     spec = importlib.util.spec_from_file_location("make_datasets", example)
     make_datasets = importlib.util.module_from_spec(spec)
@@ -329,7 +329,7 @@ def test_the_example_makes_its_eight_files(tmp_path, ball, monkeypatch):
     surface = tmp_path / "ball.vtp"
     write_mesh(ball, surface)
     counts = {"--poses": 3, "--test-poses": 2, "--full-poses": 1, "--mixtures": 4, "--test-mixtures": 2}
-    counts.update({"--coarse-poses": 5, "--coarse-mixtures": 6})
+    counts.update({"--coarse-poses": 5})
     sizes = {"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100}
     options = [str(word) for item in {**counts, **sizes}.items() for word in item]
     options += ["--coarse-pose-vertices", "150", "60"]
@@ -341,7 +341,10 @@ def test_the_example_makes_its_eight_files(tmp_path, ball, monkeypatch):
         "armadillo_test": ("Position", 2, 400),
         "armadillo_full_test": ("Position", 1, 362),
         "bunny_mixtures": ("Mixture", 4, 300),
-        "bunny_coarse": ("Mixture", 6, 100),
+        "bent_medium": ("Position", 5, 150),
+        "bent_coarse": ("Position", 5, 60),
+        "bent_test": ("Position", 2, 400),
+        "bunny_coarse": ("Mixture", 4, 100),
         "bunny_test": ("Mixture", 2, 400),
     }
     for file, (signal, samples, points) in expected.items():

@@ -26,14 +26,30 @@ const std::pair<const char*, NoiseModel> NoiseNames[] = { { "matern", NoiseModel
   { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
   { "spectral", NoiseModel::Spectral } };
 
-/// Version of the format of models that predict data, which earlier versions of the library would misread.
+/// Names of predictions in model files.
+const std::pair<const char*, FlowPrediction> PredictionNames[] = { { "velocity", FlowPrediction::Velocity },
+  { "data", FlowPrediction::Data }, { "preconditioned", FlowPrediction::Preconditioned } };
+
+/// Version of the format of models that predict no velocities, which earlier versions of the library would misread.
 constexpr const char* DataFormatVersion = "2";
 
-const char* NameOf(NoiseModel model)
+template <typename Value, std::size_t Count>
+const char* NameOf(Value value, const std::pair<const char*, Value> (&names)[Count])
 {
-  return std::find_if(std::begin(NoiseNames), std::end(NoiseNames), [&](const auto& n) {
-    return n.second == model;
-  })->first;
+  return std::find_if(std::begin(names), std::end(names), [&](const auto& n) { return n.second == value; })->first;
+}
+
+/// The value that @p name stands for; the reader fails with @p expected for the value of @p key where there is none.
+template <typename Value, std::size_t Count>
+Value ValueOf(const std::string& name, const std::pair<const char*, Value> (&names)[Count],
+  const DescriptionReader& reader, const char* key, const char* expected)
+{
+  const auto found = std::find_if(std::begin(names), std::end(names), [&](const auto& n) { return name == n.first; });
+  if (found == std::end(names))
+  {
+    reader.Fail(key, expected);
+  }
+  return found->second;
 }
 
 /// "1 block", "2 blocks"
@@ -47,25 +63,14 @@ const char* SmoothingKey(NoiseModel model) { return model == NoiseModel::Matern 
 
 NoiseModel ReadNoise(const DescriptionReader& reader)
 {
-  const std::string name = reader.String("noise");
-  for (const auto& [known, model] : NoiseNames)
-  {
-    if (name == known)
-    {
-      return model;
-    }
-  }
-  reader.Fail("noise", "matern, per_vertex, white, unscreened or spectral");
+  return ValueOf(
+    reader.String("noise"), NoiseNames, reader, "noise", "matern, per_vertex, white, unscreened or spectral");
 }
 
 FlowPrediction ReadPrediction(const DescriptionReader& reader)
 {
-  const std::string name = reader.StringOr("prediction", "velocity");
-  if (name != "velocity" && name != "data")
-  {
-    reader.Fail("prediction", "velocity or data");
-  }
-  return name == "data" ? FlowPrediction::Data : FlowPrediction::Velocity;
+  return ValueOf(reader.StringOr("prediction", "velocity"), PredictionNames, reader, "prediction",
+    "velocity, data or preconditioned");
 }
 
 Eigen::RowVectorXd ReadRow(const DescriptionReader& reader, const char* key)
@@ -126,6 +131,8 @@ void CheckNetworks(const FlowMatchingModel& model)
   }
 }
 } // namespace
+
+const char* NameOf(FlowPrediction prediction) { return NameOf(prediction, PredictionNames); }
 
 double InputFactor(double time) { return 1.0 / std::hypot(1.0 - time, time); }
 
@@ -188,9 +195,9 @@ std::string FlowMatchingModel::Description() const
   const std::string signal = this->GeneratesPositions()
     ? "deformations"
     : "\"" + this->SignalName + "\", " + Counted(this->Components(), "component");
-  return signal + " from " + NameOf(this->Noise.Model) + " noise; " + Counted(options.Blocks, "block") + " of width " +
-    std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") + "; " +
-    Counted(this->Iterations, "iteration") + " of training";
+  return signal + " from " + NameOf(this->Noise.Model, NoiseNames) + " noise; " + Counted(options.Blocks, "block") +
+    " of width " + std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") +
+    "; " + Counted(this->Iterations, "iteration") + " of training";
 }
 
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
@@ -287,18 +294,18 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
   }
   const auto numbers = [](const auto& row) { return std::vector<double>(row.data(), row.data() + row.size()); };
   metadata["architecture"] = FlowMatchingArchitecture;
-  const bool predictsData = model.Prediction == FlowPrediction::Data;
-  metadata["format_version"] = predictsData ? DataFormatVersion : ModelFormatVersion;
+  const bool predictsVelocity = model.Prediction == FlowPrediction::Velocity;
+  metadata["format_version"] = predictsVelocity ? ModelFormatVersion : DataFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
   nlohmann::json description({ { "signal_name", model.SignalName }, { "signal_mean", numbers(model.SignalMean) },
-    { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model) },
+    { "signal_scale", numbers(model.SignalScale) }, { "noise", NameOf(model.Noise.Model, NoiseNames) },
     { "noise_screening", model.Noise.Screening }, { "noise_eigenpairs", model.Noise.Eigenpairs },
     { "noise_scale", model.Noise.Scale }, { SmoothingKey(model.Noise.Model), model.Noise.Smoothing },
     { "iterations", model.Iterations }, { "shape_moments", numbers(model.Shape.Mean) },
     { "shape_spread", model.Shape.Spread } });
-  if (predictsData)
+  if (!predictsVelocity)
   {
-    description["prediction"] = "data";
+    description["prediction"] = NameOf(model.Prediction);
     description["data_deviation"] = model.DataDeviation;
   }
   metadata[FlowKey] = description.dump();

@@ -37,10 +37,20 @@ enum class FlowPrediction
   ///   u = (f_t - t s) / (d sqrt((1 - t)^2 + t^2)),   f_1 = s + d (F(u) - u),   v = (f_1 - f_t) / (1 - t),
   /// with d of FlowMatchingModel::DataDeviation, and F(u) instead of F(u) - u for a linear head. What the network does not
   /// change, such as relief, is that of the source.
-  Data
+  Data,
+  /// A mixture of data and noise f_0 of the same size at all times, ((1 - t) (f_1 - s) - t f_0) / (d sqrt((1 - t)^2 + t^2)), in
+  /// the same units and with the same u: the preconditioning of [Karras2022] for these flows, and the target of
+  /// [Salimans2022]. With n = sqrt((1 - t)^2 + t^2):
+  ///   f_1 = s + d (t u + (1 - t) F(u)) / n,   v = s + d (F(u) + (2 t - 1) u) / n,
+  /// and F(u) - u instead of F(u) for a head that adds its input. Near the end of the flow data are what is there, but for a
+  /// little of what the network predicts.
+  Preconditioned
 };
 
-/// Factor of the network's input with FlowPrediction::Data at @p time, beside that of the deviation:
+/// Name of @p prediction in model files: "velocity", "data" or "preconditioned".
+const char* NameOf(FlowPrediction prediction);
+
+/// Factor of the network's input with FlowPrediction::Data and Preconditioned at @p time, beside that of the deviation:
 /// 1 / sqrt((1 - t)^2 + t^2).
 double InputFactor(double time);
 
@@ -81,7 +91,7 @@ struct FlowMatchingModel
   std::optional<PoissonNetModel> Encoder;
   FlowNoise Noise;                                      ///< distribution at flow time 0
   FlowPrediction Prediction = FlowPrediction::Velocity; ///< what Velocity predicts
-  double DataDeviation = 1.0;                           ///< d > 0 of FlowPrediction::Data: root mean square of f_1 - s
+  double DataDeviation = 1.0;                           ///< d > 0 of FlowPrediction: root mean square of f_1 - s
   std::string SignalName = "Position";                  ///< "Position" for deformations
   Eigen::RowVectorXd SignalMean;                        ///< [C]; 0 for positions
   Eigen::RowVectorXd SignalScale;                       ///< [C], > 0; 1 for positions
@@ -108,8 +118,8 @@ MeshNormalization FlowNormalization(const TriangleMesh& mesh);
   return FlowNormalization(mesh);
 }
 
-/// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1", or "2" with
-/// FlowPrediction::Data), `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in
+/// Reads a model file: safetensors with the metadata `architecture` ("flow_matching"), `format_version` ("1", or "2"
+/// where no velocity is predicted), `flow_matching` (a JSON object), and the networks `velocity` and, in some, `encoder` as in
 /// ReadPartNetwork().
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a weight is
 /// not finite; ModelMismatch when it is another kind of model.

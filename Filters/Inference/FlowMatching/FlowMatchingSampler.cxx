@@ -149,16 +149,22 @@ FeatureMatrix FlowMatchingSampler::Velocity(const FeatureMatrix& state, double t
     input.Signal -= at * source;
   }
   input.Signal *= static_cast<float>(InputFactor(time)) / deviation;
-  FeatureMatrix data = deviation * this->Impl->VelocityField->Evaluate(input, progress).Values;
+  FeatureMatrix output = this->Impl->VelocityField->Evaluate(input, progress).Values;
   if (model.Velocity.Options.Head == PoissonNetHead::GradientDomain)
   {
-    data -= deviation * input.Signal;
+    output -= input.Signal;
   }
+  const bool preconditioned = model.Prediction == FlowPrediction::Preconditioned;
+  if (preconditioned)
+  {
+    output = static_cast<float>(InputFactor(time)) * (output + (2.0F * at - 1.0F) * input.Signal);
+  }
+  output *= deviation;
   if (model.GeneratesPositions())
   {
-    data += source;
+    output += source;
   }
-  return (data - state) / static_cast<float>(RemainingTime(time));
+  return preconditioned ? output : (output - state) / static_cast<float>(RemainingTime(time));
 }
 
 FeatureMatrix FlowMatchingSampler::Integrate(

@@ -29,6 +29,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -86,8 +87,9 @@ Value Choose(const std::string& option, const std::string& text, const std::map<
 const std::map<std::string, NoiseModel> Noises = { { "matern", NoiseModel::Matern },
   { "per_vertex", NoiseModel::PerVertex }, { "white", NoiseModel::White }, { "unscreened", NoiseModel::Unscreened },
   { "spectral", NoiseModel::Spectral } };
-const std::map<std::string, FlowPrediction> Predictions = { { "velocity", FlowPrediction::Velocity },
-  { "data", FlowPrediction::Data } };
+const std::map<std::string, std::optional<FlowPrediction>> Predictions = { { "automatic", std::nullopt },
+  { "velocity", FlowPrediction::Velocity }, { "data", FlowPrediction::Data },
+  { "preconditioned", FlowPrediction::Preconditioned } };
 const std::map<std::string, TrainingOptimizer> Optimizers = { { "adam", TrainingOptimizer::Adam },
   { "muon", TrainingOptimizer::Muon } };
 const std::map<std::string, LearningRateSchedule> Schedules = { { "milestones", LearningRateSchedule::Milestones },
@@ -250,7 +252,7 @@ public:
         o.InitialModel = ReadFlowMatchingModel(value);
         this->Files.Inputs.push_back(value);
       } };
-    known["--prediction"] = { "velocity or data: what the network predicts (data)",
+    known["--prediction"] = { "velocity, data or preconditioned: what the network predicts (automatic)",
       [&o](const std::string& value) { o.Prediction = Choose("--prediction", value, Predictions); } };
     known["--noise-model"] = { "matern, per_vertex, white, unscreened or spectral (matern)",
       [&o](const std::string& value) {

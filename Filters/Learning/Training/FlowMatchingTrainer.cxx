@@ -99,7 +99,8 @@ public:
     const torch::Device& device = this->Training.Device();
     if (!options.InitialModel)
     {
-      this->Data.Frame.Prediction = options.Prediction;
+      this->Data.Frame.Prediction = options.Prediction.value_or(
+        DefaultPrediction(this->Data.Frame.GeneratesPositions()));
     }
     for (const TrainingSource& source : this->Data.Sources)
     {
@@ -111,7 +112,7 @@ public:
       }
       this->Conditions.push_back(ToTensor(source.Condition, device));
     }
-    if (this->Data.Frame.Prediction == FlowPrediction::Data)
+    if (this->Data.Frame.Prediction != FlowPrediction::Velocity)
     {
       const double squares = this->GradientSquares();
       this->JacobianFactor = squares > 0.0 ? 1.0 / squares : 1.0;
@@ -130,6 +131,8 @@ private:
   NormalKey KeyOf(std::int64_t slot) const;
   double GradientSquares() const;
   Batch MakeBatch(std::size_t source, std::int64_t first, std::int64_t count) const;
+  void SetTargets(Batch& batch, const torch::Tensor& start, const torch::Tensor& end, const torch::Tensor& time,
+    const torch::Tensor& condition) const;
 
   std::vector<MeshTensors> Meshes;
   std::vector<torch::Tensor> Conditions;
@@ -149,9 +152,9 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   recipe["encoder"] = this->Options.Encoder ? Identity(*this->Options.Encoder) : "none";
   recipe["signal"] = this->Data.Frame.SignalName;
   // Recipes of earlier versions have no such entries.
-  if (this->Options.Prediction == FlowPrediction::Data)
+  if (this->Data.Frame.Prediction != FlowPrediction::Velocity)
   {
-    recipe["prediction"] = "data";
+    recipe["prediction"] = NameOf(this->Data.Frame.Prediction);
   }
   if (this->Options.InitialModel)
   {
@@ -237,25 +240,42 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
   Batch batch;
   batch.Times = times.view({ count });
   batch.Condition = torch::cat({ time.expand({ count, vertices, 1 }), condition.expand({ count, -1, -1 }) }, -1);
+  this->SetTargets(batch, start, end, time, condition);
+  return batch;
+}
+
+/// What the network sees at @p time, [B, 1, 1], between @p start and @p end, and what it is to predict.
+void FlowMatchingTrainer::Internals::SetTargets(Batch& batch, const torch::Tensor& start, const torch::Tensor& end,
+  const torch::Tensor& time, const torch::Tensor& condition) const
+{
   if (this->Data.Frame.Prediction == FlowPrediction::Velocity)
   {
     batch.Input = (1.0 - time) * start + time * end;
     batch.Target = end - start;
-    batch.Factors = batch.Weights = torch::ones({ count }, end.options());
-    return batch;
+    batch.Factors = batch.Weights = torch::ones({ time.size(0) }, end.options());
+    return;
   }
   const double deviation = this->Data.Frame.DataDeviation;
   const torch::Tensor data = this->Data.Frame.GeneratesPositions() ? end - condition.slice(-1, 0, 3) : end;
-  const torch::Tensor remaining = (1.0 - time).clamp_min(RemainingTime(1.0));
-  batch.Input = ((1.0 - time) * start + time * data) / (deviation * ((1.0 - time).square() + time.square()).sqrt());
-  batch.Target = data / deviation;
+  const torch::Tensor squares = (1.0 - time).square() + time.square();
+  batch.Input = ((1.0 - time) * start + time * data) / (deviation * squares.sqrt());
+  if (this->Data.Frame.Prediction == FlowPrediction::Preconditioned)
+  {
+    batch.Target = ((1.0 - time) * data - time * start) / (deviation * squares.sqrt());
+    batch.Factors = squares.reciprocal().flatten(); // in units of the deviation
+    batch.Weights = torch::ones({ time.size(0) }, end.options());
+  }
+  else
+  {
+    const torch::Tensor remaining = (1.0 - time).clamp_min(RemainingTime(1.0));
+    batch.Target = data / deviation;
+    batch.Factors = remaining.square().reciprocal().flatten();
+    batch.Weights = (MaximumDataWeight * remaining.square()).clamp_max(1.0).flatten();
+  }
   if (this->Data.Frame.GeneratesPositions()) // whose head adds its input
   {
     batch.Target = batch.Target + batch.Input;
   }
-  batch.Factors = remaining.square().reciprocal().flatten(); // in units of the deviation
-  batch.Weights = (MaximumDataWeight * remaining.square()).clamp_max(1.0).flatten();
-  return batch;
 }
 
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
@@ -284,6 +304,11 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
 }
 
 double DefaultSmoothing(bool positions) { return positions ? 0.0 : 1.0; }
+
+FlowPrediction DefaultPrediction(bool positions)
+{
+  return positions ? FlowPrediction::Data : FlowPrediction::Preconditioned;
+}
 
 void CheckOptions(const FlowMatchingTrainingOptions& options)
 {

@@ -27,6 +27,10 @@ constexpr double ChosenSmoothing = -1.0;
 /// network can see it: with smoothed noise, models of shapes vary less than the data.
 double DefaultSmoothing(bool positions);
 
+/// Prediction that serves a signal best: FlowPrediction::Data of positions, whose relief is then that of the source, and
+/// Preconditioned of others, which are sharper so.
+FlowPrediction DefaultPrediction(bool positions);
+
 /// The recipe; what the paper has (appendix B.1) is given beside other defaults.
 struct FlowMatchingTrainingOptions : TrainingOptions
 {
@@ -36,10 +40,11 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, ChosenSmoothing };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
-  /// Quantity that the network predicts; the paper's Velocity. Data are learnt with the loss of the velocity times
-  /// min(1, 30 (1 - t)^2), which else grows without bound as t nears 1; both of its terms are in units of the mean squares of
-  /// the data and of their gradients, so that weights of 1 serve each signal.
-  FlowPrediction Prediction = FlowPrediction::Data;
+  /// Quantity that the network predicts, none for DefaultPrediction(); the paper's Velocity. Data are learnt with the
+  /// loss of the velocity times min(1, 30 (1 - t)^2), which else grows without bound as t nears 1. Unless velocities are
+  /// predicted, both terms of the loss are in units of the mean squares of the data and of their gradients, so that
+  /// weights of 1 serve each signal.
+  std::optional<FlowPrediction> Prediction;
   /// The model whose weights the training begins with, to go on with other data or another triangulation. Encoder, noise,
   /// prediction and the sizes of the network are then those of this model.
   std::optional<FlowMatchingModel> InitialModel;

@@ -121,8 +121,12 @@ TEST(FlowMatchingModel, ModelsThatPredictDataHaveAVersionOfTheirOwn)
   EXPECT_EQ(read.Prediction, FlowPrediction::Data);
   EXPECT_EQ(read.DataDeviation, 0.03125);
   EXPECT_EQ(read.Metadata.at("format_version"), "2");
+  model.Prediction = FlowPrediction::Preconditioned;
+  WriteFlowMatchingModel(Path, model);
+  EXPECT_EQ(ReadFlowMatchingModel(Path).Prediction, FlowPrediction::Preconditioned);
+  EXPECT_EQ(ReadFlowMatchingModel(Path).Metadata.at("format_version"), "2");
   EXPECT_THAT(MessageWith("\"signal_name\"", "\"prediction\":\"noise\",\"signal_name\""),
-    AllOf(HasSubstr("prediction"), HasSubstr("velocity or data")));
+    AllOf(HasSubstr("prediction"), HasSubstr("velocity, data or preconditioned")));
   EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "3"; }),
     AllOf(HasSubstr("format_version"), HasSubstr("\"3\"")));
   for (const double deviation : { 0.0, -1.0, std::numeric_limits<double>::infinity() })

@@ -36,11 +36,11 @@ FlowMatchingTrainingOptions QuickRecipe()
   return options;
 }
 
-/// The same for FlowPrediction::Data, with Muon.
-FlowMatchingTrainingOptions QuickRecipeOfData()
+/// The same with another prediction, with Muon.
+FlowMatchingTrainingOptions QuickRecipeOf(FlowPrediction prediction)
 {
   FlowMatchingTrainingOptions options = QuickRecipe();
-  options.Prediction = FlowPrediction::Data;
+  options.Prediction = prediction;
   options.Optimizer = TrainingOptimizer::Muon;
   options.Schedule = LearningRateSchedule::Cosine;
   options.LearningRate = 2e-2;
@@ -231,12 +231,28 @@ TEST_F(FlowMatchingTraining, OneSignalOfTwoComponentsIsLearnt)
 
 TEST_F(FlowMatchingTraining, OneShapeIsLearntByPredictionsOfIt)
 {
-  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), QuickRecipeOfData()), 0.01);
+  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), QuickRecipeOf(FlowPrediction::Data)), 0.01);
 }
 
 TEST_F(FlowMatchingTraining, OneSignalIsLearntByPredictionsOfIt)
 {
-  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipeOfData()), 0.03);
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), QuickRecipeOf(FlowPrediction::Data)), 0.03);
+}
+
+TEST_F(FlowMatchingTraining, OneShapeAndOneSignalAreLearntByPreconditionedPredictions)
+{
+  const FlowMatchingTrainingOptions options = QuickRecipeOf(FlowPrediction::Preconditioned);
+  EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), options), 0.03);
+  EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), options), 0.05);
+}
+
+TEST_F(FlowMatchingTraining, PositionsAreDataAndOtherSignalsPreconditionedUnlessTheRecipeSaysSo)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  EXPECT_EQ(FlowMatchingTrainer(HeatOnSphere(2), options).Model().Prediction, FlowPrediction::Velocity);
+  options.Prediction.reset();
+  EXPECT_EQ(FlowMatchingTrainer(DeformedSpheres(2), options).Model().Prediction, FlowPrediction::Data);
+  EXPECT_EQ(FlowMatchingTrainer(HeatOnSphere(2), options).Model().Prediction, FlowPrediction::Preconditioned);
 }
 
 TEST_F(FlowMatchingTraining, ModelsThatPredictDataSaySoAndHowTheDataDeviate)

@@ -210,7 +210,8 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   EXPECT_EQ(filter->GetBlocks(), options.Blocks);
   EXPECT_EQ(filter->GetComplexLayers(), options.ComplexLayers);
   EXPECT_EQ(filter->GetInnerProducts(), options.InnerProducts);
-  EXPECT_EQ(filter->GetPrediction(), static_cast<int>(options.Prediction));
+  EXPECT_EQ(filter->GetPrediction(), vtkFlowMatchingTrainer::AUTOMATIC);
+  EXPECT_FALSE(options.Prediction);
   EXPECT_EQ(filter->GetOptimizer(), static_cast<int>(options.Optimizer));
   EXPECT_EQ(filter->GetLearningRateSchedule(), static_cast<int>(options.Schedule));
   EXPECT_EQ(filter->GetNoiseModel(), static_cast<int>(options.Noise.Model));
@@ -272,7 +273,7 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
          "Resume: 1", "TimeBudget: 0", "Background: 0", "BackgroundState: ", "RemainingTime: 0", "DatasetFileName: ",
          "SignalArrayName: ", "EncoderFileName: ", "InitialModelFileName: ", "EncoderIterations: 0",
          "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
-         "InnerProducts: 0", "Prediction: 1", "Optimizer: 1", "LearningRateSchedule: 1", "NoiseModel: 0",
+         "InnerProducts: 0", "Prediction: -1", "Optimizer: 1", "LearningRateSchedule: 1", "NoiseModel: 0",
          "Screening: 100", "NoiseSmoothing: -1", "NoiseScale: 0", "NumberOfEigenpairs: 256", "Iterations: 3000",
          "BatchSize: 32", "SourcesPerBatch: 1", "LearningRate: 0.02", "Milestones: 0 0", "LearningRateFactor: 0.2",
          "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1", "WeightAveraging: 0.99", "Seed: 0", "Device: 0",

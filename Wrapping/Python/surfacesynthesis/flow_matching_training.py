@@ -34,7 +34,12 @@ NOISES = {
 }
 
 #: What the network predicts, by the name that ``prediction`` takes.
-PREDICTIONS = {"velocity": vtkFlowMatchingTrainer.VELOCITY, "data": vtkFlowMatchingTrainer.DATA}
+PREDICTIONS = {
+    "automatic": vtkFlowMatchingTrainer.AUTOMATIC,
+    "velocity": vtkFlowMatchingTrainer.VELOCITY,
+    "data": vtkFlowMatchingTrainer.DATA,
+    "preconditioned": vtkFlowMatchingTrainer.PRECONDITIONED,
+}
 #: The optimizers of the weights, by the name that ``optimizer`` takes.
 OPTIMIZERS = {"adam": vtkFlowMatchingTrainer.ADAM, "muon": vtkFlowMatchingTrainer.MUON}
 #: The courses of the learning rate, by the name that ``schedule`` takes.
@@ -93,7 +98,10 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
         other than that of its training less well. Default False.
     prediction : str
         What the network predicts: "data", the end of the flow relative to the source, so that what it leaves alone, such as
-        relief, is that of the source; or "velocity", as published. Default "data".
+        relief, is that of the source; "preconditioned", a mixture of data and noise of the same size at all times, with which
+        the data are less and less of the network's prediction and more of the state toward the end of the flow, so that
+        signals are sharp; "velocity", as published; or "automatic": "data" for positions, "preconditioned" for other
+        signals. Default "automatic".
     noise_model : str
         "matern" or, for comparison, "per_vertex", "white", "unscreened", "spectral". Default "matern".
     screening : float
@@ -147,7 +155,7 @@ def configured_filter(
     blocks=4,
     layers=3,
     inner_products=False,
-    prediction="data",
+    prediction="automatic",
     noise_model="matern",
     screening=100.0,
     noise_smoothing=-1.0,

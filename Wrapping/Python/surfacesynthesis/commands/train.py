@@ -120,10 +120,11 @@ def _add_choices(groups):
     )
     groups["network"].add_argument(
         "--prediction",
-        default="data",
-        choices=["velocity", "data"],
+        default="automatic",
+        choices=["automatic", "velocity", "data", "preconditioned"],
         metavar="WHAT",
-        help="what it predicts: data (default), the end of the flow relative to the source, or velocity, as published",
+        help="what it predicts: data, the end of the flow relative to the source, preconditioned, a mixture of data and noise, "
+        "or velocity, as published; automatic (default) is data for positions, preconditioned for other signals",
     )
     groups["network"].add_argument(
         "--inner-products", action="store_true", help="features of inner products of gradients as well"
