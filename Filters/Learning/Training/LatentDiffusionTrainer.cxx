@@ -146,7 +146,7 @@ private:
   std::vector<float> Scale; ///< [d], equation 39
   LatentDenoisingNetwork Network;
   std::unique_ptr<FlatParameters> Weights;
-  torch::Tensor Average; ///< of all parameters
+  torch::Tensor Average;                    ///< of all parameters
   std::unique_ptr<torch::optim::Adam> Adam; ///< of all weights
   std::unique_ptr<ComplexMuon> Matrices;    ///< those whose gradients Adam does not see
 };
@@ -316,7 +316,8 @@ void LatentDiffusionTrainer::Internals::Step()
 std::map<std::string, std::string> LatentDiffusionTrainer::Internals::Recipe() const
 {
   const LatentDiffusionTrainingOptions& o = this->Options;
-  std::map<std::string, std::string> recipe = { { "training", "latent_diffusion" }, { "latent_dimension", std::to_string(o.Network.LatentDimension) },
+  std::map<std::string, std::string> recipe = { { "training", "latent_diffusion" },
+    { "latent_dimension", std::to_string(o.Network.LatentDimension) },
     { "channels", std::to_string(o.Network.Channels) }, { "coarse_channels", std::to_string(o.Network.CoarseChannels) },
     { "input_blocks", std::to_string(o.Network.InputBlocks) },
     { "coarse_blocks", std::to_string(o.Network.CoarseBlocks) },
@@ -375,8 +376,8 @@ void LatentDiffusionTrainer::Internals::Restore(const std::string& file, const T
   {
     const torch::Tensor& value = parameter.value();
     values.push_back(ReadTensor(file, checkpoint, "network." + parameter.key(), value));
-    momenta.push_back(this->IsOfMuon(value) ? ReadTensor(file, checkpoint, "momentum." + parameter.key(), value)
-                                            : torch::Tensor());
+    momenta.push_back(
+      this->IsOfMuon(value) ? ReadTensor(file, checkpoint, "momentum." + parameter.key(), value) : torch::Tensor());
   }
   const torch::Tensor average = ReadTensor(file, checkpoint, "average.all", this->Average);
   const auto rows = static_cast<std::int64_t>(checkpoint.History.Size());
