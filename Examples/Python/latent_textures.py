@@ -4,7 +4,7 @@
 
     xvfb-run -a python3 latent_textures.py [FOLDER] --output DIR [--mesh FILE]
 
-Writes samples of the models scales, tissue and coat (Examples/Models) on a scanned surface of Debian's package
+Writes samples of the models wood, tissue and coat (Examples/Models) on a scanned surface of Debian's package
 libcgal-demo, or on that of --mesh:
 
     new_textures.png      two samples of each model
@@ -15,7 +15,7 @@ them, instead
 
     latent_textures.png   rows: the models; columns: the texture that the model was trained on, two samples on the same
                           surface, and two on scanned surfaces
-    texture_guidance.png  first row: scales along other directions, and in three sizes; second row: a texture with a hole,
+    texture_guidance.png  first row: wood along other directions, and in three sizes; second row: a texture with a hole,
                           which two samples fill; third row: coats with other labels
 
 and prints how long each sample took.
@@ -40,13 +40,17 @@ from surfacesynthesis.files.images import read_image  # noqa: E402
 
 SIZE = (400, 390)
 #: Models, and the arrays that guide them.
-MODELS = {"scales": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
+MODELS = {"wood": {"direction": "Direction"}, "tissue": {"label": "Label"}, "coat": {"label": "Label"}}
 #: The direction that the training surfaces are seen from.
 SHEET = (0.15, -0.25, 1.0)
 #: Scanned surfaces, vertices that carry their texture, and the direction that they are seen from.
 TARGETS = {"bear": (6000, (0.3, 0.2, 1.0)), "knot1": (8000, (0.1, 0.2, 1.0))}
 #: Vertices of the training surface for a texture twice as large, as it was learnt, and half as large.
 SIZES = (750, 3000, 12000)
+#: Vertices of the training surfaces.
+TRAINED = {"wood": 3000, "tissue": 3500, "coat": 3000}
+#: Angle, in radians, of the waves of labels for tissue along the longest side of a scanned surface.
+GLANDS = 16.0
 #: Middle and radius of the hole of the inpainted texture, in texture coordinates.
 HOLE = (0.5, 0.5, 0.3)
 
@@ -82,13 +86,17 @@ def sampled(options, text, mesh, model, points=SIZES[1], **parameters):
     return sample.mesh, sample.image
 
 
-def guided(mesh):
-    """The surface with a direction at each point, backwards along its longest side, and the label 1 on that half of it."""
+def guided(mesh, model):
+    """The surface with a direction at each point, backwards along its longest side, and labels: 1 on that half of it, or for
+    tissue in the glands of a field of blobs."""
     points = points_of(mesh)
     axis = np.argmax(np.ptp(points, axis=0))
     direction = np.zeros(3)
     direction[axis] = -1.0
     directed = with_array(mesh, "Direction", np.tile(direction, (mesh.GetNumberOfPoints(), 1)))
+    if model == "tissue":
+        phases = GLANDS * (points - points.mean(axis=0)) / np.ptp(points, axis=0).max() + (0.4, 1.1, 2.3)
+        return labeled(directed, np.sin(phases).sum(axis=1) > 0.5)
     return labeled(directed, points[:, axis] < 0.5 * (points[:, axis].min() + points[:, axis].max()))
 
 
@@ -128,8 +136,9 @@ def on_a_surface(options):
     """The picture of one surface."""
     picture = Picture(1, 2 * len(MODELS))
     name, (points, seen_from) = next(iter(TARGETS.items()))
-    target = guided(surface(options.mesh, f"{name}.off"))
+    scanned = surface(options.mesh, f"{name}.off")
     for number, (model, guides) in enumerate(MODELS.items()):
+        target = guided(scanned, model)
         for seed in (0, 1):
             text = f"{model}, sample {seed + 1}"
             made = sampled(options, text, target, model, seed=seed, points=points, **guides)
@@ -147,10 +156,10 @@ def variations(options):
         picture.add(row, 0, "trained on" if row == 0 else "", (mesh, image))
         for column in (1, 2):
             text = f"{model}, sample {column}"
-            made = sampled(options, text, mesh, model, seed=column, **guides)
+            made = sampled(options, text, mesh, model, seed=column, points=TRAINED[model], **guides)
             picture.add(row, column, text, made)
         for column, (name, (points, seen_from)) in enumerate(TARGETS.items(), 3):
-            target = guided(surface(options.mesh, f"{name}.off"))
+            target = guided(surface(options.mesh, f"{name}.off"), model)
             made = sampled(options, f"{model} on {name}", target, model, points=points, **guides)
             picture.add(row, column, f"on another surface,\n{points:,} vertices", made, seen_from)
     picture.write(options, "latent_textures.png")
@@ -169,16 +178,17 @@ def with_hole(mesh, image):
 def guidance(options):
     """The second picture of the training surfaces."""
     picture = Picture(3, 4)
-    mesh, _ = trained_on(options, "scales")
-    picture.add(0, 0, "along directions that turn", sampled(options, "turning", around(mesh), "scales", direction="Direction"))
+    mesh, _ = trained_on(options, "wood")
+    picture.add(0, 0, "along directions that turn", sampled(options, "turning", around(mesh), "wood", direction="Direction"))
     for column, points in enumerate(SIZES, 1):
-        made = sampled(options, f"{points} vertices", mesh, "scales", points=points, direction="Direction")
+        made = sampled(options, f"{points} vertices", mesh, "wood", points=points, direction="Direction")
         picture.add(0, column, f"{points:,} vertices", made)
     mesh, image = trained_on(options, "tissue")
     holed, shown = with_hole(mesh, image)
     picture.add(1, 0, "a texture with a hole", (mesh, shown))
     for column in (1, 2):
-        made = sampled(options, f"filling {column}", holed, "tissue", image=image, mask="Kept", seed=column)
+        guides = {"image": image, "mask": "Kept", **MODELS["tissue"]}
+        made = sampled(options, f"filling {column}", holed, "tissue", seed=column, points=TRAINED["tissue"], **guides)
         picture.add(1, column, f"filled, sample {column}", made)
     picture.add(1, 3, "the texture itself", (mesh, image))
     labels(options, picture, 2)

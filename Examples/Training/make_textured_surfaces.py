@@ -38,7 +38,7 @@ CELLS = 120
 #: Texels along a side of a drawn texture.
 TEXELS = 512
 #: Parts of photographs that become textures: first row, first column, and pixels along a side.
-PARTS = {"ihc.png": (250, 120, 256)}
+PARTS = {"ihc.png": (290, 175, 210)}
 
 
 def sheet(height):
@@ -68,10 +68,31 @@ def part(images, name):
     return image_array(os.path.join(images, name))[row : row + side, column : column + side]
 
 
+def blurred(image, width):
+    """Square image, continued by reflection, after a Gaussian filter. width: standard deviation in pixels."""
+    side = len(image)
+    frequencies = np.fft.fftfreq(2 * side)
+    transfer = np.exp(-2 * (np.pi * width) ** 2 * (frequencies[:, None] ** 2 + frequencies**2))
+    return np.fft.ifft2(np.fft.fft2(np.pad(image, (0, side), "symmetric")) * transfer).real[:side, :side]
+
+
+def bilinear(image, row, column):
+    """Values of an image at fractional rows and columns; those outside are moved to the border."""
+    row, column = (np.clip(value, 0, side - 1.001) for value, side in zip((row, column), image.shape))
+    i, j = row.astype(int), column.astype(int)
+    a, b = row - i, column - j
+    return (1 - a) * ((1 - b) * image[i, j] + b * image[i, j + 1]) + a * ((1 - b) * image[i + 1, j] + b * image[i + 1, j + 1])
+
+
 def tissue(images):
-    """Stained tissue on folds."""
-    mesh, _ = sheet(lambda x, y: 0.35 * np.cos(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(7 * x + 2 * np.sin(3 * y)))
-    return mesh, part(images, "ihc.png")
+    """Stained tissue on folds: connective tissue with blue nuclei, and a gland with brown membranes."""
+    mesh, points = sheet(lambda x, y: 0.35 * np.cos(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(7 * x + 2 * np.sin(3 * y)))
+    texture = part(images, "ihc.png")
+    brown = blurred(texture[..., 0].astype(float) - texture[..., 2], 9.0)
+    side = len(brown)
+    brown_at_points = bilinear(brown, (1 - points[:, 1]) / 2 * side - 0.5, (1 + points[:, 0]) / 2 * side - 0.5)
+    add_array(mesh, "Label", (brown_at_points > 26).astype(np.int32))
+    return mesh, texture
 
 
 def waves(seed, width):
@@ -125,7 +146,41 @@ def scales(_):
     return mesh, np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
 
-SURFACES = {"tissue": tissue, "coat": coat, "scales": scales}
+def wood(_):
+    """Grain of wood: growth rings that darken slowly and end in a sharp line, along winding fibers."""
+
+    def position(x, y):
+        return x + 0.16 * np.sin(2.1 * y + 0.6) + 0.05 * np.sin(4.3 * y - 0.8 + 1.3 * x)
+
+    mesh, points = sheet(lambda x, y: 0.3 * np.cos(1.4 * x + 0.5 * y))
+    step = 1e-5
+    x, y, z = points.T
+    slopes = np.stack([position(x + step, y) - position(x, y), position(x, y + step) - position(x, y)], axis=1) / step
+    along = np.stack([slopes[:, 1], -slopes[:, 0]], axis=1)  # down a line of equal position
+    rise = -0.3 * np.sin(1.4 * x + 0.5 * y) * (along @ np.array([1.4, 0.5]))
+    add_array(mesh, "Direction", np.column_stack([along, rise]))
+
+    u, v = np.meshgrid((np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1, 1 - (np.arange(TEXELS) + 0.5) / TEXELS * 2)
+    across = position(u, v)
+
+    def variation(seed, width, length):
+        """Noise along the fibers, of variance 1, with correlations over parts of a side."""
+        frequencies = np.fft.fftfreq(TEXELS) * TEXELS
+        noise = np.random.default_rng(seed).normal(size=(TEXELS, TEXELS))
+        exponent = (frequencies * width) ** 2 + (frequencies[:, None] * length) ** 2
+        smooth = np.fft.ifft2(np.fft.fft2(noise) * np.exp(-np.pi**2 * exponent)).real
+        return bilinear(smooth / smooth.std(), (v + 1) / 2 * TEXELS, (across + 1.3) / 2.6 * TEXELS)
+
+    ring = (4.8 * across + 0.32 * variation(1, 0.08, 0.45)) % 1
+    end = np.clip((ring - 0.86) / 0.14, 0, 1)
+    dark = 1.4 * ring**2.2 * (1 - end**2 * (3 - 2 * end))
+    dark += 0.09 * variation(2, 0.012, 0.12) + 0.08 * variation(3, 0.12, 0.5)
+    light_color, dark_color = np.array([222.0, 172.0, 112.0]), np.array([104.0, 56.0, 28.0])
+    color = light_color + np.clip(dark, 0, 1)[..., None] * (dark_color - light_color)
+    return mesh, np.rint(color).astype(np.uint8)
+
+
+SURFACES = {"tissue": tissue, "coat": coat, "scales": scales, "wood": wood}
 
 
 def main():

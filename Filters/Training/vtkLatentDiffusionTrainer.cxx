@@ -212,6 +212,7 @@ private:
     options.Network = this->Network();
     options.Iterations = self.Iterations;
     options.BatchSize = self.BatchSize;
+    options.Optimizer = static_cast<surfsynth::TrainingOptimizer>(self.Optimizer);
     options.FinalLearningRate = self.FinalLearningRate;
     options.GradientClip = self.GradientClip;
     options.WeightAveraging = self.WeightAveraging;
@@ -336,6 +337,7 @@ void vtkLatentDiffusionTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Target: " << this->Target << "\n";
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "BatchSize: " << this->BatchSize << "\n";
+  os << indent << "Optimizer: " << this->Optimizer << "\n";
   os << indent << "FinalLearningRate: " << this->FinalLearningRate << "\n";
   os << indent << "GradientClip: " << this->GradientClip << "\n";
   os << indent << "WeightAveraging: " << this->WeightAveraging << "\n";

@@ -279,9 +279,27 @@ public:
   vtkGetMacro(BatchSize, int);
   ///@}
 
+  /// Optimizers of the weights.
+  enum Optimizers
+  {
+    ADAM = 0, ///< [Kingma2015], as published
+    MUON = 1  ///< [Jordan2024] for the complex matrices inside the network, Adam for the rest
+  };
+
   ///@{
   /**
-   * Learning rate at the end, larger than 0: it falls from LearningRate along half a cosine. Default 1e-5.
+   * Optimizer of the weights. Default ADAM.
+   */
+  vtkSetClampMacro(Optimizer, int, ADAM, MUON);
+  vtkGetMacro(Optimizer, int);
+  void SetOptimizerToAdam() { this->SetOptimizer(ADAM); }
+  void SetOptimizerToMuon() { this->SetOptimizer(MUON); }
+  ///@}
+
+  ///@{
+  /**
+   * Learning rate at the end, larger than 0: it falls from LearningRate along half a cosine. With MUON it rises over the first
+   * hundredth of all iterations. Default 1e-5.
    */
   vtkSetClampMacro(FinalLearningRate, double, 1e-300, std::numeric_limits<double>::max());
   vtkGetMacro(FinalLearningRate, double);
@@ -357,6 +375,7 @@ private:
   int Target = NOISE;
   int Iterations = 20000;
   int BatchSize = 4;
+  int Optimizer = ADAM;
   double FinalLearningRate = 1e-5;
   double GradientClip = 1.0;
   double WeightAveraging = 0.999;

@@ -181,6 +181,7 @@ if "train_flow_matching" in surfacesynthesis.__all__:
         (latent_diffusion_training.training.DEVICES, "vtkLatentDiffusionTrainer", "Device"),
         (latent_diffusion_training.SIZES, "vtkLatentDiffusionTrainer", "Sizes"),
         (latent_diffusion_training.TARGETS, "vtkLatentDiffusionTrainer", "Target"),
+        (latent_diffusion_training.OPTIMIZERS, "vtkLatentDiffusionTrainer", "Optimizer"),
         (flow_matching_training.NOISES, "vtkFlowMatchingTrainer", "NoiseModel"),
         (flow_matching_training.PREDICTIONS, "vtkFlowMatchingTrainer", "Prediction"),
         (flow_matching_training.OPTIMIZERS, "vtkFlowMatchingTrainer", "Optimizer"),

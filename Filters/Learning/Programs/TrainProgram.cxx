@@ -388,6 +388,8 @@ public:
     AddNumber(known, "--final-learning-rate", o.FinalLearningRate, "at the last iteration, along half a cosine");
     AddNumber(known, "--clip", o.GradientClip, "largest norm of the gradient, 0: none");
     AddNumber(known, "--averaging", o.WeightAveraging, "of the weights, 0: none");
+    known["--optimizer"] = { "adam or muon (adam)",
+      [&o](const std::string& value) { o.Optimizer = Choose("--optimizer", value, Optimizers); } };
     AddNumber(known, "--snr-limit", o.SnrLimit, "of the weights of the loss, 0: square error of the target");
     AddNumber(known, "--condition-dropout", o.ConditionDropout, "part of the surfaces without labels and directions");
     this->AddSizes(known);

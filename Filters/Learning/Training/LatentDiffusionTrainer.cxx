@@ -8,6 +8,7 @@
 #include "Learning/Losses/LatentDiffusionLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Networks/LatentDiffusionNetworks.h"
+#include "Learning/Training/ComplexMuon.h"
 #include "Learning/Training/FlatParameters.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
@@ -101,6 +102,8 @@ public:
     this->Average = this->Weights->Values().detach().clone();
     this->Adam = std::make_unique<torch::optim::Adam>(
       std::vector<torch::Tensor>{ this->Weights->Values() }, torch::optim::AdamOptions(options.LearningRate));
+    this->Matrices = std::make_unique<ComplexMuon>(
+      options.Optimizer == TrainingOptimizer::Muon ? this->Network->parameters() : std::vector<torch::Tensor>());
   }
 
   void Step();
@@ -129,7 +132,9 @@ private:
   DiffusionDraw Draw(std::int64_t slot) const;
   torch::Tensor Latents(std::int64_t slot, const Surface& surface) const;
   double Accumulate(std::int64_t slot, TimeLosses& noiseLosses);
+  void MoveWeights(double learningRate);
   void UpdateAverage();
+  bool IsOfMuon(const torch::Tensor& parameter) const;
   NormalKey Key(std::uint32_t stream, std::int64_t slot) const;
 
   DiffusionSchedule Schedule;
@@ -141,8 +146,9 @@ private:
   std::vector<float> Scale; ///< [d], equation 39
   LatentDenoisingNetwork Network;
   std::unique_ptr<FlatParameters> Weights;
-  torch::Tensor Average; ///< of all parameters
-  std::unique_ptr<torch::optim::Adam> Adam;
+  torch::Tensor Average;                    ///< of all parameters
+  std::unique_ptr<torch::optim::Adam> Adam; ///< of all weights
+  std::unique_ptr<ComplexMuon> Matrices;    ///< those whose gradients Adam does not see
 };
 
 /// Levels and Gaussians of a surface, before they are scaled.
@@ -179,8 +185,10 @@ double LatentDiffusionTrainer::Internals::LearningRate() const
 {
   constexpr double pi = 3.14159265358979323846;
   const double part = static_cast<double>(this->Done()) / static_cast<double>(this->Options.Iterations);
-  return this->Options.FinalLearningRate +
-    0.5 * (this->Options.LearningRate - this->Options.FinalLearningRate) * (1.0 + std::cos(pi * std::min(part, 1.0)));
+  const double start = 100.0 * (part + 1.0 / static_cast<double>(this->Options.Iterations));
+  const double risen = this->Options.Optimizer == TrainingOptimizer::Muon ? std::min(1.0, start) : 1.0;
+  const double fall = this->Options.LearningRate - this->Options.FinalLearningRate;
+  return risen * (this->Options.FinalLearningRate + 0.5 * fall * (1.0 + std::cos(pi * std::min(part, 1.0))));
 }
 
 /// Equation 39 over all surfaces.
@@ -258,6 +266,20 @@ double LatentDiffusionTrainer::Internals::Accumulate(std::int64_t slot, TimeLoss
   return weight * squared;
 }
 
+bool LatentDiffusionTrainer::Internals::IsOfMuon(const torch::Tensor& parameter) const
+{
+  return this->Options.Optimizer == TrainingOptimizer::Muon && ComplexMuon::Moves(parameter);
+}
+
+/// One step of the optimizer.
+void LatentDiffusionTrainer::Internals::MoveWeights(double learningRate)
+{
+  this->Matrices->TakeGradients();
+  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(learningRate);
+  this->Adam->step();
+  this->Matrices->Step(learningRate);
+}
+
 void LatentDiffusionTrainer::Internals::UpdateAverage()
 {
   const torch::NoGradGuard noGradients;
@@ -283,8 +305,7 @@ void LatentDiffusionTrainer::Internals::Step()
     throw SolverFailure("The loss or its gradient is not finite in iteration " + std::to_string(iteration) +
       " of the training; expected a lower learning rate.");
   }
-  static_cast<torch::optim::AdamOptions&>(this->Adam->param_groups()[0].options()).lr(learningRate);
-  this->Adam->step();
+  this->MoveWeights(learningRate);
   RequireFiniteWeights({ this->Weights->Values() }, iteration);
   this->UpdateAverage();
   std::vector<double> row = { static_cast<double>(iteration), loss, gradientNorm, learningRate };
@@ -295,7 +316,8 @@ void LatentDiffusionTrainer::Internals::Step()
 std::map<std::string, std::string> LatentDiffusionTrainer::Internals::Recipe() const
 {
   const LatentDiffusionTrainingOptions& o = this->Options;
-  return { { "training", "latent_diffusion" }, { "latent_dimension", std::to_string(o.Network.LatentDimension) },
+  std::map<std::string, std::string> recipe = { { "training", "latent_diffusion" },
+    { "latent_dimension", std::to_string(o.Network.LatentDimension) },
     { "channels", std::to_string(o.Network.Channels) }, { "coarse_channels", std::to_string(o.Network.CoarseChannels) },
     { "input_blocks", std::to_string(o.Network.InputBlocks) },
     { "coarse_blocks", std::to_string(o.Network.CoarseBlocks) },
@@ -309,6 +331,11 @@ std::map<std::string, std::string> LatentDiffusionTrainer::Internals::Recipe() c
     { "weight_averaging", FormatExact(o.WeightAveraging) }, { "snr_limit", FormatExact(o.SnrLimit) },
     { "condition_dropout", FormatExact(o.ConditionDropout) }, { "sample_latents", o.SampleLatents ? "yes" : "no" },
     { "seed", std::to_string(o.Seed) }, { "dataset", std::to_string(this->Hash) } };
+  if (o.Optimizer == TrainingOptimizer::Muon) // no entry in recipes of earlier versions
+  {
+    recipe["optimizer"] = "muon";
+  }
+  return recipe;
 }
 
 TrainingCheckpoint LatentDiffusionTrainer::Internals::Checkpoint()
@@ -324,6 +351,10 @@ TrainingCheckpoint LatentDiffusionTrainer::Internals::Checkpoint()
   for (const auto& parameter : this->Network->named_parameters())
   {
     checkpoint.Tensors["network." + parameter.key()] = ToModelTensor(parameter.value());
+    if (this->IsOfMuon(parameter.value()))
+    {
+      checkpoint.Tensors["momentum." + parameter.key()] = ToModelTensor(this->Matrices->MomentumOf(parameter.value()));
+    }
   }
   checkpoint.Tensors["average.all"] = ToModelTensor(this->Average);
   const AdamMoments moments = GetMoments(*this->Adam, this->Weights->Values());
@@ -340,9 +371,13 @@ void LatentDiffusionTrainer::Internals::Restore(const std::string& file, const T
   const torch::NoGradGuard noGradients;
   // All that can fail comes first, so that a training is not left half restored.
   std::vector<torch::Tensor> values;
+  std::vector<torch::Tensor> momenta; // undefined but for those of Muon
   for (const auto& parameter : this->Network->named_parameters())
   {
-    values.push_back(ReadTensor(file, checkpoint, "network." + parameter.key(), parameter.value()));
+    const torch::Tensor& value = parameter.value();
+    values.push_back(ReadTensor(file, checkpoint, "network." + parameter.key(), value));
+    momenta.push_back(
+      this->IsOfMuon(value) ? ReadTensor(file, checkpoint, "momentum." + parameter.key(), value) : torch::Tensor());
   }
   const torch::Tensor average = ReadTensor(file, checkpoint, "average.all", this->Average);
   const auto rows = static_cast<std::int64_t>(checkpoint.History.Size());
@@ -368,6 +403,10 @@ void LatentDiffusionTrainer::Internals::Restore(const std::string& file, const T
   {
     torch::Tensor parameter = parameters[k];
     parameter.copy_(values[k]);
+    if (momenta[k].defined())
+    {
+      this->Matrices->SetMomentum(parameter, momenta[k]);
+    }
   }
   if (moments.Mean.defined())
   {

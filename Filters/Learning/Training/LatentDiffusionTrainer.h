@@ -30,7 +30,10 @@ struct LatentDiffusionTrainingOptions : ModelTrainingOptions
   /// Surfaces in an iteration, each with its own time and noise, >= 1; the paper's 16. They are evaluated one after the
   /// other: memory does not grow with their number.
   std::int64_t BatchSize = 4;
-  /// Learning rate at the end, > 0: it falls from LearningRate along half a cosine.
+  /// Adam is the paper's. Muon moves the complex matrices inside the network and leaves the rest to Adam.
+  TrainingOptimizer Optimizer = TrainingOptimizer::Adam;
+  /// Learning rate at the end, > 0: it falls from LearningRate along half a cosine. With Muon it rises linearly over the
+  /// first hundredth of all iterations.
   double FinalLearningRate = 1e-5;
   double GradientClip = 1.0; ///< norm of all gradients together at most; 0: no limit, as in the paper
   /// The model holds an average of the weights: average = a average + (1 - a) weights, with a = min(WeightAveraging,

@@ -115,6 +115,20 @@ TEST(LatentDiffusionTrainer, TheCallAfterWritingSeesEachModelAndMayAskWhetherToG
   EXPECT_FALSE(goesOn);
 }
 
+TEST(LatentDiffusionTrainer, MuonLearnsFromTheSmallRateOfItsFirstIterationsOn)
+{
+  LatentDiffusionTrainingOptions options = TinyDiffusionTraining(200);
+  options.Network.Channels = 16; // Muon leaves smaller matrices to Adam
+  options.Network.Target = DiffusionTarget::Velocity;
+  options.Optimizer = TrainingOptimizer::Muon;
+  options.LearningRate = 1e-2;
+  const LatentDiffusionTrainer trainer = TrainedDiffusion(options, 200);
+  const LossHistory& history = trainer.History();
+  EXPECT_LT(MeanOf(history, "loss", 170, 30), 0.85 * MeanOf(history, "loss", 0, 10));
+  EXPECT_NEAR(history.Value(0, "learning_rate"), 0.5e-2, 1e-6) << "half of the first hundredth";
+  EXPECT_NEAR(history.Value(100, "learning_rate"), 0.5 * (1e-2 + 1e-5), 1e-6);
+}
+
 TEST(LatentDiffusionTrainer, LossesFallForEachTarget)
 {
   for (const DiffusionTarget target : AllTargets)
@@ -189,25 +203,39 @@ TEST(LatentDiffusionTrainer, ModelsHoldTheAverageOfTheWeights)
 
 TEST(LatentDiffusionTrainer, ResumingGivesTheBitsOfAnUninterruptedTraining)
 {
-  const LatentDiffusionTrainingOptions options = TinyDiffusionTraining(7);
-  const LatentDiffusionTrainer whole = TrainedDiffusion(options, 7);
-  TrainedDiffusion(options, 3).SaveCheckpoint("diffusion.checkpoint");
-  LatentDiffusionTrainer resumed(SmallLatents(), options);
-  resumed.LoadCheckpoint("diffusion.checkpoint");
-  EXPECT_EQ(resumed.Iteration(), 3);
-  for (int k = 3; k < 7; ++k)
+  LatentDiffusionTrainingOptions options = TinyDiffusionTraining(7);
+  for (const TrainingOptimizer optimizer : { TrainingOptimizer::Muon, TrainingOptimizer::Adam })
   {
-    resumed.Step();
+    options.Optimizer = optimizer;
+    options.Network.Channels = optimizer == TrainingOptimizer::Muon ? 16 : 6; // Muon leaves smaller matrices to Adam
+    const LatentDiffusionTrainer whole = TrainedDiffusion(options, 7);
+    TrainedDiffusion(options, 3).SaveCheckpoint("diffusion.checkpoint");
+    LatentDiffusionTrainer resumed(SmallLatents(), options);
+    resumed.LoadCheckpoint("diffusion.checkpoint");
+    EXPECT_EQ(resumed.Iteration(), 3);
+    for (int k = 3; k < 7; ++k)
+    {
+      resumed.Step();
+    }
+    EXPECT_EQ(WeightsOf(resumed), WeightsOf(whole)) << static_cast<int>(optimizer);
+    EXPECT_TRUE(resumed.History() == whole.History());
   }
-  EXPECT_EQ(WeightsOf(resumed), WeightsOf(whole));
-  EXPECT_TRUE(resumed.History() == whole.History());
+}
 
-  // Another dataset or recipe is another training.
+TEST(LatentDiffusionTrainer, CheckpointsOfAnotherDatasetOrRecipeAreRefused)
+{
+  const LatentDiffusionTrainingOptions options = TinyDiffusionTraining(7);
+  TrainedDiffusion(options, 1).SaveCheckpoint("diffusion.checkpoint");
   LatentDiffusionTrainingOptions other = options;
   other.SnrLimit = 5.0;
   EXPECT_THAT(TextOf<ModelMismatch>(
                 [&] { LatentDiffusionTrainer(SmallLatents(), other).LoadCheckpoint("diffusion.checkpoint"); }),
     HasSubstr("snr_limit = 0; expected 5"));
+  other = options;
+  other.Optimizer = TrainingOptimizer::Muon;
+  EXPECT_THAT(TextOf<ModelMismatch>(
+                [&] { LatentDiffusionTrainer(SmallLatents(), other).LoadCheckpoint("diffusion.checkpoint"); }),
+    HasSubstr("optimizer"));
   LatentDataset dataset = SmallLatents();
   dataset.Surfaces[0].Means(0, 0) += 1.0F;
   EXPECT_THAT(

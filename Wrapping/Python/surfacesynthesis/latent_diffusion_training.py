@@ -33,6 +33,8 @@ TARGETS = {
     "data": vtkLatentDiffusionTrainer.DATA,
     "velocity": vtkLatentDiffusionTrainer.VELOCITY,
 }
+#: The optimizers of the weights, by the name that ``optimizer`` takes.
+OPTIMIZERS = {"adam": vtkLatentDiffusionTrainer.ADAM, "muon": vtkLatentDiffusionTrainer.MUON}
 
 #: The columns of the losses.
 COLUMNS = ("iteration", "loss", "gradient_norm", "learning_rate", *(f"noise_loss_{k}" for k in range(1, 9)))
@@ -126,8 +128,12 @@ def train_latent_diffusion(mesh=None, image=None, *, model, dataset=None, progre
         Quantity that the network predicts: "noise", "data" or "velocity". Default "noise".
     iterations, batch : int
         Iterations in all, those of a checkpoint included; surfaces in each. Default 20000 and 4.
+    optimizer : str
+        Optimizer of the weights: "adam", as published, or "muon" for the complex matrices inside the network and Adam for
+        the rest. Default "adam".
     final_learning_rate : float
-        Learning rate at the end, to which it falls along half a cosine. Default 1e-5.
+        Learning rate at the end, to which it falls along half a cosine. With "muon" it rises over the first hundredth of all
+        iterations. Default 1e-5.
     clip : float
         Largest norm of the gradient of all weights together; 0 for no limit. Default 1.
     averaging : float
@@ -174,6 +180,7 @@ def configured_filter(
     target="noise",
     iterations=20000,
     batch=4,
+    optimizer="adam",
     learning_rate=1e-3,
     final_learning_rate=1e-5,
     clip=1.0,
@@ -204,6 +211,7 @@ def configured_filter(
     algorithm.SetTarget(choice("target", target, TARGETS))
     algorithm.SetIterations(count("iterations", iterations, 1, 100000000))
     algorithm.SetBatchSize(count("batch", batch, 1, 1000000))
+    algorithm.SetOptimizer(choice("optimizer", optimizer, OPTIMIZERS))
     final_learning_rate = positive("final_learning_rate", final_learning_rate)
     algorithm.SetFinalLearningRate(at_most("final_learning_rate", final_learning_rate, LARGEST_LEARNING_RATE))
     algorithm.SetGradientClip(at_least_0("clip", clip))

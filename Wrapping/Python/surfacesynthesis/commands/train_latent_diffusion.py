@@ -29,7 +29,7 @@ _NUMBERS = {
     "training": (
         ("iterations", int, 20000, "N", "iterations in all, those of a checkpoint included"),
         ("batch", int, 4, "N", "surfaces in an iteration"),
-        ("learning-rate", float, 1e-3, "R", "of Adam"),
+        ("learning-rate", float, 1e-3, "R", "of the optimizer"),
         ("final-learning-rate", float, 1e-5, "R", "at the end, along half a cosine"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
         ("averaging", float, 0.999, "A", "of the weights, below 1; 0: none"),
@@ -69,6 +69,13 @@ def add(kinds):
     )
     groups["training"].add_argument(
         "--sample", metavar="FILE", help="PNG image, written with each checkpoint: a texture of SURFACE, sampled with the model so far"
+    )
+    groups["training"].add_argument(
+        "--optimizer",
+        default="adam",
+        choices=["adam", "muon"],
+        metavar="NAME",
+        help="adam (default), as published, or muon for the complex matrices inside the network and adam for the rest",
     )
     add_surface_options(parser.add_argument_group("surface"))
     for name, choices, text in (
@@ -136,6 +143,7 @@ def _filter_of(arguments):
         color=None if from_dataset or image is not None else color_of(mesh),
         sizes=arguments.sizes,
         target=arguments.target,
+        optimizer=arguments.optimizer,
         sample_latents=not arguments.no_sample_latents,
         sample=arguments.sample,
         **surface_parameters(arguments),
