@@ -86,7 +86,7 @@ struct MaternFieldOptions
   double RobinCoefficient = 1.0;
   /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
   /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across.
-  double AnisotropyRatio = 1.0;
+  double AnisotropyRatio = 4.0;
   MaternFieldArrays Arrays; ///< for Matern
   /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
