@@ -198,7 +198,8 @@ public:
   ///@{
   /**
    * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0: 0 is NEUMANN,
-   * large is DIRICHLET. 1, the default, keeps the deviation near that of the interior.
+   * large is DIRICHLET. For OperatorPower 2 the deviation at a straight boundary is that of the interior with 0.55, the
+   * default, and 0.82 of it with 1.
    */
   vtkSetClampMacro(RobinCoefficient, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RobinCoefficient, double);
@@ -375,7 +376,7 @@ private:
   int OperatorPower = 2;
   bool VarianceCorrection = false;
   int BoundaryCondition = NEUMANN;
-  double RobinCoefficient = 1.0;
+  double RobinCoefficient = 0.55;
   double AnisotropyRatio = 4.0;
   std::string BoundaryArrayName;
   std::string RangeFactorArrayName;

@@ -138,7 +138,7 @@ def matern_noise(
         0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
     robin_coefficient : float, optional
         Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0.
-        Default 1, which keeps the deviation near that of the interior.
+        Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2.
     boundary_array : str, optional
         Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other
         than 0. "dirichlet": the noise is 0 at these points, on the boundary or inside; "robin": on boundary edges between

@@ -125,7 +125,7 @@ def _add_field_options(parser):
         metavar="CONDITION",
         help="condition at open boundaries: neumann (default), dirichlet, robin",
     )
-    field.add_argument("--robin-coefficient", type=float, metavar="C", help="coefficient of robin (default: 1)")
+    field.add_argument("--robin-coefficient", type=float, metavar="C", help="coefficient of robin (default: 0.55)")
     field.add_argument(
         "--boundary-array", metavar="NAME", help="point array, not 0 where the boundary condition holds (default: boundary)"
     )
