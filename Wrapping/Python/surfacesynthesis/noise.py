@@ -131,8 +131,8 @@ def matern_noise(
         "spectral". Default 2, that of the paper.
     variance_correction : bool
         Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at
-        boundaries, on thin parts and on coarse meshes, in about 12 (alpha = 1), 36 (2), 72 (3) or 120 (4) times the
-        work of the factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all
+        boundaries, on thin parts and on coarse meshes, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time
+        of the factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all
         arguments below go with the noise model "matern". Default False.
     boundary_condition : str
         The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative
