@@ -82,11 +82,12 @@ struct MaternFieldOptions
   /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
-  /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet.
-  double RobinCoefficient = 1.0;
+  /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
+  /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1.
+  double RobinCoefficient = 0.55;
   /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
   /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across.
-  double AnisotropyRatio = 1.0;
+  double AnisotropyRatio = 4.0;
   MaternFieldArrays Arrays; ///< for Matern
   /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
