@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <iostream>
 #include <limits>
 
 using namespace surfsynth;
@@ -171,6 +172,93 @@ TEST(LatticeNoise, SheetsThatFaceOppositeWaysAreIndependent)
   EXPECT_NEAR(correlation(test::Translated(sheet, { 0.0, 0.0, 2.5 * side })), 0.0, 1e-12) << "beyond 2 sides";
   above.Triangles.col(0).swap(above.Triangles.col(1));
   EXPECT_NEAR(correlation(above), 0.0, 1e-12);
+}
+
+namespace
+{
+/// The place on @p mesh nearest to @p point.
+SurfacePlace NearestPlace(const TriangleMesh& mesh, const Eigen::Vector3d& point)
+{
+  SurfacePlace nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const SurfacePlace place = NearestOnTriangle(mesh, f, point);
+    Eigen::Vector3d found = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k)
+    {
+      found += place.Weights[k] * mesh.Points.row(mesh.Triangles(f, k)).transpose();
+    }
+    if ((found - point).squaredNorm() < least)
+    {
+      least = (found - point).squaredNorm();
+      nearest = place;
+    }
+  }
+  return nearest;
+}
+
+/// Correlation, over 50 samples, of the fields on two triangulations at about 300 vertices of the second.
+double CorrelationOfFields(const TriangleMesh& first, const TriangleMesh& second, double range, bool coherent)
+{
+  MaternFieldOptions options;
+  options.CorrelationRange = range;
+  options.CoherentNoise = coherent;
+  SampleRequest request;
+  request.NumberOfComponents = 50;
+  const Eigen::MatrixXd onFirst = MaternField(first, options).Sample(request);
+  const Eigen::MatrixXd onSecond = MaternField(second, options).Sample(request);
+  double product = 0.0;
+  double squaresOfFirst = 0.0;
+  double squaresOfSecond = 0.0;
+  for (Index v = 0; v < second.NumberOfPoints(); v += std::max<Index>(1, second.NumberOfPoints() / 300))
+  {
+    const SurfacePlace place = NearestPlace(first, second.Points.row(v).transpose());
+    Eigen::RowVectorXd values = Eigen::RowVectorXd::Zero(50);
+    for (int k = 0; k < 3; ++k)
+    {
+      values += place.Weights[k] * onFirst.row(first.Triangles(place.Triangle, k));
+    }
+    product += values.dot(onSecond.row(v));
+    squaresOfFirst += values.squaredNorm();
+    squaresOfSecond += onSecond.row(v).squaredNorm();
+  }
+  return product / std::sqrt(squaresOfFirst * squaresOfSecond);
+}
+
+double MeanEdge(const TriangleMesh& mesh) { return std::sqrt(FaceAreas(mesh).mean() * 4.0 / std::sqrt(3.0)); }
+} // namespace
+
+TEST(CoherentNoise, FieldsOnADecimatedScanCorrelateAboveNinetyFivePercent)
+{
+  // The scanned surface with 26,002 points and decimated to 2,000; 10 mean edges of the coarse one, and half of that.
+  const TriangleMesh fine = test::ScannedSurface();
+  const TriangleMesh coarse = test::Decimate(fine, 2000);
+  const double edge = MeanEdge(coarse);
+  const double correlation = CorrelationOfFields(fine, coarse, 10.0 * edge, true);
+  RecordProperty("correlation", std::to_string(correlation));
+  std::cout << "correlation at ten edges: " << correlation << "\n";
+  EXPECT_GT(correlation, 0.95);
+  EXPECT_GT(CorrelationOfFields(fine, coarse, 5.0 * edge, true), 0.9);
+  EXPECT_LT(std::abs(CorrelationOfFields(fine, coarse, 10.0 * edge, false)), 0.5) << "numbers for each vertex";
+}
+
+TEST(CoherentNoise, FieldsOnOtherTriangulationsOfASphereCorrelateAboveNinetyFivePercent)
+{
+  const TriangleMesh first = test::Icosphere(4);
+  EXPECT_GT(
+    CorrelationOfFields(first, test::IrregularSphere(3), 10.0 * MeanEdge(test::IrregularSphere(3)), true), 0.95);
+  EXPECT_GT(CorrelationOfFields(first, test::UvSphere(40, 60), 10.0 * MeanEdge(first), true), 0.95);
+}
+
+TEST(CoherentNoise, NeedsAnEvenOperatorPower)
+{
+  MaternFieldOptions options;
+  options.CoherentNoise = true;
+  options.OperatorPower = 3;
+  EXPECT_THROW(MaternField(test::Icosphere(2), options), InvalidInput);
+  options.OperatorPower = 4;
+  EXPECT_TRUE(MaternField(test::Icosphere(2), options).Sample().allFinite());
 }
 
 TEST(LatticeNoise, RefusesSidesThatAreNoPositiveNumbers)
