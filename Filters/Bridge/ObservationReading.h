@@ -50,13 +50,13 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkPolyData> ObservationsOn(vtk
 
 /// Reads the observations at the points of @p data.
 /// @param components of the values
-/// @throws InvalidInput when an array is missing (the text lists those that are there), has another number of components
-/// or is not finite, or a deviation is negative: the text names the array and the first point.
+/// @throws InvalidInput when an array is missing (the text lists those that are there), has another number of
+/// components or is not finite, or a deviation is negative: the text names the array and the first point.
 VTKSURFACESYNTHESISBRIDGE_EXPORT Observations ReadObservations(
   vtkPolyData* data, const ObservationNames& names, int components);
 
-/// Reads fields at the points of @p data: the components of the point array @p name, or of the arrays <name>_0, <name>_1
-/// and so on when there is none of that name; "" for the active scalars.
+/// Reads fields at the points of @p data: the components of the point array @p name, or of the arrays <name>_0,
+/// <name>_1 and so on when there is none of that name; "" for the active scalars.
 /// @param property that names the array, for messages
 /// @return [points, fields]
 /// @throws InvalidInput when there is no such array, or a value at one of the points @p used is not finite.

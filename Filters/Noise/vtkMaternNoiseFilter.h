@@ -32,8 +32,8 @@
  * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
  * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
  * than 1. With observations and on request OutputArrayName_Mean, with NumberOfComponents components, and
- * OutputArrayName_StandardDeviation. Points that no polygon or strip uses get 0. The first of them becomes the active scalars and, with three
- * components, the active vectors, which vtkWarpVector takes, where the input has none.
+ * OutputArrayName_StandardDeviation. Points that no polygon or strip uses get 0. The first of them becomes the active
+ * scalars and, with three components, the active vectors, which vtkWarpVector takes, where the input has none.
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a

@@ -3,28 +3,28 @@
  * @class   vtkMaternParameterEstimator
  * @brief   Estimates correlation range and deviations of Matérn fields from observations
  *
- * Finds the parameters of vtkMaternNoiseFilter that fit data: correlation range and standard deviation of a Matérn field
- * on the surface (smoothness 1), and the standard deviation of independent errors of the observations, by maximum
+ * Finds the parameters of vtkMaternNoiseFilter that fit data: correlation range and standard deviation of a Matérn
+ * field on the surface (smoothness 1), and the standard deviation of independent errors of the observations, by maximum
  * likelihood, with their intervals of 95 % from the observed information. The likelihood is that of the finite-element
  * model itself [Lindgren2011], computed from sparse factors [Rue2005].
  *
  * @par Input
- * Port 0: one vtkPolyData with triangles, polygons or strips, float or double points, any number of components; the mesh
- * must pass the check of vtkMaternNoiseFilter. Port 1, optional: a vtkPointSet with observations near the surface. The
- * point array ObservationArray, of port 1 where it is connected and else of port 0, holds the values: each component is
- * an independent field with the same parameters; or the arrays ObservationArray_0, ObservationArray_1 and so on do, as
- * vtkMaternNoiseFilter names its samples. Points of port 0 that no polygon or strip uses do not count.
+ * Port 0: one vtkPolyData with triangles, polygons or strips, float or double points, any number of components; the
+ * mesh must pass the check of vtkMaternNoiseFilter. Port 1, optional: a vtkPointSet with observations near the surface.
+ * The point array ObservationArray, of port 1 where it is connected and else of port 0, holds the values: each
+ * component is an independent field with the same parameters; or the arrays ObservationArray_0, ObservationArray_1 and
+ * so on do, as vtkMaternNoiseFilter names its samples. Points of port 0 that no polygon or strip uses do not count.
  *
  * @par Output
  * A vtkTable with the rows CorrelationRange, StandardDeviation and NoiseDeviation and the columns Parameter (string),
- * Estimate, StandardError (of the natural logarithm, about the relative error), Lower and Upper (of the interval of 95 %),
- * float64. A noise deviation below a thousandth of the standard deviation is 0, with that thousandth as Upper. Empty
- * input gives an empty table.
+ * Estimate, StandardError (of the natural logarithm, about the relative error), Lower and Upper (of the interval of
+ * 95 %), float64. A noise deviation below a thousandth of the standard deviation is 0, with that thousandth as Upper.
+ * Empty input gives an empty table.
  *
  * @par Cost
  * About 80 evaluations of the likelihood, each of two sparse factorisations and a solve for each field, whatever the
- * number of observations. Of a single field that spans few ranges, the parameters are known poorly, and the intervals are
- * wide.
+ * number of observations. Of a single field that spans few ranges, the parameters are known poorly, and the intervals
+ * are wide.
  *
  * @sa vtkMaternNoiseFilter
  */

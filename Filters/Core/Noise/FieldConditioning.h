@@ -25,13 +25,13 @@ SparseRowMatrix ObservationMatrix(const TriangleMesh& mesh, const std::vector<Su
 
 /// Field of mean zero and covariance C on V vertices, given n observations y = H f + e, e ~ N(0, diag(s)^2).
 ///
-/// With S = H C H^T + diag(s)^2 the posterior has the mean C H^T S^-1 y and the covariance C - C H^T S^-1 H C; a sample f
-/// of the prior becomes one of the posterior by Matheron's rule [Journel1978],
+/// With S = H C H^T + diag(s)^2 the posterior has the mean C H^T S^-1 y and the covariance C - C H^T S^-1 H C; a sample
+/// f of the prior becomes one of the posterior by Matheron's rule [Journel1978],
 ///   f + C H^T S^-1 (y - e - H f)   with e drawn anew.
 /// S is dense: construction takes n products with C and n^3 / 3 operations, each sample then one product with C.
-/// Deviations of 0 are exact observations, which the posterior honors to 1e-8 of the largest value. An exact observation
-/// that follows from earlier ones (at the same place, or more than three in a triangle) is left out when its value
-/// follows too, and an error when it does not.
+/// Deviations of 0 are exact observations, which the posterior honors to 1e-8 of the largest value. An exact
+/// observation that follows from earlier ones (at the same place, or more than three in a triangle) is left out when
+/// its value follows too, and an error when it does not.
 class FieldConditioning
 {
 public:
@@ -50,8 +50,8 @@ public:
     std::uint64_t memoryLimit, const Progress& progress = {});
 
   /// Posterior mean, [V, K], for each column of @p values, [n, K].
-  /// @throws InvalidInput when exact observations contradict each other (the text names them by their row); SolverFailure
-  /// when an exact observation is not met to 1e-8.
+  /// @throws InvalidInput when exact observations contradict each other (the text names them by their row);
+  /// SolverFailure when an exact observation is not met to 1e-8.
   Eigen::MatrixXd Mean(const Eigen::Ref<const Eigen::MatrixXd>& values) const;
 
   /// Posterior samples, [V, K], from samples of the prior, [V, K], by Matheron's rule.

@@ -20,8 +20,8 @@ namespace surfsynth
 /// Load vectors b_i = integral of phi_i dW of a random measure W that is the same on all triangulations of a surface,
 /// with a covariance close to the mass matrix [Lindgren2011].
 ///
-/// A cubic lattice of side h is fixed in space. Each lattice point c and each of the six directions d along the axes has
-/// a number xi ~ N(0, 1), and on the surface
+/// A cubic lattice of side h is fixed in space. Each lattice point c and each of the six directions d along the axes
+/// has a number xi ~ N(0, 1), and on the surface
 ///   dW(x) = sum over (c, d) of xi w_c(x) v_d(x) / sqrt(a_cd) dA,   a_cd = integral of w_c v_d dA,
 /// with w_c the trilinear hat function of c and v_d the square of the coordinate of the unit normal along d (0 on the
 /// other side). Both sum to 1, so that the variance of the integral of dW over the whole surface is its area, and the
@@ -29,11 +29,12 @@ namespace surfsynth
 /// distance of about h. Sheets that face opposite ways, as on a thin part, share no number; sheets that face the same
 /// way within 2 h of each other do, and are correlated.
 ///
-/// W is white over distances of several h: at the eigenvalue lambda of the Laplacian its variance is 1 - lambda h^2 / 6 to
-/// first order, and integrals over triangles larger than h have the covariance of the consistent mass, M - D, instead of
-/// the lumped M. Both are corrected: the load vectors are multiplied by 1 + h^2 / 12 L M^-1 and the series of (1 - D M^-1)^-1/2.
-/// The variance is then 1 within about (lambda h^2 / 10)^2. Below a distance of h the noise is smooth. Two triangulations whose surfaces differ by s in space and whose
-/// smoothed normals by an angle theta have noise with a correlation of about cos(theta) (1 - (s / h)^2).
+/// W is white over distances of several h: at the eigenvalue lambda of the Laplacian its variance is 1 - lambda h^2 / 6
+/// to first order, and integrals over triangles larger than h have the covariance of the consistent mass, M - D,
+/// instead of the lumped M. Both are corrected: the load vectors are multiplied by 1 + h^2 / 12 L M^-1 and the series
+/// of (1 - D M^-1)^-1/2. The variance is then 1 within about (lambda h^2 / 10)^2. Below a distance of h the noise is
+/// smooth. Two triangulations whose surfaces differ by s in space and whose smoothed normals by an angle theta have
+/// noise with a correlation of about cos(theta) (1 - (s / h)^2).
 ///
 /// The noise belongs to world coordinates: a surface that is moved gets other noise, and one whose winding is reversed,
 /// too. Where the winding is not consistent (on a Moebius strip), it depends on the triangulation.

@@ -53,13 +53,14 @@ struct MaternEstimate
 /// CorrelationRange mode, smoothness 1) from R independent fields observed at n places.
 ///
 /// The observations of a field are N(mu, sigma^2 (H Q^-1 H^T + eta^2 I)) with Q the precision of the field of unit
-/// deviation. By the determinant lemma their likelihood takes the sparse factors of L + tau M and Q + H^T H / eta^2 only
-/// [Rue2005]: the cost of an evaluation is that of two factorisations and R solves, whatever the number of
-/// observations. sigma and mu follow from the others; log range and log eta are found by a grid and the method of Nelder
-/// and Mead [Nelder1965]. Standard errors are those of the inverse of the observed information in the logarithms.
+/// deviation. By the determinant lemma their likelihood takes the sparse factors of L + tau M and Q + H^T H / eta^2
+/// only [Rue2005]: the cost of an evaluation is that of two factorisations and R solves, whatever the number of
+/// observations. sigma and mu follow from the others; log range and log eta are found by a grid and the method of
+/// Nelder and Mead [Nelder1965]. Standard errors are those of the inverse of the observed information in the
+/// logarithms.
 ///
-/// Of a single field on a surface of few ranges, range and deviation are known poorly, and the intervals are wide; below
-/// about ten ranges squared of area they are too narrow as a rule.
+/// Of a single field on a surface of few ranges, range and deviation are known poorly, and the intervals are wide;
+/// below about ten ranges squared of area they are too narrow as a rule.
 /// @param matrix H, [n, V]: see ObservationMatrix()
 /// @param values [n, R], finite
 /// @throws InvalidInput when the shapes differ, there are fewer than 4 numbers or all are the same, or the likelihood

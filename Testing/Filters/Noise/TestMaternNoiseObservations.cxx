@@ -176,7 +176,8 @@ TEST(MaternNoiseObservations, ChangesOfThemCostNoFactorization)
   filter->RemoveObservations();
   ASSERT_TRUE(Update(filter));
   EXPECT_EQ(filter->GetNumberOfFactorizations(), 1);
-  EXPECT_FALSE(PointArray(filter->GetOutputDataObject(0), "MaternNoise_Mean"));
+  auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
+  EXPECT_EQ(output->GetPointData()->HasArray("MaternNoise_Mean"), 0);
 }
 
 TEST(MaternNoiseObservations, SamplesAreTheSameAloneAndTogetherAndInputsStay)
