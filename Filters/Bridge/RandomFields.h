@@ -124,9 +124,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool RequireSeries(vtkAlgorithm* self, const Sa
 /// RequestData of a filter that adds @p series to surfaces: see ProcessSurfaces().
 /// @param internals has Begin(), AddField(surface, output, progress), Find(surface) for the field held, and Fields, a
 /// RandomFieldCache.
+/// @param parts things that ranks share: see ProcessSurfaces(); 0 for the samples
 template <typename Internals>
 int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const SampleSeries& series, Internals& internals)
+  const SampleSeries& series, Internals& internals, int parts = 0)
 {
   if (!RequireSeries(self, series, inputVector, outputVector))
   {
@@ -138,7 +139,7 @@ int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, 
   };
   const auto isHeld = [&internals](const Surface& surface) { return internals.Find(surface) != nullptr; };
   const int success = ProcessSurfaces(
-    self, inputVector, outputVector, MeshRequirements(), addField, isHeld, series.NumberOfSamples);
+    self, inputVector, outputVector, MeshRequirements(), addField, isHeld, parts > 0 ? parts : series.NumberOfSamples);
   if (success && !self->GetAbortExecute())
   {
     internals.Fields.DropUnused();

@@ -34,6 +34,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkIsotropicRemeshFilter", "Isotropic Remesh" },
     { "vtkLatentDiffusionTrainer", "Latent Diffusion Trainer" },
     { "vtkMaternNoiseFilter", "Matern Noise" },
+    { "vtkMaternParameterEstimator", "Matern Parameter Estimator" },
     { "vtkMultiscaleMeshFitter", "Multiscale Mesh Fitter" },
     { "vtkPoissonNetFilter", "PoissonNet" },
     { "vtkPoseEnsembleFilter", "Pose Ensemble" },

@@ -2,6 +2,7 @@
 #include "vtkMaternNoiseFilter.h"
 
 #include "CoarseSurfaces.h"
+#include "ConditionedNoise.h"
 #include "FieldArrays.h"
 #include "FilterSupport.h"
 #include "RandomFields.h"
@@ -23,6 +24,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <vector>
 
 using surfsynth::MaternField;
 using surfsynth::MaternFieldOptions;
@@ -39,7 +41,8 @@ bool HaveSameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
     a.Screening == b.Screening && a.NormalizedScreening == b.NormalizedScreening &&
     a.NumberOfEigenpairs == b.NumberOfEigenpairs && a.OperatorPower == b.OperatorPower &&
     a.VarianceCorrection == b.VarianceCorrection && a.Boundary == b.Boundary &&
-    a.RobinCoefficient == b.RobinCoefficient && a.AnisotropyRatio == b.AnisotropyRatio && a.Arrays == b.Arrays;
+    a.RobinCoefficient == b.RobinCoefficient && a.AnisotropyRatio == b.AnisotropyRatio &&
+    a.CoherentNoise == b.CoherentNoise && a.Arrays == b.Arrays;
 }
 
 /// Returns options with unused fields reset to their defaults, so that a change of them keeps the factor.
@@ -56,6 +59,7 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
                                                                         : defaults.NormalizedScreening;
   options.NumberOfEigenpairs = options.Model == NoiseModel::Spectral ? options.NumberOfEigenpairs
                                                                      : defaults.NumberOfEigenpairs;
+  options.CoherentNoise = options.CoherentNoise && options.Model == NoiseModel::Matern;
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   options.OperatorPower = hasScale ? options.OperatorPower : defaults.OperatorPower;
   if (options.Model != NoiseModel::Matern)
@@ -104,10 +108,22 @@ public:
     const double begin = held ? 0.0 : factored;
     const MaternField& field = held ? *held
                                     : this->Build(surface, options, surfsynth::SubProgress(progress, 0.0, factored));
+    const double drawn = this->Conditioned.HasObservations() ? 0.5 * (begin + 1.0) : 1.0;
     const auto draw = [&](const surfsynth::SampleDestination& destination) {
-      field.SampleInto(request, destination, surfsynth::SubProgress(progress, begin, 1.0));
+      std::vector<double*> samples;
+      const auto remember = [&](std::uint32_t sample) { return samples.emplace_back(destination(sample)); };
+      field.SampleInto(request, remember, surfsynth::SubProgress(progress, begin, drawn));
+      if (this->Conditioned.HasObservations())
+      {
+        this->RequireMatern();
+        this->Conditioned.Condition(surface, field, request, samples, surfsynth::SubProgress(progress, drawn, 0.95));
+      }
     };
     surfsynth::AddSamples(this->Series(), draw, output);
+    if (this->Conditioned.HasObservations())
+    {
+      this->Conditioned.AddPosterior(surface, output, surfsynth::SubProgress(progress, 0.95, 1.0));
+    }
     this->EffectiveScreening = field.EffectiveScreening();
     this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
     this->Gamma = field.Gamma();
@@ -137,6 +153,16 @@ public:
     return true;
   }
 
+  /// Reads the observations on the second port, null for none. Throws on all ranks.
+  void BeginConditioning(vtkInformationVector* port)
+  {
+    const vtkMaternNoiseFilter& self = *this->Self;
+    this->Conditioned.Begin(surfsynth::ObservationsOn(port),
+      { { self.ObservationArray, self.ObservationDeviationArray }, self.Tolerance, self.PosteriorMean,
+        self.PosteriorStandardDeviation, self.MemoryLimit, self.OutputArrayName });
+  }
+
+  surfsynth::ConditionedNoise Conditioned;
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
@@ -171,6 +197,7 @@ private:
     options.RobinCoefficient = this->Self->RobinCoefficient;
     options.AnisotropyRatio = this->Self->AnisotropyRatio;
     options.Arrays = surfsynth::ReadFieldArrays(dataset, surface, this->Names());
+    options.CoherentNoise = this->Self->CoherentNoise;
     return WithoutIgnoredFields(options);
   }
 
@@ -200,9 +227,18 @@ private:
     return request;
   }
 
+  void RequireMatern() const
+  {
+    if (this->Self->NoiseModel != MATERN)
+    {
+      throw surfsynth::InvalidInput("There are observations, which NoiseModel MATERN takes only.");
+    }
+  }
+
   const MaternField& Build(
     const Surface& surface, const MaternFieldOptions& options, const surfsynth::Progress& progress)
   {
+    this->Conditioned.Drop(surface);
     const MaternField& field = this->Fields.Build(surface, options, progress);
     this->WarnOfLongEdges(field, surface);
     this->WarnOfLongRange(field, surface);
@@ -244,7 +280,9 @@ private:
 
 vtkMaternNoiseFilter::vtkMaternNoiseFilter()
   : Impl(std::make_unique<Internals>(this))
-{}
+{
+  this->SetNumberOfInputPorts(2);
+}
 
 vtkMaternNoiseFilter::~vtkMaternNoiseFilter() = default;
 
@@ -273,9 +311,19 @@ void vtkMaternNoiseFilter::SetBarrierArrayName(const char* name)
   surfsynth::SetString(this, this->BarrierArrayName, name);
 }
 
-int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
+void vtkMaternNoiseFilter::SetObservationArray(const char* name)
 {
-  return surfsynth::AcceptSurfaces(info);
+  surfsynth::SetString(this, this->ObservationArray, name);
+}
+
+void vtkMaternNoiseFilter::SetObservationDeviationArray(const char* name)
+{
+  surfsynth::SetString(this, this->ObservationDeviationArray, name);
+}
+
+int vtkMaternNoiseFilter::FillInputPortInformation(int port, vtkInformation* info)
+{
+  return port == 0 ? surfsynth::AcceptSurfaces(info) : surfsynth::AcceptObservations(info);
 }
 
 int vtkMaternNoiseFilter::RequestDataObject(
@@ -289,9 +337,26 @@ int vtkMaternNoiseFilter::RequestDataObject(
 int vtkMaternNoiseFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
+  try
+  {
+    this->Impl->BeginConditioning(inputVector[1]);
+  }
+  catch (const surfsynth::Error& error)
+  {
+    surfsynth::ReportError(this, "", error.what());
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
   vtkNew<vtkInformationVector> refined;
   vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
-  return surfsynth::ProcessRandomFields(this, &inputs, outputVector, this->Impl->Series(), *this->Impl);
+  const bool isWhole = this->Impl->Conditioned.HasObservations(); // posterior arrays are those of all samples
+  const int success = surfsynth::ProcessRandomFields(
+    this, &inputs, outputVector, this->Impl->Series(), *this->Impl, isWhole ? 1 : this->NumberOfSamples);
+  if (success && !this->GetAbortExecute())
+  {
+    this->Impl->Conditioned.DropUnused();
+  }
+  return success;
 }
 
 double vtkMaternNoiseFilter::GetEffectiveScreening() const { return this->Impl->EffectiveScreening; }
@@ -333,6 +398,12 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "Refinement: " << this->Refinement << "\n";
   os << indent << "ActiveResult: " << this->ActiveResult << "\n";
+  os << indent << "CoherentNoise: " << this->CoherentNoise << "\n";
+  os << indent << "ObservationArray: " << this->ObservationArray << "\n";
+  os << indent << "ObservationDeviationArray: " << this->ObservationDeviationArray << "\n";
+  os << indent << "Tolerance: " << this->Tolerance << "\n";
+  os << indent << "PosteriorMean: " << this->PosteriorMean << "\n";
+  os << indent << "PosteriorStandardDeviation: " << this->PosteriorStandardDeviation << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";

@@ -20,12 +20,20 @@
  * component). A composite
  * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
+ * @par
+ * Port 1, optional: a vtkPointSet with observations of the noise near the surface, for the model MATERN and a single
+ * surface. The samples are then samples of the noise given the observations (its posterior, by Matheron's rule
+ * [Journel1978]). Each point has a value with NumberOfComponents components in ObservationArray, and a standard
+ * deviation in ObservationDeviationArray; without one, or where it is 0, the samples take the value at that place to
+ * 1e-8. Points attach to the nearest place of the surface, within Tolerance. Observations of which one contradicts
+ * another are an error that names them.
  *
  * @par Output
  * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
  * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
- * than 1. Points that no polygon or strip uses get 0. The first of them becomes the active scalars and, with three
- * components, the active vectors, which vtkWarpVector takes, where the input has none.
+ * than 1. With observations and on request OutputArrayName_Mean, with NumberOfComponents components, and
+ * OutputArrayName_StandardDeviation. Points that no polygon or strip uses get 0. The first of them becomes the active
+ * scalars and, with three components, the active vectors, which vtkWarpVector takes, where the input has none.
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
@@ -323,6 +331,71 @@ public:
 
   ///@{
   /**
+   * Noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise, up to
+   * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or remeshed
+   * and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is ten edges
+   * or more. A surface that is moved gets other noise; sheets within a seventh of CorrelationRange of each other that
+   * face the same way are correlated. Used by MATERN noise in CORRELATION_RANGE and SCREENING mode. Default off.
+   */
+  vtkSetMacro(CoherentNoise, bool);
+  vtkGetMacro(CoherentNoise, bool);
+  vtkBooleanMacro(CoherentNoise, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array of the observations (second input) with the values, of NumberOfComponents components. Empty
+   * (the default) stands for the active scalars.
+   */
+  void SetObservationArray(const char* name);
+  vtkGetCharFromStdStringMacro(ObservationArray);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array of the observations with the standard deviations of the values, one component, at least 0, in
+   * the units of the values. Empty (the default) for exact observations.
+   */
+  void SetObservationDeviationArray(const char* name);
+  vtkGetCharFromStdStringMacro(ObservationDeviationArray);
+  ///@}
+
+  ///@{
+  /**
+   * Largest distance of an observation from the surface, in world units, at least 0; observations attach to the nearest
+   * point of the surface, and one farther away is an error. 0 (the default) stands for a hundredth of the longest side
+   * of the bounding box of the surface.
+   */
+  vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Tolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * Mean of the noise given the observations, as a point array with _Mean behind the name of the samples. Default off.
+   */
+  vtkSetMacro(PosteriorMean, bool);
+  vtkGetMacro(PosteriorMean, bool);
+  vtkBooleanMacro(PosteriorMean, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Standard deviation of the noise given the observations, as a point array with _StandardDeviation behind the name of
+   * the samples. Takes the time of several factorisations the first time. Default off.
+   */
+  vtkSetMacro(PosteriorStandardDeviation, bool);
+  vtkGetMacro(PosteriorStandardDeviation, bool);
+  vtkBooleanMacro(PosteriorStandardDeviation, bool);
+  ///@}
+
+  /**
+   * Removes the observations. ParaView needs this method, because its clean command cannot name a port.
+   */
+  void RemoveObservations() { this->SetInputConnection(1, nullptr); }
+
+  ///@{
+  /**
    * Name of the added point array; not empty. Default "MaternNoise".
    */
   void SetOutputArrayName(const char* name);
@@ -389,6 +462,12 @@ private:
   int MemoryLimit = 0;
   bool Refinement = false;
   bool ActiveResult = false;
+  bool CoherentNoise = false;
+  std::string ObservationArray;
+  std::string ObservationDeviationArray;
+  double Tolerance = 0.0;
+  bool PosteriorMean = false;
+  bool PosteriorStandardDeviation = false;
   std::string OutputArrayName = "MaternNoise";
 
   class Internals;

@@ -78,6 +78,7 @@ void MaternField::Internals::Assemble(const TriangleMesh& mesh, const MeshTopolo
       break;
     default:
       this->Pin(topology);
+      this->ChooseNoise(mesh, topology);
       this->FactorScreened(std::move(stiffness), RobinMass(mesh, topology, this->Options),
         SubProgress(rest, 0.0, this->Options.VarianceCorrection ? 0.3 : 1.0));
       if (this->Options.VarianceCorrection)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "Core/Common/LargeArray.h"
+#include "Core/Noise/LatticeNoise.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
@@ -122,6 +123,8 @@ private:
   void RequireAlgebra(Eigen::Index rows) const;
   Eigen::VectorXd InverseAmplitude() const;
 
+  void ChooseNoise(const TriangleMesh& mesh, const MeshTopology& topology);
+  void FillFromLattice(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
   void FillRightHandSides(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
   void TakeSolutions(const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const;
   void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
@@ -135,6 +138,7 @@ private:
   std::optional<CholeskySolver> Solver;
   std::vector<Index> RowOfVertex; ///< in the solver's order
   Eigenpairs Pairs;
+  std::optional<LatticeNoise> Lattice; ///< for coherent noise
 
   std::mutex ResidualMutex;
   double Residual = 0.0;

@@ -92,6 +92,11 @@ void RequireOptions(const MaternFieldOptions& options)
     RequireOption(IsAtLeastZero(options.StandardDeviation), "the standard deviation", options.StandardDeviation,
       "a finite number, at least 0");
   }
+  if (isMatern && options.CoherentNoise)
+  {
+    RequireOption(options.OperatorPower % 2 == 0, "the operator power of coherent noise", options.OperatorPower,
+      "2 or 4, whose right-hand sides are white noise");
+  }
   if (isMatern && options.Boundary == BoundaryCondition::Robin)
   {
     RequireOption(IsAtLeastZero(options.RobinCoefficient), "the coefficient of the Robin condition",

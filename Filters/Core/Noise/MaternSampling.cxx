@@ -90,9 +90,44 @@ Eigen::VectorXd MaternField::Internals::NoiseWeights() const
   return this->Power() % 2 == 0 ? this->RootMass : Eigen::VectorXd((this->Mass.array() > 0.0).cast<double>());
 }
 
+void MaternField::Internals::ChooseNoise(const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  if (this->Options.CoherentNoise)
+  {
+    constexpr double SidesOfRange = 14.0;
+    const double range = std::sqrt(8.0 * (this->Power() - 1) / this->Tau);
+    // A power of sqrt(2), so that triangulations with slightly different ranges have the same lattice.
+    this->Lattice.emplace(mesh, topology, std::exp2(0.5 * std::floor(2.0 * std::log2(range / SidesOfRange))));
+  }
+}
+
+void MaternField::Internals::FillFromLattice(
+  const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const
+{
+  std::vector<NormalKey> keys;
+  for (const MaternColumn& column : columns)
+  {
+    keys.push_back(Key(request, column));
+  }
+  const LatticeNoise::Rows loads = this->Lattice->Draw(keys);
+  block.setZero();
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Mass[v] > 0.0)
+    {
+      block.row(this->RowOfVertex[v]).head(loads.cols()) = loads.row(v);
+    }
+  }
+}
+
 void MaternField::Internals::FillRightHandSides(
   const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const
 {
+  if (this->Lattice)
+  {
+    this->FillFromLattice(request, columns, block);
+    return;
+  }
   constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
   const Eigen::VectorXd weights = this->NoiseWeights();
   std::vector<double> normals(Tile * columns.size());

@@ -3,6 +3,7 @@
 
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Random/PlaceHash.h"
 
 #include <Eigen/Geometry>
 
@@ -27,18 +28,10 @@ struct Share
   double Area;
 };
 
-/// Number below 2^40 from three numbers, by the finalizer of SplitMix64.
+/// Number below 2^40 from three numbers.
 std::int64_t NumberOf(const std::array<std::uint64_t, 3>& numbers)
 {
-  std::uint64_t hash = 0;
-  for (const std::uint64_t number : numbers)
-  {
-    hash += number + 0x9e3779b97f4a7c15;
-    hash = (hash ^ hash >> 30) * 0xbf58476d1ce4e5b9;
-    hash = (hash ^ hash >> 27) * 0x94d049bb133111eb;
-    hash ^= hash >> 31;
-  }
-  return static_cast<std::int64_t>(hash >> 24);
+  return static_cast<std::int64_t>(HashOfPlace(numbers) >> 24);
 }
 
 /// Number of the cube at a place.

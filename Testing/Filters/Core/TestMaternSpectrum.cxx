@@ -139,6 +139,13 @@ TEST(MaternSpectrum, SpectralOfPowerAlphaHasTheSameVariance)
   }
 }
 
+TEST_P(SpectrumOf, CoherentMaternHasTheSameLaw)
+{
+  MaternFieldOptions options = Options(NoiseModel::Matern);
+  options.CoherentNoise = true;
+  ExpectIndependentNormals(this->Draw(options), (this->Surface.Pairs.Values.array() + Tau).inverse().matrix());
+}
+
 TEST_P(SpectrumOf, WhiteHasVarianceOne)
 {
   ExpectIndependentNormals(this->Draw(Options(NoiseModel::White)), Eigen::VectorXd::Ones(Coefficients));

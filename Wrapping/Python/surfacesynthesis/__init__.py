@@ -3,7 +3,7 @@
 
 The VTK filters themselves are here under their own names, to be used beside the modules of ``vtk``::
 
-    from surfacesynthesis import vtkMaternNoiseFilter
+    from surfacesynthesis import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 
 Around them are functions that take and return datasets or NumPy arrays and raise exceptions::
 
@@ -38,6 +38,7 @@ from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
+from .estimation import MaternEstimate, ParameterEstimate, estimate_matern
 from .field_latents import TEXTURE_WRAPS, DecodedTexture, decode_texture, encode_texture
 from .files import read_mesh, read_volume, write_mesh
 from .files.volumes import volume_from_numpy
@@ -65,7 +66,7 @@ from .vtkSurfaceSynthesisFieldLatents import (
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
-from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
+from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
 from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextureDistance
 
@@ -77,10 +78,12 @@ __all__ = [
     "FormatError",
     "HOLES",
     "INTEGRATORS",
+    "MaternEstimate",
     "NOISE_MODELS",
     "NORMALIZATIONS",
     "NetworkOutput",
     "PREPARATIONS",
+    "ParameterEstimate",
     "SAMPLERS",
     "SampledTexture",
     "SurfaceSynthesisError",
@@ -95,6 +98,7 @@ __all__ = [
     "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
+    "estimate_matern",
     "gaussian_mixtures",
     "geometric_texture",
     "geometric_texture_distance",
@@ -128,6 +132,7 @@ __all__ = [
     "vtkGeometricTextureDistance",
     "vtkGeometricTextureSynthesizer",
     "vtkMaternNoiseFilter",
+    "vtkMaternParameterEstimator",
     "vtkPoissonNetFilter",
     "vtkTopologyReport",
     "write_mesh",

@@ -23,6 +23,7 @@ from .arguments import (
 from .datasets import as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
+from .observations import observe
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter
 
@@ -68,6 +69,13 @@ def matern_noise(
     direction_array=None,
     anisotropy_ratio=None,
     barrier_array=None,
+    coherent_noise=False,
+    observations=None,
+    observation_array=None,
+    observation_deviation_array=None,
+    tolerance=None,
+    posterior_mean=False,
+    posterior_standard_deviation=False,
 ):
     """Gaussian random fields on a surface, whose statistics do not depend on its triangulation.
 
@@ -154,8 +162,28 @@ def matern_noise(
         Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from
         1e-6 to 1e6; ``range`` is their geometric mean. Default 4.
     barrier_array : str, optional
-        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does
-        not cross but goes around. The boundary condition holds at their edges; points inside get 0.
+        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
+        cross but goes around. The boundary condition holds at their edges; points inside get 0.
+    coherent_noise : bool
+        True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise,
+        up to discretization, on all triangulations of one surface at the same place, with correlations above 0.95 where
+        ``range`` is ten edges or more. Goes with the noise model "matern". Default False.
+    observations : vtkPointSet or numpy.ndarray, optional
+        Points near the surface at which the noise is known, or an array of points [n, 3]. The samples are then samples of
+        the noise given the observations (its posterior). Goes with the noise model "matern" and a single surface.
+    observation_array : str or numpy.ndarray, optional
+        The point array of the observations with the values, of ``components`` components; or an array [n] or [n, C].
+        Default: the active scalars.
+    observation_deviation_array : str or numpy.ndarray, optional
+        The point array of the observations with the standard deviations of the values, at least 0; or an array [n]. Where
+        it is 0, the samples take the value to 1e-8. Default: 0 everywhere.
+    tolerance : float, optional
+        The largest distance of an observation from the surface, in world units; one farther away is an error. Default: a
+        hundredth of the longest side of the bounding box of the surface.
+    posterior_mean : bool
+        True adds the mean of the noise given the observations, as array ``name_Mean``. Default False.
+    posterior_standard_deviation : bool
+        True adds its standard deviation, as array ``name_StandardDeviation``. Default False.
 
     Returns
     -------
@@ -200,7 +228,16 @@ def matern_noise(
         direction_array=direction_array,
         anisotropy_ratio=anisotropy_ratio,
         barrier_array=barrier_array,
+        coherent_noise=coherent_noise,
+        observations=observations,
+        observation_array=observation_array,
+        observation_deviation_array=observation_deviation_array,
+        tolerance=tolerance,
+        posterior_mean=posterior_mean,
+        posterior_standard_deviation=posterior_standard_deviation,
     )
+    if isinstance(mesh, (tuple, list)) and (posterior_mean or posterior_standard_deviation):
+        raise ValueError("posterior arrays are added to a dataset: give mesh as a vtkPolyData, not as a pair of arrays")
     progress_callback(progress)
     output, remarks = apply_filter(noise, given_dataset(mesh), progress)
     for text in remarks:
@@ -232,6 +269,13 @@ def configured_filter(
     direction_array=None,
     anisotropy_ratio=None,
     barrier_array=None,
+    coherent_noise=False,
+    observations=None,
+    observation_array=None,
+    observation_deviation_array=None,
+    tolerance=None,
+    posterior_mean=False,
+    posterior_standard_deviation=False,
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
     model_id = choice("noise_model", noise_model, NOISE_MODELS)
@@ -280,6 +324,13 @@ def configured_filter(
         array_name(key, value)
         set_name(value)
     _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
+    noise.SetCoherentNoise(flag("coherent_noise", coherent_noise))
+    noise.SetPosteriorMean(flag("posterior_mean", posterior_mean))
+    noise.SetPosteriorStandardDeviation(flag("posterior_standard_deviation", posterior_standard_deviation))
+    observe(noise, observations, observation_array, observation_deviation_array, tolerance)
+    if noise_model != "matern" and (coherent_noise or observations is not None):
+        argument = "coherent_noise" if coherent_noise else "observations"
+        raise ValueError(f"{argument} has no meaning for the model '{noise_model}'")
     return noise
 
 

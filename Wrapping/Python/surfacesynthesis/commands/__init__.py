@@ -8,6 +8,7 @@ from . import (
     convert,
     dataset,
     deform,
+    estimate,
     field_latents,
     geometric_texture,
     geometric_texture_distance,
@@ -37,7 +38,7 @@ COMMANDS = [
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
+] + [noise, estimate, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]

@@ -134,6 +134,16 @@ def read_input_surface(arguments):
     return _surface_in(read_input(arguments), arguments.input)
 
 
+def read_observations(arguments):
+    """The points in the file of --observations; None without one."""
+    from .. import files
+
+    if arguments.observations is None:
+        return None
+    as_usage(files.extension, arguments.observations)
+    return files.read_mesh(arguments.observations)
+
+
 def read_surface(path):
     """The surface, or the composite dataset, in a file, which must hold something."""
     from .. import files

@@ -12,6 +12,7 @@ from .common import (
     add_running_options,
     as_usage,
     read_input_surface,
+    read_observations,
     run_filter,
 )
 
@@ -88,7 +89,13 @@ def add(commands):
         "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
     )
 
+    noise.add_argument(
+        "--coherent-noise",
+        action="store_true",
+        help="noise that belongs to places in space: the same on all triangulations of one surface",
+    )
     _add_field_options(parser)
+    _add_observation_options(parser)
 
     output = parser.add_argument_group("output")
     output.add_argument("--name", default="MaternNoise", metavar="NAME", help="name of the array (default: %(default)s)")
@@ -137,6 +144,36 @@ def _add_field_options(parser):
     field.add_argument("--barrier-array", metavar="NAME", help="cell array, not 0 in barriers")
 
 
+def _add_observation_options(parser):
+    """The options of observations."""
+    given = parser.add_argument_group("observations")
+    given.add_argument(
+        "--observations",
+        metavar="FILE",
+        help="points near the surface at which the noise is known: .vtp .vtk .ply; the samples follow them",
+    )
+    given.add_argument(
+        "--observation-array", metavar="NAME", help="their point array with the values (default: the active scalars)"
+    )
+    given.add_argument(
+        "--observation-deviation-array",
+        metavar="NAME",
+        help="their point array with the standard deviations of the values (default: 0)",
+    )
+    given.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="D",
+        help="largest distance of an observation from the surface (default: a hundredth of the longest side of its box)",
+    )
+    given.add_argument("--posterior-mean", action="store_true", help="add the mean given the observations, NAME_Mean")
+    given.add_argument(
+        "--posterior-standard-deviation",
+        action="store_true",
+        help="add the standard deviation given the observations, NAME_StandardDeviation",
+    )
+
+
 def run(arguments):
     """The command ``noise``; returns the line to print."""
     from .. import files
@@ -179,6 +216,13 @@ def _filter_of(arguments):
         direction_array=arguments.direction_array,
         anisotropy_ratio=arguments.anisotropy_ratio,
         barrier_array=arguments.barrier_array,
+        coherent_noise=arguments.coherent_noise,
+        observations=read_observations(arguments),
+        observation_array=arguments.observation_array,
+        observation_deviation_array=arguments.observation_deviation_array,
+        tolerance=arguments.tolerance,
+        posterior_mean=arguments.posterior_mean,
+        posterior_standard_deviation=arguments.posterior_standard_deviation,
     )
 
 

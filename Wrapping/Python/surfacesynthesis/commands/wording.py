@@ -21,6 +21,7 @@ COMMANDS_OF_CLASSES = {
     "vtkIsotropicRemeshFilter": "remesh",
     "vtkLatentDiffusionTrainer": "train latent-diffusion",
     "vtkMaternNoiseFilter": "noise",
+    "vtkMaternParameterEstimator": "estimate",
     "vtkMultiscaleMeshFitter": "levels",
     "vtkPoissonNetFilter": "poisson-net",
     "vtkPoseEnsembleFilter": "dataset poses",

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Observations of fields: coherent noise, posterior samples and estimated parameters, in Python and on the command line."""
+
+import numpy as np
+import pytest
+from conftest import add_array, icosphere, point_array, polydata_of
+from surfacesynthesis import SurfaceSynthesisError, estimate_matern, matern_noise, read_mesh, write_mesh
+from surfacesynthesis.command_line import main
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+PLACES = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [-0.6, 0.8, 0]])
+VALUES = np.array([-1.5, 0.0, 1.0, 2.0])
+
+
+def nearest(pair, places):
+    """Ids of the points nearest to the places."""
+    return np.argmax(places @ pair[0].T, axis=1)
+
+
+def points_only(places, **arrays):
+    """A vtkPolyData without cells."""
+    mesh = polydata_of(places, np.zeros((0, 3), dtype=np.int64))
+    for name, values in arrays.items():
+        add_array(mesh.GetPointData(), name, values)
+    return mesh
+
+
+def test_samples_take_exact_observations_of_arrays_and_datasets(pair):
+    ids = nearest(pair, PLACES)
+    places = pair[0][ids]
+    samples = matern_noise(pair, range=0.8, samples=5, observations=places, observation_array=VALUES)
+    assert np.allclose(samples[:, ids], VALUES, atol=1e-7)
+    assert np.abs(samples[0] - samples[1]).max() > 0.1
+    dataset = points_only(places, Value=VALUES)
+    same = matern_noise(pair, range=0.8, samples=5, observations=dataset, observation_array="Value")
+    assert np.array_equal(samples, same)
+    displacement = np.stack([VALUES, -VALUES, 0 * VALUES], axis=1)
+    vectors = matern_noise(pair, range=0.8, components=3, observations=places, observation_array=displacement)
+    assert np.allclose(vectors[ids], displacement, atol=1e-7)
+
+
+def test_posterior_arrays_go_with_datasets(pair):
+    mesh = polydata_of(*pair)
+    ids = nearest(pair, PLACES)
+    result = matern_noise(mesh, range=0.8, observations=pair[0][ids], observation_array=VALUES,
+                          observation_deviation_array=np.array([0.0, 0.0, 0.5, 0.5]),
+                          posterior_mean=True, posterior_standard_deviation=True)
+    mean, deviation = (point_array(result, f"MaternNoise_{name}") for name in ("Mean", "StandardDeviation"))
+    assert np.allclose(mean[ids[:2]], VALUES[:2], atol=1e-7)
+    assert np.abs(mean[ids[2:]] - VALUES[2:]).min() > 1e-3
+    assert np.all(deviation[ids[:2]] < 1e-5) and np.all(deviation[ids[2:]] > 0.1) and deviation.max() < 1.2
+    with pytest.raises(ValueError, match="posterior arrays are added to a dataset"):
+        matern_noise(pair, observations=PLACES, observation_array=VALUES, posterior_mean=True)
+
+
+def test_faults_are_named(pair):
+    with pytest.raises(SurfaceSynthesisError, match="farther from the surface than the Tolerance"):
+        matern_noise(pair, range=0.8, observations=1.5 * PLACES, observation_array=VALUES)
+    with pytest.raises(ValueError, match="4 observations"):
+        matern_noise(pair, observations=PLACES, observation_array=VALUES[:3])
+    with pytest.raises(TypeError, match="observations must be a vtkPointSet"):
+        matern_noise(pair, observations=PLACES[:, :2], observation_array=VALUES)
+    with pytest.raises(ValueError, match="go with observations"):
+        matern_noise(pair, observation_array=VALUES)
+    with pytest.raises(ValueError, match="has no meaning for the model 'white'"):
+        matern_noise(pair, noise_model="white", observations=PLACES, observation_array=VALUES)
+    with pytest.raises(ValueError, match="tolerance must be at least 0"):
+        matern_noise(pair, observations=PLACES, observation_array=VALUES, tolerance=-1)
+
+
+def test_coherent_noise_is_the_same_on_another_triangulation():
+    coarse, fine = icosphere(3), icosphere(4)
+    ids = np.argmax(coarse[0] @ fine[0].T, axis=1)  # the points of the coarse one are among those of the fine one
+    for coherent in (False, True):
+        on_coarse, on_fine = (
+            matern_noise(mesh, range=1.5, samples=20, seed=3, coherent_noise=coherent) for mesh in (coarse, fine)
+        )
+        correlation = np.corrcoef(on_coarse.ravel(), on_fine[:, ids].ravel())[0, 1]
+        assert (correlation > 0.95) == coherent, correlation
+    with pytest.raises(ValueError, match="has no meaning for the model 'white'"):
+        matern_noise(coarse, noise_model="white", coherent_noise=True)
+
+
+def test_estimates_hold_the_parameters_of_the_noise(pair):
+    fields = matern_noise(pair, range=0.7, standard_deviation=2.0, samples=4, seed=5)
+    found = estimate_matern(pair, fields.T, noise_estimation=False, mean_estimation=False)
+    assert list(found) == ["correlation_range", "standard_deviation", "noise_deviation"]
+    assert found["correlation_range"].lower < 0.7 < found["correlation_range"].upper
+    assert found["standard_deviation"].lower < 2.0 < found["standard_deviation"].upper
+    assert found["noise_deviation"] == (0, 0, 0, 0)
+    assert (found.number_of_observations, found.number_of_fields) == (642, 4)
+    assert "correlation range" in str(found) and found.to_csv().count("\n") == 4
+    places = pair[0][::2]
+    some = estimate_matern(polydata_of(*pair), 5.0 + fields[0, ::2], observations=places)
+    assert some["correlation_range"].lower < 0.7 < some["correlation_range"].upper
+    assert len(estimate_matern(vtkPolyData(), "Any")) == 0
+    with pytest.raises(SurfaceSynthesisError, match='no point array "Height"'):
+        estimate_matern(polydata_of(*pair), "Height")
+
+
+def test_commands(pair, tmp_path, capsys):
+    surface, known, output = (tmp_path / name for name in ("in.vtp", "known.vtp", "out.vtp"))
+    write_mesh(polydata_of(*pair), surface)
+    ids = nearest(pair, PLACES)
+    write_mesh(points_only(pair[0][ids], Value=VALUES, Error=0 * VALUES), known)
+    options = ["--observations", str(known), "--observation-array", "Value", "--observation-deviation-array", "Error",
+               "--tolerance", "0.1", "--posterior-mean", "--posterior-standard-deviation", "--quiet"]
+    assert main(["noise", str(surface), str(output), "--range", "0.7", "--samples", "2", *options]) == 0
+    result = read_mesh(output)
+    for name in ("MaternNoise_0", "MaternNoise_1", "MaternNoise_Mean"):
+        assert np.allclose(point_array(result, name)[ids], VALUES, atol=1e-7)
+    assert main(["noise", str(surface), str(output), "--range", "0.7", "--samples", "3", "--coherent-noise", "--quiet"]) == 0
+    expected = matern_noise(pair, range=0.7, samples=3, coherent_noise=True)
+    assert np.array_equal(point_array(read_mesh(output), "MaternNoise_2"), expected[2])
+    capsys.readouterr()
+    assert main(["estimate", str(output), "--observation-array", "MaternNoise", "--no-noise-estimation", "--csv", "--quiet"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "parameter,estimate,standard_error,lower,upper"
+    assert lines[1].startswith("correlation_range,0.") and len(lines) == 4
