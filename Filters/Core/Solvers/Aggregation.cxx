@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 namespace surfsynth
@@ -14,7 +13,7 @@ namespace surfsynth
 
 namespace
 {
-double StrengthFraction = getenv("SA_THETA") ? atof(getenv("SA_THETA")) : 0.25;
+constexpr double StrengthFraction = 0.33;
 constexpr double DominatedFraction = 0.1;
 constexpr double JacobiDamping = 2.0 / 3.0;
 constexpr Index NoAggregate = -1;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace surfsynth
 {
@@ -17,6 +18,8 @@ namespace
 constexpr std::int64_t ChunkRows = 2048;
 /// Least factor by which the residual must fall between two checks of b - A x.
 constexpr double LeastGain = 0.5;
+/// Units of rounding of A x that a residual may have where the tolerance asks for less.
+constexpr double RoundingFactor = 1.0;
 } // namespace
 
 template <int Columns>
@@ -31,32 +34,33 @@ ConjugateGradients<Columns>::ConjugateGradients(const MultigridHierarchy& hierar
   {
     *vector = LargeArray<double>(rows * Columns);
   }
-  this->Sums.resize((rows + ChunkRows - 1) / ChunkRows);
 }
 
-/// Adds what body(row, sums) adds for all rows, in parallel.
+/// Adds what body(row, sums) adds to @p Count sums for all rows, in parallel over chunks of fixed size.
 template <int Columns>
-template <typename Body>
-typename ConjugateGradients<Columns>::Numbers ConjugateGradients<Columns>::Sum(const Body& body)
+template <std::size_t Count, typename Body>
+std::array<double, Count> ConjugateGradients<Columns>::SumOf(const Body& body)
 {
   const std::int64_t rows = this->Hierarchy.Levels.front().Matrix.Rows;
+  const std::int64_t chunks = (rows + ChunkRows - 1) / ChunkRows;
   constexpr std::int64_t Grain = Columns == 1 ? 8 : 2;
-  ParallelFor(static_cast<std::int64_t>(this->Sums.size()), Grain, [&](std::int64_t begin, std::int64_t end) {
+  std::vector<std::array<double, Count>> parts(static_cast<std::size_t>(chunks));
+  ParallelFor(chunks, Grain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t chunk = begin; chunk < end; ++chunk)
     {
-      Numbers sums{};
+      std::array<double, Count> sums{};
       const std::int64_t last = std::min(rows, (chunk + 1) * ChunkRows);
       for (std::int64_t row = chunk * ChunkRows; row < last; ++row)
       {
         body(row, sums);
       }
-      this->Sums[static_cast<std::size_t>(chunk)] = sums;
+      parts[static_cast<std::size_t>(chunk)] = sums;
     }
   });
-  Numbers total{};
-  for (const Numbers& sums : this->Sums)
+  std::array<double, Count> total{};
+  for (const std::array<double, Count>& sums : parts)
   {
-    for (std::size_t c = 0; c < Columns; ++c)
+    for (std::size_t c = 0; c < Count; ++c)
     {
       total[c] += sums[c];
     }
@@ -226,9 +230,11 @@ void ConjugateGradients<Columns>::CheckCandidates()
     return;
   }
   const SparseRows& matrix = this->Hierarchy.Levels.front().Matrix;
-  const Numbers squares = this->Sum([&](std::int64_t row, Numbers& sums) {
+  // Beside b - A x, || |A| |x| ||: what it is rounded to.
+  std::array<double, 2 * Columns> totals = this->template SumOf<2 * Columns>([&](std::int64_t row, auto& sums) {
     const std::size_t first = static_cast<std::size_t>(row) * Columns;
     Numbers residual;
+    Numbers magnitude{};
     std::copy_n(this->RightHandSide.data() + first, Columns, residual.data());
     for (Index k = matrix.Start.data()[row]; k < matrix.Start.data()[row + 1]; ++k)
     {
@@ -237,12 +243,14 @@ void ConjugateGradients<Columns>::CheckCandidates()
       for (std::size_t c = 0; c < Columns; ++c)
       {
         residual[c] -= value * from[c];
+        magnitude[c] += std::abs(value * from[c]);
       }
     }
     for (std::size_t c = 0; c < Columns; ++c)
     {
       this->Residual[first + c] = candidate[c] ? residual[c] : this->Residual[first + c];
       sums[c] += residual[c] * residual[c];
+      sums[Columns + c] += magnitude[c] * magnitude[c];
     }
   });
   for (std::size_t c = 0; c < Columns; ++c)
@@ -251,8 +259,9 @@ void ConjugateGradients<Columns>::CheckCandidates()
     {
       continue;
     }
-    this->Norms[c] = std::sqrt(squares[c]);
-    this->Active[c] = !(this->Norms[c] <= this->Limits.Tolerance * this->Norm[c]);
+    this->Norms[c] = std::sqrt(totals[c]);
+    const double rounding = RoundingFactor * std::numeric_limits<double>::epsilon() * std::sqrt(totals[Columns + c]);
+    this->Active[c] = !(this->Norms[c] <= std::max(this->Limits.Tolerance * this->Norm[c], rounding));
     this->Restarted[c] = true;
     if (this->Active[c] && !(this->Norms[c] <= LeastGain * this->Checked[c]))
     {

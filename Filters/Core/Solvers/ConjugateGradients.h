@@ -57,8 +57,13 @@ public:
 private:
   using Numbers = std::array<double, Columns>;
 
+  template <std::size_t Count, typename Body>
+  std::array<double, Count> SumOf(const Body& body);
   template <typename Body>
-  Numbers Sum(const Body& body);
+  Numbers Sum(const Body& body)
+  {
+    return this->template SumOf<Columns>(body);
+  }
   void Begin();
   void Precondition();
   Numbers TurnDirection();
@@ -76,7 +81,6 @@ private:
   LargeArray<double> Residual;
   LargeArray<double> Direction;
   LargeArray<double> Product; ///< A times Direction
-  std::vector<Numbers> Sums;  ///< of the chunks
 
   Numbers Unit{};      ///< powers of two that the right-hand sides are divided by
   Numbers Norm{};      ///< of the right-hand sides
