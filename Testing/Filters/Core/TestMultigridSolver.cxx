@@ -248,7 +248,7 @@ TEST(MultigridSolver, AColumnHasTheSameBitsAloneInEveryBatchAndForEveryNumberOfT
   const TriangleMesh mesh = test::Join(
     test::BumpySurface(6), test::Translated(test::IrregularSphere(3), { 9.0, 0.0, 0.0 }));
   const test::ScreenedMatrix surface = test::ScreenedSurface(mesh);
-  RowMatrix sides = test::NoiseSides(surface.Mass, 11);
+  RowMatrix sides = test::NoiseSides(surface.Mass, 9);
   sides.col(2).setZero();
   sides.col(5) = surface.Matrix * Eigen::VectorXd::Ones(surface.Matrix.rows()); // converges sooner than the others
   std::vector<Eigen::VectorXd> alone;
@@ -260,11 +260,11 @@ TEST(MultigridSolver, AColumnHasTheSameBitsAloneInEveryBatchAndForEveryNumberOfT
       alone.push_back(solver.Solve(sides.col(c)));
     }
   }
-  for (const int threads : { 1, 2, 3 })
+  for (const int threads : { 1, 3 })
   {
     const ThreadScope scope(threads);
     const MultigridSolver solver(surface.Matrix);
-    for (const Eigen::Index columns : { 1, 3, 6, 11 })
+    for (const Eigen::Index columns : { 3, 6, 9 })
     {
       RowMatrix solutions = sides.leftCols(columns);
       solver.SolveInPlace(solutions);
