@@ -44,6 +44,21 @@ def check_matern_noise(folder):
     assert failed.returncode != 0, "a file that does not exist must be an error"
 
 
+def check_random_fields(folder):
+    """The picture of a sphere: of the announced size, and no row of it blank or all the same colour."""
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(40)
+    sphere.SetPhiResolution(40)
+    sphere.Update()
+    surface = os.path.join(folder, "fields_sphere.vtp")
+    surfacesynthesis.write_mesh(sphere.GetOutput(), surface)
+    output = os.path.join(folder, "random_fields")
+    shutil.rmtree(output, ignore_errors=True)
+    script = [sys.executable, os.path.join(HERE, "random_fields.py"), surface, "--output", output]
+    assert run("xvfb-run", "-a", *script).returncode == 0
+    check_picture(os.path.join(output, "random_fields.png"), 1800, rows=3)
+
+
 def check_gallery(folder):
     """The pictures of a sphere: of the announced sizes, and neither blank nor all the same colour."""
     sphere = vtkSphereSource()

@@ -2,6 +2,7 @@
 #include "vtkMaternNoiseFilter.h"
 
 #include "CoarseSurfaces.h"
+#include "FieldArrays.h"
 #include "FilterSupport.h"
 #include "RandomFields.h"
 #include "Reporting.h"
@@ -36,7 +37,9 @@ bool HaveSameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
 {
   return a.Model == b.Model && a.Mode == b.Mode && a.CorrelationRange == b.CorrelationRange &&
     a.Screening == b.Screening && a.NormalizedScreening == b.NormalizedScreening &&
-    a.NumberOfEigenpairs == b.NumberOfEigenpairs;
+    a.NumberOfEigenpairs == b.NumberOfEigenpairs && a.OperatorPower == b.OperatorPower &&
+    a.VarianceCorrection == b.VarianceCorrection && a.Boundary == b.Boundary &&
+    a.RobinCoefficient == b.RobinCoefficient && a.AnisotropyRatio == b.AnisotropyRatio && a.Arrays == b.Arrays;
 }
 
 /// Returns options with unused fields reset to their defaults, so that a change of them keeps the factor.
@@ -54,6 +57,16 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   options.NumberOfEigenpairs = options.Model == NoiseModel::Spectral ? options.NumberOfEigenpairs
                                                                      : defaults.NumberOfEigenpairs;
   options.Mode = hasScale ? options.Mode : defaults.Mode;
+  options.OperatorPower = hasScale ? options.OperatorPower : defaults.OperatorPower;
+  if (options.Model != NoiseModel::Matern)
+  {
+    options.VarianceCorrection = defaults.VarianceCorrection;
+    options.Boundary = defaults.Boundary;
+    options.Arrays = defaults.Arrays;
+  }
+  options.RobinCoefficient = options.Boundary == surfsynth::BoundaryCondition::Robin ? options.RobinCoefficient
+                                                                                     : defaults.RobinCoefficient;
+  options.AnisotropyRatio = options.Arrays.Directions.size() > 0 ? options.AnisotropyRatio : defaults.AnisotropyRatio;
   return options;
 }
 
@@ -75,16 +88,22 @@ public:
     this->Fields.Begin();
   }
 
-  const MaternField* Find(const Surface& surface) { return this->Fields.Find(surface, this->Options()); }
+  /// Null for a field with arrays, too, which are not known before the surface has been checked.
+  const MaternField* Find(const Surface& surface)
+  {
+    return this->Names().Any() ? nullptr : this->Fields.Find(surface, this->Options(surface, nullptr));
+  }
 
   void AddField(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     const surfsynth::SampleRequest request = this->Request(surface);
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
-    const MaternField* held = this->Find(surface);
+    const MaternFieldOptions options = this->Options(surface, output);
+    const MaternField* held = this->Fields.Find(surface, options);
     const double begin = held ? 0.0 : factored;
-    const MaternField& field = held ? *held : this->Build(surface, surfsynth::SubProgress(progress, 0.0, factored));
+    const MaternField& field = held ? *held
+                                    : this->Build(surface, options, surfsynth::SubProgress(progress, 0.0, factored));
     const auto draw = [&](const surfsynth::SampleDestination& destination) {
       field.SampleInto(request, destination, surfsynth::SubProgress(progress, begin, 1.0));
     };
@@ -125,8 +144,19 @@ public:
   double RelativeResidual = 0.0;
 
 private:
+  /// Names of the arrays in use.
+  surfsynth::FieldArrayNames Names() const
+  {
+    return this->Self->NoiseModel == MATERN
+      ? surfsynth::FieldArrayNames{ this->Self->RangeFactorArrayName, this->Self->DirectionArrayName,
+          this->Self->BoundaryCondition == NEUMANN ? std::string() : this->Self->BoundaryArrayName,
+          this->Self->BarrierArrayName }
+      : surfsynth::FieldArrayNames{};
+  }
+
   /// Options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
-  MaternFieldOptions Options() const
+  /// @param dataset holds the arrays; null when there are none
+  MaternFieldOptions Options(const Surface& surface, vtkPolyData* dataset) const
   {
     MaternFieldOptions options;
     options.Model = static_cast<surfsynth::NoiseModel>(this->Self->NoiseModel);
@@ -135,6 +165,12 @@ private:
     options.Screening = this->Self->Screening;
     options.NormalizedScreening = this->Self->NormalizedScreening;
     options.NumberOfEigenpairs = this->Self->NumberOfEigenpairs;
+    options.OperatorPower = this->Self->OperatorPower;
+    options.VarianceCorrection = this->Self->VarianceCorrection;
+    options.Boundary = static_cast<surfsynth::BoundaryCondition>(this->Self->BoundaryCondition);
+    options.RobinCoefficient = this->Self->RobinCoefficient;
+    options.AnisotropyRatio = this->Self->AnisotropyRatio;
+    options.Arrays = surfsynth::ReadFieldArrays(dataset, surface, this->Names());
     return WithoutIgnoredFields(options);
   }
 
@@ -143,7 +179,8 @@ private:
   {
     const bool inRangeMode = this->Self->ScaleMode == CORRELATION_RANGE &&
       (this->Self->NoiseModel == MATERN || this->Self->NoiseModel == SPECTRAL);
-    if (!inRangeMode && this->Self->NoiseModel != PER_VERTEX)
+    const bool isCorrected = this->Self->VarianceCorrection && this->Self->NoiseModel == MATERN;
+    if (!inRangeMode && !isCorrected && this->Self->NoiseModel != PER_VERTEX)
     {
       return 1.0;
     }
@@ -163,9 +200,10 @@ private:
     return request;
   }
 
-  const MaternField& Build(const Surface& surface, const surfsynth::Progress& progress)
+  const MaternField& Build(
+    const Surface& surface, const MaternFieldOptions& options, const surfsynth::Progress& progress)
   {
-    const MaternField& field = this->Fields.Build(surface, this->Options(), progress);
+    const MaternField& field = this->Fields.Build(surface, options, progress);
     this->WarnOfLongEdges(field, surface);
     this->WarnOfLongRange(field, surface);
     return field;
@@ -215,6 +253,26 @@ void vtkMaternNoiseFilter::SetOutputArrayName(const char* name)
   surfsynth::SetString(this, this->OutputArrayName, name);
 }
 
+void vtkMaternNoiseFilter::SetRangeFactorArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->RangeFactorArrayName, name);
+}
+
+void vtkMaternNoiseFilter::SetDirectionArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->DirectionArrayName, name);
+}
+
+void vtkMaternNoiseFilter::SetBoundaryArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->BoundaryArrayName, name);
+}
+
+void vtkMaternNoiseFilter::SetBarrierArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->BarrierArrayName, name);
+}
+
 int vtkMaternNoiseFilter::FillInputPortInformation(int, vtkInformation* info)
 {
   return surfsynth::AcceptSurfaces(info);
@@ -259,6 +317,15 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Screening: " << this->Screening << "\n";
   os << indent << "NormalizedScreening: " << this->NormalizedScreening << "\n";
   os << indent << "NumberOfEigenpairs: " << this->NumberOfEigenpairs << "\n";
+  os << indent << "OperatorPower: " << this->OperatorPower << "\n";
+  os << indent << "VarianceCorrection: " << this->VarianceCorrection << "\n";
+  os << indent << "BoundaryCondition: " << this->BoundaryCondition << "\n";
+  os << indent << "RobinCoefficient: " << this->RobinCoefficient << "\n";
+  os << indent << "BoundaryArrayName: " << this->BoundaryArrayName << "\n";
+  os << indent << "RangeFactorArrayName: " << this->RangeFactorArrayName << "\n";
+  os << indent << "DirectionArrayName: " << this->DirectionArrayName << "\n";
+  os << indent << "AnisotropyRatio: " << this->AnisotropyRatio << "\n";
+  os << indent << "BarrierArrayName: " << this->BarrierArrayName << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "NumberOfComponents: " << this->NumberOfComponents << "\n";
   os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";

@@ -7,13 +7,17 @@
  * (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the lumped mass and n independent normal numbers
  * ([Kuai2026], Algorithm 1; [Lindgren2011]). The variance of the field at the eigenvalue lambda of the Laplacian is
  * 1 / (lambda + tau)^2 on every mesh: refining, coarsening or remeshing the surface changes the resolution of the
- * field, not its distribution.
+ * field, not its distribution. OperatorPower replaces the 2, for rougher and smoother fields; VarianceCorrection makes
+ * the deviation exact at every point; arrays vary range, direction, boundary and barriers from place to place.
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
  * a composite dataset of such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines
  * are ignored. The mesh must have finite points, no degenerate triangle and no edge with more than two triangles; the
- * error message names the defect, the first offending cell or point and the filter that repairs it. A composite
+ * error message names the defect, the first offending cell or point and the filter that repairs it. Optional arrays of
+ * finite numbers of any type, with a tuple for each point or cell: RangeFactorArrayName (points, 1 component),
+ * DirectionArrayName (points, 3 components), BoundaryArrayName (points, 1 component), BarrierArrayName (cells, 1
+ * component). A composite
  * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  *
@@ -64,6 +68,14 @@ public:
     SPECTRAL = 4    ///< Matérn noise truncated to the lowest eigenpairs, for comparison
   };
 
+  /// Conditions at the boundary.
+  enum BoundaryConditions
+  {
+    NEUMANN = 0,   ///< the normal derivative is 0
+    DIRICHLET = 1, ///< the field is 0
+    ROBIN = 2      ///< the normal derivative is -RobinCoefficient sqrt(tau) times the field
+  };
+
   /// Parameters of the scale.
   enum ScaleModes
   {
@@ -99,9 +111,9 @@ public:
   ///@{
   /**
    * Distance at which the correlation of two points is about 0.14, in world units, measured along the surface; larger
-   * is smoother. tau = 8 / CorrelationRange^2 (kappa = sqrt(8 nu) / range with smoothness nu = 1). 0 (the default)
-   * stands for 0.2 times the longest side of the bounding box of the input, or of the block. Edges longer than a third
-   * of the range cause a warning. Used in CORRELATION_RANGE mode.
+   * is smoother. tau = 8 nu / CorrelationRange^2 (kappa = sqrt(8 nu) / range) with the smoothness nu = OperatorPower - 1,
+   * 1 by default. 0 (the default) stands for 0.2 times the longest side of the bounding box of the input, or of the
+   * block. Edges longer than a third of the range cause a warning. Used in CORRELATION_RANGE mode.
    */
   vtkSetClampMacro(CorrelationRange, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(CorrelationRange, double);
@@ -112,7 +124,8 @@ public:
    * Standard deviation of the noise, in units of the output; at least 0. Accurate on closed surfaces, within 5 % where
    * edges are shorter than about a tenth of the range and parts are wider than the range; the deviation is larger on
    * coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a straight
-   * one). Used in CORRELATION_RANGE mode, and by PER_VERTEX. Default 1.
+   * one), and exact everywhere with VarianceCorrection. Used in CORRELATION_RANGE mode, with VarianceCorrection, and by
+   * PER_VERTEX. Default 1.
    */
   vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(StandardDeviation, double);
@@ -144,6 +157,103 @@ public:
    */
   vtkSetClampMacro(NumberOfEigenpairs, int, 1, VTK_INT_MAX);
   vtkGetMacro(NumberOfEigenpairs, int);
+  ///@}
+
+  ///@{
+  /**
+   * Power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and the
+   * smoothness nu = alpha - 1; larger is smoother. 2, the default, is that of the paper. alpha = 1 has no finite variance
+   * in the limit of fine meshes and no correlation range: it is an error in CORRELATION_RANGE mode, and in the other modes
+   * its variance increases with the logarithm of the number of points. Used by MATERN and SPECTRAL.
+   */
+  vtkSetClampMacro(OperatorPower, int, 1, 4);
+  vtkGetMacro(OperatorPower, int);
+  ///@}
+
+  ///@{
+  /**
+   * Correction of the variance: the standard deviation is StandardDeviation at every point, in all scale modes, also at
+   * boundaries, on thin parts and on coarse meshes. The deviations of the field are computed exactly, by selected
+   * inversion [Takahashi1973] of the factor, in about 12 (alpha = 1), 36 (2), 72 (3) or 120 (4) times the work of the
+   * factorisation, once for each mesh and scale. Points at which the boundary condition sets the field to 0 stay 0. Used
+   * by MATERN. Default off.
+   */
+  vtkSetMacro(VarianceCorrection, bool);
+  vtkGetMacro(VarianceCorrection, bool);
+  vtkBooleanMacro(VarianceCorrection, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Condition at the boundary of the surface, and of barriers. NEUMANN (the default): the normal derivative is 0, which
+   * raises the deviation there; DIRICHLET: the field is 0; ROBIN: between both. Used by MATERN.
+   */
+  vtkSetClampMacro(BoundaryCondition, int, NEUMANN, ROBIN);
+  vtkGetMacro(BoundaryCondition, int);
+  void SetBoundaryConditionToNeumann() { this->SetBoundaryCondition(NEUMANN); }
+  void SetBoundaryConditionToDirichlet() { this->SetBoundaryCondition(DIRICHLET); }
+  void SetBoundaryConditionToRobin() { this->SetBoundaryCondition(ROBIN); }
+  ///@}
+
+  ///@{
+  /**
+   * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0: 0 is NEUMANN,
+   * large is DIRICHLET. For OperatorPower 2 the deviation at a straight boundary is that of the interior with 0.55, the
+   * default, and 0.82 of it with 1.
+   */
+  vtkSetClampMacro(RobinCoefficient, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(RobinCoefficient, double);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other than
+   * 0. DIRICHLET: the field is 0 at these points, on the boundary or inside. ROBIN: on boundary edges between two such
+   * points; the rest is NEUMANN. Empty, the default: the whole boundary.
+   */
+  void SetBoundaryArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(BoundaryArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each point, with
+   * tau divided by the factor squared. In CORRELATION_RANGE mode the deviation stays near StandardDeviation where the
+   * factors vary slowly, and is exact with VarianceCorrection. Used by MATERN. Empty, the default: the same range
+   * everywhere.
+   */
+  void SetRangeFactorArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(RangeFactorArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array with a vector for each point, the direction in which the field is stretched: 3 components of any
+   * length and sign, projected to the surface; 0 for no direction. Used by MATERN with AnisotropyRatio. Empty, the default:
+   * no directions.
+   */
+  void SetDirectionArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(DirectionArrayName);
+  ///@}
+
+  ///@{
+  /**
+   * Ratio of the correlation range along the directions of DirectionArrayName to that across, without unit, above 0; below
+   * 1 the field is stretched across. CorrelationRange is the geometric mean: it is sqrt(ratio) times as long along, and
+   * divided by sqrt(ratio) across. Edges must be short for the shorter one. Default 4.
+   */
+  vtkSetClampMacro(AnisotropyRatio, double, 1e-6, 1e6);
+  vtkGetMacro(AnisotropyRatio, double);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
+   * cross but goes around, as coast lines for the field of a sea (the limit of [Bakka2019] for a range of 0 in the barrier).
+   * The boundary condition holds at their edges; points inside get 0. Used by MATERN. Empty, the default: no barriers.
+   */
+  void SetBarrierArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(BarrierArrayName);
   ///@}
 
   ///@{
@@ -222,7 +332,7 @@ public:
   ///@{
   /**
    * Results of the last update, for the last block of a composite input. EffectiveScreening: tau in use, 1 / square
-   * world units. EffectiveCorrelationRange: sqrt(8 / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world units.
+   * world units. EffectiveCorrelationRange: sqrt(8 nu / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world units.
    * All three are 0 for models without tau.
    */
   double GetEffectiveScreening() const;
@@ -263,6 +373,15 @@ private:
   double Screening = 100.0;
   double NormalizedScreening = 1e-4;
   int NumberOfEigenpairs = 256;
+  int OperatorPower = 2;
+  bool VarianceCorrection = false;
+  int BoundaryCondition = NEUMANN;
+  double RobinCoefficient = 0.55;
+  double AnisotropyRatio = 4.0;
+  std::string BoundaryArrayName;
+  std::string RangeFactorArrayName;
+  std::string DirectionArrayName;
+  std::string BarrierArrayName;
   int Seed = 0;
   int NumberOfComponents = 1;
   int NumberOfSamples = 1;

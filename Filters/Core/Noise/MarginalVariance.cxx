@@ -7,15 +7,34 @@
 namespace surfsynth
 {
 
-double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed)
+namespace
 {
-  const double constantMode = 1.0 / (area * tau * tau);
+/// Variance on the plane: 1 / (4 pi nu tau^nu).
+double VarianceOnPlane(double tau, int smoothness)
+{
+  double power = tau;
+  for (int k = 1; k < smoothness; ++k)
+  {
+    power *= tau;
+  }
+  return 1.0 / (4.0 * M_PI * smoothness * power);
+}
+} // namespace
+
+double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, int operatorPower)
+{
+  double constantMode = 1.0 / (area * tau * tau);
+  for (int k = 2; k < operatorPower; ++k)
+  {
+    constantMode /= tau;
+  }
+  const int smoothness = operatorPower - 1;
   if (!closed)
   {
-    return std::max(1.0 / (4.0 * M_PI * tau), constantMode);
+    return std::max(VarianceOnPlane(tau, smoothness), constantMode);
   }
   const double mu = 4.0 * M_PI / area * (1.0 - static_cast<double>(eulerCharacteristic) / 6.0);
-  return constantMode + 1.0 / (4.0 * M_PI * (tau + mu));
+  return constantMode + VarianceOnPlane(tau + mu, smoothness);
 }
 
 } // namespace surfsynth

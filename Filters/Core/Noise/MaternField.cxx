@@ -19,42 +19,6 @@ namespace surfsynth
 
 namespace
 {
-bool HasTau(NoiseModel model) { return model == NoiseModel::Matern || model == NoiseModel::Spectral; }
-
-void Require(bool condition, const char* name, double value, const char* expected)
-{
-  if (!condition)
-  {
-    throw InvalidInput(
-      std::string("MaternField: ") + name + " is " + FormatNumber(value) + "; expected " + expected + ".");
-  }
-}
-
-void Validate(const MaternFieldOptions& options)
-{
-  const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
-  const bool byRange = HasTau(options.Model) && options.Mode == ScaleMode::CorrelationRange;
-  if (byRange)
-  {
-    Require(options.CorrelationRange == 0.0 || positive(options.CorrelationRange), "the correlation range",
-      options.CorrelationRange, "a finite number, at least 0 (0: 0.2 times the longest side)");
-  }
-  if (byRange || options.Model == NoiseModel::PerVertex)
-  {
-    Require(options.StandardDeviation == 0.0 || positive(options.StandardDeviation), "the standard deviation",
-      options.StandardDeviation, "a finite number, at least 0");
-  }
-  if (HasTau(options.Model) && options.Mode == ScaleMode::Screening)
-  {
-    Require(positive(options.Screening), "the screening term tau", options.Screening, "a finite number above 0");
-  }
-  if (HasTau(options.Model) && options.Mode == ScaleMode::NormalizedScreening)
-  {
-    Require(positive(options.NormalizedScreening), "the normalised screening c", options.NormalizedScreening,
-      "a finite number above 0");
-  }
-}
-
 double FindLongestEdge(const TriangleMesh& mesh)
 {
   double longest = 0.0;
@@ -68,17 +32,6 @@ double FindLongestEdge(const TriangleMesh& mesh)
   }
   return std::sqrt(longest);
 }
-
-/// Adds @p diagonal to the diagonal of @p matrix, in which every diagonal entry is present.
-void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal)
-{
-  for (Index v = 0; v < matrix.cols(); ++v)
-  {
-    const Index* first = matrix.innerIndexPtr() + matrix.outerIndexPtr()[v];
-    const Index* last = matrix.innerIndexPtr() + matrix.outerIndexPtr()[v + 1];
-    matrix.valuePtr()[std::lower_bound(first, last, v) - matrix.innerIndexPtr()] += diagonal[v];
-  }
-}
 } // namespace
 
 MaternField::Internals::Internals(
@@ -86,32 +39,51 @@ MaternField::Internals::Internals(
   : Mesh(std::move(mesh))
   , Options(options)
 {
+  RequireArrays(options, this->Mesh);
   this->LongestEdge = FindLongestEdge(this->Mesh);
-  this->Mass = LumpedMass(this->Mesh, topology);
+  if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
+  {
+    this->Assemble(this->Mesh, topology, progress);
+    return;
+  }
+  const TriangleMesh open = WithoutTriangles(this->Mesh, options.Arrays.Barrier);
+  this->Assemble(open, MeshTopology(open), progress);
+}
+
+void MaternField::Internals::Assemble(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
+{
+  const NoiseModel model = this->Options.Model;
+  this->Mass = LumpedMass(mesh, topology);
   this->RootMass = this->Mass.cwiseSqrt();
   this->Components = ComputeComponents(topology, this->Mass);
   Report(progress, 0.05);
   const bool anything = this->Components.Count > 0;
-  if (!anything || options.Model == NoiseModel::PerVertex || options.Model == NoiseModel::White)
+  if (!anything || model == NoiseModel::PerVertex || model == NoiseModel::White)
   {
     this->ChooseAmplitude();
     return;
   }
-  SparseMatrix stiffness = CotangentStiffness(this->Mesh, topology);
+  SparseMatrix stiffness = FieldStiffness(mesh, topology, this->Options);
   this->ChooseScreening(stiffness);
   this->ChooseAmplitude();
   Report(progress, 0.15);
   const Progress rest = SubProgress(progress, 0.15, 1.0);
-  switch (options.Model)
+  switch (model)
   {
     case NoiseModel::Spectral:
-      this->Pairs = LowestLaplaceEigenpairs(stiffness, this->Mass, options.NumberOfEigenpairs, rest);
+      this->Pairs = LowestLaplaceEigenpairs(stiffness, this->Mass, this->Options.NumberOfEigenpairs, rest);
       break;
     case NoiseModel::Unscreened:
       this->FactorUnscreened(std::move(stiffness), rest);
       break;
     default:
-      this->FactorScreened(std::move(stiffness), rest);
+      this->Pin(topology);
+      this->FactorScreened(std::move(stiffness), RobinMass(mesh, topology, this->Options),
+        SubProgress(rest, 0.0, this->Options.VarianceCorrection ? 0.3 : 1.0));
+      if (this->Options.VarianceCorrection)
+      {
+        this->CorrectAmplitude(SubProgress(rest, 0.3, 1.0));
+      }
   }
 }
 
@@ -128,7 +100,7 @@ void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
     {
       const double asked = this->Options.CorrelationRange;
       const double range = asked > 0.0 ? asked : 0.2 * ComputeBoundingBox(this->Mesh).LongestSide();
-      this->Tau = 8.0 / (range * range); // kappa^2 with kappa = sqrt(8 nu) / range, nu = 1
+      this->Tau = 8.0 * (this->Power() - 1) / (range * range); // kappa^2 with kappa = sqrt(8 nu) / range
       break;
     }
     case ScaleMode::Screening:
@@ -138,8 +110,17 @@ void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
       this->Tau = this->Gamma * this->Options.NormalizedScreening;
       break;
   }
-  Require(this->Tau > 0.0 && std::isfinite(this->Tau), "the screening term that follows from the options", this->Tau,
-    "a finite number above 0");
+  RequireOption(this->Tau > 0.0 && std::isfinite(this->Tau), "the screening term that follows from the options",
+    this->Tau, "a finite number above 0");
+}
+
+int MaternField::Internals::Power() const { return HasTau(this->Options.Model) ? this->Options.OperatorPower : 2; }
+
+double MaternField::Internals::AmplitudeOfComponent(Index component) const
+{
+  return this->Options.StandardDeviation /
+    std::sqrt(MarginalVariance(this->Tau, this->Components.Area[component],
+      this->Components.EulerCharacteristic[component], this->Components.Closed[component], this->Power()));
 }
 
 void MaternField::Internals::ChooseAmplitude()
@@ -153,32 +134,72 @@ void MaternField::Internals::ChooseAmplitude()
   {
     return;
   }
+  const int smoothness = this->Power() - 1;
   if (this->Options.Mode == ScaleMode::NormalizedScreening)
   {
-    this->Amplitude *= std::sqrt(this->Gamma);
+    this->Amplitude *= std::pow(std::sqrt(this->Gamma), smoothness);
   }
   if (this->Options.Mode == ScaleMode::CorrelationRange)
   {
     std::vector<double> factor;
     for (Index c = 0; c < this->Components.Count; ++c)
     {
-      factor.push_back(this->Options.StandardDeviation /
-        std::sqrt(MarginalVariance(
-          this->Tau, this->Components.Area[c], this->Components.EulerCharacteristic[c], this->Components.Closed[c])));
+      factor.push_back(this->AmplitudeOfComponent(c));
     }
     for (Index v = 0; v < this->Mass.size(); ++v)
     {
       this->Amplitude[v] = this->Used(v) ? factor[this->Components.OfVertex[v]] : 0.0;
     }
+    const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
+    if (this->Options.Model == NoiseModel::Matern && ranges.size() > 0)
+    {
+      this->Amplitude.array() *= ranges.array().pow(-smoothness);
+    }
   }
 }
 
-void MaternField::Internals::FactorScreened(SparseMatrix matrix, const Progress& progress)
+void MaternField::Internals::CorrectAmplitude(const Progress& progress)
+{
+  this->Amplitude.setOnes();
+  const Eigen::VectorXd variances = this->MarginalVariances(progress);
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    this->Amplitude[v] = this->Mass[v] > 0.0 ? this->Options.StandardDeviation / std::sqrt(variances[v]) : 0.0;
+  }
+}
+
+void MaternField::Internals::Pin(const MeshTopology& topology)
+{
+  const std::vector<bool> pinned = PinnedVertices(topology, this->Options);
+  for (std::size_t v = 0; v < pinned.size(); ++v)
+  {
+    if (pinned[v])
+    {
+      this->Mass[v] = this->RootMass[v] = 0.0;
+    }
+  }
+}
+
+void MaternField::Internals::FactorScreened(
+  SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress)
 {
   Eigen::VectorXd diagonal = this->Tau * this->Mass;
+  const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
+  if (ranges.size() > 0)
+  {
+    diagonal.array() /= ranges.array().square();
+  }
+  if (boundary.size() > 0)
+  {
+    diagonal += std::sqrt(this->Tau) * boundary;
+  }
+  if (this->Options.Boundary == BoundaryCondition::Dirichlet)
+  {
+    DecoupleRows(matrix, this->Mass);
+  }
   for (Index v = 0; v < diagonal.size(); ++v)
   {
-    diagonal[v] = this->Used(v) ? diagonal[v] : 1.0;
+    diagonal[v] = this->Mass[v] > 0.0 ? diagonal[v] : 1.0;
   }
   AddToDiagonal(matrix, diagonal);
   this->Factor(matrix, progress);
@@ -220,7 +241,7 @@ void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& 
 
 MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
 {
-  Validate(options);
+  RequireOptions(options);
   const MeshTopology topology = RequireValidMesh(mesh);
   this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
 }
@@ -228,7 +249,7 @@ MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, c
 MaternField::MaternField(
   TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
 {
-  Validate(options);
+  RequireOptions(options);
   this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
 }
 
@@ -337,8 +358,10 @@ double MaternField::EffectiveScreening() const { return this->Impl->Tau; }
 
 double MaternField::EffectiveCorrelationRange() const
 {
-  return this->Impl->Tau > 0.0 ? std::sqrt(8.0 / this->Impl->Tau) : 0.0;
+  return this->Impl->Tau > 0.0 ? std::sqrt(8.0 * this->Smoothness() / this->Impl->Tau) : 0.0;
 }
+
+double MaternField::Smoothness() const { return this->Impl->Power() - 1.0; }
 
 double MaternField::Gamma() const { return this->Impl->Gamma; }
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 namespace surfsynth
 {
@@ -20,19 +21,46 @@ namespace surfsynth
 /// [Kuai2026].
 enum class NoiseModel
 {
-  Matern,     ///< (L + tau M) f = sqrt(M) n: Algorithm 1, the triangulation-agnostic noise
+  Matern,     ///< (L + tau M) f = sqrt(M) n for OperatorPower 2: Algorithm 1, the triangulation-agnostic noise
   PerVertex,  ///< f = n: iid numbers per vertex, whatever the triangulation
   White,      ///< f = M^-1/2 n, so N(0, M^-1): equation 6
   Unscreened, ///< L f = sqrt(M) n with f and the right-hand side orthogonal to constants on every component (tau = 0)
-  Spectral    ///< f = sum_i chi_i / (lambda_i + tau) phi_i over the lowest eigenpairs: section 5.4
+  Spectral    ///< f = sum_i chi_i / (lambda_i + tau)^(alpha / 2) phi_i over the lowest eigenpairs: section 5.4
+};
+
+/// Condition of the field at the boundary of the surface. n is the outward normal in the surface.
+enum class BoundaryCondition
+{
+  Neumann,   ///< df/dn = 0
+  Dirichlet, ///< f = 0
+  Robin      ///< df/dn + c kappa f = 0
 };
 
 /// Parameter that gives the screening term tau, 1 / square world units. Algorithms are those of [Kuai2026].
 enum class ScaleMode
 {
-  CorrelationRange,   ///< tau = kappa^2 with kappa = sqrt(8 nu) / range, nu = 1; f scaled to a standard deviation
+  CorrelationRange,   ///< tau = kappa^2 with kappa = sqrt(8 nu) / range; f scaled to a standard deviation
   Screening,          ///< tau itself: Algorithm 1
   NormalizedScreening ///< tau = c Gamma and output sqrt(Gamma) f: Algorithm 2
+};
+
+/// Values on the mesh of a field that vary it from place to place, for the model Matern. Empty ones change nothing.
+struct MaternFieldArrays
+{
+  /// [V], > 0, no unit: factors of the correlation range. tau becomes tau / factor^2 at each vertex; in CorrelationRange
+  /// mode the field is multiplied by factor^-nu, so that its deviation stays near the one asked for [Lindgren2011].
+  Eigen::VectorXd RangeFactors;
+  /// [V, 3], tangent directions along which the range is longer: see MaternFieldOptions::AnisotropyRatio.
+  PointMatrix Directions;
+  /// [V], vertices at which the boundary condition holds, in place of all boundary vertices. Dirichlet: the vertices of
+  /// the mask, wherever they lie. Robin: the boundary edges whose two ends are in the mask.
+  std::vector<bool> BoundaryMask;
+  /// [F], triangles that the correlation does not cross: the limit of [Bakka2019] for a range of 0 in the barrier. They
+  /// are left out; their edges are boundary edges, and vertices inside get 0.
+  std::vector<bool> Barrier;
+
+  /// True when all arrays are the same.
+  bool operator==(const MaternFieldArrays& other) const;
 };
 
 /// Options of a field. Options that the model and mode do not name are ignored.
@@ -43,7 +71,25 @@ struct MaternFieldOptions
   /// In CorrelationRange mode: distance at which the correlation has fallen to about 0.14, world units, > 0; or 0 for
   /// 0.2 times the longest side of the bounding box.
   double CorrelationRange = 0.0;
-  /// In CorrelationRange mode and for PerVertex: marginal standard deviation, >= 0.
+  /// alpha, for Matern and Spectral: 1, 2, 3 or 4. The variance at the eigenvalue lambda of the Laplacian is
+  /// 1 / (lambda + tau)^alpha; the smoothness is nu = alpha - 1. alpha = 1 has no finite variance in the limit of fine
+  /// meshes, thus no CorrelationRange mode; in the other modes its variance increases with the logarithm of the number
+  /// of vertices.
+  int OperatorPower = 2;
+  /// For Matern: marginal standard deviation that is exact at every vertex, at boundaries, on thin parts and on coarse
+  /// meshes. The samples are divided by the deviations of the discrete field, which
+  /// CholeskySolver::InverseDiagonals() computes: about 12 (alpha = 1) to 120 (alpha = 4) times the time of the
+  /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
+  bool VarianceCorrection = false;
+  BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
+  /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
+  /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1.
+  double RobinCoefficient = 0.55;
+  /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
+  /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across.
+  double AnisotropyRatio = 4.0;
+  MaternFieldArrays Arrays; ///< for Matern
+  /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
   /// In Screening mode: tau > 0, 1 / square world units. [Kuai2026] uses 100 on shapes of about unit size.
   double Screening = 100.0;
@@ -68,12 +114,16 @@ struct SampleRequest
 
 /// A random field on one mesh: operators and factor are computed once, samples are drawn many times.
 ///
-/// In CorrelationRange mode the marginal variance of the field on the plane, 1 / (4 pi kappa^2), is replaced component
-/// by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On open
-/// surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
-/// boundary, by a factor sqrt(2) on a straight one.
+/// With A = L + tau M (and the terms of the boundary condition) the unscaled field has the covariance
+/// A^-1 (M A^-1)^(alpha - 1) [Lindgren2011]: a solve with A for each two of alpha, and for odd alpha a solve with the
+/// transposed Cholesky factor of A, whose solutions for independent normal numbers have the covariance A^-1. The bits of
+/// odd alpha thus depend on the order of elimination as well; those of even alpha on rounding only. The smoothness is
+/// nu = alpha - d/2 = alpha - 1 on a surface.
 ///
-/// A linear finite-element solve with alpha = 2 has smoothness nu = alpha - d/2 = 1 on a surface [Lindgren2011].
+/// In CorrelationRange mode the marginal variance of the field on the plane, 1 / (4 pi nu kappa^(2 nu)), is replaced
+/// component by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On open
+/// surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
+/// boundary, by a factor sqrt(2) on a straight one; VarianceCorrection takes this away.
 class MaternField
 {
 public:
@@ -115,40 +165,55 @@ public:
 
   /// tau in use, 1 / square world units; 0 for models without one.
   double EffectiveScreening() const;
-  /// Correlation range in use, world units: sqrt(8 / tau); 0 for models without tau.
+  /// Correlation range in use, world units: sqrt(8 nu / tau); 0 for models without tau, and for alpha = 1.
   double EffectiveCorrelationRange() const;
   /// Gamma = || M^-1 L ||_F, 1 / square world units; 0 for models without tau.
   double Gamma() const;
   /// Largest relative residual || A f - b || / || b || of the last call of Sample(), over one column of every block of
-  /// up to 32 that are solved together; 0 for models without a solve.
+  /// up to 32 that are solved together; 0 for models without a solve, and for alpha = 1.
   double RelativeResidual() const;
   /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
   /// Mesh of the field.
   const TriangleMesh& Mesh() const;
+  /// nu = alpha - 1, for models with tau; 1 for others.
+  double Smoothness() const;
+
+  // Algebra of the field, for the model Matern: its covariance is C, its precision Q = C^-1, in the scaling of the
+  // samples. Vertices at which the field is 0 (unused, Dirichlet, barrier) have rows of 0 in C and are left out of Q.
+  // All throw InvalidInput for other models and wrong shapes.
+
+  /// Solves Q x = b, so x = C b, for all columns of @p rightHandSides, [V, K] float64.
+  Eigen::MatrixXd SolvePrecision(const Eigen::Ref<const Eigen::MatrixXd>& rightHandSides) const;
+  /// Returns Q x for all columns of @p values, [V, K] float64.
+  /// @throws InvalidInput when the standard deviation is 0, too.
+  Eigen::MatrixXd ApplyPrecision(const Eigen::Ref<const Eigen::MatrixXd>& values) const;
+  /// Natural logarithm of the determinant of Q.
+  /// @throws InvalidInput when the standard deviation is 0, too.
+  double LogDeterminantOfPrecision() const;
+  /// Diagonal of C, [V] float64: the marginal variance at every vertex, exactly, in the time of
+  /// MaternFieldOptions::VarianceCorrection.
+  Eigen::VectorXd MarginalVariances(const Progress& progress = {}) const;
 
 private:
   class Internals;
   std::unique_ptr<Internals> Impl;
 };
 
-/// Mean marginal variance of the unscaled field (L + tau M) f = sqrt(M) n on a connected surface, i.e. the sum over
-/// the spectrum of 1 / (lambda_i + tau)^2, divided by the area.
+/// Mean marginal variance of the unscaled field of operator power alpha on a connected surface, i.e. the sum over the
+/// spectrum of 1 / (lambda_i + tau)^alpha, divided by the area.
 ///
 /// On a closed surface of area A and Euler characteristic chi the heat trace A / (4 pi t) + chi / 6 [McKean1967] gives
-///   1 / (A tau^2) + 1 / (4 pi (tau + mu)),   mu = 4 pi / A (1 - chi / 6),
-/// exact in the limit of small ranges (to second order) and of large ones, and within 5 % on the sphere at any range.
-/// On an open surface the value is that of its interior, max(1 / (4 pi tau), 1 / (A tau^2)).
+///   1 / (A tau^alpha) + 1 / (4 pi nu (tau + mu)^nu),   nu = alpha - 1,   mu = 4 pi / A (1 - chi / 6),
+/// exact in the limit of small ranges (to second order) and of large ones, and on the sphere, at any range, within 5 %
+/// for alpha = 2 and 6 % for 3 and 4.
+/// On an open surface the value is that of its interior, max(1 / (4 pi nu tau^nu), 1 / (A tau^alpha)).
 /// @param tau screening term, 1 / square world units, > 0
 /// @param area A, square world units, > 0
 /// @param eulerCharacteristic chi
 /// @param closed true for a surface without boundary
-/// @return variance, square world units squared
-/// @param tau screening term, 1 / square world units, > 0
-/// @param area A, square world units, > 0
-/// @param eulerCharacteristic chi
-/// @param closed true for a surface without boundary
-/// @return variance, square world units squared
-double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed);
+/// @param operatorPower alpha, at least 2
+/// @return variance, world units to the power 2 nu
+double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, int operatorPower = 2);
 
 } // namespace surfsynth

@@ -25,8 +25,38 @@ struct MaternColumn
   double* Values; ///< value of the first vertex; those of the others follow at a distance of the number of components
 };
 
-/// Operators, factor and amplitudes of a field. MaternField.cxx defines the construction, MaternSampling.cxx the
-/// sampling.
+/// True for models with a screening term.
+bool HasTau(NoiseModel model);
+
+/// Throws InvalidInput, "name is value; expected expected", unless @p condition holds.
+void RequireOption(bool condition, const char* name, double value, const char* expected);
+
+/// Throws InvalidInput when an option is out of range.
+void RequireOptions(const MaternFieldOptions& options);
+
+/// Throws InvalidInput when an array of the options does not fit the mesh or has values out of range.
+void RequireArrays(const MaternFieldOptions& options, const TriangleMesh& mesh);
+
+/// Stiffness of the field's Laplacian: anisotropic where the options say so.
+SparseMatrix FieldStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
+
+/// Vertices at which the boundary condition sets the field to 0, [V]; empty for none.
+std::vector<bool> PinnedVertices(const MeshTopology& topology, const MaternFieldOptions& options);
+
+/// Lumped mass of the boundary times the coefficient of the Robin condition, [V]; empty for other conditions.
+Eigen::VectorXd RobinMass(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
+
+/// Returns @p mesh without the triangles that @p removed, [F], marks; all points stay.
+TriangleMesh WithoutTriangles(const TriangleMesh& mesh, const std::vector<bool>& removed);
+
+/// Sets the rows and columns of vertices of mass 0 to 0.
+void DecoupleRows(SparseMatrix& matrix, const Eigen::VectorXd& mass);
+
+/// Adds @p diagonal to the diagonal of @p matrix, in which every diagonal entry is present.
+void AddToDiagonal(SparseMatrix& matrix, const Eigen::VectorXd& diagonal);
+
+/// Operators, factor and amplitudes of a field. MaternField.cxx defines the construction, MaternOperators.cxx the
+/// operator and its options, MaternSampling.cxx the sampling, MaternAlgebra.cxx covariance and precision.
 class MaternField::Internals
 {
 public:
@@ -47,6 +77,14 @@ public:
   double Gamma = 0.0;         ///< see MaternField::Gamma()
   double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
 
+  /// alpha in use.
+  int Power() const;
+  /// Replaces @p values, [V, K], by C values, Q values, and see MaternField.
+  void ApplyCovariance(RowMatrix& values) const;
+  void ApplyPrecision(RowMatrix& values) const;
+  double LogDeterminantOfPrecision() const;
+  Eigen::VectorXd MarginalVariances(const Progress& progress) const;
+
   /// Sets the residual to 0 before a call of Sample().
   void ResetResidual()
   {
@@ -61,9 +99,13 @@ public:
   }
 
 private:
+  void Assemble(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress);
   void ChooseScreening(const SparseMatrix& stiffness);
   void ChooseAmplitude();
-  void FactorScreened(SparseMatrix matrix, const Progress& progress);
+  double AmplitudeOfComponent(Index component) const;
+  void CorrectAmplitude(const Progress& progress);
+  void Pin(const MeshTopology& topology);
+  void FactorScreened(SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress);
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
   void Factor(const SparseMatrix& matrix, const Progress& progress);
 
@@ -73,13 +115,20 @@ private:
   void SampleByVertex(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
   void SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const;
 
+  Eigen::VectorXd NoiseWeights() const;
+  void SolvePowers(Block& block, const Progress& progress);
+  void SolveChecked(Block& block, const Progress& progress);
+  void MultiplyByMass(Block& block) const;
+  void RequireAlgebra(Eigen::Index rows) const;
+  Eigen::VectorXd InverseAmplitude() const;
+
   void FillRightHandSides(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
   void TakeSolutions(const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const;
   void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
   Eigen::VectorXd FirstColumn(const Block& block) const;
   void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
 
-  Eigen::VectorXd Mass;
+  Eigen::VectorXd Mass; ///< [V], 0 at vertices where the field is 0
   Eigen::VectorXd RootMass;
   Eigen::VectorXd Amplitude; ///< [V], factor of each vertex's value
   MeshComponents Components;

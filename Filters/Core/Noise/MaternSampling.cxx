@@ -64,10 +64,18 @@ void MaternField::Internals::SampleByVertex(const NormalKey& key, Eigen::Ref<Eig
 
 void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<Eigen::VectorXd> values) const
 {
-  // chi_i / (lambda_i + tau), then one eigenvector after the other, in a fixed order.
+  // chi_i / (lambda_i + tau)^(alpha / 2), then one eigenvector after the other, in a fixed order.
   Eigen::VectorXd coefficients(this->Pairs.Values.size());
   FillNormals(key, 0, coefficients.size(), coefficients.data());
-  coefficients.array() /= this->Pairs.Values.array() + this->Tau;
+  const Eigen::ArrayXd shifted = this->Pairs.Values.array() + this->Tau;
+  for (int k = 0; k < this->Power() / 2; ++k)
+  {
+    coefficients.array() /= shifted;
+  }
+  if (this->Power() % 2 == 1)
+  {
+    coefficients.array() /= shifted.sqrt();
+  }
   values.setZero();
   for (Eigen::Index i = 0; i < coefficients.size(); ++i)
   {
@@ -76,10 +84,17 @@ void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<E
   values.array() *= this->Amplitude.array();
 }
 
+Eigen::VectorXd MaternField::Internals::NoiseWeights() const
+{
+  // For odd powers the covariance of the right-hand sides comes from the factor.
+  return this->Power() % 2 == 0 ? this->RootMass : Eigen::VectorXd((this->Mass.array() > 0.0).cast<double>());
+}
+
 void MaternField::Internals::FillRightHandSides(
   const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const
 {
   constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
+  const Eigen::VectorXd weights = this->NoiseWeights();
   std::vector<double> normals(Tile * columns.size());
   for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
   {
@@ -93,7 +108,7 @@ void MaternField::Internals::FillRightHandSides(
       double* row = block.data() + this->RowOfVertex[v] * block.cols();
       for (std::size_t k = 0; k < columns.size(); ++k)
       {
-        row[k] = this->RootMass[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
+        row[k] = weights[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
       }
       std::fill(row + columns.size(), row + block.cols(), 0.0);
     }
@@ -173,6 +188,41 @@ void MaternField::Internals::TakeSolutions(
   }
 }
 
+void MaternField::Internals::MultiplyByMass(Block& block) const
+{
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    block.row(this->RowOfVertex[v]) *= this->Mass[v];
+  }
+}
+
+void MaternField::Internals::SolveChecked(Block& block, const Progress& progress)
+{
+  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
+  this->Solver->SolveOrderedInPlace(block, progress);
+  this->CheckSolution(this->FirstColumn(block), rightHandSide);
+}
+
+void MaternField::Internals::SolvePowers(Block& block, const Progress& progress)
+{
+  // Covariance A^-1 M A^-1 for alpha = 2 and A^-1 for alpha = 1; each further solve adds two to alpha.
+  const int solves = (this->Power() - 1) / 2;
+  const auto step = [&](int k) { return SubProgress(progress, k / (solves + 1.0), (k + 1) / (solves + 1.0)); };
+  if (this->Power() % 2 == 0)
+  {
+    this->SolveChecked(block, step(0));
+  }
+  else
+  {
+    this->Solver->SolveTransposedOrderedInPlace(block, step(0));
+  }
+  for (int k = 1; k <= solves; ++k)
+  {
+    this->MultiplyByMass(block);
+    this->SolveChecked(block, step(k));
+  }
+}
+
 void MaternField::Internals::SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
   LargeArray<double>& scratch, const Progress& progress)
 {
@@ -193,9 +243,7 @@ void MaternField::Internals::SampleBySolve(const SampleRequest& request, const s
   {
     this->RemoveMeans(block, ones, this->Mass); // now orthogonal to constants
   }
-  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
-  this->Solver->SolveOrderedInPlace(block, progress);
-  this->CheckSolution(this->FirstColumn(block), rightHandSide);
+  this->SolvePowers(block, progress);
   if (unscreened)
   {
     this->RemoveMeans(block, this->Mass, ones);

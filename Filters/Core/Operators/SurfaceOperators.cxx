@@ -36,23 +36,19 @@ struct CornerWeights
   Index LastVertex;
 };
 
-/// The weights of all corners, [3 F], in the order of topology.VertexTriangles.
-LargeArray<CornerWeights> CotangentWeights(
-  const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
+/// The weights of all corners, [3 F], in the order of topology.VertexTriangles. @p halfWeights(f, half) gives those of the
+/// edges opposite to the corners of triangle f: half[k] is minus the entry of its element matrix for the other two.
+template <typename HalfWeights>
+LargeArray<CornerWeights> WeightsOfCorners(
+  const TriangleMesh& mesh, const MeshTopology& topology, const HalfWeights& halfWeights)
 {
   LargeArray<CornerWeights> weights(topology.CornerPlace.size());
   ParallelFor(Faces(mesh), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto t = mesh.Triangles.row(f);
-      const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
-        Point(mesh, t(1)) - Point(mesh, t(0)) };
-      const double doubleArea = std::sqrt(edge[0].cross(edge[1]).squaredNorm() + squaredAreaShift);
       double half[3];
-      for (int k = 0; k < 3; ++k)
-      {
-        half[k] = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
-      }
+      halfWeights(f, half);
       for (int k = 0; k < 3; ++k)
       {
         const int next = (k + 1) % 3;
@@ -62,6 +58,40 @@ LargeArray<CornerWeights> CotangentWeights(
     }
   });
   return weights;
+}
+
+LargeArray<CornerWeights> CotangentWeights(
+  const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
+{
+  return WeightsOfCorners(mesh, topology, [&](std::int64_t f, double* half) {
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d edge[3] = { Point(mesh, t(2)) - Point(mesh, t(1)), Point(mesh, t(0)) - Point(mesh, t(2)),
+      Point(mesh, t(1)) - Point(mesh, t(0)) };
+    const double doubleArea = std::sqrt(edge[0].cross(edge[1]).squaredNorm() + squaredAreaShift);
+    for (int k = 0; k < 3; ++k)
+    {
+      half[k] = -0.5 * edge[(k + 1) % 3].dot(edge[(k + 2) % 3]) / doubleArea;
+    }
+  });
+}
+
+/// Triangle laid flat: v0 at the origin, v1 at (Length, 0), v2 at (X, Y).
+struct FlatTriangle
+{
+  double Length;
+  double X;
+  double Y;
+  double DoubleArea;
+};
+
+FlatTriangle Flatten(const TriangleMesh& mesh, std::int64_t f)
+{
+  const auto t = mesh.Triangles.row(f);
+  const Eigen::Vector3d first = Point(mesh, t(1)) - Point(mesh, t(0));
+  const Eigen::Vector3d second = Point(mesh, t(2)) - Point(mesh, t(0));
+  const double length = first.norm();
+  const double doubleArea = first.cross(second).norm();
+  return { length, first.dot(second) / length, doubleArea / length, doubleArea };
 }
 
 /// Column pointers and row ids of a matrix with an entry for each edge, both ways, and each vertex.
@@ -122,11 +152,13 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh, const MeshTopology& topolog
 
 Eigen::VectorXd LumpedMass(const TriangleMesh& mesh) { return LumpedMass(mesh, MeshTopology(mesh)); }
 
-SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
+namespace
 {
-  const LargeArray<CornerWeights> weights = CotangentWeights(mesh, topology, squaredAreaShift);
+/// Sum of the element matrices whose weights are @p weights.
+SparseMatrix AssembleStiffness(const LargeArray<CornerWeights>& weights, const MeshTopology& topology)
+{
   SparseMatrix stiffness = AdjacencyPattern(topology);
-  ParallelFor(mesh.Points.rows(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(topology.NumberOfPoints(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index* rows = stiffness.innerIndexPtr() + stiffness.outerIndexPtr()[v];
@@ -160,6 +192,74 @@ SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& to
   return stiffness;
 }
 
+} // namespace
+
+SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift)
+{
+  return AssembleStiffness(CotangentWeights(mesh, topology, squaredAreaShift), topology);
+}
+
+SparseMatrix DiffusionStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const FaceTensors& tensors)
+{
+  const auto weights = WeightsOfCorners(mesh, topology, [&](std::int64_t f, double* half) {
+    const FlatTriangle flat = Flatten(mesh, f);
+    const Eigen::Vector2d edge[3] = { { flat.X - flat.Length, flat.Y }, { -flat.X, -flat.Y }, { flat.Length, 0.0 } };
+    // Gradients are edges turned by a right angle: the tensor turned likewise is its adjugate.
+    Eigen::Matrix2d turned;
+    turned << tensors(f, 2), -tensors(f, 1), -tensors(f, 1), tensors(f, 0);
+    for (int k = 0; k < 3; ++k)
+    {
+      half[k] = -0.5 * edge[(k + 1) % 3].dot(turned * edge[(k + 2) % 3]) / flat.DoubleArea;
+    }
+  });
+  return AssembleStiffness(weights, topology);
+}
+
+FaceTensors DirectionTensors(const TriangleMesh& mesh, const PointMatrix& directions, double ratio)
+{
+  FaceTensors tensors(Faces(mesh), 3);
+  ParallelFor(Faces(mesh), FineGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t f = begin; f < end; ++f)
+    {
+      const auto t = mesh.Triangles.row(f);
+      const Eigen::Vector3d x = (Point(mesh, t(1)) - Point(mesh, t(0))).normalized();
+      const Eigen::Vector3d y = AreaVector(mesh, static_cast<Index>(f)).normalized().cross(x);
+      Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+      for (int k = 0; k < 3; ++k)
+      {
+        const Eigen::Vector3d direction = directions.row(t(k)).transpose();
+        const Eigen::Vector2d inPlane(direction.dot(x), direction.dot(y));
+        const double length = inPlane.norm();
+        const bool isGiven = length > 1e-6 * direction.norm();
+        const Eigen::Vector2d unit = isGiven ? Eigen::Vector2d(inPlane / length) : Eigen::Vector2d::Zero();
+        sum += (isGiven ? 1.0 / ratio : 1.0) * Eigen::Matrix2d::Identity() +
+          (ratio - 1.0 / ratio) * unit * unit.transpose();
+      }
+      sum /= std::sqrt(sum.determinant());
+      tensors.row(f) << sum(0, 0), sum(0, 1), sum(1, 1);
+    }
+  });
+  return tensors;
+}
+
+Eigen::VectorXd BoundaryMass(
+  const TriangleMesh& mesh, const MeshTopology& topology, const std::function<bool(Index, Index)>& isCounted)
+{
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(mesh.Points.rows());
+  for (Index v = 0; v < topology.NumberOfPoints(); ++v)
+  {
+    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
+    {
+      const Index other = topology.Neighbors[k];
+      if (topology.EdgeTriangles[k] == 1 && (!isCounted || isCounted(std::min(v, other), std::max(v, other))))
+      {
+        mass[v] += 0.5 * (Point(mesh, v) - Point(mesh, other)).norm();
+      }
+    }
+  }
+  return mass;
+}
+
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh) { return CotangentStiffness(mesh, MeshTopology(mesh)); }
 
 SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
@@ -175,14 +275,8 @@ SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
     for (std::int64_t f = begin; f < end; ++f)
     {
       const auto t = mesh.Triangles.row(f);
-      const Eigen::Vector3d first = Point(mesh, t(1)) - Point(mesh, t(0));
-      const Eigen::Vector3d second = Point(mesh, t(2)) - Point(mesh, t(0));
-      // The triangle laid flat: v0 at the origin, v1 at (length, 0), v2 at (x, y).
-      const double length = first.norm();
-      const double doubleArea = first.cross(second).norm();
-      const double x = first.dot(second) / length;
-      const double y = doubleArea / length;
-      const double rows[2][3] = { { -y, y, 0.0 }, { x - length, -x, length } };
+      const FlatTriangle flat = Flatten(mesh, f);
+      const double rows[2][3] = { { -flat.Y, flat.Y, 0.0 }, { flat.X - flat.Length, -flat.X, flat.Length } };
       // Columns in ascending order, as compressed rows want them.
       int order[3] = { 0, 1, 2 };
       std::sort(order, order + 3, [&](int a, int b) { return t(a) < t(b); });
@@ -192,7 +286,7 @@ SparseRowMatrix IntrinsicGradient(const TriangleMesh& mesh)
         {
           const std::int64_t entry = 6 * f + 3 * component + k;
           gradient.innerIndexPtr()[entry] = t(order[k]);
-          gradient.valuePtr()[entry] = rows[component][order[k]] / doubleArea;
+          gradient.valuePtr()[entry] = rows[component][order[k]] / flat.DoubleArea;
         }
       }
     }

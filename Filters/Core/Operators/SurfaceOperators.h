@@ -17,6 +17,8 @@
 
 #include <Eigen/SparseCore>
 
+#include <functional>
+
 namespace surfsynth
 {
 
@@ -44,6 +46,30 @@ Eigen::VectorXd LumpedMass(const TriangleMesh& mesh);
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh, const MeshTopology& topology, double squaredAreaShift = 0.0);
 /// Cotangent stiffness of a mesh without tables.
 SparseMatrix CotangentStiffness(const TriangleMesh& mesh);
+
+/// Symmetric tensors of the triangles, [F, 3] float64: entries xx, xy, yy in the frame of each face, as of
+/// IntrinsicGradient().
+using FaceTensors = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// Stiffness of anisotropic diffusion, L_ij = integral of grad phi_i . H grad phi_j, [V, V] float64, stored as
+/// CotangentStiffness(), which it is for H = 1.
+/// @param topology the tables of @p mesh
+/// @param tensors H of each triangle, positive definite, no unit
+SparseMatrix DiffusionStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const FaceTensors& tensors);
+
+/// Diffusion tensors that stretch along a direction: H = ratio along it and 1 / ratio across, of determinant 1, averaged
+/// over the corners of each triangle and divided by the root of the determinant.
+/// @param directions [V, 3], projected to each triangle's plane; signs and lengths do not matter; 0, or a vector
+/// orthogonal to the triangle, stands for none (H = 1)
+/// @param ratio > 0, no unit
+FaceTensors DirectionTensors(const TriangleMesh& mesh, const PointMatrix& directions, double ratio);
+
+/// Lumped mass of the boundary, [V] float64, world units: half of the length of the boundary edges at each vertex; 0
+/// inside. Sums to the length of the boundary.
+/// @param topology the tables of @p mesh
+/// @param isCounted true for the edges, by their lower and higher vertex, that count; empty for all
+Eigen::VectorXd BoundaryMass(
+  const TriangleMesh& mesh, const MeshTopology& topology, const std::function<bool(Index, Index)>& isCounted = {});
 
 /// Intrinsic gradient G, [2 F, V] float64: rows 2 f and 2 f + 1 are the two components of the gradient in the frame of
 /// face f = (v0, v1, v2), whose x axis is the direction v0 -> v1 and whose y axis points to the side of v2.

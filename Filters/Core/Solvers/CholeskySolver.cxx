@@ -9,6 +9,7 @@
 #include "Core/Solvers/SymmetricMatrix.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
+#include "Core/Solvers/SelectedInversion.h"
 #include "Core/Solvers/SupernodalFactor.h"
 #else
 #include <Eigen/SparseCholesky>
@@ -51,6 +52,20 @@ public:
       Report(progress, (column + 1.0) / count);
     }
   }
+  void SolveTransposedInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const
+  {
+    Eigen::Map<RowMatrix> block(rightHandSides, static_cast<Eigen::Index>(this->Rows.size()), count);
+    for (Eigen::Index column = 0; column < count; ++column)
+    {
+      const Eigen::VectorXd solution = this->Solver.matrixU().solve(Eigen::VectorXd(block.col(column)));
+      block.col(column) = this->Solver.permutationPinv() * solution;
+      Report(progress, (column + 1.0) / count);
+    }
+  }
+  double LogDeterminant() const
+  {
+    return 2.0 * this->Solver.matrixL().nestedExpression().diagonal().array().log().sum();
+  }
   const std::vector<Index>& Order() const { return this->Rows; }
   std::int64_t Entries() const { return this->Solver.matrixL().nestedExpression().nonZeros(); }
 
@@ -64,10 +79,17 @@ private:
 class CholeskySolver::Internals
 {
 public:
+  /// Requires right-hand sides of the shape that SolveOrderedInPlace() takes.
+  void RequireOrdered(const Eigen::Ref<RowMatrix>& rightHandSides) const;
+
   std::shared_ptr<const SparseMatrix> Matrix;
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
   std::unique_ptr<SupernodalFactor> Factor;
   const std::vector<Index>& Order() const { return this->Factor->Analysis().OldOfNew; }
+  Eigen::MatrixXd InverseDiagonals(const Eigen::VectorXd& mass, int powers, const Progress& progress) const
+  {
+    return SelectedInverseDiagonals(this->Factor->Analysis(), *this->Matrix, mass, powers, progress);
+  }
   void Compute(const Progress& progress)
   {
     // Ordering about 100,000 vertices takes a tenth of a second and knows no progress; the numeric part does.
@@ -80,6 +102,23 @@ public:
 #else
   std::unique_ptr<SimplicialFactor> Factor;
   const std::vector<Index>& Order() const { return this->Factor->Order(); }
+  Eigen::MatrixXd InverseDiagonals(const Eigen::VectorXd& mass, int powers, const Progress& progress) const
+  {
+    const Eigen::Index size = mass.size();
+    Eigen::MatrixXd diagonals(size, powers);
+    for (Eigen::Index v = 0; v < size; ++v)
+    {
+      Eigen::VectorXd column = Eigen::VectorXd::Unit(size, v);
+      for (int k = 0; k < powers; ++k)
+      {
+        this->Factor->SolveInPlace(column.data(), 1, {});
+        diagonals(v, k) = column[v];
+        column.array() *= mass.array();
+      }
+      Report(progress, (v + 1.0) / static_cast<double>(size));
+    }
+    return diagonals;
+  }
   void Compute(const Progress& progress)
   {
     auto factor = std::make_shared<std::unique_ptr<SimplicialFactor>>();
@@ -111,19 +150,53 @@ std::int64_t CholeskySolver::FactorEntries() const { return this->Impl->Factor->
 
 const std::vector<Index>& CholeskySolver::Order() const { return this->Impl->Order(); }
 
-void CholeskySolver::SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
+void CholeskySolver::Internals::RequireOrdered(const Eigen::Ref<RowMatrix>& rightHandSides) const
 {
-  if (rightHandSides.rows() != this->Size() || rightHandSides.cols() % ColumnGranularity != 0 ||
+  if (rightHandSides.rows() != this->Matrix->rows() || rightHandSides.cols() % ColumnGranularity != 0 ||
     rightHandSides.outerStride() != rightHandSides.cols())
   {
     throw InvalidInput("CholeskySolver: right-hand sides are " + std::to_string(rightHandSides.rows()) + " by " +
-      std::to_string(rightHandSides.cols()) + "; expected " + std::to_string(this->Size()) +
+      std::to_string(rightHandSides.cols()) + "; expected " + std::to_string(this->Matrix->rows()) +
       " contiguous rows and a multiple of " + std::to_string(ColumnGranularity) + " columns.");
   }
+}
+
+void CholeskySolver::SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
+{
+  this->Impl->RequireOrdered(rightHandSides);
   if (rightHandSides.cols() > 0)
   {
     this->Impl->Factor->SolveInPlace(rightHandSides.data(), rightHandSides.cols(), progress);
   }
+}
+
+void CholeskySolver::SolveTransposedOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
+{
+  this->Impl->RequireOrdered(rightHandSides);
+  if (rightHandSides.cols() > 0)
+  {
+    this->Impl->Factor->SolveTransposedInPlace(rightHandSides.data(), rightHandSides.cols(), progress);
+  }
+}
+
+double CholeskySolver::LogDeterminant() const { return this->Impl->Factor->LogDeterminant(); }
+
+const SparseMatrix& CholeskySolver::Matrix() const { return *this->Impl->Matrix; }
+
+Eigen::MatrixXd CholeskySolver::InverseDiagonals(
+  const Eigen::VectorXd& mass, int powers, const Progress& progress) const
+{
+  if (mass.size() != this->Size() || !mass.allFinite() || mass.minCoeff() < 0.0)
+  {
+    throw InvalidInput("CholeskySolver: the mass has " + std::to_string(mass.size()) + " entries; expected " +
+      std::to_string(this->Size()) + " finite ones of at least 0.");
+  }
+  if (powers < 1)
+  {
+    throw InvalidInput(
+      "CholeskySolver: " + std::to_string(powers) + " diagonals of inverses asked for; expected at least 1.");
+  }
+  return this->Impl->InverseDiagonals(mass, powers, progress);
 }
 
 void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const

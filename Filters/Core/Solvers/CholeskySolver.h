@@ -54,6 +54,9 @@ public:
   /// for finite entries.
   /// @throws InvalidInput when the shape is wrong; Cancelled.
   void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
+  /// Solves L^T x = b with the factor A = P^T L L^T P, for right-hand sides as those of SolveOrderedInPlace(): the
+  /// solutions of independent normal numbers have the covariance A^-1. Same errors as SolveOrderedInPlace().
+  void SolveTransposedOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
   /// Order of the solver's rows, [V]: the vertex of each row.
   const std::vector<Index>& Order() const;
 
@@ -66,7 +69,19 @@ public:
   /// @throws InvalidInput when a length is wrong.
   double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const;
 
-  /// Number of rows of the matrix, V.
+  /// Natural logarithm of the determinant of A.
+  double LogDeterminant() const;
+
+  /// Diagonals of A^-1 (M A^-1)^k for k = 0 .. powers - 1, [V, powers] float64, exactly: by selected inversion
+  /// [Takahashi1973] on truncated power series, with CHOLMOD, in about 6 powers (powers + 1) times the time of the
+  /// factorisation; without CHOLMOD by a solve for each vertex, in quadratic time. On one thread.
+  /// @param mass the diagonal of M, [V], at least 0
+  /// @param powers number of diagonals, at least 1
+  /// @throws InvalidInput when the mass has a wrong length, is negative or not finite, or powers is below 1; Cancelled.
+  Eigen::MatrixXd InverseDiagonals(const Eigen::VectorXd& mass, int powers, const Progress& progress = {}) const;
+
+  /// A, with ascending rows in each column.
+  const SparseMatrix& Matrix() const;
   /// Number of rows of the matrix, V.
   Index Size() const;
   /// Entries of the stored factor, explicit zeros of relaxed supernodes included.

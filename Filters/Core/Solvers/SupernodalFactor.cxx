@@ -5,10 +5,10 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Common/ScratchPool.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
-#include "Core/Solvers/SupernodalKernels.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <mutex>
 #include <numeric>
 
@@ -281,35 +281,83 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   }
 }
 
+SupernodalPanel SupernodalFactor::Panel(Index s) const
+{
+  return { this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Symbolic.PanelRowIds(s),
+    this->Values.data() + this->Symbolic.ValueStart[s], this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
+}
+
+namespace
+{
+/// Reports of passes over the factor, whenever an eighth of its entries has been read.
+class PassReports
+{
+public:
+  PassReports(const SupernodalFactor& factor, int passes, const Progress& progress)
+    : Factor(factor)
+    , Passes(passes)
+    , Target(progress)
+    , Interval(std::max<std::int64_t>(factor.Entries() / 8, 1))
+  {}
+
+  /// Counts the panel of supernode @p s.
+  void Add(Index s)
+  {
+    const std::vector<std::int64_t>& start = this->Factor.Analysis().ValueStart;
+    const std::int64_t before = this->Done / this->Interval;
+    this->Done += start[s + 1] - start[s];
+    if (this->Done / this->Interval != before)
+    {
+      Report(
+        this->Target, static_cast<double>(this->Done) / static_cast<double>(this->Factor.Entries()) / this->Passes);
+    }
+  }
+
+private:
+  const SupernodalFactor& Factor;
+  int Passes;
+  const Progress& Target;
+  std::int64_t Interval;
+  std::int64_t Done = 0;
+};
+} // namespace
+
 void SupernodalFactor::SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const
 {
   const SupernodalKernels& kernels = BestSupernodalKernels();
-  const auto panel = [&](Index s) {
-    return SupernodalPanel{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Symbolic.PanelRowIds(s),
-      this->Values.data() + this->Symbolic.ValueStart[s],
-      this->InverseDiagonal.data() + this->Symbolic.FirstColumn[s] };
-  };
-  // Entries of the factor between two reports: a sixteenth of both passes.
-  const std::int64_t interval = std::max<std::int64_t>(this->Entries() / 8, 1);
-  std::int64_t done = 0;
-  const auto report = [&](Index s) {
-    const std::int64_t before = done / interval;
-    done += this->Symbolic.ValueStart[s + 1] - this->Symbolic.ValueStart[s];
-    if (done / interval != before)
-    {
-      Report(progress, 0.5 * static_cast<double>(done) / static_cast<double>(this->Entries()));
-    }
-  };
+  PassReports reports(*this, 2, progress);
   for (Index s = 0; s < this->Symbolic.Supernodes(); ++s)
   {
-    kernels.Forward(panel(s), rightHandSides, count);
-    report(s);
+    kernels.Forward(this->Panel(s), rightHandSides, count);
+    reports.Add(s);
   }
   for (Index s = this->Symbolic.Supernodes(); s-- > 0;)
   {
-    kernels.Backward(panel(s), rightHandSides, count);
-    report(s);
+    kernels.Backward(this->Panel(s), rightHandSides, count);
+    reports.Add(s);
   }
+}
+
+void SupernodalFactor::SolveTransposedInPlace(
+  double* rightHandSides, std::int64_t count, const Progress& progress) const
+{
+  const SupernodalKernels& kernels = BestSupernodalKernels();
+  PassReports reports(*this, 1, progress);
+  for (Index s = this->Symbolic.Supernodes(); s-- > 0;)
+  {
+    kernels.Backward(this->Panel(s), rightHandSides, count);
+    reports.Add(s);
+  }
+}
+
+double SupernodalFactor::LogDeterminant() const
+{
+  double sum = 0.0;
+  for (const double inverse : this->InverseDiagonal)
+  {
+    sum -= std::log(inverse);
+  }
+  return 2.0 * sum;
 }
 
 } // namespace surfsynth

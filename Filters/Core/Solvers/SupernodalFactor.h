@@ -7,6 +7,7 @@
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/Progress.h"
 #include "Core/Solvers/SupernodalAnalysis.h"
+#include "Core/Solvers/SupernodalKernels.h"
 
 #include <vector>
 
@@ -28,12 +29,20 @@ public:
   /// @throws Cancelled; the right-hand sides are then overwritten in part.
   void SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const;
 
+  /// Solves L^T x = b like SolveInPlace(): the second half of a solve.
+  void SolveTransposedInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const;
+
+  /// Natural logarithm of the determinant of A, summed in the order of the columns.
+  double LogDeterminant() const;
+
   /// Order and supernodes of the factor.
   const SupernodalAnalysis& Analysis() const { return this->Symbolic; }
   /// Number of stored entries, explicit zeros included.
   std::int64_t Entries() const { return this->Symbolic.ValueStart.back(); }
 
 private:
+  SupernodalPanel Panel(Index s) const;
+
   SupernodalAnalysis Symbolic;
   LargeArray<double> Values;           ///< panels, from Symbolic.ValueStart
   std::vector<double> InverseDiagonal; ///< [n]

@@ -111,6 +111,34 @@ TEST_P(SpectrumOf, MaternWithSmallScreeningHasTheSameLaw)
     this->Draw(Options(NoiseModel::Matern, 0.5)), (this->Surface.Pairs.Values.array() + 0.5).inverse().matrix());
 }
 
+TEST_P(SpectrumOf, MaternOfPowerAlphaHasVarianceOneOverLambdaPlusTauToThePowerAlpha)
+{
+  for (const int power : { 1, 3, 4 })
+  {
+    SCOPED_TRACE("alpha " + std::to_string(power));
+    MaternFieldOptions options = Options(NoiseModel::Matern);
+    options.OperatorPower = power;
+    ExpectIndependentNormals(
+      this->Draw(options), (this->Surface.Pairs.Values.array() + Tau).pow(-0.5 * power).matrix());
+  }
+}
+
+TEST(MaternSpectrum, SpectralOfPowerAlphaHasTheSameVariance)
+{
+  const test::SpectralSurface& surface = SurfaceOf(0);
+  for (const int power : { 1, 3, 4 })
+  {
+    SCOPED_TRACE("alpha " + std::to_string(power));
+    MaternFieldOptions options = Options(NoiseModel::Spectral);
+    options.OperatorPower = power;
+    SampleRequest request;
+    request.NumberOfSamples = Samples;
+    const Eigen::MatrixXd coefficients = test::SpectralCoefficients(
+      MaternField(surface.Mesh, options), surface, request);
+    ExpectIndependentNormals(coefficients, (surface.Pairs.Values.array() + Tau).pow(-0.5 * power).matrix());
+  }
+}
+
 TEST_P(SpectrumOf, WhiteHasVarianceOne)
 {
   ExpectIndependentNormals(this->Draw(Options(NoiseModel::White)), Eigen::VectorXd::Ones(Coefficients));

@@ -60,6 +60,11 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     { "NumberOfSamples", [](Noise* f) { f->SetNumberOfSamples(2); } },
     { "FirstSample", [](Noise* f) { f->SetFirstSample(4); } },
     { "OutputArrayName", [](Noise* f) { f->SetOutputArrayName("Bumps"); } },
+    { "OperatorPower", [](Noise* f) { f->SetOperatorPower(3); } },
+    { "VarianceCorrection", [](Noise* f) { f->VarianceCorrectionOn(); } },
+    { "BoundaryCondition", [](Noise* f) { f->SetBoundaryConditionToRobin(); } },
+    { "RobinCoefficient", [](Noise* f) { f->SetRobinCoefficient(2.0); } },
+    { "AnisotropyRatio", [](Noise* f) { f->SetAnisotropyRatio(3.0); } },
   };
   ExpectOneExecutionEach(filter.Get(), changes, events);
 }
@@ -76,6 +81,13 @@ TEST(MaternNoiseCaching, OnlyWhatChangesTheFactorCostsAFactorization)
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetOutputArrayName("Bumps"); }), 0);
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetScreening(3.0); }), 0) << "not used in this mode";
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetNumberOfEigenpairs(9); }), 0) << "not used by this model";
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetRobinCoefficient(2.0); }), 0) << "not used by this condition";
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetAnisotropyRatio(2.0); }), 0) << "not used without directions";
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetOperatorPower(4); }), 1);
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->VarianceCorrectionOn(); }), 1);
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetSeed(2); }), 0);
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetStandardDeviation(3.0); }), 0);
+  EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetBoundaryConditionToDirichlet(); }), 1);
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetCorrelationRange(0.9); }), 1);
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetScaleModeToScreening(); }), 1);
   EXPECT_EQ(CostOf(filter, [](Noise* f) { f->SetCorrelationRange(0.7); }), 0) << "not used in this mode";

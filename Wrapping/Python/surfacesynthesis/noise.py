@@ -7,7 +7,19 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, array_name, choice, integer, positive, progress_callback, real
+from .arguments import (
+    INT_MIN,
+    array_name,
+    at_least_0,
+    at_most,
+    choice,
+    flag,
+    in_range,
+    integer,
+    positive,
+    progress_callback,
+    real,
+)
 from .datasets import as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
@@ -21,6 +33,13 @@ NOISE_MODELS = {
     "white": vtkMaternNoiseFilter.WHITE,
     "unscreened": vtkMaternNoiseFilter.UNSCREENED,
     "spectral": vtkMaternNoiseFilter.SPECTRAL,
+}
+
+#: The conditions at the boundary, by the name that ``boundary_condition`` takes.
+BOUNDARY_CONDITIONS = {
+    "neumann": vtkMaternNoiseFilter.NEUMANN,
+    "dirichlet": vtkMaternNoiseFilter.DIRICHLET,
+    "robin": vtkMaternNoiseFilter.ROBIN,
 }
 
 
@@ -40,6 +59,15 @@ def matern_noise(
     name="MaternNoise",
     progress=None,
     memory_limit=None,
+    operator_power=2,
+    variance_correction=False,
+    boundary_condition="neumann",
+    robin_coefficient=None,
+    boundary_array=None,
+    range_factor_array=None,
+    direction_array=None,
+    anisotropy_ratio=None,
+    barrier_array=None,
 ):
     """Gaussian random fields on a surface, whose statistics do not depend on its triangulation.
 
@@ -57,13 +85,14 @@ def matern_noise(
         [F, 3]. The mesh is never modified.
     range : float, optional
         The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along
-        the surface; larger is smoother. Larger than 0; tau = 8 / range^2. Default: 0.2 times the longest side of the
+        the surface; larger is smoother. Larger than 0; tau = 8 nu / range^2, nu = operator_power - 1. Default: 0.2 times the longest side of the
         bounding box of the mesh, or of the block. A warning is given where edges are longer than a third of the range.
     standard_deviation : float
         The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces
         that are wide and finely divided for the range; parts narrower than the range (fingers, a tail) have a larger
         one, and so has the neighbourhood of an open boundary, by a factor sqrt(2) on a straight one.
-        Goes with ``range`` and with the noise model "per_vertex". Default 1.
+        Goes with ``range``, with ``variance_correction``, which makes it exact everywhere, and with the noise model
+        "per_vertex". Default 1.
     seed : int
         Any integer of 32 bits with sign; each gives other noise. Default 0.
     samples : int, optional
@@ -94,6 +123,38 @@ def matern_noise(
     memory_limit : int, optional
         Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
         names a number that fits. Default: three quarters of the memory of the machine.
+    operator_power : int
+        The power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and
+        the smoothness nu = alpha - 1; larger is smoother. 1 has no finite variance in the limit of fine meshes and no
+        range: it goes with ``screening`` and ``normalized_screening`` only. Goes with the noise models "matern" and
+        "spectral". Default 2, that of the paper.
+    variance_correction : bool
+        Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at boundaries,
+        on thin parts and on coarse meshes, in about 12 (alpha = 1), 36 (2), 72 (3) or 120 (4) times the work of the
+        factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all arguments below go
+        with the noise model "matern". Default False.
+    boundary_condition : str
+        The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative is
+        0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
+    robin_coefficient : float, optional
+        Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0.
+        Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2.
+    boundary_array : str, optional
+        Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other
+        than 0. "dirichlet": the noise is 0 at these points, on the boundary or inside; "robin": on boundary edges between
+        two such points. Default: the whole boundary.
+    range_factor_array : str, optional
+        Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each point,
+        with tau divided by the factor squared.
+    direction_array : str, optional
+        Name of a point array with a vector for each point, the direction in which the noise is stretched: 3 components
+        of any length and sign, projected to the surface; 0 for no direction.
+    anisotropy_ratio : float, optional
+        Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from 1e-6
+        to 1e6; ``range`` is their geometric mean. Default 4.
+    barrier_array : str, optional
+        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
+        cross but goes around. The boundary condition holds at their edges; points inside get 0.
 
     Returns
     -------
@@ -129,6 +190,15 @@ def matern_noise(
         eigenpairs=eigenpairs,
         name=name,
         memory_limit=memory_limit,
+        operator_power=operator_power,
+        variance_correction=variance_correction,
+        boundary_condition=boundary_condition,
+        robin_coefficient=robin_coefficient,
+        boundary_array=boundary_array,
+        range_factor_array=range_factor_array,
+        direction_array=direction_array,
+        anisotropy_ratio=anisotropy_ratio,
+        barrier_array=barrier_array,
     )
     progress_callback(progress)
     output, remarks = apply_filter(noise, given_dataset(mesh), progress)
@@ -152,6 +222,15 @@ def configured_filter(
     eigenpairs=256,
     name="MaternNoise",
     memory_limit=None,
+    operator_power=2,
+    variance_correction=False,
+    boundary_condition="neumann",
+    robin_coefficient=None,
+    boundary_array=None,
+    range_factor_array=None,
+    direction_array=None,
+    anisotropy_ratio=None,
+    barrier_array=None,
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
     model_id = choice("noise_model", noise_model, NOISE_MODELS)
@@ -162,7 +241,7 @@ def configured_filter(
     deviation = real("standard_deviation", standard_deviation)
     if not 0.0 <= deviation < math.inf:
         raise ValueError(f"standard_deviation must be a finite number, at least 0, not {deviation:g}")
-    _check_combination(noise_model, scales, deviation)
+    _check_combination(noise_model, scales, deviation, variance_correction)
 
     noise = vtkMaternNoiseFilter()
     noise.SetNoiseModel(model_id)
@@ -182,17 +261,54 @@ def configured_filter(
     noise.SetNumberOfComponents(integer("components", components, 1))
     noise.SetNumberOfEigenpairs(integer("eigenpairs", eigenpairs, 1))
     noise.SetOutputArrayName(name)
+    noise.SetOperatorPower(at_most("operator_power", integer("operator_power", operator_power, 1), 4))
+    noise.SetVarianceCorrection(flag("variance_correction", variance_correction))
+    noise.SetBoundaryCondition(choice("boundary_condition", boundary_condition, BOUNDARY_CONDITIONS))
+    if robin_coefficient is not None:
+        noise.SetRobinCoefficient(at_least_0("robin_coefficient", robin_coefficient))
+    if anisotropy_ratio is not None:
+        noise.SetAnisotropyRatio(in_range("anisotropy_ratio", anisotropy_ratio, 1e-6, 1e6))
+    arrays = {
+        "boundary_array": (boundary_array, noise.SetBoundaryArrayName),
+        "range_factor_array": (range_factor_array, noise.SetRangeFactorArrayName),
+        "direction_array": (direction_array, noise.SetDirectionArrayName),
+        "barrier_array": (barrier_array, noise.SetBarrierArrayName),
+    }
+    arrays = {key: pair for key, pair in arrays.items() if pair[0] is not None}
+    for key, (value, set_name) in arrays.items():
+        array_name(key, value)
+        set_name(value)
+    _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
     return noise
 
 
-def _check_combination(model, scales, deviation):
+def _check_variations(noise, model, arrays, robin_coefficient, anisotropy_ratio):
+    """Raises ValueError for arguments of operator, boundary and arrays that would have no effect."""
+    given = list(arrays)
+    given += ["variance_correction"] * noise.GetVarianceCorrection()
+    given += ["boundary_condition"] * (noise.GetBoundaryCondition() != vtkMaternNoiseFilter.NEUMANN)
+    if given and model != "matern":
+        raise ValueError(f"{given[0]} has no meaning for the model '{model}'")
+    if noise.GetOperatorPower() != 2 and model not in ("matern", "spectral"):
+        raise ValueError(f"operator_power has no meaning for the model '{model}'")
+    if noise.GetOperatorPower() == 1 and noise.GetScaleMode() == vtkMaternNoiseFilter.CORRELATION_RANGE:
+        raise ValueError("operator_power 1 has no finite variance and no range: it goes with screening")
+    if robin_coefficient is not None and noise.GetBoundaryCondition() != vtkMaternNoiseFilter.ROBIN:
+        raise ValueError("robin_coefficient goes with boundary_condition 'robin'")
+    if "boundary_array" in arrays and noise.GetBoundaryCondition() == vtkMaternNoiseFilter.NEUMANN:
+        raise ValueError("boundary_array goes with boundary_condition 'dirichlet' or 'robin'")
+    if anisotropy_ratio is not None and "direction_array" not in arrays:
+        raise ValueError("anisotropy_ratio goes with direction_array")
+
+
+def _check_combination(model, scales, deviation, corrected):
     """Raises ValueError for arguments that exclude each other or would have no effect."""
     if len(scales) > 1:
         raise ValueError(f"{' and '.join(scales)} exclude each other: each says how smooth the noise is")
     if scales and model not in ("matern", "spectral"):
         raise ValueError(f"{next(iter(scales))} has no meaning for the model '{model}'")
     if deviation != 1.0:
-        if "range" not in scales and scales:
+        if "range" not in scales and scales and not corrected:
             raise ValueError(f"standard_deviation goes with range, not with {next(iter(scales))}")
         if model in ("white", "unscreened"):
             raise ValueError(f"standard_deviation has no meaning for the model '{model}'")

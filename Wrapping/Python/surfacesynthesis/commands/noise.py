@@ -54,7 +54,10 @@ def add(commands):
         "is smoother (default: 0.2 times the longest side of the bounding box)",
     )
     scale.add_argument(
-        "--screening", type=float, metavar="TAU", help="screening term tau = 8 / R^2, in 1 / square units of the mesh"
+        "--screening",
+        type=float,
+        metavar="TAU",
+        help="screening term tau = 8 (ALPHA - 1) / R^2, in 1 / square units of the mesh",
     )
     scale.add_argument(
         "--normalized-screening",
@@ -85,6 +88,8 @@ def add(commands):
         "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
     )
 
+    _add_field_options(parser)
+
     output = parser.add_argument_group("output")
     output.add_argument("--name", default="MaternNoise", metavar="NAME", help="name of the array (default: %(default)s)")
     output.add_argument(
@@ -98,6 +103,38 @@ def add(commands):
     add_reading_options(parser)
     add_former_option(parser, "--std", deviation)
     add_former_option(parser, "--model", model)
+
+
+def _add_field_options(parser):
+    """Options of operator, boundary and arrays."""
+    field = parser.add_argument_group("field")
+    field.add_argument(
+        "--operator-power",
+        type=int,
+        default=2,
+        metavar="ALPHA",
+        help="power of the operator, 1 to 4; larger is smoother (default: 2); 1 needs --screening",
+    )
+    field.add_argument(
+        "--variance-correction", action="store_true", help="the standard deviation is exact at every point"
+    )
+    field.add_argument(
+        "--boundary-condition",
+        default="neumann",
+        choices=["neumann", "dirichlet", "robin"],
+        metavar="CONDITION",
+        help="condition at open boundaries: neumann (default), dirichlet, robin",
+    )
+    field.add_argument("--robin-coefficient", type=float, metavar="C", help="coefficient of robin (default: 0.55)")
+    field.add_argument(
+        "--boundary-array", metavar="NAME", help="point array, not 0 where the boundary condition holds (default: boundary)"
+    )
+    field.add_argument("--range-factor-array", metavar="NAME", help="point array of factors of the range")
+    field.add_argument("--direction-array", metavar="NAME", help="point array of vectors along which the noise is stretched")
+    field.add_argument(
+        "--anisotropy-ratio", type=float, metavar="RATIO", help="range along the directions over that across (default: 4)"
+    )
+    field.add_argument("--barrier-array", metavar="NAME", help="cell array, not 0 in barriers")
 
 
 def run(arguments):
@@ -133,6 +170,15 @@ def _filter_of(arguments):
         eigenpairs=arguments.eigenpairs,
         name=arguments.name,
         memory_limit=arguments.memory_limit,
+        operator_power=arguments.operator_power,
+        variance_correction=arguments.variance_correction,
+        boundary_condition=arguments.boundary_condition,
+        robin_coefficient=arguments.robin_coefficient,
+        boundary_array=arguments.boundary_array,
+        range_factor_array=arguments.range_factor_array,
+        direction_array=arguments.direction_array,
+        anisotropy_ratio=arguments.anisotropy_ratio,
+        barrier_array=arguments.barrier_array,
     )
 
 

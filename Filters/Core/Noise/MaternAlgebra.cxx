@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Noise/MaternFieldInternals.h"
+
+#include "Core/Common/Errors.h"
+
+#include <cmath>
+#include <string>
+
+namespace surfsynth
+{
+
+// With D the amplitudes and A, M the operator and the mass, all restricted to the free vertices,
+//   C = D A^-1 (M A^-1)^(alpha - 1) D,   Q = D^-1 A (M^-1 A)^(alpha - 1) D^-1.
+
+void MaternField::Internals::RequireAlgebra(Eigen::Index rows) const
+{
+  if (this->Options.Model != NoiseModel::Matern)
+  {
+    throw InvalidInput("MaternField: covariance and precision of another noise model asked for; expected Matern.");
+  }
+  if (rows != this->Mass.size())
+  {
+    throw InvalidInput("MaternField: the vectors have " + std::to_string(rows) + " rows; expected " +
+      std::to_string(this->Mass.size()) + ".");
+  }
+}
+
+Eigen::VectorXd MaternField::Internals::InverseAmplitude() const
+{
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(this->Mass.size());
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Mass[v] > 0.0)
+    {
+      inverse[v] = 1.0 / this->Amplitude[v];
+      if (!std::isfinite(inverse[v]))
+      {
+        throw InvalidInput("MaternField: the precision of a field of standard deviation 0 asked for; expected one "
+                           "above 0.");
+      }
+    }
+  }
+  return inverse;
+}
+
+void MaternField::Internals::ApplyCovariance(RowMatrix& values) const
+{
+  this->RequireAlgebra(values.rows());
+  const Eigen::VectorXd amplitude = (this->Mass.array() > 0.0).select(this->Amplitude, 0.0);
+  values = amplitude.asDiagonal() * values;
+  for (int k = 0; k < this->Power() && this->Solver; ++k)
+  {
+    if (k > 0)
+    {
+      values = this->Mass.asDiagonal() * values;
+    }
+    this->Solver->SolveInPlace(values);
+  }
+  values = amplitude.asDiagonal() * values;
+}
+
+void MaternField::Internals::ApplyPrecision(RowMatrix& values) const
+{
+  this->RequireAlgebra(values.rows());
+  const Eigen::VectorXd scale = this->InverseAmplitude();
+  const Eigen::VectorXd inverseMass = (this->Mass.array() > 0.0).select(this->Mass.cwiseInverse(), 0.0);
+  values = scale.asDiagonal() * values;
+  for (int k = 0; k < this->Power() && this->Solver; ++k)
+  {
+    if (k > 0)
+    {
+      values = inverseMass.asDiagonal() * values;
+    }
+    values = RowMatrix(this->Solver->Matrix() * values);
+  }
+  values = scale.asDiagonal() * values;
+}
+
+double MaternField::Internals::LogDeterminantOfPrecision() const
+{
+  this->RequireAlgebra(this->Mass.size());
+  const Eigen::VectorXd scale = this->InverseAmplitude();
+  double sum = this->Solver ? this->Power() * this->Solver->LogDeterminant() : 0.0;
+  for (Index v = 0; v < this->Mass.size(); ++v)
+  {
+    if (this->Mass[v] > 0.0)
+    {
+      sum += 2.0 * std::log(scale[v]) - (this->Power() - 1) * std::log(this->Mass[v]);
+    }
+  }
+  return sum;
+}
+
+Eigen::VectorXd MaternField::Internals::MarginalVariances(const Progress& progress) const
+{
+  this->RequireAlgebra(this->Mass.size());
+  if (!this->Solver)
+  {
+    return Eigen::VectorXd::Zero(this->Mass.size());
+  }
+  const Eigen::MatrixXd diagonals = this->Solver->InverseDiagonals(this->Mass, this->Power(), progress);
+  const Eigen::VectorXd variances = this->Amplitude.cwiseAbs2().cwiseProduct(diagonals.col(this->Power() - 1));
+  return (this->Mass.array() > 0.0).select(variances, 0.0);
+}
+
+Eigen::MatrixXd MaternField::SolvePrecision(const Eigen::Ref<const Eigen::MatrixXd>& rightHandSides) const
+{
+  RowMatrix values = rightHandSides;
+  this->Impl->ApplyCovariance(values);
+  return values;
+}
+
+Eigen::MatrixXd MaternField::ApplyPrecision(const Eigen::Ref<const Eigen::MatrixXd>& values) const
+{
+  RowMatrix result = values;
+  this->Impl->ApplyPrecision(result);
+  return result;
+}
+
+double MaternField::LogDeterminantOfPrecision() const { return this->Impl->LogDeterminantOfPrecision(); }
+
+Eigen::VectorXd MaternField::MarginalVariances(const Progress& progress) const
+{
+  return this->Impl->MarginalVariances(progress);
+}
+
+} // namespace surfsynth
