@@ -189,6 +189,32 @@ double MultigridSolver::RelativeResidual(const Eigen::VectorXd& solution, const 
   return norm > 0.0 ? residual.norm() / norm : 0.0;
 }
 
+RowMatrix MultigridSolver::Multiply(const RowMatrix& values) const
+{
+  if (values.rows() != this->Size())
+  {
+    throw InvalidInput("MultigridSolver: vectors have " + std::to_string(values.rows()) + " rows; expected " +
+      std::to_string(this->Size()) + ".");
+  }
+  const std::vector<Index>& order = this->Impl->Order;
+  const SparseRows& matrix = this->Impl->Hierarchy->Levels.front().Matrix;
+  RowMatrix products(values.rows(), values.cols());
+  ParallelFor(this->Size(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::RowVectorXd sums(values.cols());
+    for (auto row = static_cast<std::size_t>(begin); row < static_cast<std::size_t>(end); ++row)
+    {
+      sums.setZero();
+      for (Index k = matrix.Start[row]; k < matrix.Start[row + 1]; ++k)
+      {
+        const auto entry = static_cast<std::size_t>(k);
+        sums += matrix.Value[entry] * values.row(order[static_cast<std::size_t>(matrix.Column[entry])]);
+      }
+      products.row(order[row]) = sums;
+    }
+  });
+  return products;
+}
+
 int MultigridSolver::Iterations() const
 {
   std::lock_guard<std::mutex> lock(this->Impl->ReportMutex);

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "Core/Common/Progress.h"
-#include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/LinearSolver.h"
 
 #include <Eigen/Core>
 
@@ -37,7 +37,7 @@ struct MultigridOptions
 ///
 /// The hierarchy is built once in the constructor; Solve() may then be called from several threads. A column of the
 /// solution has the same bits whether it is solved alone or with others, and for every number of threads.
-class MultigridSolver
+class MultigridSolver : public LinearSolver
 {
 public:
   /// Builds the hierarchy.
@@ -47,7 +47,7 @@ public:
   /// @throws SolverFailure when a diagonal entry is not positive, or a coarse matrix is not positive definite.
   /// @throws Cancelled
   explicit MultigridSolver(SparseMatrix matrix, const MultigridOptions& options = {}, const Progress& progress = {});
-  ~MultigridSolver();
+  ~MultigridSolver() override;
   MultigridSolver(MultigridSolver&&) noexcept;
   MultigridSolver& operator=(MultigridSolver&&) noexcept;
 
@@ -64,13 +64,18 @@ public:
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions: the number of the vertex in
   /// row r is Order()[r]. Same errors as SolveInPlace().
   /// @param rightHandSides [V, K]. Not checked for finite entries.
-  void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
+  void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const override;
+  Index Granularity() const override { return 1; }
   /// Order of the solver's rows, [V]: the vertex of each row.
-  const std::vector<Index>& Order() const;
+  const std::vector<Index>& Order() const override;
 
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   /// @throws InvalidInput when a length is wrong.
-  double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const;
+  double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const override;
+
+  /// A values for all columns of @p values, [V, K].
+  /// @throws InvalidInput when the number of rows is wrong.
+  RowMatrix Multiply(const RowMatrix& values) const;
 
   /// Largest number of iterations that a column of any call so far took.
   int Iterations() const;
@@ -78,7 +83,7 @@ public:
   double LargestResidual() const;
 
   /// Number of rows of the matrix, V.
-  Index Size() const;
+  Index Size() const override;
   /// Number of levels, the finest included.
   int NumberOfLevels() const;
   /// Entries of the matrices of all levels over those of the given one.
