@@ -25,6 +25,15 @@ void MaternField::Internals::RequireAlgebra(Eigen::Index rows) const
   }
 }
 
+void MaternField::Internals::RequireFactor(const char* use) const
+{
+  if (this->Iterative)
+  {
+    throw InvalidInput(std::string("MaternField: ") + use +
+      " of a field whose Cholesky factor exceeds the limit of memory asked for; expected one that fits.");
+  }
+}
+
 Eigen::VectorXd MaternField::Internals::InverseAmplitude() const
 {
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(this->Mass.size());
@@ -48,13 +57,20 @@ void MaternField::Internals::ApplyCovariance(RowMatrix& values) const
   this->RequireAlgebra(values.rows());
   const Eigen::VectorXd amplitude = (this->Mass.array() > 0.0).select(this->Amplitude, 0.0);
   values = amplitude.asDiagonal() * values;
-  for (int k = 0; k < this->Power() && this->Solver; ++k)
+  for (int k = 0; k < this->Power() && this->InUse(); ++k)
   {
     if (k > 0)
     {
       values = this->Mass.asDiagonal() * values;
     }
-    this->Solver->SolveInPlace(values);
+    if (this->Iterative)
+    {
+      this->Iterative->SolveInPlace(values);
+    }
+    else
+    {
+      this->Solver->SolveInPlace(values);
+    }
   }
   values = amplitude.asDiagonal() * values;
 }
@@ -65,13 +81,13 @@ void MaternField::Internals::ApplyPrecision(RowMatrix& values) const
   const Eigen::VectorXd scale = this->InverseAmplitude();
   const Eigen::VectorXd inverseMass = (this->Mass.array() > 0.0).select(this->Mass.cwiseInverse(), 0.0);
   values = scale.asDiagonal() * values;
-  for (int k = 0; k < this->Power() && this->Solver; ++k)
+  for (int k = 0; k < this->Power() && this->InUse(); ++k)
   {
     if (k > 0)
     {
       values = inverseMass.asDiagonal() * values;
     }
-    values = RowMatrix(this->Solver->Matrix() * values);
+    values = this->Iterative ? this->Iterative->Multiply(values) : RowMatrix(this->Solver->Matrix() * values);
   }
   values = scale.asDiagonal() * values;
 }
@@ -79,6 +95,7 @@ void MaternField::Internals::ApplyPrecision(RowMatrix& values) const
 double MaternField::Internals::LogDeterminantOfPrecision() const
 {
   this->RequireAlgebra(this->Mass.size());
+  this->RequireFactor("determinants");
   const Eigen::VectorXd scale = this->InverseAmplitude();
   double sum = this->Solver ? this->Power() * this->Solver->LogDeterminant() : 0.0;
   for (Index v = 0; v < this->Mass.size(); ++v)
@@ -94,6 +111,7 @@ double MaternField::Internals::LogDeterminantOfPrecision() const
 Eigen::VectorXd MaternField::Internals::MarginalVariances(const Progress& progress) const
 {
   this->RequireAlgebra(this->Mass.size());
+  this->RequireFactor("variances");
   if (!this->Solver)
   {
     return Eigen::VectorXd::Zero(this->Mass.size());

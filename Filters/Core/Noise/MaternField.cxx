@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Noise/MaternField.h"
 
+#include "Core/Common/AvailableMemory.h"
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
@@ -203,7 +204,7 @@ void MaternField::Internals::FactorScreened(
     diagonal[v] = this->Mass[v] > 0.0 ? diagonal[v] : 1.0;
   }
   AddToDiagonal(matrix, diagonal);
-  this->Factor(matrix, progress);
+  this->Factor(std::move(matrix), progress);
 }
 
 void MaternField::Internals::FactorUnscreened(SparseMatrix matrix, const Progress& progress)
@@ -226,15 +227,38 @@ void MaternField::Internals::FactorUnscreened(SparseMatrix matrix, const Progres
     }
   }
   AddToDiagonal(matrix, diagonal);
-  this->Factor(matrix, progress);
+  this->Factor(std::move(matrix), progress);
 }
 
-void MaternField::Internals::Factor(const SparseMatrix& matrix, const Progress& progress)
+bool MaternField::Internals::FactorFits(const SparseMatrix& matrix) const
 {
-  this->Solver.emplace(matrix, progress);
-  const std::vector<Index>& order = this->Solver->Order();
+  const std::uint64_t limit = this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit
+                                                                  : AvailableMemory() / 4 * 3;
+  const std::uint64_t needed = CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
+  const bool fits = needed <= limit;
+  if (!fits && (this->Power() % 2 != 0 || this->Options.VarianceCorrection))
+  {
+    constexpr std::uint64_t MiB = 1U << 20U;
+    throw InvalidInput("MaternField: the Cholesky factor takes about " + std::to_string(needed / MiB + 1) +
+      " MiB; expected at most " + std::to_string(limit / MiB) +
+      " MiB, or the operator power 2 or 4 without variance correction, which need no factor.");
+  }
+  return fits;
+}
+
+void MaternField::Internals::Factor(SparseMatrix matrix, const Progress& progress)
+{
+  if (this->FactorFits(matrix))
+  {
+    this->Solver.emplace(matrix, progress);
+  }
+  else
+  {
+    this->Iterative.emplace(std::move(matrix), MultigridOptions(), progress);
+  }
+  const std::vector<Index>& order = this->InUse()->Order();
   this->RowOfVertex.resize(order.size());
-  for (Index row = 0; row < this->Solver->Size(); ++row)
+  for (Index row = 0; row < this->InUse()->Size(); ++row)
   {
     this->RowOfVertex[order[row]] = row;
   }
@@ -279,12 +303,14 @@ void MaternField::SampleInto(
       columns.push_back({ sample, component, values + component });
     }
   }
-  // Blocks of equal size, at least one for each thread, over each of which the factor is read once.
+  // Blocks of equal size, at least one for each thread, over each of which the factor is read once. Conjugate gradients
+  // share the rows of one block after the other among the threads.
   const auto count = static_cast<std::int64_t>(columns.size());
   const std::int64_t fewest = (count + CholeskySolver::BlockColumns - 1) / CholeskySolver::BlockColumns;
   const std::int64_t granules = (count + CholeskySolver::ColumnGranularity - 1) / CholeskySolver::ColumnGranularity;
   const std::int64_t threads = MaximumThreads();
-  const std::int64_t blocks = std::min((fewest + threads - 1) / threads * threads, granules);
+  const bool together = this->Impl->Iterative.has_value();
+  const std::int64_t blocks = together ? granules : std::min((fewest + threads - 1) / threads * threads, granules);
   const auto firstOf = [&](std::int64_t block) {
     return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
   };
@@ -294,7 +320,7 @@ void MaternField::SampleInto(
   ScratchPool<LargeArray<double>> scratch;
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<std::int64_t> done{ 0 };
-  ParallelTasks(blocks, [&](std::int64_t k) {
+  const auto sampleBlock = [&](std::int64_t k) {
     Progress blockProgress;
     if (progress && std::this_thread::get_id() == caller)
     {
@@ -307,7 +333,12 @@ void MaternField::SampleInto(
       request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
     scratch.Return(std::move(memory));
     ++done;
-  });
+  };
+  for (std::int64_t k = 0; together && k < blocks; ++k)
+  {
+    sampleBlock(k);
+  }
+  ParallelTasks(together ? 0 : blocks, sampleBlock);
   Report(progress, 1.0);
 }
 
@@ -316,7 +347,9 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
   const std::int64_t components = std::max<std::int64_t>(request.NumberOfComponents, 1);
   const std::int64_t samples = request.NumberOfSamples;
   const std::int64_t together = std::clamp<std::int64_t>(
-    CholeskySolver::BlockColumns * MaximumThreads() / components, 1, std::max<std::int64_t>(samples, 1));
+    (this->Impl->Iterative ? CholeskySolver::ColumnGranularity : CholeskySolver::BlockColumns * MaximumThreads()) /
+      components,
+    1, std::max<std::int64_t>(samples, 1));
   const Eigen::Index points = this->Impl->Mesh.Points.rows();
   LargeArray<double> group(static_cast<std::size_t>(points * together * components));
   for (std::int64_t begin = 0; begin < samples; begin += together)
@@ -367,6 +400,13 @@ double MaternField::Smoothness() const { return this->Impl->Power() - 1.0; }
 double MaternField::Gamma() const { return this->Impl->Gamma; }
 
 double MaternField::RelativeResidual() const { return this->Impl->MaximumResidual(); }
+
+const char* MaternField::SolverName() const
+{
+  return this->Impl->Iterative ? "Multigrid" : this->Impl->InUse() ? "Cholesky" : "None";
+}
+
+int MaternField::Iterations() const { return this->Impl->Iterative ? this->Impl->Iterative->Iterations() : 0; }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
 

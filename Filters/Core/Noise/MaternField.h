@@ -89,6 +89,11 @@ struct MaternFieldOptions
   /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across.
   double AnisotropyRatio = 4.0;
   MaternFieldArrays Arrays; ///< for Matern
+  /// For Matern and Unscreened: bytes above which the estimated factor (CholeskySolver::EstimateMemory()) is not made,
+  /// and conjugate gradients with a multigrid preconditioner (MultigridSolver) solve to a relative residual of 1e-10; 0
+  /// for three quarters of what the process can still allocate. The samples are then those of the factor to about 1e-9,
+  /// without its bits. Odd powers and VarianceCorrection need the factor.
+  std::uint64_t FactorMemoryLimit = 0;
   /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
   /// In Screening mode: tau > 0, 1 / square world units. [Kuai2026] uses 100 on shapes of about unit size.
@@ -134,9 +139,10 @@ struct SampleRequest
 class MaternField
 {
 public:
-  /// Assembles, and factors or computes eigenpairs as the model needs.
+  /// Assembles, and factors, builds a multigrid hierarchy or computes eigenpairs as the model needs.
   ///
-  /// @throws InvalidInput when the mesh does not pass CheckMesh() with manifold edges, or an option is out of range.
+  /// @throws InvalidInput when the mesh does not pass CheckMesh() with manifold edges, an option is out of range, or the
+  /// options need a factor and FactorMemoryLimit excludes it.
   /// @throws SolverFailure when the matrix is not positive definite to working precision.
   /// @throws Cancelled
   MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
@@ -179,6 +185,10 @@ public:
   /// Largest relative residual || A f - b || / || b || of the last call of Sample(), over one column of every block of
   /// up to 32 that are solved together; 0 for models without a solve, and for alpha = 1.
   double RelativeResidual() const;
+  /// Name of the solver in use: "Cholesky", "Multigrid", or "None" for models without a solve.
+  const char* SolverName() const;
+  /// Largest number of iterations of a solve so far; 0 for solvers without iterations.
+  int Iterations() const;
   /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
   /// Mesh of the field.
@@ -196,10 +206,11 @@ public:
   /// @throws InvalidInput when the standard deviation is 0, too.
   Eigen::MatrixXd ApplyPrecision(const Eigen::Ref<const Eigen::MatrixXd>& values) const;
   /// Natural logarithm of the determinant of Q.
-  /// @throws InvalidInput when the standard deviation is 0, too.
+  /// @throws InvalidInput when the standard deviation is 0, and when SolverName() is "Multigrid", too.
   double LogDeterminantOfPrecision() const;
   /// Diagonal of C, [V] float64: the marginal variance at every vertex, exactly, in the time of
   /// MaternFieldOptions::VarianceCorrection.
+  /// @throws InvalidInput when SolverName() is "Multigrid", too.
   Eigen::VectorXd MarginalVariances(const Progress& progress = {}) const;
 
 private:

@@ -10,6 +10,7 @@
 #include "Core/Random/CounterNormals.h"
 #include "Core/Solvers/CholeskySolver.h"
 #include "Core/Solvers/LaplaceEigenpairs.h"
+#include "Core/Solvers/MultigridSolver.h"
 
 #include <mutex>
 #include <optional>
@@ -78,6 +79,16 @@ public:
   double Gamma = 0.0;         ///< see MaternField::Gamma()
   double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
 
+  /// The solver in use; null for models without one.
+  const LinearSolver* InUse() const
+  {
+    return this->Iterative ? static_cast<const LinearSolver*>(&*this->Iterative)
+      : this->Solver       ? &*this->Solver
+                           : nullptr;
+  }
+  /// Conjugate gradients in place of the factor.
+  std::optional<MultigridSolver> Iterative;
+
   /// alpha in use.
   int Power() const;
   /// Replaces @p values, [V, K], by C values, Q values, and see MaternField.
@@ -108,7 +119,9 @@ private:
   void Pin(const MeshTopology& topology);
   void FactorScreened(SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress);
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
-  void Factor(const SparseMatrix& matrix, const Progress& progress);
+  void Factor(SparseMatrix matrix, const Progress& progress);
+  bool FactorFits(const SparseMatrix& matrix) const;
+  void RequireFactor(const char* use) const;
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
   void SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
@@ -135,8 +148,8 @@ private:
   Eigen::VectorXd RootMass;
   Eigen::VectorXd Amplitude; ///< [V], factor of each vertex's value
   MeshComponents Components;
-  std::optional<CholeskySolver> Solver;
-  std::vector<Index> RowOfVertex; ///< in the solver's order
+  std::optional<CholeskySolver> Solver; ///< the factor
+  std::vector<Index> RowOfVertex;       ///< in the solver's order
   Eigenpairs Pairs;
   std::optional<LatticeNoise> Lattice; ///< for coherent noise
 

@@ -28,7 +28,7 @@ NormalKey Key(const SampleRequest& request, const MaternColumn& column)
 void MaternField::Internals::SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
   LargeArray<double>& scratch, const Progress& progress)
 {
-  if (this->Solver)
+  if (this->InUse())
   {
     this->SampleBySolve(request, columns, scratch, progress);
     return;
@@ -183,7 +183,7 @@ Eigen::VectorXd MaternField::Internals::FirstColumn(const Block& block) const
 
 void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
 {
-  const double residual = this->Solver->RelativeResidual(solution, rightHandSide);
+  const double residual = this->InUse()->RelativeResidual(solution, rightHandSide);
   if (!(residual <= LargestResidual))
   {
     throw SolverFailure("MaternField: the relative residual of the solve is " + FormatNumber(residual) +
@@ -234,7 +234,7 @@ void MaternField::Internals::MultiplyByMass(Block& block) const
 void MaternField::Internals::SolveChecked(Block& block, const Progress& progress)
 {
   const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
-  this->Solver->SolveOrderedInPlace(block, progress);
+  this->InUse()->SolveOrderedInPlace(block, progress);
   this->CheckSolution(this->FirstColumn(block), rightHandSide);
 }
 
@@ -261,9 +261,9 @@ void MaternField::Internals::SolvePowers(Block& block, const Progress& progress)
 void MaternField::Internals::SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
   LargeArray<double>& scratch, const Progress& progress)
 {
-  constexpr Eigen::Index Granularity = CholeskySolver::ColumnGranularity;
+  const Eigen::Index granularity = this->InUse()->Granularity();
   const auto count = static_cast<Eigen::Index>(columns.size());
-  const Eigen::Index padded = (count + Granularity - 1) / Granularity * Granularity;
+  const Eigen::Index padded = (count + granularity - 1) / granularity * granularity;
   const Eigen::Index points = this->Mass.size();
   const auto size = static_cast<std::size_t>(points * padded);
   if (scratch.size() < size)

@@ -6,6 +6,7 @@
 #include "Core/Common/LargeArray.h"
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Solvers/SymmetricMatrix.h"
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
 #include "Core/Solvers/SelectedInversion.h"
@@ -24,79 +25,6 @@ namespace surfsynth
 
 namespace
 {
-std::string Entry(Index row, Index column) { return "(" + std::to_string(row) + ", " + std::to_string(column) + ")"; }
-
-/// Converts a matrix to the structure that the factorisations read: compressed, rows ascending in each column.
-SparseMatrix Sorted(const SparseMatrix& matrix)
-{
-  SparseMatrix sorted = SparseMatrix(SparseRowMatrix(matrix)); // converting sorts
-  sorted.makeCompressed();
-  return sorted;
-}
-
-bool IsSorted(const SparseMatrix& matrix)
-{
-  if (!matrix.isCompressed())
-  {
-    return false;
-  }
-  for (Index column = 0; column < matrix.cols(); ++column)
-  {
-    const Index* first = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
-    const Index* last = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
-    if (!std::is_sorted(first, last))
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// Compares each entry below the diagonal with its mirror image. Going through the columns in order meets the mirror
-/// images of each column in order as well, so that one cursor for each column suffices.
-void RequireSymmetric(const SparseMatrix& matrix)
-{
-  const Index* start = matrix.outerIndexPtr();
-  const Index* rows = matrix.innerIndexPtr();
-  const double* values = matrix.valuePtr();
-  const Index entries = start[matrix.cols()];
-  const double largest = entries > 0
-    ? Eigen::Map<const Eigen::ArrayXd>(values, entries).abs().maxCoeff<Eigen::PropagateNaN>()
-    : 0.0;
-  std::vector<Index> cursor(start, start + matrix.cols());
-  for (Index column = 0; column < matrix.cols(); ++column)
-  {
-    for (Index k = start[column]; k < start[column + 1]; ++k)
-    {
-      if (!std::isfinite(values[k]))
-      {
-        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is not finite.");
-      }
-      if (rows[k] <= column)
-      {
-        continue;
-      }
-      Index& mirror = cursor[rows[k]];
-      const bool found = mirror < start[rows[k] + 1] && rows[mirror] == column;
-      const double other = found ? values[mirror] : 0.0;
-      const double tolerance = 1e-10 * std::max(std::abs(values[k]), std::abs(other)) + 1e-14 * largest;
-      if (!found || !(std::abs(values[k] - other) <= tolerance))
-      {
-        throw InvalidInput("CholeskySolver: entry " + Entry(rows[k], column) + " is " + FormatNumber(values[k]) +
-          " but entry " + Entry(column, rows[k]) + " is " + FormatNumber(other) + "; expected a symmetric matrix.");
-      }
-      ++mirror;
-    }
-    // The rest of the column above the diagonal has no mirror image.
-    const Index next = cursor[column];
-    if (next < start[column + 1] && rows[next] < column)
-    {
-      throw InvalidInput("CholeskySolver: entry " + Entry(rows[next], column) + " has no entry " +
-        Entry(column, rows[next]) + "; expected a symmetric matrix.");
-    }
-  }
-}
-
 #ifndef SURFACE_SYNTHESIS_CHOLMOD
 /// Eigen's factor behind the same interface.
 class SimplicialFactor
@@ -205,13 +133,9 @@ public:
 CholeskySolver::CholeskySolver(const SparseMatrix& matrix, const Progress& progress)
   : Impl(std::make_unique<Internals>())
 {
-  if (matrix.rows() != matrix.cols() || matrix.rows() == 0)
-  {
-    throw InvalidInput("CholeskySolver: the matrix is " + std::to_string(matrix.rows()) + " by " +
-      std::to_string(matrix.cols()) + "; expected a square matrix of at least one row.");
-  }
-  this->Impl->Matrix = std::make_shared<const SparseMatrix>(IsSorted(matrix) ? matrix : Sorted(matrix));
-  RequireSymmetric(*this->Impl->Matrix);
+  RequireSquare(matrix, "CholeskySolver");
+  this->Impl->Matrix = std::make_shared<const SparseMatrix>(Sorted(matrix));
+  RequireSymmetric(*this->Impl->Matrix, "CholeskySolver");
   this->Impl->Compute(progress);
   Report(progress, 1.0);
 }
@@ -223,6 +147,15 @@ CholeskySolver& CholeskySolver::operator=(CholeskySolver&&) noexcept = default;
 Index CholeskySolver::Size() const { return static_cast<Index>(this->Impl->Matrix->rows()); }
 
 std::int64_t CholeskySolver::FactorEntries() const { return this->Impl->Factor->Entries(); }
+
+std::uint64_t CholeskySolver::EstimateMemory(std::int64_t rows, std::int64_t entries)
+{
+  constexpr std::int64_t MostEntriesOfSurfaces = 9; // in a row; six neighbors and itself on average
+  const auto size = static_cast<double>(std::max<std::int64_t>(rows, 1));
+  const double perRow = entries <= MostEntriesOfSurfaces * rows ? std::max(10.0 * std::log2(size) - 70.0, 10.0)
+                                                                : std::max(16.0 * std::cbrt(size), 10.0);
+  return static_cast<std::uint64_t>(size * std::min(perRow, 0.5 * (size + 1.0)) * sizeof(double));
+}
 
 const std::vector<Index>& CholeskySolver::Order() const { return this->Impl->Order(); }
 

@@ -5,6 +5,7 @@
 
 #include "Core/Common/Progress.h"
 #include "Core/Operators/SurfaceOperators.h"
+#include "Core/Solvers/LinearSolver.h"
 
 #include <Eigen/Core>
 
@@ -13,10 +14,6 @@
 
 namespace surfsynth
 {
-
-/// Right-hand sides and solutions, row-major [V, K]: one row per vertex, so that all right-hand sides of a vertex are
-/// contiguous and one pass over the factor serves them all.
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Solves A x = b for a symmetric positive definite sparse A.
 ///
@@ -27,7 +24,7 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 ///
 /// A column of the solution has the same bits whether it is solved alone or with others, and for every number of
 /// threads.
-class CholeskySolver
+class CholeskySolver : public LinearSolver
 {
 public:
   /// Factors @p matrix.
@@ -36,7 +33,7 @@ public:
   /// the largest).
   /// @throws SolverFailure when it is not positive definite to working precision.
   explicit CholeskySolver(const SparseMatrix& matrix, const Progress& progress = {});
-  ~CholeskySolver();
+  ~CholeskySolver() override;
   CholeskySolver(CholeskySolver&&) noexcept;
   CholeskySolver& operator=(CholeskySolver&&) noexcept;
 
@@ -53,21 +50,22 @@ public:
   /// @param rightHandSides [V, K] with K a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not checked
   /// for finite entries.
   /// @throws InvalidInput when the shape is wrong; Cancelled.
-  void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
+  void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const override;
   /// Solves L^T x = b with the factor A = P^T L L^T P, for right-hand sides as those of SolveOrderedInPlace(): the
   /// solutions of independent normal numbers have the covariance A^-1. Same errors as SolveOrderedInPlace().
   void SolveTransposedOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
   /// Order of the solver's rows, [V]: the vertex of each row.
-  const std::vector<Index>& Order() const;
+  const std::vector<Index>& Order() const override;
 
   /// Number of right-hand sides that the registers hold together.
   static constexpr Index ColumnGranularity = 8;
+  Index Granularity() const override { return ColumnGranularity; }
   /// Good number of right-hand sides for one pass over the factor.
   static constexpr Index BlockColumns = 32;
 
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   /// @throws InvalidInput when a length is wrong.
-  double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const;
+  double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const override;
 
   /// Natural logarithm of the determinant of A.
   double LogDeterminant() const;
@@ -83,9 +81,15 @@ public:
   /// A, with ascending rows in each column.
   const SparseMatrix& Matrix() const;
   /// Number of rows of the matrix, V.
-  Index Size() const;
+  Index Size() const override;
   /// Entries of the stored factor, explicit zeros of relaxed supernodes included.
   std::int64_t FactorEntries() const;
+
+  /// Estimated bytes of the factor, from sizes alone: 10 log2 V - 70 entries in a row for the matrices of surfaces (up to
+  /// 9 entries in a row on average), 16 V^(1/3) for those of volumes. Between the factor's and about three times that.
+  /// @param rows V
+  /// @param entries entries of the matrix, both triangles
+  static std::uint64_t EstimateMemory(std::int64_t rows, std::int64_t entries);
 
 private:
   class Internals;
