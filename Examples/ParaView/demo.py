@@ -4,6 +4,7 @@
 import math
 import os
 
+from figure import EXTENT, VOLUME
 from paraview.simple import (  # pylint: disable=import-error
     ColorBy,
     Contour,
@@ -23,52 +24,13 @@ QUICK = bool(os.environ.get("SURFACE_SYNTHESIS_QUICK"))
 #: Color of surfaces without an array.
 CLAY = [0.86, 0.80, 0.72]
 
-# A figure with a head, arms, legs and a tail: balls along bones, by the sum of which an isosurface is drawn.
-_FIGURE = """
-import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-n = {resolution}
-lower, upper = np.array([-1.75, -1.75, -1.1]), np.array([1.75, 1.75, 0.9])
-spacing = (upper[0] - lower[0]) / (n - 1)
-dimensions = [n, n, int(round((upper[2] - lower[2]) / spacing)) + 1]
-x, y, z = np.meshgrid(*(lower[k] + spacing * np.arange(dimensions[k]) for k in range(3)), indexing="ij")
-bones = [  # from, to, radius at both ends
-    ((0, -0.35, 0), (0, 0.45, 0), 0.40, 0.42), ((0, 0.5, 0), (0, 1.05, 0.08), 0.24, 0.33),
-    ((0.3, 0.5, 0), (0.95, 0.75, 0.1), 0.22, 0.15), ((0.95, 0.75, 0.1), (1.35, 1.15, 0.3), 0.15, 0.17),
-    ((-0.3, 0.5, 0), (-0.95, 0.75, 0.1), 0.22, 0.15), ((-0.95, 0.75, 0.1), (-1.35, 1.15, 0.3), 0.15, 0.17),
-    ((0.25, -0.4, 0), (0.55, -1.0, 0.1), 0.28, 0.2), ((0.55, -1.0, 0.1), (0.65, -1.5, 0.05), 0.2, 0.19),
-    ((-0.25, -0.4, 0), (-0.55, -1.0, 0.1), 0.28, 0.2), ((-0.55, -1.0, 0.1), (-0.65, -1.5, 0.05), 0.2, 0.19),
-    ((0, -0.4, -0.2), (0, -0.75, -0.8), 0.2, 0.1),
-]
-field = np.zeros(x.shape)
-for a, b, ra, rb in bones:
-    a, b = np.array(a, float), np.array(b, float)
-    d = b - a
-    t = np.clip(((x - a[0]) * d[0] + (y - a[1]) * d[1] + (z - a[2]) * d[2]) / d.dot(d), 0, 1)
-    r2 = (x - a[0] - t * d[0]) ** 2 + (y - a[1] - t * d[1]) ** 2 + (z - a[2] - t * d[2]) ** 2
-    field += np.exp(4 * (1 - r2 / (ra + t * (rb - ra)) ** 2))
-output.SetDimensions(dimensions)
-output.SetOrigin(*lower)
-output.SetSpacing(spacing, spacing, spacing)
-values = numpy_to_vtk(np.log(field + 1e-30).ravel(order="F"), deep=True)
-values.SetName("Figure")
-output.GetPointData().SetScalars(values)
-"""
-_EXTENT = """
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
-n = {resolution}
-depth = int(round(2.0 / (3.5 / (n - 1)))) + 1
-info = self.GetOutputInformation(0)
-info.Set(pipeline.WHOLE_EXTENT(), 0, n - 1, 0, n - 1, 0, depth - 1)
-"""
-
 
 def figure(resolution=70):
     """A closed surface with six limbs, about 3 units high; ``resolution`` samples across."""
     resolution = min(resolution, 28) if QUICK else resolution
     volume = ProgrammableSource(registrationName="Volume", OutputDataSetType="vtkImageData")
-    volume.Script = _FIGURE.format(resolution=resolution)
-    volume.ScriptRequestInformation = _EXTENT.format(resolution=resolution)
+    volume.Script = VOLUME.format(resolution=resolution)
+    volume.ScriptRequestInformation = EXTENT.format(resolution=resolution)
     surface = Contour(registrationName="Figure", Input=volume, ContourBy=["POINTS", "Figure"], Isosurfaces=[0.0])
     surface.ComputeScalars = 0
     surface.ComputeNormals = 0
@@ -113,7 +75,7 @@ def coat(size=512):
     size = min(size, 128) if QUICK else size
     image = ProgrammableSource(registrationName="Coat", OutputDataSetType="vtkImageData")
     image.Script = _COAT.format(size=size)
-    image.ScriptRequestInformation = _COAT_EXTENT.format(size=size)
+    image.ScriptRequestInformation = _COATEXTENT.format(size=size)
     return image
 
 

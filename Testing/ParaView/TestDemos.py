@@ -12,7 +12,7 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 os.environ["SURFACE_SYNTHESIS_QUICK"] = "1"
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 FOLDER = os.environ["SURFACE_SYNTHESIS_EXAMPLES"]
-HELPERS = {"demo.py", "screenshot.py", "MaternNoise.py"}  # the last one: TestExample.py
+HELPERS = {"demo.py", "figure.py", "screenshot.py", "MaternNoise.py"}  # the last one: TestExample.py
 STATES = sorted(name[:-3] for name in os.listdir(FOLDER) if name.endswith(".py") and name not in HELPERS)
 
 

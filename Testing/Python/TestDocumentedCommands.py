@@ -315,6 +315,8 @@ INPUTS = {
                                     "data/armadillo_coarse.safetensors": signals("Position"),
                                     "data/armadillo_medium.safetensors": signals("Position"),
                                     "data/armadillo_poses.safetensors": signals("Position"),
+                                    "figures/armadillo_coarse.safetensors": signals("Position"),
+                                    "figures/armadillo_medium.safetensors": signals("Position"),
                                     "data/bunny_coarse.safetensors": signals("Heat", 1, 1),
                                     "data/bunny_mixtures.safetensors": signals("Heat", 1, 1),
                                     "bodies.safetensors": signals("Position", 2),
@@ -340,6 +342,7 @@ def prepare(folder, name):
     (folder / "data").mkdir()
     (folder / "Examples").symlink_to(ROOT / "Examples")
     for pattern, make in INPUTS.get(name, {}).items():
+        (folder / pattern).parent.mkdir(exist_ok=True)
         make(folder / pattern)
 
 

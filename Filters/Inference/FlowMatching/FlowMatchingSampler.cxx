@@ -5,6 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -13,8 +14,19 @@ namespace surfsynth
 
 namespace
 {
-/// Limit of the state. States of a trained flow stay near 1; beyond the limit the flow does not return.
-constexpr float LargestState = 1e6F;
+/// Limit of the state for noise with values up to @p noise. States of a trained flow are those of the noise at first and
+/// near 1 at the end; beyond the limit the flow does not return.
+float LargestState(float noise) { return 100.0F * std::max(noise, 10.0F); }
+
+/// @throws InvalidInput when a state is beyond its limit.
+void RequireBounded(const FeatureMatrix& state, float largest, double time)
+{
+  if (!(state.cwiseAbs().maxCoeff() < largest))
+  {
+    throw InvalidInput("FlowMatchingSampler: the state grows without bound at flow time " + FormatNumber(time) +
+      "; expected a model that was trained on surfaces like this one.");
+  }
+}
 
 std::optional<PoissonNetEvaluator> MakeEvaluator(const std::shared_ptr<const FlowMatchingModel>& model,
   const PoissonNetModel& network, const PoissonOperators& operators, const PointMatrix& points)
@@ -177,8 +189,10 @@ FeatureMatrix FlowMatchingSampler::Integrate(
   FeatureMatrix state = std::move(noise);
   const auto step = static_cast<float>(1.0 / request.Steps);
   const double evaluations = static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator);
+  const float largest = LargestState(state.size() > 0 ? state.cwiseAbs().maxCoeff() : 0.0F);
   int done = 0;
   const auto velocity = [&](const FeatureMatrix& at, double time) {
+    RequireBounded(at, largest, time);
     const Progress part = SubProgress(progress, done / evaluations, (done + 1) / evaluations);
     ++done;
     return this->Velocity(at, time, part);
@@ -209,12 +223,8 @@ FeatureMatrix FlowMatchingSampler::Integrate(
         break;
       }
     }
-    if (!(state.cwiseAbs().maxCoeff() < LargestState))
-    {
-      throw InvalidInput("FlowMatchingSampler: the state grows without bound after flow time " + FormatNumber(time) +
-        "; expected a model that was trained on surfaces like this one.");
-    }
   }
+  RequireBounded(state, largest, 1.0);
   if (observe)
   {
     observe(1.0, state);
