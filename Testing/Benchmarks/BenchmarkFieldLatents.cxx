@@ -98,7 +98,7 @@ void LatentDiffusionEvaluate(benchmark::State& state, const TriangleMesh& mesh)
 /// A sample of a shipped model in 50 steps, levels of the surface included.
 void LatentDiffusionSample(benchmark::State& state, const TriangleMesh& mesh)
 {
-  const LatentDiffusionModel model = ReadLatentDiffusion(ExistingModelPath("scales"));
+  const LatentDiffusionModel model = ReadLatentDiffusion(ExistingModelPath("wood"));
   const double start = ProcessorSeconds();
   std::int64_t coarse = 0;
   for ([[maybe_unused]] auto step : state)

@@ -13,7 +13,7 @@ from proxies import output_of, source_of
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir)
 MODELS = {"FieldLatentDecoder": ["field_latents"], "FieldLatentEncoder": ["field_latents"],
-          "FieldLatentTexture": ["coat", "scales", "tissue"], "FlowMatchingDeformer": ["armadillo_poses"],
+          "FieldLatentTexture": ["coat", "tissue", "wood"], "FlowMatchingDeformer": ["armadillo_poses"],
           "FlowMatchingSampler": ["armadillo_poses", "bunny_mixtures"],
           "GeometricTextureSynthesizer": ["knobs", "labyrinth", "spikes"], "PoissonNet": ["smoothed_curvature"]}
 

@@ -103,6 +103,9 @@ def test_the_command_writes_a_file_for_each_sample(tmp_path, ball, models, capsy
     arguments += ["--autoencoder", autoencoder, "--steps", "1", "--resolution", "16", "--samples", "2", "--no-progress"]
     assert main(arguments) == 0, capsys.readouterr().err
     assert {path.name for path in tmp_path.glob("new_*.obj")} == {"new_0.obj", "new_1.obj"}
+    assert main([*(str(tmp_path / "new.glb") if part.endswith("new.obj") else part for part in arguments)]) == 0
+    mesh, image = surfacesynthesis.read_textured_mesh(tmp_path / "new_1.glb")
+    assert mesh.GetPointData().GetTCoords() and image.GetDimensions()[:2] == (16, 16)
     assert main([*arguments, "--image", "x.png"]) == 2
     assert "--mask" in capsys.readouterr().err
     assert main([*arguments, "--trajectory"]) == 2

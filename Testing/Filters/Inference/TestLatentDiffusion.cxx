@@ -233,6 +233,36 @@ void ExpectSameHierarchy(const Pair& pair)
   }
 }
 
+/// Sums of GatherFields() for one channel, [V, 2 FilterChannels].
+FieldLatentMatrix SumsOf(const OneRings& rings, const FieldLatentMatrix& field, const FieldLatentMatrix& directions)
+{
+  const TangentHierarchy levels(rings);
+  const TangentNeighborhoods& at = levels.Fine;
+  const FieldLatentMatrix numbers = RandomLatents(1, 108);
+  const float* n = numbers.data();
+  const FieldFilter filter = { n, n + 8, n + 16, n + 32, n + 48, n + 64, n + 128 };
+  const FieldNeighborhoods neighborhoods = { at.Start.data(), at.Sources.data(),
+    reinterpret_cast<const float*>(at.Logarithms.data()), reinterpret_cast<const float*>(at.Transport.data()),
+    at.Weights.data(), reinterpret_cast<const float*>(at.Centroids.data()), directions.data(), nullptr };
+  const LatentDiffusionKernels& kernels = BestLatentDiffusionKernels();
+  FieldLatentMatrix units(field.rows(), field.cols());
+  kernels.Units(field.data(), field.rows(), 1, units.data());
+  FieldLatentMatrix sums(field.rows(), 2 * FilterChannels);
+  kernels.GatherFields(neighborhoods, filter, field.data(), units.data(), 0, field.rows(), 1, sums.data());
+  return sums;
+}
+
+/// The sums of a convolution, carried from A to B, are those of the field that is carried.
+void ExpectEquivariantSums(const Pair& pair)
+{
+  const FieldLatentMatrix field = RandomLatents(pair.A.NumberOfPoints(), 2).rightCols(2);
+  const FieldLatentMatrix directions = Guides(pair.A.NumberOfPoints()).Directions;
+  const FieldLatentMatrix expected = Carried(pair, SumsOf(pair.A, field, directions));
+  const FieldLatentMatrix found = SumsOf(pair.B, Carried(pair, field), Carried(pair, directions));
+  EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0.1F);
+  EXPECT_LT(Difference(found, expected), 1e-4F * expected.cwiseAbs().maxCoeff());
+}
+
 void ExpectEquivariantNetwork(const Pair& pair)
 {
   const LatentDiffusionModel model = RandomLatentDiffusion();
@@ -480,6 +510,13 @@ TEST(LatentDiffusionKernels, SumsAreThoseOfTheFormula)
       }
     }
   });
+}
+
+TEST(LatentDiffusionKernels, SumsTurnBendAndAreRenumberedWithTheSurface)
+{
+  ExpectEquivariantSums(TurnedPair());
+  ExpectEquivariantSums(BentPair());
+  ExpectEquivariantSums(RenumberedPair());
 }
 
 TEST(LatentDiffusionOptions, ShapesFollowTheSizes)

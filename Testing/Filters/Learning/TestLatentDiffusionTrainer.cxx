@@ -122,7 +122,8 @@ TEST(LatentDiffusionTrainer, MuonLearnsFromTheSmallRateOfItsFirstIterationsOn)
   options.Network.Target = DiffusionTarget::Velocity;
   options.Optimizer = TrainingOptimizer::Muon;
   options.LearningRate = 1e-2;
-  const LossHistory& history = TrainedDiffusion(options, 200).History();
+  const LatentDiffusionTrainer trainer = TrainedDiffusion(options, 200);
+  const LossHistory& history = trainer.History();
   EXPECT_LT(MeanOf(history, "loss", 170, 30), 0.85 * MeanOf(history, "loss", 0, 10));
   EXPECT_NEAR(history.Value(0, "learning_rate"), 0.5e-2, 1e-6) << "half of the first hundredth";
   EXPECT_NEAR(history.Value(100, "learning_rate"), 0.5 * (1e-2 + 1e-5), 1e-6);

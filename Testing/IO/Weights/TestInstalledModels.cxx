@@ -35,7 +35,7 @@ TEST(InstalledModels, LieInTheBuildThatTheLibraryLiesIn)
   EXPECT_THAT(InstalledModels(HasArchitecture("geometric_texture")), ElementsAre("knobs", "labyrinth", "spikes"));
   EXPECT_THAT(InstalledModels(HasArchitecture("poissonnet")), ElementsAre("smoothed_curvature"));
   EXPECT_THAT(InstalledModels(HasArchitecture("field_latents")), ElementsAre("field_latents"));
-  EXPECT_THAT(InstalledModels(HasArchitecture("field_latent_diffusion")), ElementsAre("coat", "scales", "tissue"));
+  EXPECT_THAT(InstalledModels(HasArchitecture("field_latent_diffusion")), ElementsAre("coat", "tissue", "wood"));
   EXPECT_THAT(InstalledModels(HasArchitecture("other")), IsEmpty());
 }
 
