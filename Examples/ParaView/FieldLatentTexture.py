@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""State of ParaView: a new texture of scales on a figure, by a shipped model, along directions from head to tail. Needs no
+"""State of ParaView: grain of wood on a figure, by a shipped model, along directions from head to tail. Needs no
 other file."""
 
 import os
@@ -11,8 +11,8 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import demo  # noqa: E402
 
 directed = Calculator(registrationName="Directed", Input=demo.figure(140), Function="-jHat", ResultArrayName="Direction")
-texture = FieldLatentTexture(registrationName="Scales", Input=directed)
-texture.ModelFileName = demo.model("scales")
+texture = FieldLatentTexture(registrationName="Wood", Input=directed)
+texture.ModelFileName = demo.model("wood")
 texture.AutoencoderFileName = demo.model("field_latents")
 texture.DirectionArrayName = "Direction"
 texture.NumberOfPoints = 9000

@@ -4,7 +4,7 @@
 
     xvfb-run -a python3 latent_textures.py [FOLDER] --output DIR [--mesh FILE]
 
-Writes samples of the models scales, tissue and coat (Examples/Models) on a scanned surface of Debian's package
+Writes samples of the models wood, tissue and coat (Examples/Models) on a scanned surface of Debian's package
 libcgal-demo, or on that of --mesh:
 
     new_textures.png      two samples of each model
@@ -15,7 +15,7 @@ them, instead
 
     latent_textures.png   rows: the models; columns: the texture that the model was trained on, two samples on the same
                           surface, and two on scanned surfaces
-    texture_guidance.png  first row: scales along other directions, and in three sizes; second row: a texture with a hole,
+    texture_guidance.png  first row: wood along other directions, and in three sizes; second row: a texture with a hole,
                           which two samples fill; third row: coats with other labels
 
 and prints how long each sample took.
@@ -40,7 +40,7 @@ from surfacesynthesis.files.images import read_image  # noqa: E402
 
 SIZE = (400, 390)
 #: Models, and the arrays that guide them.
-MODELS = {"scales": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
+MODELS = {"wood": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
 #: The direction that the training surfaces are seen from.
 SHEET = (0.15, -0.25, 1.0)
 #: Scanned surfaces, vertices that carry their texture, and the direction that they are seen from.
@@ -169,10 +169,10 @@ def with_hole(mesh, image):
 def guidance(options):
     """The second picture of the training surfaces."""
     picture = Picture(3, 4)
-    mesh, _ = trained_on(options, "scales")
-    picture.add(0, 0, "along directions that turn", sampled(options, "turning", around(mesh), "scales", direction="Direction"))
+    mesh, _ = trained_on(options, "wood")
+    picture.add(0, 0, "along directions that turn", sampled(options, "turning", around(mesh), "wood", direction="Direction"))
     for column, points in enumerate(SIZES, 1):
-        made = sampled(options, f"{points} vertices", mesh, "scales", points=points, direction="Direction")
+        made = sampled(options, f"{points} vertices", mesh, "wood", points=points, direction="Direction")
         picture.add(0, column, f"{points:,} vertices", made)
     mesh, image = trained_on(options, "tissue")
     holed, shown = with_hole(mesh, image)

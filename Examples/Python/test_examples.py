@@ -180,15 +180,15 @@ def check_geometric_textures(folder):
 
 
 def check_latent_textures(folder):
-    """The pictures, and a sample of the shipped scales, whose patches are far more alike those of the original than the
-    same colors at random are. Tissue is drawn as scales: its photograph is not part of the library."""
+    """The pictures, and a sample of the shipped wood, whose patches are far more alike those of the original than the
+    same colors at random are. Tissue is drawn as a coat: its photograph is not part of the library."""
     sys.path.insert(0, TRAINING)
     import make_textured_surfaces as make
 
     surfaces = os.path.join(folder, "textured_surfaces")
     os.makedirs(surfaces, exist_ok=True)
-    for name in ("scales", "tissue", "coat"):
-        mesh, texture = (make.coat if name == "coat" else make.scales)(None)
+    for name in ("wood", "tissue", "coat"):
+        mesh, texture = (make.wood if name == "wood" else make.coat)(None)
         surfacesynthesis.write_mesh(mesh, os.path.join(surfaces, name + ".vtp"))
         surfacesynthesis.textured_files.write_image(make.image_of_array(texture), os.path.join(surfaces, name + ".png"))
     output = os.path.join(folder, "latent_textures")
@@ -202,15 +202,15 @@ def check_latent_textures(folder):
     quick = ["--steps", "2", "--resolution", "128", "--vertices", "0.1"]
     assert run("xvfb-run", "-a", *script, *quick).returncode == 0
     check_picture(os.path.join(output, "new_textures.png"), 2400)
-    assert os.path.exists(os.path.join(output, "new_scales.obj"))
+    assert os.path.exists(os.path.join(output, "new_wood.obj"))
     assert run("xvfb-run", "-a", *script, surfaces, *quick).returncode == 0
     check_picture(os.path.join(output, "latent_textures.png"), 2000, rows=3)
     check_picture(os.path.join(output, "texture_guidance.png"), 1600, rows=3)
     compare = os.path.join(TRAINING, "compare_texture_samples.py")
-    files = [os.path.join(surfaces, "scales" + ending) for ending in (".vtp", ".png")]
+    files = [os.path.join(surfaces, "wood" + ending) for ending in (".vtp", ".png")]
     table = os.path.join(output, "compared")
     options = ["--direction", "Direction", "--samples", "2", "--resolution", "256", "--patches", "400"]
-    assert run("xvfb-run", "-a", sys.executable, compare, *files, table, "--model", "scales", *options).returncode == 0
+    assert run("xvfb-run", "-a", sys.executable, compare, *files, table, "--model", "wood", *options).returncode == 0
     with open(table + ".csv", encoding="utf-8") as file:
         rows = {row["texture"]: {name: float(row[name]) for name in row if name != "texture"} for row in csv.DictReader(file)}
     assert rows["sample"]["swd_16"] < 0.7 * rows["shuffled"]["swd_16"], rows
