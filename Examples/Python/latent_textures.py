@@ -40,7 +40,7 @@ from surfacesynthesis.files.images import read_image  # noqa: E402
 
 SIZE = (400, 390)
 #: Models, and the arrays that guide them.
-MODELS = {"wood": {"direction": "Direction"}, "tissue": {"label": "Label"}, "coat": {"label": "Label"}}
+MODELS = {"wood": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
 #: The direction that the training surfaces are seen from.
 SHEET = (0.15, -0.25, 1.0)
 #: Scanned surfaces, vertices that carry their texture, and the direction that they are seen from.

@@ -10,15 +10,14 @@ FOLDER/NAME.png, its texture, for each NAME of
 
     tissue    a stained section of tissue (ihc) on a surface with the folds of an organ
     coat      spots and stripes on hills, with the point array Label: 0 for spots, 1 for stripes
-    scales    overlapping scales on a bent sheet, with the point array Direction: along which they lie
+    wood      grain of wood on a bent sheet, with the point array Direction along the fibers
 
 Each is trained by
 
     python3 -m surfacesynthesis train latent-diffusion FOLDER/NAME.vtp NAME.safetensors --image FOLDER/NAME.png
 
-with --label Label for coat and --direction Direction for scales. Scales, spots and stripes are so large that the
-3,000 vertices of a triangulation lie about seven to one of them: with half as many, short trainings found colors, but no
-scales.
+with --label Label for coat and --direction Direction for wood. Spots, stripes and rings are so large that the 3,000
+vertices of a triangulation lie about six to one of them: with half as many, short trainings found colors, but no shapes.
 """
 
 import argparse
@@ -38,7 +37,7 @@ CELLS = 120
 #: Texels along a side of a drawn texture.
 TEXELS = 512
 #: Parts of photographs that become textures: first row, first column, and pixels along a side.
-PARTS = {"ihc.png": (290, 175, 210)}
+PARTS = {"ihc.png": (250, 120, 256)}
 
 
 def sheet(height):
@@ -68,14 +67,6 @@ def part(images, name):
     return image_array(os.path.join(images, name))[row : row + side, column : column + side]
 
 
-def blurred(image, width):
-    """Square image, continued by reflection, after a Gaussian filter. width: standard deviation in pixels."""
-    side = len(image)
-    frequencies = np.fft.fftfreq(2 * side)
-    transfer = np.exp(-2 * (np.pi * width) ** 2 * (frequencies[:, None] ** 2 + frequencies**2))
-    return np.fft.ifft2(np.fft.fft2(np.pad(image, (0, side), "symmetric")) * transfer).real[:side, :side]
-
-
 def bilinear(image, row, column):
     """Values of an image at fractional rows and columns; those outside are moved to the border."""
     row, column = (np.clip(value, 0, side - 1.001) for value, side in zip((row, column), image.shape))
@@ -85,14 +76,9 @@ def bilinear(image, row, column):
 
 
 def tissue(images):
-    """Stained tissue on folds: connective tissue with blue nuclei, and a gland with brown membranes."""
-    mesh, points = sheet(lambda x, y: 0.35 * np.cos(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(7 * x + 2 * np.sin(3 * y)))
-    texture = part(images, "ihc.png")
-    brown = blurred(texture[..., 0].astype(float) - texture[..., 2], 9.0)
-    side = len(brown)
-    brown_at_points = bilinear(brown, (1 - points[:, 1]) / 2 * side - 0.5, (1 + points[:, 0]) / 2 * side - 0.5)
-    add_array(mesh, "Label", (brown_at_points > 26).astype(np.int32))
-    return mesh, texture
+    """Stained tissue on folds."""
+    mesh, _ = sheet(lambda x, y: 0.35 * np.cos(1.3 * x) * np.cos(1.1 * y) + 0.05 * np.sin(7 * x + 2 * np.sin(3 * y)))
+    return mesh, part(images, "ihc.png")
 
 
 def waves(seed, width):
@@ -120,30 +106,6 @@ def coat(_):
     along = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
     x, y = np.meshgrid(along, along[::-1])  # row 0 is the top
     return mesh, np.rint(np.where(is_striped(x, y)[:, :, None], stripes, spots)).astype(np.uint8)
-
-
-def scales(_):
-    """Scales in staggered rows, each with a color of its own, that overlap downwards."""
-    mesh, points = sheet(lambda x, y: 0.5 * np.cos(1.2 * x))
-    tangents = np.zeros_like(points)
-    tangents[:, 1] = -1.0
-    add_array(mesh, "Direction", tangents)
-    random = np.random.default_rng(5)
-    rows, columns = 8, 7
-    tints = random.normal(0.0, 1.0, (rows + 3, columns + 2))
-    v, u = np.meshgrid((np.arange(TEXELS) + 0.5) / TEXELS * rows, (np.arange(TEXELS) + 0.5) / TEXELS * columns, indexing="ij")
-    image = np.zeros((TEXELS, TEXELS, 3))
-    for row in range(rows, -3, -1):  # upper rows lie over lower ones: v grows downwards
-        shift = 0.5 * (row % 2)
-        column = np.floor(u + shift)
-        across, down = u + shift - column - 0.5, v - row
-        inside = (down >= 0) & (down < 1.9) & ((across / 0.56) ** 2 + np.maximum(down - 0.9, 0) ** 2 < 1)
-        edge = np.sqrt((across / 0.56) ** 2 + np.maximum(down - 0.9, 0) ** 2)
-        tint = tints[row + 2, column.astype(int) % (columns + 2)]
-        shade = 0.55 + 0.3 * down / 1.9 - 0.5 * np.clip(edge - 0.75, 0, 1) / 0.25 + 0.1 * np.exp(-((across / 0.08) ** 2))
-        color = shade[..., None] * (np.array([0.75, 0.62, 0.30]) + 0.09 * tint[..., None] * np.array([1.0, 0.3, -0.5]))
-        image = np.where(inside[..., None], color, image)
-    return mesh, np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
 
 def wood(_):
@@ -180,7 +142,7 @@ def wood(_):
     return mesh, np.rint(color).astype(np.uint8)
 
 
-SURFACES = {"tissue": tissue, "coat": coat, "scales": scales, "wood": wood}
+SURFACES = {"tissue": tissue, "coat": coat, "wood": wood}
 
 
 def main():

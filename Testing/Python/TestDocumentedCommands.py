@@ -78,6 +78,8 @@ REDUCED = {
     "points=2500": "points=300",
     "--iterations 1500 --batch 16": "--iterations 1 --batch 2",
     "--iterations 1000 --batch 16": "--iterations 1 --batch 2",
+    "--width 32 --blocks 3 --iterations 1000": "--width 16 --blocks 2 --iterations 1",
+    "--iterations 500 --batch 16": "--iterations 1 --batch 2",
     "--iterations 500 --batch 8": "--iterations 1 --batch 2",
     "--iterations 400 --batch 8": "--iterations 1 --batch 2",
     "--steps 50 --trajectory": "--steps 3 --trajectory",
