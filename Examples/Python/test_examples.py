@@ -3,6 +3,7 @@
 
 import csv
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -77,6 +78,28 @@ def check_gallery(folder):
     fields = [surfacesynthesis.read_mesh(os.path.join(output, f"seed_{k}.vtp")) for k in range(1, 5)]
     fields = np.stack([vtk_to_numpy(mesh.GetPointData().GetArray("MaternNoise")) for mesh in fields])
     assert (np.abs(np.corrcoef(fields) - np.eye(4)) < 0.9).all(), "seeds give the same noise"
+
+
+def check_observed_fields(folder):
+    """The picture of a sphere and a long ellipsoid; the landmarks of the latter are met."""
+    surfaces = []
+    for name, stretch in (("observed_sphere", 1.0), ("observed_bone", 4.0)):
+        sphere = vtkSphereSource()
+        sphere.SetThetaResolution(40)
+        sphere.SetPhiResolution(40)
+        sphere.Update()
+        points = vtk_to_numpy(sphere.GetOutput().GetPoints().GetData())
+        points[:, 2] *= stretch
+        surfaces.append(os.path.join(folder, name + ".vtp"))
+        surfacesynthesis.write_mesh(sphere.GetOutput(), surfaces[-1])
+    output = os.path.join(folder, "observed_fields")
+    shutil.rmtree(output, ignore_errors=True)
+    script = [sys.executable, os.path.join(HERE, "observed_fields.py"), *surfaces, "--output", output]
+    done = run("xvfb-run", "-a", *script)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "observed_fields.png"), 1800, rows=2)
+    errors = [float(error) for error in re.findall(r"met within (\S+) of the length", done.stdout)]
+    assert len(errors) == 3 and max(errors) < 1e-8, errors
 
 
 def check_picture(path, width, rows=1):
@@ -363,6 +386,7 @@ if __name__ == "__main__":
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "medical": check_medical,
+        "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,
         "geometric_textures": check_geometric_textures,

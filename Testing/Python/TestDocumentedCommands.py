@@ -142,6 +142,26 @@ def wide_ball(path):
     write_mesh(polydata_of(points * [1.1, 1.0, 0.7], triangles), path)
 
 
+def observed(name):
+    """A maker of the surface of ball() with a field, which has a correlation, as a point array."""
+
+    def make(path):
+        points, triangles = icosphere(2, 50.0)
+        mesh = polydata_of(points * [1.0, 0.9, 0.8], triangles)
+        add_array(mesh.GetPointData(), name, surfacesynthesis.matern_noise((points, triangles), range=45.0, seed=1))
+        write_mesh(mesh, path)
+
+    return make
+
+
+def landmarks(path):
+    """A few points of the surface of with_arrays() with a displacement."""
+    points = icosphere(2, 50.0)[0][::40]
+    mesh = polydata_of(points, np.zeros((0, 3), dtype=np.int64))
+    add_array(mesh.GetPointData(), "Displacement", 2e-4 * points)
+    write_mesh(mesh, path)
+
+
 def with_arrays(path):
     """A surface with the arrays that examples name."""
     mesh = polydata_of(*icosphere(2, 50.0))
@@ -276,6 +296,7 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
+    "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
                 "brick.png": photograph, "grass.png": photograph, "duck.obj": write_textured_ball,
                 "latents.safetensors": write_random_latents},
@@ -312,7 +333,8 @@ INPUTS = {
     "README.md": {"bear.off": lambda path: ball(path, 3), "ch2bet.nii.gz": zipped_volume},
     "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball,
                            "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume,
-                           "painted.obj": write_textured_ball, "other.off": small_ball},
+                           "painted.obj": write_textured_ball, "other.off": small_ball,
+                           "bone.vtp": with_arrays, "landmarks.vtp": landmarks, "cortex.vtp": observed("Thickness")},
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
                                     "data/armadillo_coarse.safetensors": signals("Position"),
                                     "data/armadillo_medium.safetensors": signals("Position"),

@@ -113,7 +113,7 @@ def test_commands(pair, tmp_path, capsys):
     expected = matern_noise(pair, range=0.7, samples=3, coherent_noise=True)
     assert np.array_equal(point_array(read_mesh(output), "MaternNoise_2"), expected[2])
     capsys.readouterr()
-    assert main(["estimate", str(output), "--observation-array", "MaternNoise", "--no-noise-estimation", "--csv", "--quiet"]) == 0
+    assert main(["estimate", str(output), "--observation-array", "MaternNoise", "--no-noise-estimation", "--csv", "--no-progress"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "parameter,estimate,standard_error,lower,upper"
     assert lines[1].startswith("correlation_range,0.") and len(lines) == 4
