@@ -6,9 +6,11 @@
 
 #include "vtkMaternNoiseFilter.h"
 
+#include <vtkDataArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPolyData.h>
 #include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
@@ -17,6 +19,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
+#include <vector>
 
 using namespace surfsynthtest;
 using ::testing::AllOf;
