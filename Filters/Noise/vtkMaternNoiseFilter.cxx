@@ -42,7 +42,7 @@ bool HaveSameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
     a.NumberOfEigenpairs == b.NumberOfEigenpairs && a.OperatorPower == b.OperatorPower &&
     a.VarianceCorrection == b.VarianceCorrection && a.Boundary == b.Boundary &&
     a.RobinCoefficient == b.RobinCoefficient && a.AnisotropyRatio == b.AnisotropyRatio &&
-    a.CoherentNoise == b.CoherentNoise && a.Arrays == b.Arrays;
+    a.CoherentNoise == b.CoherentNoise && a.Arrays == b.Arrays && a.FactorMemoryLimit == b.FactorMemoryLimit;
 }
 
 /// Returns options with unused fields reset to their defaults, so that a change of them keeps the factor.
@@ -52,6 +52,7 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   using surfsynth::NoiseModel;
   using surfsynth::ScaleMode;
   const bool hasScale = options.Model == NoiseModel::Matern || options.Model == NoiseModel::Spectral;
+  const bool hasSolve = options.Model == NoiseModel::Matern || options.Model == NoiseModel::Unscreened;
   const auto keepFor = [&options, hasScale](ScaleMode mode) { return hasScale && options.Mode == mode; };
   options.CorrelationRange = keepFor(ScaleMode::CorrelationRange) ? options.CorrelationRange : 0.0;
   options.Screening = keepFor(ScaleMode::Screening) ? options.Screening : defaults.Screening;
@@ -62,6 +63,10 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   options.CoherentNoise = options.CoherentNoise && options.Model == NoiseModel::Matern;
   options.Mode = hasScale ? options.Mode : defaults.Mode;
   options.OperatorPower = hasScale ? options.OperatorPower : defaults.OperatorPower;
+  if (!hasSolve)
+  {
+    options.FactorMemoryLimit = 0;
+  }
   if (options.Model != NoiseModel::Matern)
   {
     options.VarianceCorrection = defaults.VarianceCorrection;
@@ -88,6 +93,8 @@ public:
 
   void Begin()
   {
+    this->SolverName = "None";
+    this->NumberOfIterations = 0;
     this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
     this->Fields.Begin();
   }
@@ -127,6 +134,8 @@ public:
     this->EffectiveScreening = field.EffectiveScreening();
     this->EffectiveCorrelationRange = field.EffectiveCorrelationRange();
     this->Gamma = field.Gamma();
+    this->SolverName = field.SolverName();
+    this->NumberOfIterations = field.Iterations();
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
@@ -168,6 +177,8 @@ public:
   double EffectiveCorrelationRange = 0.0;
   double Gamma = 0.0;
   double RelativeResidual = 0.0;
+  const char* SolverName = "None";
+  int NumberOfIterations = 0;
 
 private:
   /// Names of the arrays in use.
@@ -192,6 +203,7 @@ private:
     options.NormalizedScreening = this->Self->NormalizedScreening;
     options.NumberOfEigenpairs = this->Self->NumberOfEigenpairs;
     options.OperatorPower = this->Self->OperatorPower;
+    options.FactorMemoryLimit = static_cast<std::uint64_t>(this->Self->MemoryLimit) << 20U;
     options.VarianceCorrection = this->Self->VarianceCorrection;
     options.Boundary = static_cast<surfsynth::BoundaryCondition>(this->Self->BoundaryCondition);
     options.RobinCoefficient = this->Self->RobinCoefficient;
@@ -367,6 +379,10 @@ double vtkMaternNoiseFilter::GetGamma() const { return this->Impl->Gamma; }
 
 double vtkMaternNoiseFilter::GetRelativeResidual() const { return this->Impl->RelativeResidual; }
 
+const char* vtkMaternNoiseFilter::GetSolverName() const { return this->Impl->SolverName; }
+
+int vtkMaternNoiseFilter::GetNumberOfIterations() const { return this->Impl->NumberOfIterations; }
+
 vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const
 {
   return this->Impl->Fields.NumberOfFactorizations();
@@ -409,5 +425,7 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";
   os << indent << "Gamma: " << this->GetGamma() << "\n";
   os << indent << "RelativeResidual: " << this->GetRelativeResidual() << "\n";
+  os << indent << "SolverName: " << this->GetSolverName() << "\n";
+  os << indent << "NumberOfIterations: " << this->GetNumberOfIterations() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
 }

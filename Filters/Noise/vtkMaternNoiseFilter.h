@@ -43,7 +43,9 @@
  *
  * @par Cost
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
- * component. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
+ * component. Where the factor would exceed MemoryLimit, conjugate gradients with a multigrid preconditioner solve to a
+ * relative residual of 1e-10, in memory and time proportional to the number of points: about 350 bytes for each point.
+ * They need OperatorPower 2 or 4 and no VarianceCorrection. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
  * batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
@@ -301,7 +303,8 @@ public:
   ///@{
   /**
    * Memory limit of the output, MiB, at least 0; 0, the default, for three quarters of the memory of the machine. More
-   * samples than fit are an error before the work begins; the message names a number that fits.
+   * samples than fit are an error before the work begins; the message names a number that fits. Where the factor would
+   * exceed the limit by estimate, conjugate gradients with a multigrid preconditioner solve in its place (SolverName).
    */
   vtkSetClampMacro(MemoryLimit, int, 0, VTK_INT_MAX);
   vtkGetMacro(MemoryLimit, int);
@@ -418,6 +421,16 @@ public:
    * An update whose residual exceeds 1e-8 fails.
    */
   double GetRelativeResidual() const;
+
+  ///@{
+  /**
+   * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for conjugate
+   * gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "None" for models without a
+   * solve. NumberOfIterations: the largest of a solve on the mesh so far; 0 without iterations.
+   */
+  const char* GetSolverName() const;
+  int GetNumberOfIterations() const;
+  ///@}
 
   /**
    * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples

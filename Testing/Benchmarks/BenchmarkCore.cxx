@@ -5,6 +5,7 @@
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/MultigridSolver.h"
 
 #include <algorithm>
 
@@ -40,6 +41,34 @@ void Factorization(benchmark::State& state, const TriangleMesh& mesh)
     entries = CholeskySolver(matrix).FactorEntries();
   }
   state.counters["FactorEntries"] = static_cast<double>(entries);
+}
+
+/// Set-up of what stands in for the factor where that is too large.
+void MultigridSetUp(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const SparseMatrix matrix = ScreenedLaplacian(mesh);
+  for ([[maybe_unused]] auto step : state)
+  {
+    const MultigridSolver solver(matrix);
+    state.counters["BytesOfVertex"] = static_cast<double>(solver.MemoryInUse()) / solver.Size();
+    state.counters["OperatorComplexity"] = solver.OperatorComplexity();
+  }
+}
+
+/// Solves by conjugate gradients with a multigrid preconditioner, to a relative residual of 1e-10.
+template <int Columns>
+void MultigridSolve(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const MultigridSolver solver(ScreenedLaplacian(mesh));
+  const Eigen::VectorXd mass = LumpedMass(mesh);
+  const RowMatrix sides = mass.cwiseSqrt().asDiagonal() * RowMatrix::Random(mass.size(), Columns);
+  for ([[maybe_unused]] auto step : state)
+  {
+    RowMatrix solutions = sides;
+    solver.SolveInPlace(solutions);
+    benchmark::DoNotOptimize(solutions.data());
+  }
+  state.counters["Iterations"] = solver.Iterations();
 }
 
 /// From a mesh in memory to the first sample.
@@ -98,6 +127,9 @@ void RegisterCore()
   Register("MeshCheck", MeshCheck);
   Register("Assembly", Assembly);
   Register("Factorization", Factorization);
+  Register("MultigridSetUp", MultigridSetUp);
+  Register("MultigridSolve1", MultigridSolve<1>);
+  Register("MultigridSolve8", MultigridSolve<8>);
   Register("ColdStart", ColdStart);
   Register("NextSample", NextSample);
   Register("HundredSamples", HundredSamples);

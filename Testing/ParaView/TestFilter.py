@@ -105,6 +105,7 @@ def information_is_shown():
     assert abs(value["EffectiveCorrelationRange"] - 1.0) < 1e-12, value
     assert value["Gamma"] > 0.0 and 0.0 < value["RelativeResidual"] < 1e-10, value
     assert value["NumberOfFactorizations"] == 1, value
+    assert str(made.GetProperty("SolverName")[0]) == "Cholesky" and made.GetProperty("NumberOfIterations").GetData() == 0
 
 
 def execute_runs_again():

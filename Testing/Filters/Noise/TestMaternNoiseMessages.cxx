@@ -6,9 +6,11 @@
 
 #include "vtkMaternNoiseFilter.h"
 
+#include <vtkDataArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPolyData.h>
 #include <vtkStructuredGrid.h>
 
 #include <gmock/gmock.h>
@@ -17,6 +19,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
+#include <vector>
 
 using namespace surfsynthtest;
 using ::testing::AllOf;
@@ -222,6 +226,34 @@ TEST(MaternNoiseMessages, ARangeOfManySurfacesIsAWarning)
   filter->SetCorrelationRange(9.0);
   EXPECT_TRUE(Update(filter));
   EXPECT_THAT(events.Warnings, SizeIs(1)) << "a field that varies little";
+}
+
+TEST(MaternNoiseMessages, ASolverThatNeedsNoFactorIsNamedAndGivesTheSameSampleTo1em8)
+{
+  const auto sample = [](int limit, const std::string& solver) {
+    vtkNew<vtkMaternNoiseFilter> filter;
+    filter->SetInputDataObject(Icosphere(5).ToPolyData());
+    filter->SetMemoryLimit(limit);
+    EXPECT_TRUE(Update(filter));
+    EXPECT_EQ(filter->GetSolverName(), solver);
+    EXPECT_EQ(filter->GetNumberOfIterations() > 0, solver == "Multigrid");
+    EXPECT_LE(filter->GetRelativeResidual(), 1.001e-10);
+    vtkDataArray* values =
+      vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPointData()->GetArray("MaternNoise");
+    std::vector<double> numbers;
+    for (vtkIdType k = 0; k < values->GetNumberOfTuples(); ++k)
+    {
+      numbers.push_back(values->GetComponent(k, 0));
+    }
+    return numbers;
+  };
+  const std::vector<double> factored = sample(0, "Cholesky");
+  const std::vector<double> iterated = sample(2, "Multigrid"); // the factor takes five MiB
+  ASSERT_EQ(factored.size(), iterated.size());
+  for (std::size_t k = 0; k < factored.size(); ++k)
+  {
+    ASSERT_NEAR(factored[k], iterated[k], 1e-8) << k;
+  }
 }
 
 TEST(MaternNoiseMessages, MoreSamplesThanFitAreRefusedAndTheNumberThatIsNamedFits)

@@ -131,7 +131,8 @@ def matern_noise(
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
     memory_limit : int, optional
         Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
-        names a number that fits. Default: three quarters of the memory of the machine.
+        names a number that fits. Where the factor would exceed the limit by estimate, conjugate gradients with a
+        multigrid preconditioner solve in its place. Default: three quarters of the memory of the machine.
     operator_power : int
         The power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and
         the smoothness nu = alpha - 1; larger is smoother. 1 has no finite variance in the limit of fine meshes and no

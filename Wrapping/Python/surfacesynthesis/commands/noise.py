@@ -260,6 +260,8 @@ def _summary(noise, output, paths, seconds):
         parts.append(f"range {noise.GetEffectiveCorrelationRange():.4g}")
     if noise.GetRelativeResidual() > 0:
         parts.append(f"residual {noise.GetRelativeResidual():.1e}")
+    if noise.GetNumberOfIterations() > 0:
+        parts.append(f"{noise.GetNumberOfIterations()} iterations of multigrid")
     parts.append(f"{seconds:.1f} s")
     shown = paths[0] if len(paths) == 1 else f"{paths[0]} ... {paths[-1]}"
     return f"{', '.join(parts)} -> {shown}"
