@@ -79,8 +79,22 @@ double SecondsInTheRunQueue()
   return second ? 1e-9 * std::strtod(second, nullptr) : 0.0;
 }
 
-/// Time of the calling thread: stands still while other programs keep it from a processor.
-double TimeOfThread() { return Now() - SecondsInTheRunQueue(); }
+/// Time of the calling thread: stands still while other programs keep it from a processor. Both clocks are read without
+/// an interruption between them.
+double TimeOfThread()
+{
+  double waited = SecondsInTheRunQueue();
+  for (;;)
+  {
+    const double now = Now();
+    const double again = SecondsInTheRunQueue();
+    if (again == waited)
+    {
+      return now - waited;
+    }
+    waited = again;
+  }
+}
 } // namespace
 
 void EventRecorder::Handle(vtkObject*, unsigned long event, void* data)
@@ -113,7 +127,7 @@ void EventRecorder::Handle(vtkObject*, unsigned long event, void* data)
     case vtkCommand::EndEvent:
       if (this->AbortTime >= 0.0)
       {
-        this->SecondsAfterAbort = now - this->AbortTime;
+        this->SecondsAfterAbort = std::max(0.0, now - this->AbortTime);
         this->AbortTime = -1.0;
       }
       break;
