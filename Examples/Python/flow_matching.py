@@ -200,8 +200,8 @@ def signals(options):
 
 
 def peaks(options):
-    """Whether signals are as sharp on the original triangulation as on that of the training: the mean of their largest value,
-    and of the median of their absolute value, which is haze where there are three Gaussians only."""
+    """Sharpness of signals of the same noise on three triangulations: the mean of their largest value, and of the median of
+    their absolute value, which is haze where there are three Gaussians only."""
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
     meshes = {"original": bunny, "of the training": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}

@@ -385,6 +385,7 @@ if __name__ == "__main__":
     checks = {
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
+        "random_fields": check_random_fields,
         "medical": check_medical,
         "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,

@@ -223,7 +223,7 @@ def compared(options, dataset, space, samples, references):
 def measured(options, task, networks):
     """The rows of a task."""
     training = Dataset(options, TASKS[task][1][0])  # for the Gaussian, which gains nothing from fewer triangles
-    for test in TASKS[task][1]:
+    for test in options.tests or TASKS[task][1]:
         if not os.path.exists(os.path.join(options.data, test + ".safetensors")):
             continue
         dataset = Dataset(options, test)
@@ -398,6 +398,7 @@ def parsed(arguments):
     parser.add_argument("output", help="folder for models and tables; made when it is not there")
     parser.add_argument("--tasks", nargs="+", choices=sorted(TASKS), default=["armadillo", "bunny"],
                         help="default: armadillo bunny")  # fmt: skip
+    parser.add_argument("--tests", nargs="+", metavar="NAME", help="datasets to test on (default: those of the tasks)")
     parser.add_argument("--noises", nargs="*", metavar="NOISE", default=list(NOISES), choices=list(NOISES),
                         help="of " + ", ".join(NOISES) + "; default: all; without a name no model is trained")  # fmt: skip
     parser.add_argument("--iterations", type=int, default=800, help="of each training (default: 800)")

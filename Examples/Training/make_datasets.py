@@ -23,10 +23,9 @@ writes eleven files, each with one surface and many samples of a signal on it (s
 Training samples begin at number 0 and test samples at number 100,000 of the same seed, so that all are different. The
 extremities of the armadillo and their joints are found on its original triangulation: sample k is the same pose on all.
 Triangulations keep ears, claws and fingers: they are decimated with the least error, or remeshed with shorter edges where the
-surface is thin. Numbers of samples and
-points are options; with the defaults the files are about 280 MB together, and it takes some twenty minutes on two
-processors, most of it for the original triangulation (--only makes some of it only). The surfaces come from Debian's
-package libcgal-demo, or from files.
+surface is thin. Numbers of samples and points are options; with the defaults the files are about 280 MB together, and it
+takes some twenty minutes on two processors, most of it for the original triangulation (--only makes some of it only). The
+surfaces come from Debian's package libcgal-demo, or from files.
 """
 
 import argparse

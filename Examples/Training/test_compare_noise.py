@@ -275,6 +275,8 @@ def check_rows(data, output):
     first = tables_of(data, output, *one, "--noises", "matern")[1]
     again = tables_of(data, os.path.join(output, "again"), *one, "--noises", "--model", "own=" + model)[1:]
     assert [row["noise"] for row in again[0]][-1] == "own" and again[1] == []
+    other = tables_of(data, os.path.join(output, "other"), *one, "--noises", "--tests", "bunny_test")[1]
+    assert other and {row["test"] for row in other} == {"bunny_test"}
     assert {**again[0][-1], "noise": ""} == {**first[-1], "noise": ""}
 
 
