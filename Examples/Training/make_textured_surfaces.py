@@ -44,6 +44,10 @@ def sheet(height):
     """A square sheet of triangles over [-1, 1]^2 with heights, and texture coordinates (x + 1) / 2, (y + 1) / 2."""
     along = np.linspace(-1.0, 1.0, CELLS + 1)
     x, y = (axis.ravel() for axis in np.meshgrid(along, along))
+    # Inner points are moved: remeshing leaves parts of a regular grid, whose rings show no direction to the network.
+    inner = (abs(x) < 1) & (abs(y) < 1)
+    moves = np.random.default_rng(1).uniform(-0.6, 0.6, (2, len(x))) / CELLS
+    x, y = x + inner * moves[0], y + inner * moves[1]
     points = np.stack([x, y, height(x, y)], axis=1)
     corner = (np.arange(CELLS)[:, None] * (CELLS + 1) + np.arange(CELLS)).ravel()
     lower = np.stack([corner, corner + 1, corner + CELLS + 2], axis=1)
