@@ -112,6 +112,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surface", nargs="?", help="any format that surfacesynthesis.read_mesh() reads")
     parser.add_argument("--output", required=True, metavar="DIR", help="folder to write to; made when it is missing")
+    parser.add_argument("--colors", type=int, metavar="N", help="write a PNG with a palette of so few colours (needs PIL)")
     given = parser.parse_args(arguments)
     os.makedirs(given.output, exist_ok=True)
     surface = meshes.load(given.surface, given.output)
@@ -122,7 +123,7 @@ def main(arguments=None):
     powers(sheet, surface, view, longest)
     deviations(sheet, surface, part, view, longest)
     variations(sheet, surface, part, view, longest)
-    sheet.write(os.path.join(given.output, "random_fields.png"))
+    sheet.write(os.path.join(given.output, "random_fields.png"), given.colors)
 
 
 if __name__ == "__main__":
