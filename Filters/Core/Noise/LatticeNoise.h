@@ -77,7 +77,8 @@ private:
     std::vector<std::uint8_t> Slots; ///< numbers in the block that have a share of the surface, ascending
   };
 
-  void FindShares(const TriangleMesh& mesh, const PointMatrix& directions, const Progress& progress);
+  void FindShares(
+    const TriangleMesh& mesh, const MeshTopology& topology, const PointMatrix& directions, const Progress& progress);
   Rows Numbers(const std::vector<NormalKey>& keys) const;
   void FillDeficit(Rows& loads) const;
   void Sharpen(Rows& loads) const;
