@@ -80,27 +80,32 @@ def powers(sheet, surface, view, longest):
 
 def deviations(sheet, surface, part, view, longest):
     """Standard deviations without and with the correction, of the surface and of its part."""
-    colors = rendering.sequential(0.8, 2.0)
+    colors = rendering.sequential(0.9, 1.8)
     for column, (mesh, corrected) in enumerate(((surface, False), (surface, True), (part, False), (part, True))):
         shown, deviation = with_deviation(mesh, longest, corrected)
         low, high = np.percentile(deviation, (0.5, 99.5))
-        what = "corrected" if corrected else "standard deviation"
-        how = {"array": "Deviation", "colors": colors}
-        sheet.add(1, column, f"{what}\n{low:.2f} to {high:.2f}", shown, view, **how)
+        what = "with variance correction" if corrected else "standard deviation, 1 asked for"
+        seen = view if mesh is surface else rendering.view_of(part, SIZE[0] / SIZE[1], DIRECTION)
+        sheet.add(1, column, f"{what}\n{low:.2f} to {high:.2f}", shown, seen, array="Deviation", colors=colors)
 
 
 def variations(sheet, surface, part, view, longest):
     """Boundary, direction, range and barrier."""
     add_variations(surface, view)
     cases = (
-        ("Dirichlet condition\nat the open boundary", part, {"boundary_condition": "dirichlet"}),
+        (
+            "Dirichlet condition: 0\nat the open boundary",
+            part,
+            {"boundary_condition": "dirichlet", "variance_correction": False},
+        ),
         ("direction upwards\nratio 8", surface, {"direction_array": "direction", "anisotropy_ratio": 8.0}),
         ("range factor\n0.25 to 1.75, upwards", surface, {"range_factor_array": "factor"}),
         ("barrier, grey\nrange of half the size", surface, {"barrier_array": "barrier", "range": 0.5 * longest}),
     )
     for column, (title, mesh, arguments) in enumerate(cases):
         arguments = {"range": 0.16 * longest, "seed": 5, "variance_correction": True, **arguments}
-        sheet.add(2, column, title, noise(mesh, **arguments), view, array="MaternNoise", limit=LIMIT)
+        seen = view if mesh is surface else rendering.view_of(part, SIZE[0] / SIZE[1], DIRECTION)
+        sheet.add(2, column, title, noise(mesh, **arguments), seen, array="MaternNoise", limit=LIMIT)
 
 
 def main(arguments=None):

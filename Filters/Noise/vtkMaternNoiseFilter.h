@@ -182,7 +182,7 @@ public:
   /**
    * Correction of the variance: the standard deviation is StandardDeviation at every point, in all scale modes, also at
    * boundaries, on thin parts and on coarse meshes. The deviations of the field are computed exactly, by selected
-   * inversion [Takahashi1973] of the factor, in about 12 (alpha = 1), 36 (2), 72 (3) or 120 (4) times the work of the
+   * inversion [Takahashi1973] of the factor, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time of the
    * factorisation, once for each mesh and scale. Points at which the boundary condition sets the field to 0 stay 0. Used
    * by MATERN. Default off.
    */

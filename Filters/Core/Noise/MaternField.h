@@ -78,7 +78,7 @@ struct MaternFieldOptions
   int OperatorPower = 2;
   /// For Matern: marginal standard deviation that is exact at every vertex, at boundaries, on thin parts and on coarse
   /// meshes. The samples are divided by the deviations of the discrete field, which
-  /// CholeskySolver::InverseDiagonals() computes: about 12 (alpha = 1) to 120 (alpha = 4) times the time of the
+  /// CholeskySolver::InverseDiagonals() computes: about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time of the
   /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern

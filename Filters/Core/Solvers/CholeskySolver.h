@@ -73,8 +73,8 @@ public:
   double LogDeterminant() const;
 
   /// Diagonals of A^-1 (M A^-1)^k for k = 0 .. powers - 1, [V, powers] float64, exactly: by selected inversion
-  /// [Takahashi1973] on truncated power series, with CHOLMOD, in about 6 powers (powers + 1) times the time of the
-  /// factorisation; without CHOLMOD by a solve for each vertex, in quadratic time. On one thread.
+  /// [Takahashi1973] on truncated power series, with CHOLMOD, in about 1, 3, 6 or 9 times the time of the
+  /// factorisation for 1 to 4 powers; without CHOLMOD by a solve for each vertex, in quadratic time. On one thread.
   /// @param mass the diagonal of M, [V], at least 0
   /// @param powers number of diagonals, at least 1
   /// @throws InvalidInput when the mass has a wrong length, is negative or not finite, or powers is below 1; Cancelled.

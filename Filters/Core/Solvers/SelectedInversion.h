@@ -16,8 +16,9 @@ namespace surfsynth
 /// the matrix.
 ///
 /// (A + e M)^-1 is the power series of (-e)^k A^-1 (M A^-1)^k. Elimination and selected inversion are carried out on
-/// truncated power series in e, so that one pass over the supernodes gives all diagonals: dense algebra of about
-/// 6 powers (powers + 1) times the work of a factorisation, in memory of 2 powers times the factor. Runs on one thread.
+/// truncated power series in e, so that one pass over the supernodes gives all diagonals, by dense algebra: in about
+/// 1, 3, 6 or 9 times the time of a factorisation for 1 to 4 powers, in memory of 2 powers times the factor. Runs on one
+/// thread.
 /// @param analysis order and supernodes of @p matrix
 /// @param matrix A, [n, n], symmetric positive definite, both triangles stored
 /// @param mass the diagonal of M, [n], at least 0

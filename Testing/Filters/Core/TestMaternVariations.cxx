@@ -263,7 +263,7 @@ TEST(MaternField, BarriersCutTheCorrelationAndLeaveTheRest)
     EXPECT_EQ(sample(v, 0) == 0.0, std::abs(mesh.Points(v, 0) - 1.0) < 0.08) << v;
   }
   const MaternField open = withWall(0.4);
-  const double around = open.SolvePrecision(Eigen::VectorXd::Unit(mesh.NumberOfPoints(), left))[right];
+  const double around = open.SolvePrecision(Eigen::VectorXd::Unit(mesh.NumberOfPoints(), left))(right, 0);
   EXPECT_GT(before, 0.6);
   EXPECT_LT(around, 0.1);
   EXPECT_GT(around, 0.0);

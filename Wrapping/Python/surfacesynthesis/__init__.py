@@ -48,7 +48,7 @@ from .geometric_texture import PREPARATIONS, geometric_texture, geometric_textur
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
-from .noise import NOISE_MODELS, matern_noise
+from .noise import BOUNDARY_CONDITIONS, NOISE_MODELS, matern_noise
 from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
@@ -71,6 +71,7 @@ from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
 from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextureDistance
 
 __all__ = [
+    "BOUNDARY_CONDITIONS",
     "Cancelled",
     "DISTANCES",
     "DecodedTexture",

@@ -93,8 +93,9 @@ def matern_noise(
         [F, 3]. The mesh is never modified.
     range : float, optional
         The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along
-        the surface; larger is smoother. Larger than 0; tau = 8 nu / range^2, nu = operator_power - 1. Default: 0.2 times the longest side of the
-        bounding box of the mesh, or of the block. A warning is given where edges are longer than a third of the range.
+        the surface; larger is smoother. Larger than 0; tau = 8 nu / range^2, nu = operator_power - 1. Default: 0.2
+        times the longest side of the bounding box of the mesh, or of the block. A warning is given where edges are
+        longer than a third of the range.
     standard_deviation : float
         The standard deviation of the noise, in the units wanted for the output; at least 0. Exact on closed surfaces
         that are wide and finely divided for the range; parts narrower than the range (fingers, a tail) have a larger
@@ -137,32 +138,32 @@ def matern_noise(
         range: it goes with ``screening`` and ``normalized_screening`` only. Goes with the noise models "matern" and
         "spectral". Default 2, that of the paper.
     variance_correction : bool
-        Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at boundaries,
-        on thin parts and on coarse meshes, in about 12 (alpha = 1), 36 (2), 72 (3) or 120 (4) times the work of the
-        factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all arguments below go
-        with the noise model "matern". Default False.
+        Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at
+        boundaries, on thin parts and on coarse meshes, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time
+        of the factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all
+        arguments below go with the noise model "matern". Default False.
     boundary_condition : str
-        The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative is
-        0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
+        The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative
+        is 0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
     robin_coefficient : float, optional
         Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0.
         Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2.
     boundary_array : str, optional
-        Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other
-        than 0. "dirichlet": the noise is 0 at these points, on the boundary or inside; "robin": on boundary edges between
-        two such points. Default: the whole boundary.
+        Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number
+        other than 0. "dirichlet": the noise is 0 at these points, on the boundary or inside; "robin": on boundary
+        edges between two such points. Default: the whole boundary.
     range_factor_array : str, optional
-        Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each point,
-        with tau divided by the factor squared.
+        Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each
+        point, with tau divided by the factor squared.
     direction_array : str, optional
         Name of a point array with a vector for each point, the direction in which the noise is stretched: 3 components
         of any length and sign, projected to the surface; 0 for no direction.
     anisotropy_ratio : float, optional
-        Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from 1e-6
-        to 1e6; ``range`` is their geometric mean. Default 4.
+        Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from
+        1e-6 to 1e6; ``range`` is their geometric mean. Default 4.
     barrier_array : str, optional
-        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
-        cross but goes around. The boundary condition holds at their edges; points inside get 0.
+        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does
+        not cross but goes around. The boundary condition holds at their edges; points inside get 0.
     coherent_noise : bool
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise,
         up to discretization, on all triangulations of one surface at the same place, with correlations above 0.95 where
