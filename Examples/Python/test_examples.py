@@ -387,6 +387,7 @@ if __name__ == "__main__":
         "gallery": check_gallery,
         "medical": check_medical,
         "observed_fields": check_observed_fields,
+        "random_fields": check_random_fields,
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,
         "geometric_textures": check_geometric_textures,
