@@ -66,7 +66,7 @@ def fields(sheet, surface):
         title = f"coherent noise, seed 3\n{mesh.GetNumberOfPoints():,} points"
         sheet.add(0, column, title, field, view, array="MaternNoise", limit=LIMIT)
     few = noise(coarse, range=0.25 * longest, seed=9)
-    print(f"estimated from one field of range {0.25 * longest:.4g} and deviation 1 on {few.GetNumberOfPoints():,} points:")
+    print(f"estimated from one field of range {0.25 * longest:.4g} and deviation 1:")
     print(ss.estimate_matern(few, "MaternNoise", noise_estimation=False, mean_estimation=False))
     truth = noise(surface, range=0.25 * longest, seed=8)
     ids = np.linspace(0, surface.GetNumberOfPoints() - 1, OBSERVATIONS).astype(int)
@@ -102,19 +102,22 @@ def bones(sheet, bone):
     _, axes = np.linalg.eigh((points - center).T @ (points - center))
     along, across = axes[:, 2], axes[:, 1]
     length = np.ptp(points @ along)
+    radii = np.linalg.norm(points - center - np.outer((points - center) @ along, along), axis=1)
+    if radii[(points - center) @ along < 0].max() > radii.max() * 0.999:
+        along = -along  # the wide end is above
     view = rendering.View(center, 1.2 * length, axes[:, 0], along)
-    # The ends to both sides are landmarks: the bone gets longer, its upper end wider and its lower one narrower.
+    # Both sides of the ends are landmarks: the bone gets longer, and its upper end wider.
     height, side = (points - center) @ along / length, (points - center) @ across
     ids, moves = [], []
     for end, stretch in ((1, 0.035), (-1, -0.035)):
         at_end = end * height > 0.38
         for direction in (1, -1):
             ids.append(int(np.argmax(np.where(at_end, direction * side, -np.inf))))
-            moves.append(length * (stretch * along + 0.03 * end * direction * across))
+            moves.append(length * (stretch * along + 0.03 * (end > 0) * direction * across))
     ids += [int(np.argmin(np.abs(height - h) + (side < np.median(side)))) for h in (0.15, -0.15)]
     moves += [np.zeros(3), np.zeros(3)]
     moves, radius = np.array(moves), 0.014 * length
-    shape = {"range": 0.35 * length, "standard_deviation": 0.02 * length, "components": 3}
+    shape = {"range": 0.5 * length, "standard_deviation": 0.03 * length, "components": 3, "operator_power": 4}
     samples = ss.matern_noise(bone, samples=2, seed=4, observations=points[ids], observation_array=moves,
                               posterior_mean=True, **shape)
     plain, ends = np.zeros(len(points)), points[ids] + moves

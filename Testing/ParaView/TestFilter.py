@@ -39,6 +39,12 @@ PROPERTIES = {
     "DirectionArrayName": ("", "Fibers", "Fibers"),
     "AnisotropyRatio": (4.0, 2.5, 2.5),
     "BarrierArrayName": ("", "Barrier", "Barrier"),
+    "CoherentNoise": (0, 1, True),
+    "ObservationArray": ("", "Value", "Value"),
+    "ObservationDeviationArray": ("", "Error", "Error"),
+    "Tolerance": (0.0, 0.5, 0.5),
+    "PosteriorMean": (0, 1, True),
+    "PosteriorStandardDeviation": (0, 1, True),
 }
 
 

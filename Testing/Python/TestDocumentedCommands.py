@@ -148,7 +148,7 @@ def observed(name):
     def make(path):
         points, triangles = icosphere(2, 50.0)
         mesh = polydata_of(points * [1.0, 0.9, 0.8], triangles)
-        add_array(mesh.GetPointData(), name, surfacesynthesis.matern_noise((points, triangles), range=45.0, seed=1))
+        add_array(mesh.GetPointData(), name, surfacesynthesis.matern_noise((points, triangles), range=60.0, seed=1))
         write_mesh(mesh, path)
 
     return make

@@ -201,6 +201,76 @@ struct Corners
 /// True for a triangle whose corners carry the integrals.
 bool IsSmall(const Corners& corners, double side) { return corners.LongestEdge <= LongestCornerEdge * side; }
 
+/// Unit direction at a place of a triangle.
+Eigen::Vector3d DirectionAt(
+  const TriangleMesh& mesh, Index f, const PointMatrix& directions, const Eigen::Vector3d& weights)
+{
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k)
+  {
+    direction += weights[k] * directions.row(mesh.Triangles(f, k)).transpose();
+  }
+  const double length = direction.norm();
+  return length > 0.0 ? Eigen::Vector3d(direction / length) : Eigen::Vector3d::UnitX();
+}
+
+/// Rows of shares, one vertex after the other, as compressed rows whose columns are slots: places in bricks.
+class RowBuilder
+{
+public:
+  explicit RowBuilder(NumberFinder& finder)
+    : Finder(finder)
+  {}
+
+  /// Adds the numbers at a node to the row.
+  void Add(const Node& node, double mass)
+  {
+    for (const Member& member : this->Finder.Find(node))
+    {
+      const auto slot = static_cast<std::size_t>(member.Number);
+      if (slot >= this->Sums.size())
+      {
+        this->Sums.resize(this->Finder.Hashes.size() * NumbersOfBrick, 0.0);
+        this->Areas.resize(this->Sums.size(), 0.0);
+      }
+      if (this->Sums[slot] == 0.0)
+      {
+        this->Touched.push_back(member.Number);
+      }
+      this->Sums[slot] += mass * member.Weight;
+    }
+  }
+
+  /// Ends the row of a vertex.
+  void EndRow()
+  {
+    std::sort(this->Touched.begin(), this->Touched.end());
+    for (const Index slot : this->Touched)
+    {
+      double& sum = this->Sums[static_cast<std::size_t>(slot)];
+      if (sum > 0.0)
+      {
+        this->Slots.push_back(slot);
+        this->Values.push_back(sum);
+        this->Areas[static_cast<std::size_t>(slot)] += sum;
+      }
+      sum = 0.0;
+    }
+    this->Touched.clear();
+    this->Start.push_back(static_cast<Index>(this->Slots.size()));
+  }
+
+  std::vector<Index> Start = { 0 };
+  std::vector<Index> Slots;
+  std::vector<double> Values;
+  std::vector<double> Areas; ///< by slot, sums over all rows
+
+private:
+  NumberFinder& Finder;
+  std::vector<double> Sums; ///< by slot, of the row
+  std::vector<Index> Touched;
+};
+
 /// Lumped mass without the consistent mass of the triangles that are not small: [V, V].
 SparseMatrix MassDeficit(const TriangleMesh& mesh, double side)
 {
@@ -234,84 +304,67 @@ LatticeNoise::LatticeNoise(
   const PointMatrix directions = SmoothNormals(mesh, topology, this->Mass, this->Stiffness, side);
   this->Deficit = MassDeficit(mesh, side);
   Report(progress, 0.4);
-  this->FindShares(mesh, directions, SubProgress(progress, 0.4, 1.0));
+  this->FindShares(mesh, topology, directions, SubProgress(progress, 0.4, 1.0));
 }
 
-void LatticeNoise::FindShares(const TriangleMesh& mesh, const PointMatrix& directions, const Progress& progress)
+void LatticeNoise::FindShares(
+  const TriangleMesh& mesh, const MeshTopology& topology, const PointMatrix& directions, const Progress& progress)
 {
   NumberFinder finder(this->LatticeSide);
-  std::vector<Eigen::Triplet<double, Index>> shares;
-  Eigen::VectorXd cornerMass = Eigen::VectorXd::Zero(mesh.NumberOfPoints());
+  RowBuilder rows(finder);
   const Eigen::VectorXd areas = FaceAreas(mesh);
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const Corners corners(mesh, f);
-    if (IsSmall(corners, this->LatticeSide))
-    {
-      for (int k = 0; k < 3; ++k)
-      {
-        cornerMass[mesh.Triangles(f, k)] += areas[f] / 3.0;
-      }
-      continue;
-    }
-    const double parts = std::ceil(corners.LongestEdge / (LengthOfPart * this->LatticeSide));
-    EachPart(static_cast<int>(std::min<double>(parts, MostParts)), [&](const Eigen::Vector3d& weights, double share) {
-      Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-      for (int k = 0; k < 3; ++k)
-      {
-        direction += weights[k] * directions.row(mesh.Triangles(f, k)).transpose();
-      }
-      const double length = direction.norm();
-      direction = length > 0.0 ? Eigen::Vector3d(direction / length) : Eigen::Vector3d::UnitX();
-      for (const Member& member : finder.Find({ corners.Points.transpose() * weights, direction }))
-      {
-        for (int k = 0; k < 3; ++k)
-        {
-          shares.emplace_back(mesh.Triangles(f, k), member.Number, share * areas[f] * weights[k] * member.Weight);
-        }
-      }
-    });
-  }
-  Report(progress, 0.3);
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    if (cornerMass[v] > 0.0)
+    double cornerMass = 0.0;
+    for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
     {
-      for (const Member& member : finder.Find({ mesh.Points.row(v), directions.row(v) }))
+      const Index f = topology.VertexTriangles[k];
+      const Corners corners(mesh, f);
+      if (IsSmall(corners, this->LatticeSide))
       {
-        shares.emplace_back(v, member.Number, cornerMass[v] * member.Weight);
+        cornerMass += areas[f] / 3.0;
+        continue;
       }
+      const int corner = mesh.Triangles(f, 0) == v ? 0 : mesh.Triangles(f, 1) == v ? 1 : 2;
+      const double parts = std::ceil(corners.LongestEdge / (LengthOfPart * this->LatticeSide));
+      EachPart(static_cast<int>(std::min<double>(parts, MostParts)), [&](const Eigen::Vector3d& weights, double share) {
+        rows.Add({ corners.Points.transpose() * weights, DirectionAt(mesh, f, directions, weights) },
+          share * areas[f] * weights[corner]);
+      });
+    }
+    if (cornerMass > 0.0)
+    {
+      rows.Add({ mesh.Points.row(v), directions.row(v) }, cornerMass);
+    }
+    rows.EndRow();
+    if (v % 4096 == 0)
+    {
+      Report(progress, static_cast<double>(v) / mesh.NumberOfPoints());
     }
   }
-  Report(progress, 0.6);
-  const auto slots = static_cast<Index>(finder.Hashes.size()) * NumbersOfBrick;
-  Eigen::VectorXd area = Eigen::VectorXd::Zero(slots);
-  for (const auto& share : shares)
-  {
-    area[share.col()] += share.value();
-  }
   // Numbers with a share of the surface, in the order of bricks.
-  std::vector<Index> numberOfSlot(static_cast<std::size_t>(slots), -1);
+  std::vector<Index> numberOfSlot(rows.Areas.size(), -1);
   Index numbers = 0;
-  for (Index slot = 0; slot < slots; ++slot)
+  for (std::size_t slot = 0; slot < rows.Areas.size(); ++slot)
   {
     if (slot % NumbersOfBrick == 0)
     {
-      this->Bricks.push_back({ finder.Hashes[static_cast<std::size_t>(slot / NumbersOfBrick)], {} });
+      this->Bricks.push_back({ finder.Hashes[slot / NumbersOfBrick], {} });
     }
-    if (area[slot] > 0.0)
+    if (rows.Areas[slot] > 0.0)
     {
-      numberOfSlot[static_cast<std::size_t>(slot)] = numbers++;
+      numberOfSlot[slot] = numbers++;
       this->Bricks.back().Slots.push_back(static_cast<std::uint8_t>(slot % NumbersOfBrick));
     }
   }
-  for (auto& share : shares)
+  for (std::size_t k = 0; k < rows.Slots.size(); ++k)
   {
-    const double value = area[share.col()] > 0.0 ? share.value() / std::sqrt(area[share.col()]) : 0.0;
-    share = { share.row(), std::max(numberOfSlot[static_cast<std::size_t>(share.col())], Index(0)), value };
+    const auto slot = static_cast<std::size_t>(rows.Slots[k]);
+    rows.Values[k] /= std::sqrt(rows.Areas[slot]);
+    rows.Slots[k] = numberOfSlot[slot];
   }
-  this->Shares.resize(mesh.NumberOfPoints(), numbers);
-  this->Shares.setFromTriplets(shares.begin(), shares.end());
+  this->Shares = Eigen::Map<const SparseRowMatrix>(mesh.NumberOfPoints(), numbers,
+    static_cast<Eigen::Index>(rows.Slots.size()), rows.Start.data(), rows.Slots.data(), rows.Values.data());
   Report(progress, 1.0);
 }
 

@@ -163,8 +163,8 @@ def matern_noise(
         Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from
         1e-6 to 1e6; ``range`` is their geometric mean. Default 4.
     barrier_array : str, optional
-        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
-        cross but goes around. The boundary condition holds at their edges; points inside get 0.
+        Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does
+        not cross but goes around. The boundary condition holds at their edges; points inside get 0.
     coherent_noise : bool
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise,
         up to discretization, on all triangulations of one surface at the same place, with correlations above 0.95 where
