@@ -152,8 +152,8 @@ std::uint64_t CholeskySolver::EstimateMemory(std::int64_t rows, std::int64_t ent
 {
   constexpr std::int64_t MostEntriesOfSurfaces = 9; // in a row; six neighbors and itself on average
   const auto size = static_cast<double>(std::max<std::int64_t>(rows, 1));
-  const double perRow = entries <= MostEntriesOfSurfaces * rows ? std::max(10.0 * std::log2(size) - 70.0, 10.0)
-                                                                : std::max(16.0 * std::cbrt(size), 10.0);
+  const double perRow = entries <= MostEntriesOfSurfaces * rows ? std::max(12.0 * std::log2(size) - 80.0, 10.0)
+                                                                : std::max(3.4 * std::sqrt(size), 10.0);
   return static_cast<std::uint64_t>(size * std::min(perRow, 0.5 * (size + 1.0)) * sizeof(double));
 }
 

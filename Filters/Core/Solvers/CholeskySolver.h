@@ -85,8 +85,8 @@ public:
   /// Entries of the stored factor, explicit zeros of relaxed supernodes included.
   std::int64_t FactorEntries() const;
 
-  /// Estimated bytes of the factor, from sizes alone: 10 log2 V - 70 entries in a row for the matrices of surfaces (up to
-  /// 9 entries in a row on average), 16 V^(1/3) for those of volumes. Between the factor's and about three times that.
+  /// Estimated bytes of the factor, from sizes alone: 12 log2 V - 80 entries in a row for the matrices of surfaces (up to
+  /// 9 entries in a row on average), 3.4 V^(1/2) for those of volumes. Between the factor's and about three times that.
   /// @param rows V
   /// @param entries entries of the matrix, both triangles
   static std::uint64_t EstimateMemory(std::int64_t rows, std::int64_t entries);
