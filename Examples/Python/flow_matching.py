@@ -204,7 +204,7 @@ def peaks(options):
     their absolute value, which is haze where there are three Gaussians only."""
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
-    meshes = {"original": bunny, "of the training": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}
+    meshes = {"original": bunny, "even": remeshed(bunny, 2000), "coarse on one side": remeshed(bunny, 5000, 2.0)}
     found = {name: [] for name in meshes}
     for seed in range(1, options.samples + 1):
         first = surfacesynthesis.sample_signal(bunny, model, seed=seed, steps=options.steps)
