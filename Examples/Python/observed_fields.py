@@ -60,7 +60,7 @@ def fields(sheet, surface):
     """Coherent noise on two triangulations, and a field given observations of another one."""
     longest = meshes.longest_side(surface)
     view = rendering.view_of(surface, SIZE[0] / SIZE[1], DIRECTION)
-    coarse = meshes.decimated(surface, max(60, surface.GetNumberOfPoints() // 9))
+    coarse = meshes.decimated(surface, max(500, surface.GetNumberOfPoints() // 9))
     for column, mesh in enumerate((surface, coarse)):
         field = noise(mesh, range=0.25 * longest, seed=3, coherent_noise=True)
         title = f"coherent noise, seed 3\n{mesh.GetNumberOfPoints():,} points"
