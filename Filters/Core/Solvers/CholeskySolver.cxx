@@ -57,7 +57,9 @@ public:
     Eigen::Map<RowMatrix> block(rightHandSides, static_cast<Eigen::Index>(this->Rows.size()), count);
     for (Eigen::Index column = 0; column < count; ++column)
     {
-      const Eigen::VectorXd solution = this->Solver.matrixU().solve(Eigen::VectorXd(block.col(column)));
+      // Rows are in the order of the matrix: entry v of a right-hand side belongs to the pivot of row v.
+      const Eigen::VectorXd permuted = this->Solver.permutationP() * Eigen::VectorXd(block.col(column));
+      const Eigen::VectorXd solution = this->Solver.matrixU().solve(permuted);
       block.col(column) = this->Solver.permutationPinv() * solution;
       Report(progress, (column + 1.0) / count);
     }
