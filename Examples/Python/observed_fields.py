@@ -117,7 +117,8 @@ def bones(sheet, bone):
     ids += [int(np.argmin(np.abs(height - h) + (side < np.median(side)))) for h in (0.15, -0.15)]
     moves += [np.zeros(3), np.zeros(3)]
     moves, radius = np.array(moves), 0.014 * length
-    shape = {"range": 0.5 * length, "standard_deviation": 0.03 * length, "components": 3, "operator_power": 4}
+    shape = {"range": 0.5 * length, "standard_deviation": 0.03 * length, "components": 3, "operator_power": 4,
+             "variance_correction": True}
     samples = ss.matern_noise(bone, samples=2, seed=4, observations=points[ids], observation_array=moves,
                               posterior_mean=True, **shape)
     plain, ends = np.zeros(len(points)), points[ids] + moves
