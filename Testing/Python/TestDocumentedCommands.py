@@ -76,12 +76,11 @@ REDUCED = {
     "--time-budget 60": "--iterations 1 --batch 3 --meshes 1 --mesh-points 64",
     "--iterations 40000": "--iterations 1 --batch 3",
     "points=2500": "points=300",
-    "--iterations 1500 --batch 16": "--iterations 1 --batch 2",
+    "--iterations 900 --batch 16": "--iterations 1 --batch 2",
     "--iterations 1000 --batch 16": "--iterations 1 --batch 2",
     "--width 32 --blocks 3 --iterations 1000": "--width 16 --blocks 2 --iterations 1",
     "--iterations 500 --batch 16": "--iterations 1 --batch 2",
     "--iterations 500 --batch 8": "--iterations 1 --batch 2",
-    "--iterations 400 --batch 8": "--iterations 1 --batch 2",
     "--steps 50 --trajectory": "--steps 3 --trajectory",
     "--model heat.safetensors --samples 50": "--model heat.safetensors --samples 3",
     "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors":
