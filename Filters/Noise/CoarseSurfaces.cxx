@@ -9,10 +9,13 @@
 #include <vtkBoundingBox.h>
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
+#include <vtkDataArray.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
+#include <vtkDoubleArray.h>
 #include <vtkMath.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkTriangleFilter.h>
@@ -20,6 +23,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace surfsynth
 {
@@ -67,8 +71,28 @@ bool IsValidSurface(vtkPolyData* surface)
   }
 }
 
+/// Replaces the point array @p name, when it is there with one component, by 1 where its numbers are at least @p least in
+/// size and 0 elsewhere, as numbers that can be interpolated. Those that are not finite stay.
+void ReplaceMask(vtkPolyData* surface, const std::string& name, double least)
+{
+  vtkDataArray* array = name.empty() ? nullptr : surface->GetPointData()->GetArray(name.c_str());
+  if (!array || array->GetNumberOfComponents() != 1)
+  {
+    return;
+  }
+  vtkNew<vtkDoubleArray> mask;
+  mask->SetName(name.c_str());
+  mask->SetNumberOfTuples(array->GetNumberOfTuples());
+  for (vtkIdType k = 0; k < array->GetNumberOfTuples(); ++k)
+  {
+    const double number = array->GetComponent(k, 0);
+    mask->SetValue(k, !std::isfinite(number) ? number : std::abs(number) >= least ? 1.0 : 0.0);
+  }
+  surface->GetPointData()->AddArray(mask);
+}
+
 /// The refined surface, or null when it is fine enough, or broken.
-vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range)
+vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range, const std::string& mask)
 {
   if (surface->GetNumberOfPoints() == 0 || !IsValidSurface(surface))
   {
@@ -88,23 +112,27 @@ vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range)
   {
     return nullptr;
   }
+  vtkNew<vtkPolyData> coarse;
+  coarse->ShallowCopy(triangles->GetOutput());
+  ReplaceMask(coarse, mask, std::numeric_limits<double>::denorm_min());
   vtkNew<vtkAdaptiveSubdivisionFilter> subdivision;
-  subdivision->SetInputConnection(triangles->GetOutputPort());
+  subdivision->SetInputData(coarse);
   subdivision->SetMaximumEdgeLength(range / 4.0);
   subdivision->SetMaximumTriangleArea(VTK_DOUBLE_MAX);
   subdivision->SetMaximumNumberOfTriangles(MaximumNumberOfRefinedTriangles);
   subdivision->Update();
   auto refined = vtkSmartPointer<vtkPolyData>::New();
   refined->ShallowCopy(subdivision->GetOutput());
+  ReplaceMask(refined, mask, 1.0);
   return refined;
 }
 } // namespace
 
-vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range)
+vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range, const std::string& mask)
 {
   if (auto* surface = vtkPolyData::SafeDownCast(input))
   {
-    const vtkSmartPointer<vtkPolyData> refined = RefinedSurface(surface, range);
+    const vtkSmartPointer<vtkPolyData> refined = RefinedSurface(surface, range, mask);
     return refined ? vtkSmartPointer<vtkDataObject>(refined) : vtkSmartPointer<vtkDataObject>(input);
   }
   auto* tree = vtkDataObjectTree::SafeDownCast(input);
@@ -118,7 +146,7 @@ vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double
   for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
   {
     auto* leaf = vtkPolyData::SafeDownCast(place->GetCurrentDataObject());
-    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? RefinedSurface(leaf, range) : nullptr)
+    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? RefinedSurface(leaf, range, mask) : nullptr)
     {
       copy->SetDataSet(place, refined);
     }

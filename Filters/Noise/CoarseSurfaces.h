@@ -5,6 +5,8 @@
 
 #include <vtkSmartPointer.h>
 
+#include <string>
+
 class vtkDataObject;
 
 namespace surfsynth
@@ -12,10 +14,11 @@ namespace surfsynth
 
 /// Divides the triangles of surfaces whose longest edge is longer than a third of the correlation range until no edge is
 /// longer than a quarter of it, at midpoints of edges (vtkAdaptiveSubdivisionFilter), with at most 4 million triangles.
-/// Arrays are interpolated linearly.
+/// Arrays are interpolated linearly, but for the mask: a new point has 1 between two points with numbers other than 0, else 0.
 /// @param input a vtkPolyData or a composite dataset; not modified
 /// @param range the correlation range, world units; 0 for 0.2 times the longest side of the box of each surface
+/// @param mask name of the point array of the mask, empty for none
 /// @return @p input itself when nothing is too coarse; else a copy in which those surfaces are refined
-vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range);
+vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range, const std::string& mask = "");
 
 } // namespace surfsynth

@@ -107,6 +107,7 @@ public:
 
   void AddField(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
   {
+    this->RequireMatern();
     const surfsynth::SampleRequest request = this->Request(surface);
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
@@ -115,6 +116,7 @@ public:
     const double begin = held ? 0.0 : factored;
     const MaternField& field = held ? *held
                                     : this->Build(surface, options, surfsynth::SubProgress(progress, 0.0, factored));
+    this->RequireFactor(field);
     const double drawn = this->Conditioned.HasObservations() ? 0.5 * (begin + 1.0) : 1.0;
     const auto draw = [&](const surfsynth::SampleDestination& destination) {
       std::vector<double*> samples;
@@ -122,7 +124,6 @@ public:
       field.SampleInto(request, remember, surfsynth::SubProgress(progress, begin, drawn));
       if (this->Conditioned.HasObservations())
       {
-        this->RequireMatern();
         this->Conditioned.Condition(surface, field, request, samples, surfsynth::SubProgress(progress, drawn, 0.95));
       }
     };
@@ -157,7 +158,7 @@ public:
     information->Copy(input->GetInformationObject(0));
     information->Set(vtkDataObject::DATA_OBJECT(),
       surfsynth::RefineCoarseSurfaces(
-        surfsynth::AsSurfaces(vtkDataObject::GetData(input)), this->Self->CorrelationRange));
+        surfsynth::AsSurfaces(vtkDataObject::GetData(input)), this->Self->CorrelationRange, this->Names().Boundary));
     refined->Append(information);
     return true;
   }
@@ -170,6 +171,10 @@ public:
       { { self.ObservationArray, self.ObservationDeviationArray }, self.Tolerance, self.PosteriorMean,
         self.PosteriorStandardDeviation, self.MemoryLimit, self.OutputArrayName });
   }
+
+  /// True when pieces of a surface on several ranks cannot be gathered with what the field needs, or the posterior is that of
+  /// all samples.
+  bool IsWhole() const { return this->Conditioned.HasObservations() || this->Names().Any(); }
 
   surfsynth::ConditionedNoise Conditioned;
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
@@ -241,9 +246,20 @@ private:
 
   void RequireMatern() const
   {
-    if (this->Self->NoiseModel != MATERN)
+    if (this->Conditioned.HasObservations() && this->Self->NoiseModel != MATERN)
     {
       throw surfsynth::InvalidInput("There are observations, which NoiseModel MATERN takes only.");
+    }
+  }
+
+  void RequireFactor(const MaternField& field) const
+  {
+    if (this->Conditioned.HasObservations() && this->Self->PosteriorStandardDeviation &&
+      std::string(field.SolverName()) == "Multigrid")
+    {
+      throw surfsynth::InvalidInput(
+        "PosteriorStandardDeviation is on, which takes the Cholesky factor, but MemoryLimit is "
+        "too low for it; raise MemoryLimit, or switch PosteriorStandardDeviation off.");
     }
   }
 
@@ -361,9 +377,8 @@ int vtkMaternNoiseFilter::RequestData(
   }
   vtkNew<vtkInformationVector> refined;
   vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
-  const bool isWhole = this->Impl->Conditioned.HasObservations(); // posterior arrays are those of all samples
   const int success = surfsynth::ProcessRandomFields(
-    this, &inputs, outputVector, this->Impl->Series(), *this->Impl, isWhole ? 1 : this->NumberOfSamples);
+    this, &inputs, outputVector, this->Impl->Series(), *this->Impl, this->Impl->IsWhole() ? 1 : this->NumberOfSamples);
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Conditioned.DropUnused();

@@ -207,7 +207,8 @@ public:
 
   ///@{
   /**
-   * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0: 0 is NEUMANN,
+   * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n and
+   * the tau of the whole surface, without unit, at least 0: 0 is NEUMANN,
    * large is DIRICHLET. For OperatorPower 2 the deviation at a straight boundary is that of the interior with 0.55, the
    * default, and 0.82 of it with 1.
    */
@@ -338,7 +339,9 @@ public:
    * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or remeshed
    * and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is ten edges
    * or more. A surface that is moved gets other noise; sheets within a seventh of CorrelationRange of each other that
-   * face the same way are correlated. Used by MATERN noise in CORRELATION_RANGE and SCREENING mode. Default off.
+   * face the same way are correlated. Used by MATERN noise with an
+   * OperatorPower of 2 or 4. In NORMALIZED_SCREENING mode the range depends on the triangulation, so that only equal ranges
+   * give equal noise. Default off.
    */
   vtkSetMacro(CoherentNoise, bool);
   vtkGetMacro(CoherentNoise, bool);

@@ -23,27 +23,36 @@ std::uint64_t NumberIn(const std::string& file)
   return std::ifstream(file) >> number ? number : Unknown;
 }
 
-std::uint64_t MemoryOfMachine()
+/// The number behind @p wanted at the beginning of a line; Unknown without one.
+std::uint64_t NumberBehind(const std::string& file, const std::string& wanted)
 {
-  std::ifstream stream("/proc/meminfo");
+  std::ifstream stream(file);
   std::string key;
   while (stream >> key)
   {
-    std::uint64_t kibibytes = 0;
-    if (key == "MemAvailable:" && stream >> kibibytes)
+    std::uint64_t number = 0;
+    if (key == wanted && stream >> number)
     {
-      return kibibytes * 1024;
+      return number;
     }
     stream.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   }
   return Unknown;
 }
 
+std::uint64_t MemoryOfMachine()
+{
+  const std::uint64_t kibibytes = NumberBehind("/proc/meminfo", "MemAvailable:");
+  return kibibytes == Unknown ? Unknown : kibibytes * 1024;
+}
+
 std::uint64_t MemoryOfControlGroup()
 {
   const std::uint64_t limit = NumberIn("/sys/fs/cgroup/memory.max");
   const std::uint64_t used = NumberIn("/sys/fs/cgroup/memory.current");
-  return limit == Unknown || used == Unknown ? Unknown : limit - std::min(used, limit);
+  const std::uint64_t files = NumberBehind("/sys/fs/cgroup/memory.stat", "inactive_file"); // can be taken back
+  const std::uint64_t kept = files == Unknown ? used : used - std::min(files, used);
+  return limit == Unknown || used == Unknown ? Unknown : limit - std::min(kept, limit);
 }
 
 std::uint64_t AddressSpace()

@@ -18,6 +18,10 @@ namespace
 {
 /// Columns of one product with C.
 constexpr Eigen::Index Together = 64;
+/// Memory for each vertex: four blocks of columns. And for each pair of observations: their covariance, its factor, and the
+/// copies while it is split.
+constexpr double BytesOfVertex = 4.0 * 8.0 * Together;
+constexpr double BytesOfPair = 32.0;
 /// Variance of an exact observation given earlier ones, over its own, below which it follows from them.
 constexpr double DependentVariance = 1e-11;
 /// ExactAccuracy of exact observations, relative to the largest value.
@@ -39,12 +43,12 @@ std::string MebiBytes(double bytes) { return FormatNumber(std::ceil(bytes / 1048
 
 void RequireMemory(Eigen::Index observations, Eigen::Index vertices, std::uint64_t limit)
 {
-  const double blocks = 1024.0 * static_cast<double>(vertices);
-  const double needed = 16.0 * static_cast<double>(observations) * static_cast<double>(observations) + blocks;
+  const double blocks = BytesOfVertex * static_cast<double>(vertices);
+  const double needed = BytesOfPair * static_cast<double>(observations) * static_cast<double>(observations) + blocks;
   const auto available = static_cast<double>(limit);
   if (needed > available)
   {
-    const double fitting = std::floor(std::sqrt(std::max(0.0, available - blocks) / 16.0));
+    const double fitting = std::floor(std::sqrt(std::max(0.0, available - blocks) / BytesOfPair));
     throw InvalidInput("FieldConditioning: " + std::to_string(observations) + " observations need " +
       MebiBytes(needed) + "; expected at most " + FormatNumber(fitting) + ", which fit into " + MebiBytes(available) +
       ". Take fewer observations, or raise the memory limit.");

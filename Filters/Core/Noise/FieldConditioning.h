@@ -42,7 +42,7 @@ public:
   /// @param covariance product with C; is kept, and must stay valid
   /// @param matrix H, [n, V]
   /// @param deviations s, [n], >= 0, in the units of the field
-  /// @param memoryLimit bytes that S, its factor and blocks of columns may take, 16 n^2 + 1024 V
+  /// @param memoryLimit bytes that S, its factor and blocks of columns may take, 32 n^2 + 2048 V
   /// @throws InvalidInput when shapes differ, a deviation is negative or not finite, the prior variance of an exact
   /// observation is 0, or the memory does not suffice (the text says how much is needed and how many observations fit);
   /// SolverFailure when S is not positive definite; Cancelled.

@@ -39,7 +39,7 @@ namespace surfsynth
 /// The noise belongs to world coordinates: a surface that is moved gets other noise, and one whose winding is reversed,
 /// too. Where the winding is not consistent (on a Moebius strip), it depends on the triangulation.
 ///
-/// Integrals are sums over the corners of triangles with edges up to h / 2, and over centroids of up to 256 parts of
+/// Integrals are sums over the corners of triangles with edges up to h, and over centroids of up to 256 parts of
 /// larger ones; both are exact for hat functions. Memory and time for a drawing: about 24 numbers for each vertex where
 /// the triangles are small, and about 50 for each square of side h of the surface where they are large. On 163,842
 /// vertices the shares take 0.4 s to find where h is 1.2 edges, and 4 s where it is 0.6 edges; 32 drawings take 0.6 and
@@ -92,7 +92,7 @@ private:
   SparseRowMatrix Shares;    ///< [V, numbers], integral of phi_i w_c v_d / sqrt(a_cd)
   Eigen::VectorXd Mass;      ///< [V], lumped
   SparseMatrix Stiffness;    ///< L
-  SparseMatrix Deficit;      ///< D, lumped less consistent mass where triangles are larger than h / 2
+  SparseMatrix Deficit;      ///< D, lumped less consistent mass where triangles are larger than h
 };
 
 } // namespace surfsynth

@@ -234,13 +234,17 @@ bool MaternField::Internals::FactorFits(const SparseMatrix& matrix) const
 {
   const std::uint64_t limit = this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit
                                                                   : AvailableMemory() / 4 * 3;
-  const std::uint64_t needed = CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
+  const bool isCorrected = this->Options.Model == NoiseModel::Matern && this->Options.VarianceCorrection;
+  // Selected inversion holds two more factors for each power.
+  const std::uint64_t factors = isCorrected ? 1U + 2U * static_cast<std::uint64_t>(this->Power()) : 1U;
+  const std::uint64_t needed = factors * CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
   const bool fits = needed <= limit;
-  if (!fits && (this->Power() % 2 != 0 || this->Options.VarianceCorrection))
+  if (!fits && (this->Power() % 2 != 0 || isCorrected))
   {
     constexpr std::uint64_t MiB = 1U << 20U;
-    throw InvalidInput("MaternField: the Cholesky factor takes about " + std::to_string(needed / MiB + 1) +
-      " MiB; expected at most " + std::to_string(limit / MiB) +
+    throw InvalidInput(
+      "MaternField: the Cholesky factor, with variance correction that of its inverse too, takes about " +
+      std::to_string(needed / MiB + 1) + " MiB; expected at most " + std::to_string(limit / MiB) +
       " MiB, or the operator power 2 or 4 without variance correction, which need no factor.");
   }
   return fits;

@@ -91,6 +91,8 @@ public:
 
   /// alpha in use.
   int Power() const;
+  /// Shortest correlation range on the surface over that of the options, at most 1: see MaternFieldArrays.
+  double SmallestRangeFactor() const;
   /// Replaces @p values, [V, K], by C values, Q values, and see MaternField.
   void ApplyCovariance(RowMatrix& values) const;
   void ApplyPrecision(RowMatrix& values) const;

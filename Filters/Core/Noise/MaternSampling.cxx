@@ -90,12 +90,20 @@ Eigen::VectorXd MaternField::Internals::NoiseWeights() const
   return this->Power() % 2 == 0 ? this->RootMass : Eigen::VectorXd((this->Mass.array() > 0.0).cast<double>());
 }
 
+double MaternField::Internals::SmallestRangeFactor() const
+{
+  const MaternFieldArrays& arrays = this->Options.Arrays;
+  const double ratio = arrays.Directions.size() > 0 ? this->Options.AnisotropyRatio : 1.0;
+  const double least = arrays.RangeFactors.size() > 0 ? arrays.RangeFactors.minCoeff() : 1.0;
+  return std::min(1.0, least) * std::sqrt(std::min(ratio, 1.0 / ratio));
+}
+
 void MaternField::Internals::ChooseNoise(const TriangleMesh& mesh, const MeshTopology& topology)
 {
   if (this->Options.CoherentNoise)
   {
     constexpr double SidesOfRange = 14.0;
-    const double range = std::sqrt(8.0 * (this->Power() - 1) / this->Tau);
+    const double range = std::sqrt(8.0 * (this->Power() - 1) / this->Tau) * this->SmallestRangeFactor();
     // A power of sqrt(2), so that triangulations with slightly different ranges have the same lattice.
     this->Lattice.emplace(mesh, topology, std::exp2(0.5 * std::floor(2.0 * std::log2(range / SidesOfRange))));
   }

@@ -262,7 +262,7 @@ TEST_F(FieldConditioningOnSurface, WrongInputIsNamed)
   EXPECT_THAT(text(Eigen::VectorXd::Zero(4)), HasSubstr("4 deviations; expected 5"));
   EXPECT_THAT(text(Eigen::VectorXd::Constant(5, -1.0)), HasSubstr("negative or not finite"));
   EXPECT_THAT(text(Eigen::VectorXd::Constant(5, std::nan(""))), HasSubstr("negative or not finite"));
-  EXPECT_THAT(text(Eigen::VectorXd::Zero(5), 1024 * 642 + 16 * 16), HasSubstr("expected at most 4, which fit into"));
+  EXPECT_THAT(text(Eigen::VectorXd::Zero(5), 2048 * 642 + 32 * 16), HasSubstr("expected at most 4, which fit into"));
   const FieldConditioning conditioning = this->Conditioning(matrix, Eigen::VectorXd::Zero(5));
   EXPECT_THAT(TextOf<InvalidInput>([&] { conditioning.Mean(Values(4)); }), HasSubstr("4 values; expected 5"));
   EXPECT_THAT(TextOf<InvalidInput>([&] { conditioning.Mean(Values(5) * std::nan("")); }), HasSubstr("not finite"));

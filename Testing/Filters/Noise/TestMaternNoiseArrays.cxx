@@ -93,6 +93,34 @@ std::string ErrorWith(const std::function<void(vtkPolyData*, Noise*)>& change)
 }
 } // namespace
 
+// Refinement interpolates arrays; a mask is not to spread.
+TEST(MaternNoiseArrays, ARefinedMaskHoldsBetweenItsPointsOnly)
+{
+  auto surface = Grid(4).ToPolyData();
+  vtkNew<vtkIntArray> mask;
+  mask->SetName("mask");
+  double bounds[6];
+  surface->GetBounds(bounds);
+  for (vtkIdType p = 0; p < surface->GetNumberOfPoints(); ++p)
+  {
+    mask->InsertNextValue(surface->GetPoint(p)[0] == bounds[0] ? 7 : 0); // one side
+  }
+  surface->GetPointData()->AddArray(mask);
+  const auto filter = FilterOn(surface);
+  filter->RefinementOn();
+  filter->SetCorrelationRange(0.3 * (bounds[1] - bounds[0]));
+  filter->SetBoundaryConditionToDirichlet();
+  filter->SetBoundaryArrayName("mask");
+  ASSERT_TRUE(Update(filter));
+  auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
+  ASSERT_GT(output->GetNumberOfPoints(), 2 * surface->GetNumberOfPoints());
+  vtkDataArray* noise = output->GetPointData()->GetArray("MaternNoise");
+  for (vtkIdType p = 0; p < output->GetNumberOfPoints(); ++p)
+  {
+    EXPECT_EQ(noise->GetComponent(p, 0) == 0.0, output->GetPoint(p)[0] == bounds[0]) << p;
+  }
+}
+
 TEST(MaternNoiseArrays, AreThoseOfTheFieldOfTheCore)
 {
   const auto surface = SurfaceWithArrays();

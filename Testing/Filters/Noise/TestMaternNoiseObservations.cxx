@@ -2,6 +2,7 @@
 //
 // vtkMaternNoiseFilter with observations on its second input, and with coherent noise.
 #include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -273,4 +274,20 @@ TEST(MaternNoiseObservations, CoherentNoiseIsThatOfTheCoreAndCostsOneFactorizati
   }
   filter->SetNoiseModelToWhite();
   EXPECT_TRUE(Update(filter)) << "ignored by other models";
+}
+
+TEST(MaternNoiseObservations, APosteriorDeviationWithoutRoomForTheFactorIsAnErrorBeforeTheWork)
+{
+  const auto filter = FilterWith(ObservationsOf(), Icosphere(5).ToPolyData());
+  filter->SetMemoryLimit(2); // the factor takes five MiB
+  filter->PosteriorStandardDeviationOn();
+  EXPECT_THAT(ErrorOf(filter), testing::AllOf(HasSubstr("PosteriorStandardDeviation"), HasSubstr("MemoryLimit")));
+}
+
+TEST(MaternNoiseObservations, OtherModelsAreRefusedBeforeTheWork)
+{
+  const auto filter = FilterWith(ObservationsOf());
+  filter->SetNoiseModelToUnscreened();
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("MATERN"));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 0);
 }

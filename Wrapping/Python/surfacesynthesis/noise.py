@@ -168,7 +168,7 @@ def matern_noise(
     coherent_noise : bool
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise,
         up to discretization, on all triangulations of one surface at the same place, with correlations above 0.95 where
-        ``range`` is ten edges or more. Goes with the noise model "matern". Default False.
+        ``range`` is ten edges or more. Goes with the noise model "matern" and an ``operator_power`` of 2 or 4. Default False.
     observations : vtkPointSet or numpy.ndarray, optional
         Points near the surface at which the noise is known, or an array of points [n, 3]. The samples are then samples of
         the noise given the observations (its posterior). Goes with the noise model "matern" and a single surface.
@@ -326,6 +326,8 @@ def configured_filter(
         set_name(value)
     _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
     noise.SetCoherentNoise(flag("coherent_noise", coherent_noise))
+    if coherent_noise and operator_power % 2:
+        raise ValueError(f"coherent_noise goes with the operator_power 2 or 4, not {operator_power}")
     noise.SetPosteriorMean(flag("posterior_mean", posterior_mean))
     noise.SetPosteriorStandardDeviation(flag("posterior_standard_deviation", posterior_standard_deviation))
     observe(noise, observations, observation_array, observation_deviation_array, tolerance)

@@ -180,8 +180,8 @@ def run(arguments):
     from ..noise import array_names
 
     started = time.monotonic()
-    noise = _filter_of(arguments)
     _check_output(arguments, files)
+    noise = _filter_of(arguments)
     mesh = read_input_surface(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(noise, mesh, arguments)
