@@ -75,7 +75,7 @@ def coat(size=512):
     size = min(size, 128) if QUICK else size
     image = ProgrammableSource(registrationName="Coat", OutputDataSetType="vtkImageData")
     image.Script = _COAT.format(size=size)
-    image.ScriptRequestInformation = _COATEXTENT.format(size=size)
+    image.ScriptRequestInformation = _COAT_EXTENT.format(size=size)
     return image
 
 

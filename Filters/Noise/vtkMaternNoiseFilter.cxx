@@ -396,7 +396,7 @@ double vtkMaternNoiseFilter::GetRelativeResidual() const { return this->Impl->Re
 
 const char* vtkMaternNoiseFilter::GetSolverName() const { return this->Impl->SolverName; }
 
-int vtkMaternNoiseFilter::GetNumberOfIterations() const { return this->Impl->NumberOfIterations; }
+vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfIterations() const { return this->Impl->NumberOfIterations; }
 
 vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const
 {

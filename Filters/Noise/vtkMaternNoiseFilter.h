@@ -429,10 +429,11 @@ public:
   /**
    * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for conjugate
    * gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "None" for models without a
-   * solve. NumberOfIterations: the largest of a solve on the mesh so far; 0 without iterations.
+   * solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
+   * without iterations.
    */
   const char* GetSolverName() const;
-  int GetNumberOfIterations() const;
+  vtkTypeInt64 GetNumberOfIterations() const;
   ///@}
 
   /**

@@ -110,7 +110,7 @@ def properties_of_header(path):
     """For each property that can be set: comment, bounds and default; and the names of those that can be read only."""
     with open(path, encoding="utf-8") as file:
         header = file.read()
-    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z][A-Z_0-9]*) = (\d+)", header, re.MULTILINE)}
+    enumerators = {name: value for name, value in re.findall(r"^\s+([A-Z][A-Z_0-9]*) = (-?\d+)", header, re.MULTILINE)}
     defaults = dict(re.findall(r"^  (?:bool|int|double|std::string) (\w+)(?: = ([^;]+))?;", header, re.MULTILINE))
     settable, readable = {}, {}
     for group in GROUP.finditer(header):

@@ -147,7 +147,8 @@ def matern_noise(
         The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative
         is 0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
     robin_coefficient : float, optional
-        Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n, without unit, at least 0.
+        Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n and the tau of the
+        whole surface, without unit, at least 0.
         Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2.
     boundary_array : str, optional
         Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number
