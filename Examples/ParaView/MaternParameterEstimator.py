@@ -19,9 +19,9 @@ view = demo.picture(None)
 demo.show(demo.smooth(field), view, "MaternNoise", preset="Cool to Warm")
 demo.fill(view, field, top=0.2, right=0.14)
 rows = demo.rows_of(estimate)
-names = {"CorrelationRange": "Correlation range 0.8", "StandardDeviation": "Standard deviation 2"}
+names = {"CorrelationRange": "Range 0.8", "StandardDeviation": "Deviation 2"}
 for parameter, *numbers in zip(*(rows[column] for column in ("Parameter", "Estimate", "Lower", "Upper"))):
-    if str(parameter) in names:
+    if parameter.ToString() in names:
         value, low, high = (number.ToDouble() for number in numbers)
-        text = f"{names.pop(str(parameter))}, estimated: {value:.2f}, 95 %: {low:.2f} to {high:.2f}"
+        text = f"{names.pop(parameter.ToString())}, estimate {value:.2f} ({low:.2f} to {high:.2f})"
         demo.write(text, view, (0.04, 0.84 + 0.06 * len(names)))
