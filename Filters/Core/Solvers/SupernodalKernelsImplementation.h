@@ -20,9 +20,16 @@ typedef double Vector __attribute__((vector_size(VectorDoubles * sizeof(double))
 /// Columns of the panel that are solved before their effect on the other rows is subtracted in one go.
 constexpr int BlockColumns = 32;
 
-const Vector& Load(const double* address) { return *reinterpret_cast<const Vector*>(address); }
+/// A vector in memory at the address of any double. The struct says so: clang forgets the alignment of the typedef behind a
+/// reference.
+struct __attribute__((packed, may_alias)) VectorInMemory
+{
+  Vector Value;
+};
 
-Vector& Store(double* address) { return *reinterpret_cast<Vector*>(address); }
+Vector Load(const double* address) { return reinterpret_cast<const VectorInMemory*>(address)->Value; }
+
+VectorInMemory& Store(double* address) { return *reinterpret_cast<VectorInMemory*>(address); }
 
 /// Solves with the triangle of the panel's columns [first, last) for W vectors of right-hand sides.
 template <int W>
@@ -36,14 +43,14 @@ void ForwardTriangle(const SupernodalPanel& panel, int first, int last, double* 
     for (int w = 0; w < W; ++w)
     {
       value[w] = Load(own + w * VectorDoubles) * panel.InverseDiagonal[j];
-      Store(own + w * VectorDoubles) = value[w];
+      Store(own + w * VectorDoubles).Value = value[w];
     }
     for (int i = j + 1; i < last; ++i)
     {
       double* other = x + panel.RowIds[i] * count;
       for (int w = 0; w < W; ++w)
       {
-        Store(other + w * VectorDoubles) -= column[i] * value[w];
+        Store(other + w * VectorDoubles).Value -= column[i] * value[w];
       }
     }
   }
@@ -71,7 +78,7 @@ void BackwardTriangle(const SupernodalPanel& panel, int first, int last, double*
     }
     for (int w = 0; w < W; ++w)
     {
-      Store(own + w * VectorDoubles) = value[w] * panel.InverseDiagonal[j];
+      Store(own + w * VectorDoubles).Value = value[w] * panel.InverseDiagonal[j];
     }
   }
 }
@@ -103,7 +110,7 @@ void SubtractFromRows(const SupernodalPanel& panel, int first, int last, int row
     double* target = x + panel.RowIds[row + r] * count;
     for (int w = 0; w < W; ++w)
     {
-      Store(target + w * VectorDoubles) -= sum[r][w];
+      Store(target + w * VectorDoubles).Value -= sum[r][w];
     }
   }
 }
@@ -135,7 +142,7 @@ void SubtractFromColumns(const SupernodalPanel& panel, int j, int first, double*
     double* target = x + panel.RowIds[j + r] * count;
     for (int w = 0; w < W; ++w)
     {
-      Store(target + w * VectorDoubles) -= sum[r][w];
+      Store(target + w * VectorDoubles).Value -= sum[r][w];
     }
   }
 }
