@@ -163,8 +163,8 @@ def triangulations(options, model, original, sheet, view):
     sample, seconds = made(original, model, seed=SEEDS[0], steps=options.steps)
     start = with_noise_of(sample, original)
     displacements = {}
-    even = surfacesynthesis.remesh(start, points=1500, feature_angle=None)
-    meshes = {"original": start, "subdivided": subdivided(start), "even": even}
+    few = with_noise_of(sample, simplified(original, 2500))
+    meshes = {"original": start, "subdivided": subdivided(start), "decimated": few}
     for column, (name, mesh) in enumerate(meshes.items(), 1):
         if name != "original":
             sample, seconds = made(mesh, model, input_noise="InitialNoise", steps=options.steps)
