@@ -21,11 +21,11 @@ torch::Tensor Orthogonalized(const torch::Tensor& matrix)
   constexpr double A = 3.4445;
   constexpr double B = -4.7750;
   constexpr double C = 2.0315;
-  constexpr double Tiny = 1e-30; // against 0 / 0
+  constexpr double Tiny = 1e-12; // squares of floats below 1e-19 are 0, and so is the norm of such a matrix
   constexpr int Iterations = 5;
   const bool isTall = matrix.size(0) > matrix.size(1);
   torch::Tensor result = isTall ? matrix.t() : matrix;
-  result = result / (result.norm() + Tiny);
+  result = result / result.norm().clamp_min(Tiny);
   for (int k = 0; k < Iterations; ++k)
   {
     const torch::Tensor squares = result.matmul(result.t());

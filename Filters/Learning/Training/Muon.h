@@ -11,7 +11,7 @@ namespace surfsynth
 {
 
 /// Matrix with the singular vectors of @p matrix and singular values near 1: five steps of a Newton-Schulz iteration, which
-/// leave them in [0.7, 1.2]. 0 for the matrix 0.
+/// leave them in [0.7, 1.2]. Near 0 for a matrix with a norm far below 1e-12.
 torch::Tensor Orthogonalized(const torch::Tensor& matrix);
 
 /// Moves matrices along the orthogonalized momentum of their gradients: with momentum 0.95 in Nesterov's form, and a step of

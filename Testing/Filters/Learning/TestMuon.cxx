@@ -43,6 +43,16 @@ TEST(Muon, OrthogonalizedMatricesKeepTheirSingularVectors)
   EXPECT_EQ(Orthogonalized(torch::zeros({ 16, 20 })).abs().max().item<double>(), 0.0);
 }
 
+TEST(Muon, MatricesWhoseNormUnderflowsBecomeSmallOnes)
+{
+  for (const double size : { 1e-15, 1e-22, 1e-30, 1e-40 }) // a momentum that no gradient renews passes all of them
+  {
+    const torch::Tensor result = Orthogonalized((size * RandomMatrix(24, 48)).to(torch::kFloat));
+    EXPECT_TRUE(torch::isfinite(result).all().item<bool>()) << size;
+    EXPECT_LE(result.abs().max().item<double>(), 1.0) << size;
+  }
+}
+
 TEST(Muon, StepsAreOfTheSizeOfTheLearningRateAndAgainstTheGradient)
 {
   const torch::Tensor gradient = RandomMatrix(32, 64);
