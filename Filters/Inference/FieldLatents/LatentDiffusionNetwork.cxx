@@ -8,6 +8,7 @@
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/Common/MatrixProduct.h"
 #include "Inference/FieldLatents/FieldLatentKernels.h"
+#include "Inference/FieldLatents/FieldPooling.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 #include "Inference/FieldLatents/LatentDiffusionWeights.h"
 
@@ -109,16 +110,6 @@ struct StageClock
   double Stages;
   double Done = 0.0;
 };
-
-/// out row += factor times the row, complex. @param factor a complex number
-void AddTurned(const float* row, std::complex<float> factor, std::int64_t channels, float* out)
-{
-  for (std::int64_t c = 0; c < channels; ++c)
-  {
-    out[c] += factor.real() * row[c] - factor.imag() * row[channels + c];
-    out[channels + c] += factor.real() * row[channels + c] + factor.imag() * row[c];
-  }
-}
 } // namespace
 
 class LatentDiffusionNetwork::Internals
@@ -323,20 +314,9 @@ void LatentDiffusionNetwork::Internals::ApplyBlock(const Level& level, const Fie
 /// Mean over the members of each cluster, in the frame of its center.
 Features LatentDiffusionNetwork::Internals::Pool(const Features& fine, StageClock& clock) const
 {
-  const TangentHierarchy& surface = *this->Surface;
-  Features coarse(surface.Coarse.NumberOfVertices(), fine.Channels);
+  Features coarse(this->Surface->Coarse.NumberOfVertices(), fine.Channels);
   this->RunTiles(coarse, clock, [&](std::int64_t first, std::int64_t rows) {
-    std::fill(coarse.Row(first), coarse.Row(first + rows), 0.0F);
-    for (std::int64_t a = first; a < first + rows; ++a)
-    {
-      const auto k = static_cast<std::size_t>(a);
-      const float share = 1.0F / static_cast<float>(surface.MemberStart[k + 1] - surface.MemberStart[k]);
-      for (Index m = surface.MemberStart[k]; m < surface.MemberStart[k + 1]; ++m)
-      {
-        const Index v = surface.Members[static_cast<std::size_t>(m)];
-        AddTurned(fine.Row(v), share * surface.ToCenter[static_cast<std::size_t>(v)], fine.Channels, coarse.Row(a));
-      }
-    }
+    PoolFieldRows(*this->Surface, fine.Row(0), fine.Channels, first, rows, coarse.Row(first));
   });
   return coarse;
 }
@@ -345,21 +325,17 @@ Features LatentDiffusionNetwork::Internals::Pool(const Features& fine, StageCloc
 Features LatentDiffusionNetwork::Internals::Unpool(
   const Features& coarse, const Features& skipped, StageClock& clock) const
 {
-  const TangentHierarchy& surface = *this->Surface;
   Features fine(skipped.Rows, coarse.Channels + skipped.Channels);
   this->RunTiles(fine, clock, [&](std::int64_t first, std::int64_t rows) {
-    std::vector<float> turned(static_cast<std::size_t>(2 * coarse.Channels));
-    for (std::int64_t v = first; v < first + rows; ++v)
+    Features turned(rows, coarse.Channels);
+    UnpoolFieldRows(*this->Surface, coarse.Row(0), coarse.Channels, first, rows, turned.Row(0));
+    for (std::int64_t row = 0; row < rows; ++row)
     {
-      const auto k = static_cast<std::size_t>(v);
-      std::fill(turned.begin(), turned.end(), 0.0F);
-      AddTurned(coarse.Row(surface.Clusters[k]), std::conj(surface.ToCenter[k]), coarse.Channels, turned.data());
       for (std::int64_t part = 0; part < 2; ++part)
       {
-        float* out = fine.Row(v) + part * fine.Channels;
-        const float* own = skipped.Row(v) + part * skipped.Channels;
-        std::copy_n(turned.data() + part * coarse.Channels, coarse.Channels, out);
-        std::copy_n(own, skipped.Channels, out + coarse.Channels);
+        float* out = fine.Row(first + row) + part * fine.Channels;
+        std::copy_n(turned.Row(row) + part * coarse.Channels, coarse.Channels, out);
+        std::copy_n(skipped.Row(first + row) + part * skipped.Channels, skipped.Channels, out + coarse.Channels);
       }
     }
   });
