@@ -17,10 +17,15 @@
 #include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/LatentDiffusionTrainer.h"
 
+#include <ATen/Parallel.h>
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -59,8 +64,8 @@ void FieldLatentStep(benchmark::State& state, const FieldLatentOptions& network,
   state.counters["OfProductRate"] = rate / ProductRate();
 }
 
-/// One step of the diffusion on one surface of 3,000 vertices; d = 8 tangent vectors.
-void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& network)
+/// Training of the diffusion on one surface of 3,000 vertices, one step done; d = 8 tangent vectors.
+LatentDiffusionTrainer DiffusionTraining(const LatentDiffusionOptions& network)
 {
   LatentSurface surface;
   surface.Mesh = test::Torus(75, 40);
@@ -73,19 +78,69 @@ void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& 
   options.Device = TrainingDevice::CPU;
   LatentDiffusionTrainer trainer({ { surface }, "" }, options);
   trainer.Step();
+  return trainer;
+}
+
+/// Operations of the forward pass, and twice as many for the derivatives.
+double DiffusionStepOperations(const LatentDiffusionOptions& network)
+{
+  const TangentHierarchy levels{ OneRings(test::Torus(75, 40)) };
+  return 3.0 * LatentDiffusionOperations(network, levels.Fine.NumberOfVertices(), levels.Coarse.NumberOfVertices());
+}
+
+/// One step of the diffusion.
+void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& network)
+{
+  LatentDiffusionTrainer trainer = DiffusionTraining(network);
   const double start = ProcessorSeconds();
   for ([[maybe_unused]] auto step : state)
   {
     trainer.Step();
   }
   const double seconds = ProcessorSeconds() - start;
-  const TangentHierarchy levels{ OneRings(surface.Mesh) };
-  // The forward pass, and twice as many operations for the derivatives.
-  const double operations = 3.0 * LatentDiffusionOperations(network, vertices, levels.Coarse.NumberOfVertices());
+  const double operations = DiffusionStepOperations(network);
   const double rate = operations * static_cast<double>(state.iterations()) / seconds;
   state.counters["GFLOP"] = 1e-9 * operations;
   state.counters["GFLOPperSecond"] = 1e-9 * rate;
   state.counters["OfProductRate"] = rate / ProductRate();
+}
+
+/// Seconds of a step by the clock on some threads.
+double StepSeconds(LatentDiffusionTrainer& trainer, int threads)
+{
+  at::set_num_threads(threads);
+  const auto start = std::chrono::steady_clock::now();
+  trainer.Step();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Steps on one and on two threads in turn, by the clock: so both see the same load of the machine. OfProductRate1 and
+/// OfProductRate2 are shares of the shortest steps in the rate of sgemm on as many threads, SpeedUp is the ratio of the medians, BestSpeedUp
+/// that of the shortest steps.
+void LatentDiffusionThreads(benchmark::State& state, const LatentDiffusionOptions& network)
+{
+  LatentDiffusionTrainer trainer = DiffusionTraining(network);
+  std::array<std::vector<double>, 2> seconds;
+  for ([[maybe_unused]] auto step : state)
+  {
+    seconds[0].push_back(StepSeconds(trainer, 1));
+    seconds[1].push_back(StepSeconds(trainer, 2));
+  }
+  at::set_num_threads(1);
+  for (std::vector<double>& times : seconds)
+  {
+    std::sort(times.begin(), times.end());
+  }
+  const double rate = ProductRate();
+  const auto median = [](const std::vector<double>& times) { return times[times.size() / 2]; };
+  for (int threads = 1; threads <= 2; ++threads)
+  {
+    const double shortest = seconds[static_cast<std::size_t>(threads - 1)].front();
+    state.counters["OfProductRate" + std::to_string(threads)] = DiffusionStepOperations(network) /
+      (shortest * threads * rate);
+  }
+  state.counters["SpeedUp"] = median(seconds[0]) / median(seconds[1]);
+  state.counters["BestSpeedUp"] = seconds[0].front() / seconds[1].front();
 }
 
 /// Real multiplications and additions of one evaluation of a velocity field with extra features, in matrix products.
@@ -151,7 +206,7 @@ void FlowMatchingStep(benchmark::State& state, std::int64_t width, bool fused)
 } // namespace
 } // namespace surfsynth::bench
 
-/// On one thread: OMP_NUM_THREADS=1.
+/// On one thread, OMP_NUM_THREADS=1, but for LatentDiffusionThreads.
 int main(int argc, char** argv)
 {
   using namespace surfsynth;
@@ -174,6 +229,9 @@ int main(int argc, char** argv)
   })->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("LatentDiffusionStep/small", [](benchmark::State& state) {
     bench::LatentDiffusionStep(state, LatentDiffusionOptions::Small());
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("LatentDiffusionThreads/small", [](benchmark::State& state) {
+    bench::LatentDiffusionThreads(state, LatentDiffusionOptions::Small());
   })->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("LatentDiffusionStep/paper", [](benchmark::State& state) {
     bench::LatentDiffusionStep(state, LatentDiffusionOptions::Paper());

@@ -7,6 +7,10 @@
 #include "Inference/Common/ElementaryFunctions.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 
+#if defined(__AVX__)
+#include <immintrin.h> // only functions that are always inlined
+#endif
+
 namespace surfsynth
 {
 
@@ -24,33 +28,43 @@ constexpr int Lanes = 4;
 #endif
 using Vector = float __attribute__((vector_size(4 * Lanes)));
 
+/// @tparam Whole true for Lanes numbers, without a look at @p count
+template <bool Whole>
 SURFSYNTH_INLINE Vector Load(const float* from, Size count)
 {
   Vector value = {};
-  if (count >= Lanes)
-  {
-    __builtin_memcpy(&value, from, sizeof(value));
-  }
-  else
-  {
-    __builtin_memcpy(&value, from, static_cast<decltype(sizeof(float))>(4 * count));
-  }
+  __builtin_memcpy(&value, from, Whole ? sizeof(value) : static_cast<decltype(sizeof(float))>(4 * count));
   return value;
 }
 
+template <bool Whole>
 SURFSYNTH_INLINE void Store(const Vector& value, float* to, Size count)
 {
-  if (count >= Lanes)
-  {
-    __builtin_memcpy(to, &value, sizeof(value));
-  }
-  else
-  {
-    __builtin_memcpy(to, &value, static_cast<decltype(sizeof(float))>(4 * count));
-  }
+  __builtin_memcpy(to, &value, Whole ? sizeof(value) : static_cast<decltype(sizeof(float))>(4 * count));
 }
 
-SURFSYNTH_INLINE Vector Relu(const Vector& value) { return value > 0.0F ? value : Vector{}; }
+SURFSYNTH_INLINE Vector Relu(const Vector& value)
+{
+#if defined(__AVX512F__)
+  // One instruction, where the expression below becomes two.
+  return _mm512_maskz_max_ps(static_cast<__mmask16>(-1), value, _mm512_setzero_ps());
+#elif defined(__AVX__)
+  return _mm256_max_ps(value, _mm256_setzero_ps());
+#else
+  return value > 0.0F ? value : Vector{};
+#endif
+}
+
+/// Sets vectors to 0.
+template <int Count>
+SURFSYNTH_INLINE void Clear(Vector* values)
+{
+#pragma GCC unroll 8
+  for (int k = 0; k < Count; ++k)
+  {
+    values[k] = Vector{};
+  }
+}
 
 /// Numbers of one edge that all channels share.
 struct EdgeNumbers
@@ -115,6 +129,7 @@ SURFSYNTH_INLINE void Prepare(const FieldNeighborhoods& at, const FieldFilter& f
 constexpr int EdgesAtOnce = 16;
 
 /// Adds edges for Lanes channels (or @p count, fewer) to the sums in @p re and @p im.
+template <bool Whole>
 SURFSYNTH_INLINE void AddEdges(const EdgeNumbers* numbers, const std::int32_t* sources, int edges,
   const FieldFilter& filter, const float* features, const float* units, Size channels, Size count, Vector* re,
   Vector* im)
@@ -123,16 +138,16 @@ SURFSYNTH_INLINE void AddEdges(const EdgeNumbers* numbers, const std::int32_t* s
   {
     const EdgeNumbers& edge = numbers[e];
     const Size row = sources[e] * 2 * channels;
-    const Vector ur = Load(units + row, count);
-    const Vector ui = Load(units + row + channels, count);
+    const Vector ur = Load<Whole>(units + row, count);
+    const Vector ui = Load<Whole>(units + row + channels, count);
     Vector first[K];
 #pragma GCC unroll 8
     for (int j = 0; j < K; ++j)
     {
       first[j] = Relu(edge.Constant[j] + edge.ByReal[j] * ur + edge.ByImaginary[j] * ui);
     }
-    const Vector fr = Load(features + row, count);
-    const Vector fi = Load(features + row + channels, count);
+    const Vector fr = Load<Whole>(features + row, count);
+    const Vector fi = Load<Whole>(features + row + channels, count);
     const Vector xr = edge.Re * fr - edge.Im * fi;
     const Vector xi = edge.Re * fi + edge.Im * fr;
 #pragma GCC unroll 8
@@ -151,6 +166,33 @@ SURFSYNTH_INLINE void AddEdges(const EdgeNumbers* numbers, const std::int32_t* s
   }
 }
 
+/// Sums of one vertex over edges for some channels. @param more true to add to @p out
+template <bool Whole>
+SURFSYNTH_INLINE void GatherLanes(const EdgeNumbers* numbers, const std::int32_t* sources, int edges,
+  const FieldFilter& filter, const float* features, const float* units, Size channels, Size count, bool more,
+  float* out)
+{
+  Vector re[K];
+  Vector im[K];
+  Clear<K>(re);
+  Clear<K>(im);
+  if (more)
+  {
+    for (int k = 0; k < K; ++k)
+    {
+      re[k] = Load<Whole>(out + 2 * k * channels, count);
+      im[k] = Load<Whole>(out + (2 * k + 1) * channels, count);
+    }
+  }
+  AddEdges<Whole>(numbers, sources, edges, filter, features, units, channels, count, re, im);
+#pragma GCC unroll 8
+  for (int k = 0; k < K; ++k)
+  {
+    Store<Whole>(re[k], out + 2 * k * channels, count);
+    Store<Whole>(im[k], out + (2 * k + 1) * channels, count);
+  }
+}
+
 SURFSYNTH_INLINE void GatherVertex(const FieldNeighborhoods& at, const FieldFilter& filter, const float* features,
   const float* units, Size v, Size channels, float* out)
 {
@@ -163,25 +205,18 @@ SURFSYNTH_INLINE void GatherVertex(const FieldNeighborhoods& at, const FieldFilt
     {
       Prepare(at, filter, begin + e, numbers[e]);
     }
+    const std::int32_t* sources = at.Sources + begin;
+    const bool more = begin > at.Start[v];
     for (Size c = 0; c < channels; c += Lanes)
     {
-      const Size count = channels - c < Lanes ? channels - c : Lanes;
-      Vector re[K] = {};
-      Vector im[K] = {};
-      if (begin > at.Start[v])
+      const Size count = channels - c;
+      if (count >= Lanes)
       {
-        for (int k = 0; k < K; ++k)
-        {
-          re[k] = Load(out + 2 * k * channels + c, count);
-          im[k] = Load(out + (2 * k + 1) * channels + c, count);
-        }
+        GatherLanes<true>(numbers, sources, edges, filter, features + c, units + c, channels, Lanes, more, out + c);
       }
-      AddEdges(numbers, at.Sources + begin, edges, filter, features + c, units + c, channels, count, re, im);
-#pragma GCC unroll 8
-      for (int k = 0; k < K; ++k)
+      else
       {
-        Store(re[k], out + 2 * k * channels + c, count);
-        Store(im[k], out + (2 * k + 1) * channels + c, count);
+        GatherLanes<false>(numbers, sources, edges, filter, features + c, units + c, channels, count, more, out + c);
       }
     }
   }
@@ -234,6 +269,7 @@ struct SourceLanes
 };
 
 /// Adds the derivatives by the features that come through one edge. @param dSum [K, 2 C] of the target, from the channel on
+template <bool Whole>
 SURFSYNTH_INLINE void AddEdgeGradient(const EdgeNumbers& edge, const FieldFilter& filter, const float* dSum,
   Size channels, Size count, Vector* first, Vector* byFirst, Vector* byHidden, SourceLanes& at)
 {
@@ -246,7 +282,6 @@ SURFSYNTH_INLINE void AddEdgeGradient(const EdgeNumbers& edge, const FieldFilter
   const Vector xi = edge.Re * at.Im + edge.Im * at.Re;
   Vector byXr = {};
   Vector byXi = {};
-  Vector sums[K] = {};
 #pragma GCC unroll 8
   for (int k = 0; k < K; ++k)
   {
@@ -256,28 +291,29 @@ SURFSYNTH_INLINE void AddEdgeGradient(const EdgeNumbers& edge, const FieldFilter
     {
       hidden += filter.Hidden[k * K + j] * first[j];
     }
-    const Vector gr = Load(dSum + 2 * k * channels, count);
-    const Vector gi = Load(dSum + (2 * k + 1) * channels, count);
+    const Vector gr = Load<Whole>(dSum + 2 * k * channels, count);
+    const Vector gi = Load<Whole>(dSum + (2 * k + 1) * channels, count);
     const Vector active = Relu(hidden);
     byXr += active * gr;
     byXi += active * gi;
-    const Vector by = hidden > 0.0F ? gr * xr + gi * xi : Vector{};
-    byHidden[k] = by;
-#pragma GCC unroll 8
-    for (int j = 0; j < K; ++j)
-    {
-      sums[j] += filter.Hidden[k * K + j] * by;
-    }
-  }
-#pragma GCC unroll 8
-  for (int j = 0; j < K; ++j)
-  {
-    byFirst[j] = first[j] > 0.0F ? sums[j] : Vector{};
-    at.ByUnitRe += edge.ByReal[j] * byFirst[j];
-    at.ByUnitIm += edge.ByImaginary[j] * byFirst[j];
+    byHidden[k] = hidden > 0.0F ? gr * xr + gi * xi : Vector{};
   }
   at.ByRe += edge.Re * byXr + edge.Im * byXi;
   at.ByIm += edge.Re * byXi - edge.Im * byXr;
+  // A loop of its own: sums beside those above would not fit into registers.
+#pragma GCC unroll 8
+  for (int j = 0; j < K; ++j)
+  {
+    Vector sum = filter.Hidden[j] * byHidden[0];
+#pragma GCC unroll 8
+    for (int k = 1; k < K; ++k)
+    {
+      sum += filter.Hidden[k * K + j] * byHidden[k];
+    }
+    byFirst[j] = first[j] > 0.0F ? sum : Vector{};
+    at.ByUnitRe += edge.ByReal[j] * byFirst[j];
+    at.ByUnitIm += edge.ByImaginary[j] * byFirst[j];
+  }
 }
 
 /// Adds the derivatives by the weights that come through the edges of a tape. @param shares [K], those by the shares
@@ -360,6 +396,7 @@ SURFSYNTH_INLINE float SumOfLanes(const Vector& value)
 }
 
 /// Derivatives by some channels of one source, from @p edges edges, at most TapedEdges.
+template <bool Whole>
 SURFSYNTH_INLINE void AddSourceGradient(const EdgeNumbers* numbers, const std::int32_t* targets, int edges,
   const FieldFilter& filter, const float* dSums, Size channels, Size count, SourceLanes& at, Vector* shares,
   FilterSums& sums)
@@ -367,7 +404,7 @@ SURFSYNTH_INLINE void AddSourceGradient(const EdgeNumbers* numbers, const std::i
   EdgeTape tape;
   for (int e = 0; e < edges; ++e)
   {
-    AddEdgeGradient(numbers[e], filter, dSums + targets[e] * 2 * K * channels, channels, count, tape.First[e],
+    AddEdgeGradient<Whole>(numbers[e], filter, dSums + targets[e] * 2 * K * channels, channels, count, tape.First[e],
       tape.ByFirst[e], tape.ByHidden[e], at);
     tape.Cosine[e] = numbers[e].LogX * at.UnitRe + numbers[e].LogY * at.UnitIm;
     tape.Sine[e] = numbers[e].LogY * at.UnitRe - numbers[e].LogX * at.UnitIm;
@@ -388,14 +425,44 @@ SURFSYNTH_INLINE void AddGuideGradient(
   }
 }
 
+/// Derivatives by some channels of source @p q from edges. @param more true to add to @p dFeatures
+template <bool Whole>
+SURFSYNTH_INLINE void GatherSourceLanes(const EdgeNumbers* numbers, const std::int32_t* targets, int edges,
+  const FieldFilter& filter, const SourceGuide* guides, const float* features, const float* units, const float* dSums,
+  Size channels, Size count, bool more, float* dFeatures, Vector* shares, FilterSums& sums)
+{
+  SourceLanes lanes = { Load<Whole>(features, count), Load<Whole>(features + channels, count),
+    Load<Whole>(units, count), Load<Whole>(units + channels, count), {}, {}, {}, {} };
+  Vector own[K];
+  Clear<K>(own);
+  AddSourceGradient<Whole>(numbers, targets, edges, filter, dSums, channels, count, lanes, own, sums);
+  AddGuideGradient(guides[0], lanes, own, sums.Centroids);
+  AddGuideGradient(guides[1], lanes, own, sums.Directed);
+  for (int j = 0; j < K; ++j)
+  {
+    shares[j] += own[j];
+  }
+  // By x, of u = x / n with n^2 = |x|^2 + 1e-6: (du - u Re<u, du>) / n.
+  const Vector square = lanes.Re * lanes.Re + lanes.Im * lanes.Im + 1e-6F;
+  Vector inverse;
+  for (int lane = 0; lane < Lanes; ++lane)
+  {
+    inverse[lane] = 1.0F / __builtin_sqrtf(square[lane]);
+  }
+  const Vector along = lanes.UnitRe * lanes.ByUnitRe + lanes.UnitIm * lanes.ByUnitIm;
+  const Vector re = lanes.ByRe + inverse * (lanes.ByUnitRe - along * lanes.UnitRe);
+  const Vector im = lanes.ByIm + inverse * (lanes.ByUnitIm - along * lanes.UnitIm);
+  Store<Whole>(more ? Load<Whole>(dFeatures, count) + re : re, dFeatures, count);
+  Store<Whole>(more ? Load<Whole>(dFeatures + channels, count) + im : im, dFeatures + channels, count);
+}
+
 /// Derivatives by the features of source @p q. @param shares [K], sums that are added to
 SURFSYNTH_INLINE void GatherSourceGradient(const FieldNeighborhoods& at, const FieldSources& sources,
   const FieldFilter& filter, const float* features, const float* units, const float* dSums, Size q, Size channels,
   float* dFeatures, Vector* shares, FilterSums& sums)
 {
   EdgeNumbers numbers[TapedEdges];
-  const SourceGuide centroid = GuideOf(at.Centroids, q);
-  const SourceGuide direction = GuideOf(at.Directions, q);
+  const SourceGuide guides[2] = { GuideOf(at.Centroids, q), GuideOf(at.Directions, q) };
   for (std::int32_t begin = sources.Start[q]; begin < sources.Start[q + 1]; begin += TapedEdges)
   {
     const int rest = sources.Start[q + 1] - begin;
@@ -404,33 +471,22 @@ SURFSYNTH_INLINE void GatherSourceGradient(const FieldNeighborhoods& at, const F
     {
       Prepare(at, filter, sources.Edges[begin + e], numbers[e]);
     }
+    const std::int32_t* targets = sources.Targets + begin;
+    const bool more = begin > sources.Start[q];
     for (Size c = 0; c < channels; c += Lanes)
     {
-      const Size count = channels - c < Lanes ? channels - c : Lanes;
+      const Size count = channels - c;
       const Size row = q * 2 * channels + c;
-      SourceLanes lanes = { Load(features + row, count), Load(features + row + channels, count),
-        Load(units + row, count), Load(units + row + channels, count), {}, {}, {}, {} };
-      Vector own[K] = {};
-      AddSourceGradient(numbers, sources.Targets + begin, edges, filter, dSums + c, channels, count, lanes, own, sums);
-      AddGuideGradient(centroid, lanes, own, sums.Centroids);
-      AddGuideGradient(direction, lanes, own, sums.Directed);
-      for (int j = 0; j < K; ++j)
+      if (count >= Lanes)
       {
-        shares[j] += own[j];
+        GatherSourceLanes<true>(numbers, targets, edges, filter, guides, features + row, units + row, dSums + c,
+          channels, Lanes, more, dFeatures + c, shares, sums);
       }
-      // By x, of u = x / n with n^2 = |x|^2 + 1e-6: (du - u Re<u, du>) / n.
-      const Vector square = lanes.Re * lanes.Re + lanes.Im * lanes.Im + 1e-6F;
-      Vector inverse;
-      for (int lane = 0; lane < Lanes; ++lane)
+      else
       {
-        inverse[lane] = 1.0F / __builtin_sqrtf(square[lane]);
+        GatherSourceLanes<false>(numbers, targets, edges, filter, guides, features + row, units + row, dSums + c,
+          channels, count, more, dFeatures + c, shares, sums);
       }
-      const Vector along = lanes.UnitRe * lanes.ByUnitRe + lanes.UnitIm * lanes.ByUnitIm;
-      const Vector re = lanes.ByRe + inverse * (lanes.ByUnitRe - along * lanes.UnitRe);
-      const Vector im = lanes.ByIm + inverse * (lanes.ByUnitIm - along * lanes.UnitIm);
-      const bool more = begin > sources.Start[q];
-      Store(more ? Load(dFeatures + c, count) + re : re, dFeatures + c, count);
-      Store(more ? Load(dFeatures + channels + c, count) + im : im, dFeatures + channels + c, count);
     }
   }
 }

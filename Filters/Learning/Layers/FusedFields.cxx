@@ -39,16 +39,37 @@ void ForFieldParts(std::int64_t rows, const Body& body)
   });
 }
 
-/// Calls body(first, count) for tiles of about the same number of rows.
-template <typename Body>
-void ForFieldTiles(std::int64_t begin, std::int64_t end, const Body& body)
+/// Most rows of a tile for products with @p columns numbers in a row: more where a mebibyte holds them, so that matrices
+/// are packed less often.
+std::int64_t ProductTileRows(std::int64_t columns)
 {
-  const std::int64_t tiles = (end - begin + FieldTileRows - 1) / FieldTileRows;
+  return std::clamp<std::int64_t>((std::int64_t(1) << 18) / columns, FieldTileRows, 2 * FieldTileRows);
+}
+
+/// Calls body(first, count) for tiles of about the same number of rows, at most @p most.
+template <typename Body>
+void ForFieldTiles(std::int64_t begin, std::int64_t end, std::int64_t most, const Body& body)
+{
+  const std::int64_t tiles = (end - begin + most - 1) / most;
   for (std::int64_t tile = 0; tile < tiles; ++tile)
   {
     const std::int64_t first = begin + (end - begin) * tile / tiles;
     body(first, begin + (end - begin) * (tile + 1) / tiles - first);
   }
+}
+
+/// Numbers to keep for the derivatives, [rows, columns]; undefined where @p needed is false or they are too many.
+torch::Tensor KeptNumbers(bool needed, std::int64_t rows, std::int64_t columns, const torch::Tensor& like)
+{
+  const bool fits = rows * columns * static_cast<std::int64_t>(sizeof(float)) <= FieldStepMemory();
+  return needed && fits ? torch::empty({ rows, columns }, like.options()) : torch::Tensor();
+}
+
+/// True when derivatives by one of @p tensors will be asked for.
+bool NeedsDerivatives(const variable_list& tensors)
+{
+  return torch::GradMode::is_enabled() &&
+    std::any_of(tensors.begin(), tensors.end(), [](const torch::Tensor& tensor) { return tensor.requires_grad(); });
 }
 
 /// Uninitialized numbers.
@@ -210,7 +231,7 @@ torch::Tensor MeanSquares(const torch::Tensor& x)
   double* to = parts.data_ptr<double>();
   ForFieldParts(x.size(0), [&](std::int64_t part, std::int64_t begin, std::int64_t end) {
     std::vector<float> squares(static_cast<std::size_t>(channels));
-    ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
+    ForFieldTiles(begin, end, FieldTileRows, [&](std::int64_t first, std::int64_t rows) {
       BestLatentDiffusionKernels().Squares(from + 2 * channels * first, rows, channels, squares.data());
       std::transform(squares.begin(), squares.end(), to + part * channels, to + part * channels,
         [](float square, double sum) { return sum + static_cast<double>(square); });
@@ -223,8 +244,9 @@ torch::Tensor MeanSquares(const torch::Tensor& x)
 class FieldNeuronStep : public torch::autograd::Function<FieldNeuronStep>
 {
 public:
+  /// @param keep true to keep keys and queries for the derivatives, where they fit
   static torch::Tensor forward(AutogradContext* context, const torch::Tensor& x, const torch::Tensor& scale,
-    const torch::Tensor& logDelta, const torch::Tensor& key, const torch::Tensor& query)
+    const torch::Tensor& logDelta, const torch::Tensor& key, const torch::Tensor& query, bool keep)
   {
     const torch::Tensor in = x.contiguous();
     const torch::Tensor meanSquares = MeanSquares(in);
@@ -232,17 +254,21 @@ public:
     const std::int64_t width = in.size(1);
     const std::int64_t outputs = key.size(1);
     const torch::Tensor out = torch::empty({ in.size(0), 2 * outputs }, in.options());
+    const torch::Tensor kept = KeptNumbers(keep, in.size(0), 4 * outputs, in);
     const float* from = in.data_ptr<float>();
     float* to = out.data_ptr<float>();
+    float* all = kept.defined() ? kept.data_ptr<float>() : nullptr;
+    const std::int64_t most = ProductTileRows(4 * outputs);
     const SingleThreadedBlas blas;
     ForFieldParts(in.size(0), [&](std::int64_t, std::int64_t begin, std::int64_t end) {
-      const auto wide = FieldScratch(FieldTileRows * 4 * outputs);
-      ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
-        Multiply(from + first * width, matrices.Normalized(), wide.get(), rows, width, 4 * outputs);
-        BestFieldLatentKernels().Neuron(wide.get(), rows, outputs, to + 2 * first * outputs);
+      const auto scratch = FieldScratch(all ? 0 : most * 4 * outputs);
+      ForFieldTiles(begin, end, most, [&](std::int64_t first, std::int64_t rows) {
+        float* wide = all ? all + first * 4 * outputs : scratch.get();
+        Multiply(from + first * width, matrices.Normalized(), wide, rows, width, 4 * outputs);
+        BestFieldLatentKernels().Neuron(wide, rows, outputs, to + 2 * first * outputs);
       });
     });
-    context->save_for_backward({ in, scale, logDelta, key, query, meanSquares });
+    context->save_for_backward({ in, scale, logDelta, key, query, meanSquares, kept });
     return out;
   }
 
@@ -254,7 +280,7 @@ public:
     const torch::Tensor gradient = gradients[0].contiguous();
     const NeuronMatrices matrices(saved[5], saved[1], saved[2], saved[3], saved[4]);
     const torch::Tensor dx = torch::empty_like(in);
-    const torch::Tensor byMatrix = MatrixGradient(in, gradient, matrices.Normalized(), dx);
+    const torch::Tensor byMatrix = MatrixGradient(in, gradient, matrices.Normalized(), saved[6], dx);
 
     const torch::Tensor byScale = torch::empty_like(saved[1]);
     const torch::Tensor byLogDelta = torch::empty_like(saved[2]);
@@ -266,32 +292,41 @@ public:
     const torch::Tensor byQuery = torch::empty_like(saved[4]);
     matrices.KeyPlaces().Gradient(byMatrix.data_ptr<float>(), byKey.data_ptr<float>());
     matrices.QueryPlaces().Gradient(byMatrix.data_ptr<float>(), byQuery.data_ptr<float>());
-    return { dx, byScale, byLogDelta, byKey, byQuery };
+    return { dx, byScale, byLogDelta, byKey, byQuery, torch::Tensor() };
   }
 
 private:
   /// Derivatives by the normalized matrix, and by x for constant mean squares.
-  static torch::Tensor MatrixGradient(
-    const torch::Tensor& in, const torch::Tensor& gradient, const float* matrix, const torch::Tensor& dx)
+  /// @param kept keys and queries, or undefined to compute them again
+  static torch::Tensor MatrixGradient(const torch::Tensor& in, const torch::Tensor& gradient, const float* matrix,
+    const torch::Tensor& kept, const torch::Tensor& dx)
   {
     const std::int64_t width = in.size(1);
     const std::int64_t outputs = gradient.size(1) / 2;
     const std::int64_t columns = 4 * outputs;
-    const torch::Tensor parts = torch::zeros({ FieldParts, width, columns }, in.options());
+    const torch::Tensor parts = torch::empty({ FieldParts, width, columns }, in.options());
     const float* from[2] = { in.data_ptr<float>(), gradient.data_ptr<float>() };
+    const float* all = kept.defined() ? kept.data_ptr<float>() : nullptr;
     float* const to[2] = { dx.data_ptr<float>(), parts.data_ptr<float>() };
+    const std::int64_t most = ProductTileRows(columns);
     const SingleThreadedBlas blas;
     ForFieldParts(in.size(0), [&](std::int64_t part, std::int64_t begin, std::int64_t end) {
-      const auto wide = FieldScratch(2 * FieldTileRows * columns);
-      float* byWide = wide.get() + FieldTileRows * columns;
-      ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
+      const auto byWide = FieldScratch(most * columns);
+      const auto scratch = FieldScratch(all ? 0 : most * columns);
+      float* byMatrix = to[1] + part * width * columns;
+      std::fill_n(byMatrix, begin == end ? width * columns : 0, 0.0F);
+      ForFieldTiles(begin, end, most, [&](std::int64_t first, std::int64_t rows) {
         const float* x = from[0] + first * width;
-        Multiply(x, matrix, wide.get(), rows, width, columns);
-        BestFieldLatentKernels().NeuronGradient(wide.get(), from[1] + 2 * first * outputs, rows, outputs, byWide);
+        const float* wide = all ? all + first * columns : scratch.get();
+        if (!all)
+        {
+          Multiply(x, matrix, scratch.get(), rows, width, columns);
+        }
+        BestFieldLatentKernels().NeuronGradient(wide, from[1] + 2 * first * outputs, rows, outputs, byWide.get());
         MultiplyBlocks(
-          { byWide, columns }, { matrix, columns, true }, to[0] + first * width, width, rows, columns, width);
+          { byWide.get(), columns }, { matrix, columns, true }, to[0] + first * width, width, rows, columns, width);
         MultiplyBlocks(
-          { x, width, true }, { byWide, columns }, to[1] + part * width * columns, columns, width, rows, columns, true);
+          { x, width, true }, { byWide.get(), columns }, byMatrix, columns, width, rows, columns, first > begin);
       });
     });
     return parts.sum(0);
@@ -358,30 +393,36 @@ torch::Tensor UnitFields(const torch::Tensor& x)
 class FieldConvolutionStep : public torch::autograd::Function<FieldConvolutionStep>
 {
 public:
+  /// @param keep true to keep the sums of neighborhoods for the derivatives, where they fit
   static torch::Tensor forward(AutogradContext* context, const std::shared_ptr<const FieldLevel>& level, bool guided,
     const torch::Tensor& x, const torch::Tensor& shares, const torch::Tensor& radius, const torch::Tensor& aligned,
     const torch::Tensor& centroids, const torch::Tensor& directed, const torch::Tensor& hidden,
-    const torch::Tensor& hiddenBias, const torch::Tensor& weight)
+    const torch::Tensor& hiddenBias, const torch::Tensor& weight, bool keep)
   {
-    const variable_list in = { x.contiguous(), shares.contiguous(), radius, aligned, centroids, directed, hidden,
-      hiddenBias, weight };
+    variable_list in = { x.contiguous(), shares.contiguous(), radius, aligned, centroids, directed, hidden, hiddenBias,
+      weight };
     const std::int64_t channels = weight.size(1);
     const std::int64_t width = FilterChannels * 2 * channels;
     const std::vector<float> matrix = ConvolutionMatrix(weight);
     const torch::Tensor units = UnitFields(in[InputX]);
     const torch::Tensor out = torch::empty_like(in[InputX]);
+    const torch::Tensor kept = KeptNumbers(keep, out.size(0), width, out);
+    float* all = kept.defined() ? kept.data_ptr<float>() : nullptr;
     const FieldNeighborhoods at = level->View(guided);
     const FieldFilter filter = FilterOf(in);
     const float* from[2] = { in[InputX].data_ptr<float>(), units.data_ptr<float>() };
     float* to = out.data_ptr<float>();
+    const std::int64_t most = ProductTileRows(width);
     const SingleThreadedBlas blas;
     ForFieldParts(out.size(0), [&](std::int64_t, std::int64_t begin, std::int64_t end) {
-      const auto sums = FieldScratch(FieldTileRows * width);
-      ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
-        BestLatentDiffusionKernels().GatherFields(at, filter, from[0], from[1], first, rows, channels, sums.get());
-        Multiply(sums.get(), matrix.data(), to + 2 * first * channels, rows, width, 2 * channels);
+      const auto scratch = FieldScratch(all ? 0 : most * width);
+      ForFieldTiles(begin, end, most, [&](std::int64_t first, std::int64_t rows) {
+        float* sums = all ? all + first * width : scratch.get();
+        BestLatentDiffusionKernels().GatherFields(at, filter, from[0], from[1], first, rows, channels, sums);
+        Multiply(sums, matrix.data(), to + 2 * first * channels, rows, width, 2 * channels);
       });
     });
+    in.push_back(kept);
     context->save_for_backward(in);
     KeepField(context, level);
     context->saved_data["guided"] = guided;
@@ -404,11 +445,12 @@ public:
     ConvolutionPlaces(channels).Gradient(byMatrix.data_ptr<float>(), byWeight.data_ptr<float>());
     derivatives.push_back(byWeight);
     derivatives.insert(derivatives.begin(), 2, torch::Tensor()); // of level and guidance
+    derivatives.emplace_back();                                  // of the choice to keep sums
     return derivatives;
   }
 
 private:
-  /// Derivatives by the matrix, from sums that are computed again, and by the sums.
+  /// Derivatives by the matrix, from the sums that were kept or are computed again, and by the sums.
   static torch::Tensor ProductGradient(const FieldLevel& level, bool guided, const variable_list& in,
     const torch::Tensor& units, const torch::Tensor& gradient, const torch::Tensor& dSums)
   {
@@ -416,19 +458,27 @@ private:
     const std::int64_t outputs = 2 * channels;
     const std::int64_t width = FilterChannels * outputs;
     const std::vector<float> matrix = ConvolutionMatrix(in[InputWeight]);
-    const torch::Tensor parts = torch::zeros({ FieldParts, width, outputs }, gradient.options());
+    const torch::Tensor parts = torch::empty({ FieldParts, width, outputs }, gradient.options());
     const FieldNeighborhoods at = level.View(guided);
     const FieldFilter filter = FilterOf(in);
     const float* from[3] = { in[InputX].data_ptr<float>(), units.data_ptr<float>(), gradient.data_ptr<float>() };
+    const float* all = in[ConvolutionInputs].defined() ? in[ConvolutionInputs].data_ptr<float>() : nullptr;
     float* const to[2] = { parts.data_ptr<float>(), dSums.data_ptr<float>() };
+    const std::int64_t most = ProductTileRows(width);
     const SingleThreadedBlas blas;
     ForFieldParts(gradient.size(0), [&](std::int64_t part, std::int64_t begin, std::int64_t end) {
-      const auto sums = FieldScratch(FieldTileRows * width);
-      ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
+      const auto scratch = FieldScratch(all ? 0 : most * width);
+      float* byMatrix = to[0] + part * width * outputs;
+      std::fill_n(byMatrix, begin == end ? width * outputs : 0, 0.0F);
+      ForFieldTiles(begin, end, most, [&](std::int64_t first, std::int64_t rows) {
         const float* byOut = from[2] + first * outputs;
-        BestLatentDiffusionKernels().GatherFields(at, filter, from[0], from[1], first, rows, channels, sums.get());
-        MultiplyBlocks({ sums.get(), width, true }, { byOut, outputs }, to[0] + part * width * outputs, outputs, width,
-          rows, outputs, true);
+        const float* sums = all ? all + first * width : scratch.get();
+        if (!all)
+        {
+          BestLatentDiffusionKernels().GatherFields(at, filter, from[0], from[1], first, rows, channels, scratch.get());
+        }
+        MultiplyBlocks(
+          { sums, width, true }, { byOut, outputs }, byMatrix, outputs, width, rows, outputs, first > begin);
         MultiplyBlocks(
           { byOut, outputs }, { matrix.data(), outputs, true }, to[1] + first * width, width, rows, outputs, width);
       });
@@ -462,7 +512,7 @@ private:
       };
       const FieldFilterGradient gradient = { place(InputShares), place(InputRadius), place(InputAligned),
         place(InputCentroids), place(InputDirected), place(InputHidden), place(InputHiddenBias) };
-      ForFieldTiles(begin, end, [&](std::int64_t first, std::int64_t rows) {
+      ForFieldTiles(begin, end, FieldTileRows, [&](std::int64_t first, std::int64_t rows) {
         BestLatentDiffusionKernels().GatherFieldsGradient(at, sources, filter, from[0], from[1], from[2], first, rows,
           channels, to[0] + 2 * first * channels, gradient);
       });
@@ -543,20 +593,26 @@ public:
 torch::Tensor FusedFieldNeuron(const torch::Tensor& x, const torch::Tensor& scale, const torch::Tensor& logDelta,
   const torch::Tensor& key, const torch::Tensor& query)
 {
-  return FieldNeuronStep::apply(x, scale, logDelta, key, query);
+  return FieldNeuronStep::apply(x, scale, logDelta, key, query, NeedsDerivatives({ x, scale, logDelta, key, query }));
 }
 
 torch::Tensor FusedFieldConvolution(
   const std::shared_ptr<const FieldLevel>& level, bool guided, const std::vector<torch::Tensor>& in)
 {
   return FieldConvolutionStep::apply(level, guided, in[InputX], in[InputShares], in[InputRadius], in[InputAligned],
-    in[InputCentroids], in[InputDirected], in[InputHidden], in[InputHiddenBias], in[InputWeight]);
+    in[InputCentroids], in[InputDirected], in[InputHidden], in[InputHiddenBias], in[InputWeight], NeedsDerivatives(in));
 }
 
 torch::Tensor FusedClusterCarry(
   const std::shared_ptr<const DiffusionSurface>& surface, const torch::Tensor& x, bool toCoarse, bool mean)
 {
   return ClusterStep::apply(surface, x, toCoarse, mean);
+}
+
+std::atomic<std::int64_t>& FieldStepMemory()
+{
+  static std::atomic<std::int64_t> bytes{ 32 << 20 };
+  return bytes;
 }
 
 void RequireFirstFieldDerivatives()

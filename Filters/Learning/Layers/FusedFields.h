@@ -3,20 +3,27 @@
 /// Steps of the denoising network of field latents [Mitchel2024] on the processor in float32, each with a derivative of
 /// its own (first derivatives only). Private to Learning.
 ///
-/// They keep their inputs only: filters, sums of neighborhoods and products of neurons are computed again for the
-/// derivatives, one tile of vertices at a time. Results and derivatives have the same bits for every number of threads.
+/// They keep their inputs, and sums of neighborhoods and products of neurons where FieldStepMemory() holds those of a layer;
+/// filters, and larger sums and products, are computed again for the derivatives, one tile of vertices at a time. Results and derivatives have the same bits for every number of threads.
 #pragma once
 
 #include "Learning/Layers/DiffusionSurface.h"
 
 #include <torch/torch.h>
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace surfsynth
 {
+
+/// Most bytes of the intermediate results of one step that are kept for its derivatives, 32 MiB: reading them takes less
+/// time than computing them again. More would take memory that grows with the surface and the layers. The bits of results
+/// do not depend on it.
+std::atomic<std::int64_t>& FieldStepMemory();
 
 /// Computes equations 20, with the mean over all vertices, and 19 on [V, 2 a]: [V, 2 b].
 /// @param scale [2, a] @param logDelta [a] @param key, query [2, b, a]

@@ -6,6 +6,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Inference/FieldLatents/LatentDiffusionNetwork.h"
+#include "Learning/Layers/FusedFields.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Networks/LatentDiffusionNetworks.h"
 
@@ -264,6 +265,21 @@ TEST(LatentDenoisingNetwork, EveryNumberOfThreadsGivesTheSameBits)
   for (const auto& [name, expected] : one)
   {
     EXPECT_TRUE(torch::equal(three.at(name), expected)) << name;
+  }
+}
+
+TEST(LatentDenoisingNetwork, ResultsThatAreKeptAndThatAreComputedAgainGiveTheSameBits)
+{
+  const LatentDiffusionModel model = test::RandomLatentDiffusion();
+  const DiffusionCase at(model.Options, 2);
+  const LatentDenoisingNetwork network = MakeLatentDenoisingNetwork(model);
+  const auto kept = Derivatives(network, at, torch::kFloat32);
+  const std::int64_t bytes = FieldStepMemory().exchange(0);
+  const auto again = Derivatives(network, at, torch::kFloat32);
+  FieldStepMemory() = bytes;
+  for (const auto& [name, expected] : kept)
+  {
+    EXPECT_TRUE(torch::equal(again.at(name), expected)) << name;
   }
 }
 
