@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "FieldLatentTextureInternals.h"
 
+#include "RegularRings.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
@@ -35,6 +36,8 @@ constexpr double BeforeSamples = 0.2;
 constexpr double AfterLatents = 0.85;
 /// Features of a channel that the network holds at once, float32, for each vertex: see LatentDiffusionNetwork.
 constexpr double FeaturesOfChannel = 16.0;
+constexpr const char* RemedyOfRegularVertices =
+  "Triangulation REMESH, or points that lie a hundredth of an edge or more off the grid, are needed.";
 } // namespace
 
 void vtkFieldLatentTextureFilter::Internals::Begin(vtkInformationVector** inputVector, double time)
@@ -94,6 +97,9 @@ void vtkFieldLatentTextureFilter::Internals::Synthesize(
   surfsynth::PreparedTextures& prepared = this->Prepared(
     surface, surfsynth::SubProgress(progress, AfterAtlas, AfterTriangulation));
   this->NumberOfVertices = prepared.Triangulation->NumberOfVertices();
+  this->Warn(surface.Where,
+    surfsynth::DescribeRegularVertices(
+      prepared.Triangulation->NumberOfRegularVertices(), this->NumberOfVertices, RemedyOfRegularVertices));
   // Errors of guidance are reported before long work.
   surfsynth::LatentGuide guide = this->Guide(shown, surface, *prepared.Triangulation, progress);
   this->PrepareAtlas(

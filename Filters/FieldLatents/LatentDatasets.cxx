@@ -3,6 +3,7 @@
 
 #include "LatentGuidance.h"
 #include "LatentTriangulation.h"
+#include "RegularRings.h"
 #include "SurfaceBridge.h"
 #include "SurfaceCoordinates.h"
 #include "TextureColors.h"
@@ -91,11 +92,13 @@ private:
   std::optional<TextureColors> Colors;
 };
 
-/// One triangulation with its latents.
+/// One triangulation with its latents. @param regular to which the number of vertices in regular parts is added
 LatentSurface MakeSurface(const LatentDatasetRequest& request, const Surface& surface, const TextureColors& colors,
-  const FieldLatentEncoder& encoder, std::int64_t points, const NormalKey& variation, const Progress& progress)
+  const FieldLatentEncoder& encoder, std::int64_t points, const NormalKey& variation, std::int64_t& regular,
+  const Progress& progress)
 {
   const LatentTriangulation triangulation(surface, points, SubProgress(progress, 0.0, AfterRemeshing), variation);
+  regular += triangulation.NumberOfRegularVertices();
   const WeldedSurface& welded = triangulation.Welded();
   const FieldLatentCodes codes = EncodeColors(encoder, welded, ColorsOfNearest(welded.Mesh, surface.Mesh, colors),
     VerticesOf(welded), DiffusionSamplesPerRing(encoder), SubProgress(progress, AfterRemeshing, 1.0));
@@ -124,13 +127,21 @@ LatentDataset MakeLatentDataset(const LatentDatasetRequest& request, const Progr
   LatentDataset dataset;
   dataset.Autoencoder = Fingerprint(*request.Autoencoder);
   const std::vector<std::int64_t> numbers = NumbersOfPoints(request);
+  std::int64_t regular = 0;
+  std::int64_t vertices = 0;
   for (std::size_t k = 0; k < numbers.size(); ++k)
   {
     const auto count = static_cast<double>(numbers.size());
     const Progress part = SubProgress(progress, static_cast<double>(k) / count, static_cast<double>(k + 1) / count);
     const NormalKey variation{ request.Seed, static_cast<std::uint32_t>(k), 0, VariationStream };
-    dataset.Surfaces.push_back(MakeSurface(request, surface, *colors, encoder, numbers[k], variation, part));
+    dataset.Surfaces.push_back(MakeSurface(request, surface, *colors, encoder, numbers[k], variation, regular, part));
+    vertices += dataset.Surfaces.back().Mesh.NumberOfPoints();
     Report(part, 1.0);
+  }
+  if (request.Warn && regular > 0)
+  {
+    request.Warn(DescribeRegularVertices(
+      regular, vertices, "Another number of points, or points of the surface off the grid, are needed."));
   }
   return dataset;
 }

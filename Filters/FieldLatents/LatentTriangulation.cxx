@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "LatentTriangulation.h"
 
+#include "RegularRings.h"
+
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Core/Random/CounterUniforms.h"
+#include "Core/Tangent/TangentHierarchy.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -90,9 +93,11 @@ LatentTriangulation::Parts LatentTriangulation::Make(const Surface& surface, std
   }
 #ifdef SURFACE_SYNTHESIS_CGAL
   RemeshedSurface remeshed = Remesh(parts.Triangles, numberOfPoints, progress, variation);
+  const TriangleMesh source = std::move(parts.Triangles.Mesh);
   parts.Triangles.CellOfTriangle.clear();
   parts.Triangles.Mesh = std::move(remeshed.Mesh);
   parts.Places = std::move(remeshed.PlaceOfPoint);
+  MoveRegularVertices(source, parts.Triangles, parts.Places);
   return parts;
 #else
   static_cast<void>(variation);
@@ -112,6 +117,7 @@ LatentTriangulation::LatentTriangulation(Parts parts)
   : Remeshed(parts.IsRemeshed)
   , PlaceOfVertex(std::move(parts.Places))
   , Content(parts.Triangles)
+  , RegularVertexCount(static_cast<std::int64_t>(RegularVertices(this->Content.Rings).size()))
 {}
 
 } // namespace surfsynth

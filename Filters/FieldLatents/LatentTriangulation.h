@@ -23,8 +23,8 @@ namespace surfsynth
 class VTKSURFACESYNTHESISFIELDLATENTS_EXPORT LatentTriangulation
 {
 public:
-  /// Checks and welds @p surface and remeshes it, as vtkIsotropicRemeshFilter does by default, but across seams of arrays.
-  /// Deterministic.
+  /// Checks and welds @p surface and remeshes it, as vtkIsotropicRemeshFilter does by default, but across seams of arrays
+  /// and without the regular parts that this may leave: MoveRegularVertices(). Deterministic.
   /// @param numberOfPoints vertices of the remeshed surface, to a few per cent where its shape and boundaries allow it; 0 for the vertices that the surface has
   /// @param variation random factors of the edge lengths at the vertices of the surface, uniform in 0.8 to 1.2, that make
   /// the vertices lie elsewhere for each key; without: equal lengths. Only used with remeshing.
@@ -41,6 +41,8 @@ public:
   bool IsRemeshed() const { return this->Remeshed; }
   /// Number of vertices.
   Index NumberOfVertices() const { return this->Content.Mesh.NumberOfPoints(); }
+  /// Number of vertices in regular parts: RegularVertices().
+  std::int64_t NumberOfRegularVertices() const { return this->RegularVertexCount; }
 
 private:
   struct Parts;
@@ -51,6 +53,7 @@ private:
   bool Remeshed;
   std::vector<SurfacePlace> PlaceOfVertex;
   WeldedSurface Content;
+  std::int64_t RegularVertexCount;
 };
 
 } // namespace surfsynth

@@ -34,6 +34,10 @@
  * of the texture. The result is decoded on the input's own cells and texture coordinates. With Triangulation AS_IS the
  * input's own triangles are taken.
  *
+ * Vertices of regular grids lie at the centroids of their rings, where the code of a flat color is 0 and the color is
+ * lost. Where remeshing leaves two such vertices side by side, they are moved along an edge by a tenth to a quarter of its
+ * length, within the surface. With AS_IS one warning has their number.
+ *
  * @par Output
  * Port 0: the surface with its own cells and arrays (those that vtkTextureAtlasFilter gives it, without texture
  * coordinates), plus the point array TextureArrayName, unsigned char, 3 components, RGB: the colors of the texture at the
@@ -183,7 +187,7 @@ public:
 
   ///@{
   /**
-   * Triangulation on which latents are sampled. Default REMESH.
+   * Triangulation on which latents are sampled. Default REMESH. With AS_IS, colors are lost on regular grids: see Scale.
    */
   vtkSetClampMacro(Triangulation, int, REMESH, AS_IS);
   vtkGetMacro(Triangulation, int);

@@ -69,8 +69,22 @@ double RadiusOf(const std::vector<double>& areas)
   return used > 0 ? std::sqrt(area / (std::acos(-1.0) * static_cast<double>(used))) : 1.0;
 }
 
-/// Direction of the centroid of a ring, shortened where it is within @p least of the vertex.
-Complex CentroidDirection(const OneRings& rings, Index v, double least)
+/// Radius within which a vertex is at the centroid of its ring, over the radius of the mean vertex area element.
+constexpr double CentroidRadius = 1e-3;
+
+/// Thirds of the areas of the rings, which are the areas of the vertices.
+std::vector<double> AreasOf(const OneRings& rings)
+{
+  std::vector<double> areas(static_cast<std::size_t>(rings.NumberOfPoints()));
+  for (Index v = 0; v < rings.NumberOfPoints(); ++v)
+  {
+    areas[v] = rings.Areas[v] / 3.0;
+  }
+  return areas;
+}
+
+/// Centroid of a ring as seen from its vertex, world units; 0 without triangles.
+Complex RingCentroid(const OneRings& rings, Index v)
 {
   Complex sum = 0.0;
   double areas = 0.0;
@@ -81,7 +95,13 @@ Complex CentroidDirection(const OneRings& rings, Index v, double least)
     sum += area * corner.Logarithm(1.0 / 3.0, 1.0 / 3.0);
     areas += area;
   }
-  const Complex mean = areas > 0.0 ? sum / areas : 0.0;
+  return areas > 0.0 ? sum / areas : 0.0;
+}
+
+/// Direction of the centroid of a ring, shortened where it is within @p least of the vertex.
+Complex CentroidDirection(const OneRings& rings, Index v, double least)
+{
+  const Complex mean = RingCentroid(rings, v);
   return mean / std::sqrt(std::norm(mean) + least * least);
 }
 
@@ -161,11 +181,7 @@ std::vector<LevelEdge> ClusterEdges(const OneRings& rings, const std::vector<Ind
 TangentHierarchy::TangentHierarchy(const OneRings& rings)
 {
   const Index vertices = rings.NumberOfPoints();
-  std::vector<double> areas(static_cast<std::size_t>(vertices));
-  for (Index v = 0; v < vertices; ++v)
-  {
-    areas[v] = rings.Areas[v] / 3.0;
-  }
+  const std::vector<double> areas = AreasOf(rings);
   this->Fine.Radius = RadiusOf(areas);
   this->Fine.Start = { 0 };
   this->Coarse.Start = { 0 };
@@ -179,7 +195,7 @@ TangentHierarchy::TangentHierarchy(const OneRings& rings)
     edges.clear();
     ForEdges(rings, v, [&](const LevelEdge& edge) { edges.push_back(edge); });
     AppendVertex(edges, v, areas, this->Fine.Radius, this->Fine);
-    this->Fine.Centroids.emplace_back(CentroidDirection(rings, v, 1e-3 * this->Fine.Radius));
+    this->Fine.Centroids.emplace_back(CentroidDirection(rings, v, CentroidRadius * this->Fine.Radius));
     steps.push_back(StepToCenter(rings, chosen, v));
     this->ToCenter.emplace_back(std::conj(steps.back().Transport));
     if (chosen[v])
@@ -207,6 +223,28 @@ TangentHierarchy::TangentHierarchy(const OneRings& rings)
     AppendVertex(ClusterEdges(rings, this->Clusters, steps, members[a], cluster), cluster, coarseAreas,
       this->Coarse.Radius, this->Coarse);
   }
+}
+
+std::vector<Index> RegularVertices(const OneRings& rings)
+{
+  const double least = CentroidRadius * RadiusOf(AreasOf(rings));
+  std::vector<std::uint8_t> central;
+  for (Index v = 0; v < rings.NumberOfPoints(); ++v)
+  {
+    const bool used = rings.RingStart[v] < rings.RingStart[v + 1];
+    central.push_back(used && std::abs(RingCentroid(rings, v)) < least ? 1 : 0);
+  }
+  std::vector<Index> found;
+  for (Index v = 0; v < rings.NumberOfPoints(); ++v)
+  {
+    const auto begin = rings.Neighbors.begin() + rings.NeighborStart[v];
+    const auto end = rings.Neighbors.begin() + rings.NeighborStart[v + 1];
+    if (central[v] && std::any_of(begin, end, [&central](Index w) { return central[w] != 0; }))
+    {
+      found.push_back(v);
+    }
+  }
+  return found;
 }
 
 } // namespace surfsynth

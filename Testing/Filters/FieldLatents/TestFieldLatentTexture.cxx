@@ -5,9 +5,12 @@
 #include "FieldLatentPipelines.h"
 #include "FilterContract.h"
 #include "RandomLatentDiffusion.h"
+#include "RegularRings.h"
+#include "SurfaceBridge.h"
 
 #include "vtkFieldLatentTextureFilter.h"
 
+#include "Core/Tangent/TangentHierarchy.h"
 #include "Inference/FieldLatents/FieldLatentModel.h"
 #include "Inference/FieldLatents/LatentDiffusionModel.h"
 
@@ -34,6 +37,7 @@ using namespace surfsynth;
 using namespace surfsynthtest;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 namespace
 {
@@ -80,10 +84,26 @@ vtkSmartPointer<vtkFieldLatentTextureFilter> FilterOn(vtkDataObject* surface)
   return filter;
 }
 
-/// A bent square with texture coordinates, labels 0 to 2, directions along x and colors.
-vtkSmartPointer<vtkPolyData> GuidedGrid(int n = 8)
+/// A hilly square without two rings of the same area, by which the levels of the network order vertices, and with
+/// texture coordinates.
+vtkSmartPointer<vtkPolyData> IrregularGrid(int n)
 {
   auto grid = TexturedGrid(n);
+  for (vtkIdType p = 0; p < grid->GetNumberOfPoints(); ++p)
+  {
+    double x[3];
+    grid->GetPoint(p, x);
+    const double shift = 0.2 / n;
+    grid->GetPoints()->SetPoint(p, x[0] + shift * std::sin(37.0 * x[0] + 91.0 * x[1]),
+      x[1] + shift * std::sin(53.0 * x[0] - 71.0 * x[1]), 0.1 * std::sin(5.0 * x[0] + 3.0 * x[1]));
+  }
+  return grid;
+}
+
+/// Such a square with labels 0 to 2, directions along x and colors.
+vtkSmartPointer<vtkPolyData> GuidedGrid(int n = 8)
+{
+  auto grid = IrregularGrid(n);
   vtkNew<vtkIntArray> labels;
   labels->SetName("Part");
   vtkNew<vtkFloatArray> directions;
@@ -109,22 +129,6 @@ vtkSmartPointer<vtkPolyData> GuidedGrid(int n = 8)
 vtkPolyData* LatentsOf(vtkAlgorithm* filter) { return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(2)); }
 
 vtkDataArray* FirstLatent(vtkAlgorithm* filter) { return LatentsOf(filter)->GetPointData()->GetArray("FieldLatent_0"); }
-
-/// A hilly square without two rings of the same area, by which the levels of the network order vertices, and with
-/// texture coordinates.
-vtkSmartPointer<vtkPolyData> IrregularGrid(int n)
-{
-  auto grid = TexturedGrid(n);
-  for (vtkIdType p = 0; p < grid->GetNumberOfPoints(); ++p)
-  {
-    double x[3];
-    grid->GetPoint(p, x);
-    const double shift = 0.2 / n;
-    grid->GetPoints()->SetPoint(p, x[0] + shift * std::sin(37.0 * x[0] + 91.0 * x[1]),
-      x[1] + shift * std::sin(53.0 * x[0] - 71.0 * x[1]), 0.1 * std::sin(5.0 * x[0] + 3.0 * x[1]));
-  }
-  return grid;
-}
 
 /// The surface with its points and cells in reverse order, and its texture coordinates.
 vtkSmartPointer<vtkPolyData> Reversed(vtkPolyData* surface)
@@ -206,17 +210,17 @@ TEST(FieldLatentTexture, NumbersOfPointsAndCellsDoNotMatter)
 
 TEST(FieldLatentTexture, SeedsSamplesAndBlocksDiffer)
 {
-  const auto make = [] { return vtkSmartPointer<vtkAlgorithm>(FilterOn(TexturedGrid(6))); };
+  const auto make = [] { return vtkSmartPointer<vtkAlgorithm>(FilterOn(IrregularGrid(6))); };
   ExpectSameBitsForAllThreads(make, [](vtkAlgorithm* filter) { return FirstLatent(filter); });
-  const auto one = FilterOn(TexturedGrid(6));
+  const auto one = FilterOn(IrregularGrid(6));
   SurfaceOf(one);
-  const auto other = FilterOn(TexturedGrid(6));
+  const auto other = FilterOn(IrregularGrid(6));
   other->SetSeed(1);
   SurfaceOf(other);
   EXPECT_FALSE(SameBits(FirstLatent(one), FirstLatent(other)));
   one->SetFirstSample(2);
   SurfaceOf(one);
-  const auto batch = FilterOn(TexturedGrid(6));
+  const auto batch = FilterOn(IrregularGrid(6));
   batch->SetFirstSample(1);
   batch->SetNumberOfSamples(2);
   const auto blocks = OutputOf(batch);
@@ -228,8 +232,8 @@ TEST(FieldLatentTexture, SeedsSamplesAndBlocksDiffer)
   EXPECT_TRUE(SameBits(PointArray(latents->GetBlock(1), "FieldLatent_0"), FirstLatent(one)));
   EXPECT_FALSE(SameBits(PointArray(latents->GetBlock(0), "FieldLatent_0"), FirstLatent(one)));
   vtkNew<vtkMultiBlockDataSet> two;
-  two->SetBlock(0, TexturedGrid(6));
-  two->SetBlock(1, TexturedGrid(6));
+  two->SetBlock(0, IrregularGrid(6));
+  two->SetBlock(1, IrregularGrid(6));
   const auto composite = FilterOn(two);
   OutputOf(composite);
   auto* parts = vtkMultiBlockDataSet::SafeDownCast(composite->GetOutputDataObject(2));
@@ -280,6 +284,68 @@ TEST(FieldLatentTexture, MaskKeepsTheTexture)
   EXPECT_GT(LargestDifference(FirstLatent(filter), FirstLatent(withImage)), 1e-3);
 }
 
+TEST(FieldLatentTexture, RegularGridsAreAWarning)
+{
+  const auto warnings = WarningsOf(FilterOn(TexturedGrid(6)));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr("25 of 49 vertices"), HasSubstr("color is lost"), HasSubstr("REMESH")));
+  EXPECT_THAT(WarningsOf(FilterOn(IrregularGrid(6))), IsEmpty());
+}
+
+TEST(RegularRings, MoveWithinTheSurfaceUntilNoneIsLeft)
+{
+  Surface surface = ConvertSurface(TexturedGrid(8));
+  const TriangleMesh source = surface.Mesh;
+  EXPECT_EQ(RegularVertices(OneRings(source)).size(), 49U);
+  std::vector<SurfacePlace> places(81);
+  MoveRegularVertices(source, surface, places);
+  EXPECT_TRUE(RegularVertices(OneRings(surface.Mesh)).empty());
+  const Eigen::VectorXd moves = (surface.Mesh.Points - source.Points).rowwise().norm();
+  for (Index v = 0; v < 81; ++v)
+  {
+    const bool inside = v % 9 > 0 && v % 9 < 8 && v / 9 > 0 && v / 9 < 8;
+    EXPECT_EQ(moves[v] > 0.0, inside) << v;
+    EXPECT_LT(moves[v], 3 * 0.25 * std::sqrt(2.0) / 8.0) << v;
+    EXPECT_EQ(places[v].Triangle >= 0, inside) << v;
+    if (inside)
+    {
+      const auto point = [&](int k) { return source.Points.row(source.Triangles(places[v].Triangle, k)); };
+      const Eigen::RowVector3d at = places[v].Weights[0] * point(0) + places[v].Weights[1] * point(1) +
+        places[v].Weights[2] * point(2);
+      EXPECT_LT((at - surface.Mesh.Points.row(v)).norm(), 1e-12) << v;
+    }
+  }
+  Surface again = ConvertSurface(TexturedGrid(8));
+  MoveRegularVertices(source, again, places);
+  EXPECT_EQ(again.Mesh.Points, surface.Mesh.Points);
+  Surface irregular = ConvertSurface(IrregularGrid(8));
+  const PointMatrix before = irregular.Mesh.Points;
+  MoveRegularVertices(TriangleMesh(irregular.Mesh), irregular, places);
+  EXPECT_EQ(irregular.Mesh.Points, before) << "not a bit";
+}
+
+TEST(RegularRings, VerticesOnCreasesStayOnThem)
+{
+  const auto grid = TexturedGrid(8);
+  for (vtkIdType p = 0; p < grid->GetNumberOfPoints(); ++p)
+  {
+    double x[3];
+    grid->GetPoint(p, x);
+    grid->GetPoints()->SetPoint(p, std::min(x[0], 0.5), x[1], std::max(x[0] - 0.5, 0.0)); // a right angle at x = 0.5
+  }
+  Surface surface = ConvertSurface(grid);
+  const TriangleMesh source = surface.Mesh;
+  std::vector<SurfacePlace> places(81);
+  MoveRegularVertices(source, surface, places);
+  EXPECT_TRUE(RegularVertices(OneRings(surface.Mesh)).empty());
+  for (Index v = 4 + 9; v < 4 + 9 * 8; v += 9)
+  {
+    EXPECT_NE(surface.Mesh.Points(v, 1), source.Points(v, 1)) << v;
+    EXPECT_NEAR(surface.Mesh.Points(v, 0), 0.5, 1e-12) << v;
+    EXPECT_NEAR(surface.Mesh.Points(v, 2), 0.0, 1e-12) << v;
+  }
+}
+
 TEST(FieldLatentTexture, ResultsAreKept)
 {
   const auto filter = FilterOn(GuidedGrid());
@@ -301,9 +367,9 @@ TEST(FieldLatentTexture, ResultsAreKept)
 
 TEST(FieldLatentTexture, TrajectoryEndsAtTheSample)
 {
-  const auto end = FilterOn(TexturedGrid(6));
+  const auto end = FilterOn(IrregularGrid(6));
   SurfaceOf(end);
-  const auto filter = FilterOn(TexturedGrid(6));
+  const auto filter = FilterOn(IrregularGrid(6));
   filter->OutputTrajectoryOn();
   SurfaceOf(filter, 0.0);
   EXPECT_FALSE(SameBits(FirstLatent(filter), FirstLatent(end)));
@@ -345,6 +411,17 @@ TEST(FieldLatentTexture, RemeshesToTheNumberOfPoints)
   filter->SetMaskArrayName("Kept");
   filter->SetTextureData(Pattern());
   EXPECT_THAT(ErrorOf(filter), HasSubstr("no texture coordinates"));
+}
+
+TEST(FieldLatentTexture, RemeshedRegularGridsAreNoLongerRegular)
+{
+  // Remeshing to about its own number of points leaves a regular grid as it is.
+  const auto filter = FilterOn(TexturedGrid(12));
+  filter->SetTriangulationToRemesh();
+  filter->SetNumberOfPoints(169);
+  SurfaceOf(filter);
+  const Surface latents = ConvertSurface(LatentsOf(filter));
+  EXPECT_THAT(RegularVertices(OneRings(latents.Mesh)), IsEmpty());
 }
 
 TEST(FieldLatentTexture, RemeshedSurfacesKeepTheirTextureAndGuidance)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Diffusion of field latents: the coarser level, field convolutions against their formula, model files, equivariance of
-// network and sampler under turned frames, bending and renumbering, and the moments of sampled Gaussians.
+// pooling, network and sampler under turned frames, bending and renumbering, and the moments of sampled Gaussians.
 #include "ExampleMeshes.h"
 #include "InstructionSets.h"
 #include "ModelFileChecks.h"
@@ -15,6 +15,7 @@
 #include "Core/Tangent/TangentVectors.h"
 #include "IO/Weights/InstalledModels.h"
 #include "Inference/FieldLatents/FieldLatentModel.h"
+#include "Inference/FieldLatents/FieldPooling.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 #include "Inference/FieldLatents/LatentDiffusionSampler.h"
 
@@ -23,8 +24,10 @@
 
 #include <complex>
 #include <cstdio>
+#include <initializer_list>
 #include <numeric>
 #include <set>
+#include <string>
 
 using namespace surfsynth;
 using namespace surfsynth::test;
@@ -32,6 +35,7 @@ using surfsynthtest::TextOf;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 namespace
 {
@@ -141,8 +145,9 @@ Pair RenumberedPair()
   return pair;
 }
 
-/// Rows of complex numbers in turn, carried from A to B.
-FieldLatentMatrix Carried(const Pair& pair, const FieldLatentMatrix& rows)
+/// Rows of complex numbers in turn: row v, turned, becomes row ids[v].
+FieldLatentMatrix Carried(
+  const std::vector<Index>& ids, const std::vector<Complex>& turns, const FieldLatentMatrix& rows)
 {
   FieldLatentMatrix carried(rows.rows(), rows.cols());
   for (Eigen::Index v = 0; v < rows.rows(); ++v)
@@ -150,12 +155,42 @@ FieldLatentMatrix Carried(const Pair& pair, const FieldLatentMatrix& rows)
     for (Eigen::Index j = 0; j < rows.cols(); j += 2)
     {
       const auto k = static_cast<std::size_t>(v);
-      const Complex turned = pair.Turns[k] * Complex(rows(v, j), rows(v, j + 1));
-      carried(pair.Ids[k], j) = static_cast<float>(turned.real());
-      carried(pair.Ids[k], j + 1) = static_cast<float>(turned.imag());
+      const Complex turned = turns[k] * Complex(rows(v, j), rows(v, j + 1));
+      carried(ids[k], j) = static_cast<float>(turned.real());
+      carried(ids[k], j + 1) = static_cast<float>(turned.imag());
     }
   }
   return carried;
+}
+
+/// Rows of complex numbers in turn, carried from A to B.
+FieldLatentMatrix Carried(const Pair& pair, const FieldLatentMatrix& rows)
+{
+  return Carried(pair.Ids, pair.Turns, rows);
+}
+
+/// Coarse vertices of B that are those of A, and the turns of their frames.
+struct CoarseVertices
+{
+  std::vector<Index> Ids;
+  std::vector<Complex> Turns;
+};
+
+/// @throws InvalidInput when a center of A is none of B.
+CoarseVertices CoarseOf(const Pair& pair, const TangentHierarchy& a, const TangentHierarchy& b)
+{
+  CoarseVertices coarse;
+  for (const Index center : a.Centers)
+  {
+    const auto found = std::lower_bound(b.Centers.begin(), b.Centers.end(), pair.Ids[center]);
+    if (found == b.Centers.end() || *found != pair.Ids[center])
+    {
+      throw InvalidInput("Vertex " + std::to_string(center) + " is a center of one surface only.");
+    }
+    coarse.Ids.push_back(static_cast<Index>(found - b.Centers.begin()));
+    coarse.Turns.push_back(pair.Turns[center]);
+  }
+  return coarse;
 }
 
 LatentDiffusionConditions Guides(Index vertices)
@@ -215,15 +250,7 @@ void ExpectSameHierarchy(const Pair& pair)
   const TangentHierarchy b(pair.B);
   ExpectSameLevel(a.Fine, b.Fine, pair.Ids, pair.Turns);
   ASSERT_EQ(a.Centers.size(), b.Centers.size());
-  std::vector<Index> ids;
-  std::vector<Complex> turns;
-  for (const Index center : a.Centers)
-  {
-    const auto found = std::lower_bound(b.Centers.begin(), b.Centers.end(), pair.Ids[center]);
-    ASSERT_TRUE(found != b.Centers.end() && *found == pair.Ids[center]);
-    ids.push_back(static_cast<Index>(found - b.Centers.begin()));
-    turns.push_back(pair.Turns[center]);
-  }
+  const auto [ids, turns] = CoarseOf(pair, a, b);
   ExpectSameLevel(a.Coarse, b.Coarse, ids, turns);
   for (std::size_t v = 0; v < a.Clusters.size(); ++v)
   {
@@ -274,6 +301,51 @@ void ExpectEquivariantNetwork(const Pair& pair)
   const FieldLatentMatrix found = b.Evaluate(Carried(pair, state), 30.0, Carried(pair, guides));
   EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0.1F);
   EXPECT_LT(Difference(found, expected), 1e-4F * expected.cwiseAbs().maxCoeff());
+}
+
+/// Real parts, then imaginary parts, of rows of complex numbers in turn.
+FieldLatentMatrix Apart(const FieldLatentMatrix& rows)
+{
+  const Eigen::Index channels = rows.cols() / 2;
+  FieldLatentMatrix apart(rows.rows(), rows.cols());
+  for (Eigen::Index c = 0; c < channels; ++c)
+  {
+    apart.col(c) = rows.col(2 * c);
+    apart.col(channels + c) = rows.col(2 * c + 1);
+  }
+  return apart;
+}
+
+FieldLatentMatrix Pooled(const TangentHierarchy& surface, const FieldLatentMatrix& fine)
+{
+  FieldLatentMatrix coarse(surface.Coarse.NumberOfVertices(), fine.cols());
+  PoolFieldRows(surface, Apart(fine).data(), fine.cols() / 2, 0, coarse.rows(), coarse.data());
+  return coarse;
+}
+
+FieldLatentMatrix Unpooled(const TangentHierarchy& surface, const FieldLatentMatrix& coarse)
+{
+  FieldLatentMatrix fine(surface.Fine.NumberOfVertices(), coarse.cols());
+  UnpoolFieldRows(surface, Apart(coarse).data(), coarse.cols() / 2, 0, fine.rows(), fine.data());
+  return fine;
+}
+
+/// One channel pooled, and unpooled, then carried from A to B is the channel carried, then pooled and unpooled. Parts of
+/// one channel lie in turn.
+void ExpectEquivariantPooling(const Pair& pair)
+{
+  const TangentHierarchy a(pair.A);
+  const TangentHierarchy b(pair.B);
+  const CoarseVertices coarse = CoarseOf(pair, a, b);
+  ASSERT_LT(coarse.Ids.size(), pair.Ids.size());
+  const FieldLatentMatrix fine = RandomLatents(pair.A.NumberOfPoints(), 1);
+  const FieldLatentMatrix pooled = Carried(coarse.Ids, coarse.Turns, Pooled(a, fine));
+  EXPECT_GT(pooled.cwiseAbs().maxCoeff(), 0.1F);
+  EXPECT_LT(Difference(Pooled(b, Carried(pair, fine)), pooled), 1e-4F);
+  const FieldLatentMatrix centers = RandomLatents(static_cast<std::int64_t>(coarse.Ids.size()), 1);
+  const FieldLatentMatrix unpooled = Carried(pair, Unpooled(a, centers));
+  EXPECT_GT(unpooled.cwiseAbs().maxCoeff(), 0.1F);
+  EXPECT_LT(Difference(Unpooled(b, Carried(coarse.Ids, coarse.Turns, centers)), unpooled), 1e-4F);
 }
 
 /// A network whose predictions are about as large as the noise, as those of a trained one. Larger ones amplify rounding
@@ -473,6 +545,51 @@ TEST(TangentHierarchy, IsThatOfTheSurfaceInOtherFramesBentAndRenumbered)
   ExpectSameHierarchy(TurnedPair());
   ExpectSameHierarchy(BentPair());
   ExpectSameHierarchy(RenumberedPair());
+}
+
+TEST(TangentHierarchy, RegularVerticesAreAtTheCentroidsOfTheirRings)
+{
+  const TriangleMesh regular = PlanePatch(12, 10, 6.0, 5.0);
+  EXPECT_EQ(RegularVertices(OneRings(WithUnreferencedPoints(regular))).size(), 11U * 9U) << "all inner ones";
+  TriangleMesh mesh = PlanePatch(12, 10, 6.0, 5.0, 0.2);
+  EXPECT_THAT(RegularVertices(OneRings(mesh)), IsEmpty());
+  // One ring of equal triangles may be by chance. Two are a regular part.
+  const Index v = 5 * 13 + 5;
+  const auto restore = [&](std::initializer_list<Index> rows) {
+    for (const Index row : rows)
+    {
+      mesh.Points.middleRows(row * 13 + 4, 3) = regular.Points.middleRows(row * 13 + 4, 3);
+    }
+  };
+  restore({ 4, 5, 6 });
+  EXPECT_THAT(RegularVertices(OneRings(mesh)), IsEmpty());
+  restore({ 7 });
+  EXPECT_THAT(RegularVertices(OneRings(mesh)), ElementsAre(v, v + 13));
+}
+
+TEST(FieldPooling, TurnsWithTheFrames) { ExpectEquivariantPooling(TurnedPair()); }
+
+TEST(FieldPooling, BendsWithTheSurface) { ExpectEquivariantPooling(BentPair()); }
+
+TEST(FieldPooling, NumbersOfVerticesDoNotMatter) { ExpectEquivariantPooling(RenumberedPair()); }
+
+TEST(FieldPooling, ChannelsAndTilesAreIndependent)
+{
+  const TangentHierarchy surface{ OneRings(IrregularSphere(2)) };
+  const FieldLatentMatrix fine = RandomLatents(surface.Fine.NumberOfVertices(), 3);
+  const FieldLatentMatrix all = Pooled(surface, fine);
+  const FieldLatentMatrix back = Unpooled(surface, fine.topRows(all.rows()));
+  for (Eigen::Index c = 0; c < 3; ++c)
+  {
+    FieldLatentMatrix both(all.rows(), 2);
+    both << all.col(c), all.col(3 + c);
+    EXPECT_EQ(both, Pooled(surface, fine.middleCols(2 * c, 2)));
+  }
+  FieldLatentMatrix rows(5, 6);
+  PoolFieldRows(surface, Apart(fine).data(), 3, 7, 5, rows.data());
+  EXPECT_EQ(rows, all.middleRows(7, 5));
+  UnpoolFieldRows(surface, Apart(fine).data(), 3, 11, 5, rows.data());
+  EXPECT_EQ(rows, back.middleRows(11, 5));
 }
 
 TEST(LatentDiffusionKernels, SumsAreThoseOfTheFormula)

@@ -88,7 +88,7 @@ def sample_texture(
         Name of the point array of colors that ``mask`` keeps when there is no image. Default: the active point scalars.
     triangulation : str
         Triangles on which latents are sampled: "remesh", even ones with ``points`` vertices, which needs CGAL; "as_is", those
-        of the mesh. Default "remesh".
+        of the mesh, on which colors are lost where they are those of a regular grid. Default "remesh".
     points : int, optional
         Number of vertices of the remeshed triangulation, 16 to 10000000: four times as many halve the size of the texture.
         Default: the mean number of the training surfaces, or that of the mesh when the model does not know it.
