@@ -10,7 +10,7 @@ import zlib
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPointSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkTriangleFilter
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
@@ -101,7 +101,7 @@ def _triangles_of(mesh):
     """The surface of a dataset as a vtkPolyData of triangles."""
     if isinstance(mesh, vtkDataObjectTree):
         surface = _merged(mesh)
-    elif mesh is not None and mesh.IsA("vtkPointSet"):
+    elif isinstance(mesh, vtkPointSet):
         surface = _surface_of(mesh)
     else:
         raise TypeError(f"mesh must be a surface, a grid or a composite dataset, not {type(mesh).__name__}")
@@ -133,7 +133,7 @@ def _merged(tree):
     number = 0
     while not iterator.IsDoneWithTraversal():
         block = iterator.GetCurrentDataObject()
-        if block.IsA("vtkPointSet") and block.GetNumberOfCells() > 0:
+        if isinstance(block, vtkPointSet) and block.GetNumberOfCells() > 0:
             surface = vtkPolyData()
             surface.ShallowCopy(_surface_of(block))
             add_array(surface.GetCellData(), "Block", np.full(surface.GetNumberOfCells(), number, dtype=np.int32))
