@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the page of each filter tells beside its documentation in the sources: when to use it, its picture, and one example.
+"""Gives the page of each filter, beside its documentation in the sources: when to use it, its picture, and one example.
 
 The example in C++ and in ParaView is made of ``properties`` (names of the server-manager XML); the one in Python and the
-command say the same. The test Build.DocumentationExamples compares all four with what there is.
+command say the same. The test Python.FilterPages compares all four with what there is.
 """
 
 import collections
@@ -127,4 +127,40 @@ FILTERS = {
         _PARAVIEW + "GeometricTextureDistance.png", {"NumberOfProjections": 256},
         "distance = ss.geometric_texture_distance(mesh, reference, projections=256)",
         "geometric-texture-distance synthesized.ply original.ply --projections 256", ("Reference",)),
+}  # fmt: skip
+
+#: What was measured of accuracy, bias and time, and where: files of the sources.
+LIMITS = {
+    "vtkIsotropicRemeshFilter": [
+        "A brain to 60,974 triangles in 8.1 s on two threads (Testing/Benchmarks/README.md).",
+        "The number of points is met within about 2 % where curves allow it (TargetNumberOfPoints)."],
+    "vtkTextureAtlasFilter": [
+        "36 microseconds for a triangle of the armadillo, 52,000 triangles (Testing/Benchmarks/README.md)."],
+    "vtkSurfaceRepairFilter": [
+        "A loss of area, volume or components beyond 5 % (MaximumLoss) is a warning, with Strict an error."],
+    "vtkMaternNoiseFilter": [
+        "Standard deviation, without VarianceCorrection: within 5 % on closed surfaces where edges are shorter than about a tenth "
+        "of the range and parts are wider than the range; too large by a factor of 1.41 at a straight open boundary, and larger on "
+        "thin parts (StandardDeviation).",
+        "Deviations of the spectral coefficients 2, 50 and 500 over 100,000 samples agree with 1 / (lambda + tau) within 0.7 % on "
+        "three triangulations of 2,001 to 26,002 vertices; that of one number per vertex changes by a factor of 3.6 between them "
+        "(Examples/README.md)."],
+    "vtkFlowMatchingDeformer": [
+        "armadillo_poses on 2,501 points: spread 0.97 (other poses of the data: 1.03), coverage 0.590 (0.620), 1-nearest-neighbor "
+        "accuracy 0.500 (0.490; 0.5 is best). On 4,992 points, dense on one side: 1.06, 0.587, 0.560 "
+        "(Examples/Training/README.md).",
+        "The samples lie 0.0064 from the space of poses, the poses of the data 0.0008, in roots of the area."],
+    "vtkFlowMatchingSampler": [
+        "bunny_mixtures on 2,003 points: spread 0.97 (other mixtures: 1.00), coverage 0.600 (0.630), 1-nearest-neighbor accuracy "
+        "0.725 (0.575): the samples can be told from the data (Examples/Training/README.md).",
+        "The samples have a distance of 0.095 from the space of mixtures, the data 0.007."],
+    "vtkFlowMatchingTrainer": [
+        "armadillo_poses took 17 minutes of one processor core, in three trainings (Examples/Training/README.md)."],
+    "vtkGeometricTextureSynthesizer": [
+        "Each surface in the picture took less than half a second (README.md); 0.33 s for 158,000 triangles and 3.45 s for a million, in "
+        "151 and 961 MiB (Testing/Benchmarks/README.md)."],
+    "vtkGeometricTextureDistance": [
+        "About 10 seconds on one thread for 128 directions and 300,000 triangles."],
+    "vtkGaussianMixtureFilter": ["Some thousand centers a second for 2,000 points."],
+    "vtkFieldLatentDecoder": ["64 bytes of memory for each texel of the image."],
 }  # fmt: skip

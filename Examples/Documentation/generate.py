@@ -14,7 +14,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "Testing" / "ParaView"))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from filter_examples import FILTERS  # noqa: E402
+from filter_examples import FILTERS, LIMITS  # noqa: E402
 from server_manager_xml import is_base, is_former, proxy_of  # noqa: E402
 
 _KEY = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]")
@@ -176,6 +176,8 @@ def page_of(name, proxy, folder):
     for heading, paragraphs in sections_of(name):
         parts.append(title(heading or "Description", "-"))
         parts += [("* " + escaped(text[2:]) if text.startswith("- ") else escaped(text)) + "\n\n" for text in paragraphs]
+    if name in LIMITS:
+        parts += [title("Limits in numbers", "-"), *(f"* {escaped(text)}\n" for text in LIMITS[name]), "\n"]
     parts += [title("Properties", "-"), table_of_properties(proxy)]
     parts += [title("Names", "-"), f":C++: `{name} <../cxx/class{name}.html>`__\n"]
     parts.append(f":Python: :func:`surfacesynthesis.{function}`\n" if function else "")

@@ -44,8 +44,8 @@ from vtkmodules.vtkIOImage import vtkPNGWriter
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODELS = ROOT / "Examples" / "Models"
 TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
-READMES = ["README.md", "Examples/README.md", "Examples/Models/README.md", "Examples/Training/README.md",
-           "Testing/README.md", "Wrapping/ParaView/README.md", "CONTRIBUTING.md"]  # fmt: skip
+READMES = ["README.md", "Examples/README.md", "Examples/Documentation/README.md", "Examples/Models/README.md",
+           "Examples/Training/README.md", "Testing/README.md", "Wrapping/ParaView/README.md", "CONTRIBUTING.md"]  # fmt: skip
 #: README files whose examples run elsewhere: ParaView's own Python is needed (the preset paraview), or minutes (each
 #: benchmark runs once, in the tests with the label benchmark).
 ELSEWHERE = ["Examples/ParaView/README.md", "Testing/Benchmarks/README.md"]

@@ -16,7 +16,7 @@ from surfacesynthesis.command_line import build_parser
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "Examples" / "Documentation"))
 import generate  # noqa: E402
-from filter_examples import FILTERS  # noqa: E402
+from filter_examples import FILTERS, LIMITS  # noqa: E402
 
 PROXIES = generate.proxies()
 PAGES = sorted((ROOT / "Examples" / "Documentation" / "tasks").glob("*.rst"))
@@ -88,6 +88,12 @@ def test_a_wrong_example_is_found():
         check_calls("ss.matern_noise(mesh, rang=5)")
     with pytest.raises(Exception, match="unrecognized"):
         check_command(shlex.split("python3 -m surfacesynthesis noise in.stl out.vtp --rang3 5"))
+
+
+def test_limits_are_of_filters_and_name_files_that_there_are():
+    assert set(LIMITS) <= set(FILTERS)
+    for text in [text for texts in LIMITS.values() for text in texts]:
+        assert all((ROOT / name).is_file() for name in re.findall(r"[\w/]+\.md", text)), text
 
 
 def test_text_of_sources_stays_text():
