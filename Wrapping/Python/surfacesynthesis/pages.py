@@ -85,7 +85,7 @@ def find_vtk_js():
         return pathlib.Path(given)
     here = pathlib.Path.cwd()
     data = pathlib.Path(os.environ.get("XDG_DATA_HOME") or pathlib.Path.home() / ".local" / "share") / USER_FOLDER
-    folders = [folder / "share" / "SurfaceSynthesis" for folder in list(_HERE.parents)[:5]]
+    folders = [folder / "share" / "SurfaceSynthesis" for folder in (_HERE, *list(_HERE.parents)[:4])]
     folders += [folder / "node_modules" for folder in (here, *here.parents, data)]
     folders += [pathlib.Path(folder, "node_modules") for folder in ("/usr/local/lib", "/usr/lib", "/usr/share/nodejs")]
     for folder in folders:
@@ -93,7 +93,7 @@ def find_vtk_js():
             return folder / "vtk.js" / "vtk.js"
     raise SurfaceSynthesisError(
         "vtk.js was not found, which shows the surface in the browser. Install it once with "
-        f"'npm install --ignore-scripts --prefix {data} vtk.js' (npm is Debian's package npm), or name the file by vtk_js"
+        f"'npm install --ignore-scripts --prefix {data} vtk.js' (npm is Debian's package npm), or name the file (vtk_js, --vtk-js)"
     )
 
 

@@ -247,9 +247,10 @@ class Viewer {
 
   reset() {
     const camera = this.window.getRenderer().getActiveCamera();
+    const isYUp = new URLSearchParams(location.hash.slice(1)).get("up") === "y";
     camera.setFocalPoint(0, 0, 0);
-    camera.setPosition(0.5, -1, 0.35);
-    camera.setViewUp(0, 0, 1);
+    camera.setPosition(...(isYUp ? [0.5, 0.35, 1] : [0.5, -1, 0.35]));
+    camera.setViewUp(...(isYUp ? [0, 1, 0] : [0, 0, 1]));
     this.window.getRenderer().resetCamera();
     camera.zoom(1.25);
     this.window.getRenderer().resetCameraClippingRange();
@@ -257,7 +258,7 @@ class Viewer {
   }
 }
 
-// The panel: it shows what the address says after #, array=NAME&component=1&map=NAME, and keeps that up to date.
+// The panel. At first it shows what the address says after #: array=NAME&component=1&map=NAME&up=y.
 class Panel {
   constructor(viewer) {
     this.viewer = viewer;
