@@ -32,6 +32,8 @@ packages=(
 )
 testing_packages=(
   clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy
+  # packages and wheels, before a release
+  debootstrap dpkg-dev python3-pip python3-skbuild python3-venv
 )
 if [ "${1:-}" = --testing ]; then
   packages+=("${testing_packages[@]}")

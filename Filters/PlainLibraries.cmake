@@ -34,11 +34,17 @@ endif ()
 unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
 include(GNUInstallDirs)
-install(TARGETS ${SURFACE_SYNTHESIS_PLAIN_LIBRARIES}
-  EXPORT SurfaceSynthesisPlainLibraries
-  RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
-  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
-  ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+foreach (library IN LISTS SURFACE_SYNTHESIS_PLAIN_LIBRARIES)
+  set(component runtime)
+  if (library STREQUAL "SurfaceSynthesisLearning")
+    set(component training) # a package of its own: LibTorch is ten times as large as all the rest
+  endif ()
+  install(TARGETS ${library}
+    EXPORT SurfaceSynthesisPlainLibraries
+    RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT ${component}
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT ${component} NAMELINK_COMPONENT development
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+endforeach ()
 # The public headers are those that a library lists among its sources. They are included by their path below Filters, or
 # for what lies beside it (IO) below the root.
 cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH root)

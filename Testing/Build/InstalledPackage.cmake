@@ -80,5 +80,5 @@ run_command("${WORK_DIR}/BuildCore/core")
 if (PYTHON)
   set(ENV{PYTHONPATH} "${prefix}/${PYTHON_DESTINATION}")
   run_command("${CMAKE_COMMAND}" -E chdir "${WORK_DIR}" "${PYTHON_EXECUTABLE}" -c
-    "import surfacesynthesis as s; assert s.__file__.startswith('${prefix}/'), s.__file__; s.vtkMaternNoiseFilter().Update")
+    "import surfacesynthesis as s\nassert s.__file__.startswith('${prefix}/'), s.__file__\ns.vtkMaternNoiseFilter().Update")
 endif ()

@@ -53,7 +53,7 @@ INCLUDE = re.compile(r"^[ \t]*#[ \t]*include[ \t]*([<\"])([^>\"]+)[>\"]")
 
 TOP_LEVEL = {
     "CMakeLists.txt", "Filters", "IO", "Wrapping", "Testing", "Examples", "vtk.module", "README.md", "LICENSE",
-    "CMakePresets.json", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md"
+    "CMakePresets.json", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "pyproject.toml", "setup.py"
 }
 LICENSED = (".h", ".cxx", ".py", ".cmake", ".sh", ".module", ".in")
 

@@ -44,8 +44,8 @@ from vtkmodules.vtkIOImage import vtkPNGWriter
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODELS = ROOT / "Examples" / "Models"
 TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
-READMES = ["README.md", "Examples/README.md", "Examples/Models/README.md", "Examples/Training/README.md",
-           "Testing/README.md", "Wrapping/ParaView/README.md", "CONTRIBUTING.md"]  # fmt: skip
+READMES = ["README.md", "Examples/README.md", "Examples/Documentation/README.md", "Examples/Models/README.md",
+           "Examples/Training/README.md", "Testing/README.md", "Wrapping/ParaView/README.md", "CONTRIBUTING.md"]  # fmt: skip
 #: README files whose examples run elsewhere: ParaView's own Python is needed (the preset paraview), or minutes (each
 #: benchmark runs once, in the tests with the label benchmark).
 ELSEWHERE = ["Examples/ParaView/README.md", "Testing/Benchmarks/README.md"]
@@ -329,6 +329,7 @@ INPUTS = {
                             "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,
                             "bodies.safetensors": signals("Position", 2)},
     "train geometric-texture": {"bark.ply": ball},
+    "view": {"result.vtp": observed("MaternNoise")},
     "README.md": {"bear.off": lambda path: ball(path, 3), "ch2bet.nii.gz": zipped_volume},
     "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball,
                            "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume,
@@ -363,6 +364,8 @@ ELSEWHERE_COMMANDS = {"convert": "PyTorch reads the checkpoints: TestConversion.
 def prepare(folder, name):
     """Makes the input files of a command or README file in the folder where it runs."""
     (folder / "data").mkdir()
+    (folder / "node_modules" / "vtk.js").mkdir(parents=True)
+    (folder / "node_modules" / "vtk.js" / "vtk.js").write_text("// a stand-in")
     (folder / "Examples").symlink_to(ROOT / "Examples")
     for pattern, make in INPUTS.get(name, {}).items():
         (folder / pattern).parent.mkdir(exist_ok=True)

@@ -42,6 +42,7 @@ TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
 HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "Samples")}
 #: Words about what comes in, goes out and is shown: the same everywhere, and no property.
 COMMON = {
+    "color_by": "array that is shown first",
     "config": "file of a network's configuration",
     "csv": "table as comma-separated values",
     "generated": "the ensemble that is measured",
@@ -53,6 +54,7 @@ COMMON = {
     "nearest": "table of nearest references",
     "observations": "points at which a field is known",
     "point_data": "files with values of points",
+    "output": "the file that is written",
     "progress": "progress callable, or bar",
     "quiet": "errors only",
     "reference": "what is compared with",
@@ -66,6 +68,8 @@ COMMON = {
     "threads": "number of threads",
     "tile": "part of an image, in pixels",
     "tiles": "parts of an image",
+    "title": "title of a page",
+    "vtk_js": "the file vtk.js of npm",
     "warp": "points moved by the result",
 }
 
@@ -123,6 +127,7 @@ COMMANDS = {
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
     "transfer-texture": ("encode_texture", "decode_texture"),
+    "view": (),
     "train field-latents": ("train_field_latents",),
     "train flow-matching": ("train_flow_matching",),
     "train geometric-texture": ("train_geometric_texture",),

@@ -49,6 +49,7 @@ from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_t
 from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
 from .noise import BOUNDARY_CONDITIONS, NOISE_MODELS, matern_noise
+from .pages import find_vtk_js, write_page
 from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
@@ -100,6 +101,7 @@ __all__ = [
     "ensemble_layout",
     "ensemble_metrics",
     "estimate_matern",
+    "find_vtk_js",
     "gaussian_mixtures",
     "geometric_texture",
     "geometric_texture_distance",
@@ -137,6 +139,7 @@ __all__ = [
     "vtkPoissonNetFilter",
     "vtkTopologyReport",
     "write_mesh",
+    "write_page",
     "write_signal_dataset",
     "write_textured_mesh",
     "write_texture_dataset",

@@ -24,6 +24,7 @@ from . import (
     tetrahedralize,
     texture_atlas,
     train,
+    view,
 )
 
 #: In the order of the help text, and of most pipelines. A command whose filter was not built is absent.
@@ -42,7 +43,7 @@ COMMANDS = [
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
-COMMANDS.append(convert)
+COMMANDS += [view, convert]
 
 #: Commands that write what they have reached when they are interrupted, and need their time for it.
 TRAININGS = ("train", "levels")

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gives the page of each filter, beside its documentation in the sources: when to use it, its picture, and one example.
+
+The example in C++ and in ParaView is made of ``properties`` (names of the server-manager XML); the one in Python and the
+command say the same. The test Python.FilterPages compares all four with what there is.
+"""
+
+import collections
+
+#: when: a sentence or two; picture: a file below Examples; properties: of the XML; inputs: names of further inputs.
+Example = collections.namedtuple("Example", "when picture properties python command inputs", defaults=((),))
+
+_PARAVIEW = "ParaView/Pictures/"
+
+FILTERS = {
+    "vtkTopologyReport": Example(
+        "Before anything else: to know whether a surface is closed and valid, and which filter repairs it.",
+        _PARAVIEW + "TopologyReport.png", {},
+        'report = ss.topology_report(mesh)', "report scan.stl"),
+    "vtkVDBSurfaceFilter": Example(
+        "For scans and for surfaces that nothing else repairs: the result is always closed and manifold, at the resolution of "
+        "the voxels.", _PARAVIEW + "VDBSurface.png", {"LargestComponent": 1, "FillCavities": 1},
+        'mesh = ss.vdb_surface(ss.read_volume("head.nii.gz"), largest_component=True, fill_cavities=True)',
+        "surface head.nii.gz skin.vtp --largest-component --fill-cavities"),
+    "vtkSurfaceRepairFilter": Example(
+        "When the points that are good must stay where they are. Where too much is broken, use vtkVDBSurfaceFilter.",
+        _PARAVIEW + "SurfaceRepair.png", {"HoleFilling": 2, "KeepLargestComponent": 1},
+        'mesh = ss.repair(mesh, holes="all", largest_component=True)',
+        "repair scan.stl valid.stl --holes all --largest-component"),
+    "vtkIsotropicRemeshFilter": Example(
+        "Before filters that assume even triangles, before tetrahedra, and to choose the resolution of a result.",
+        _PARAVIEW + "IsotropicRemesh.png", {"TargetNumberOfPoints": 20000},
+        "mesh = ss.remesh(mesh, points=20000)", "remesh scan.ply even.ply --points 20000"),
+    "vtkTextureAtlasFilter": Example(
+        "When a texture image is to be made for a surface without texture coordinates.",
+        _PARAVIEW + "TextureAtlas.png", {"Resolution": [2048, 2048]},
+        "mesh = ss.texture_atlas(mesh, resolution=2048)", "texture-atlas scan.stl scan.obj --resolution 2048"),
+    "vtkTetrahedralizeFilter": Example(
+        "For finite elements inside a closed surface.", _PARAVIEW + "TetrahedralizeSurface.png", {"QualityRatio": 1.5},
+        "grid = ss.tetrahedralize(mesh, quality_ratio=1.5)", "tetrahedralize in.stl out.vtu --quality-ratio 1.5"),
+    "vtkMaternNoiseFilter": Example(
+        "For random fields on surfaces: material properties, rough surfaces, uncertain shapes, and the noise from which "
+        "generative models start. The correlation range is in the units of the mesh.",
+        "Gallery/triangulations.png", {"CorrelationRange": 5.0, "NumberOfSamples": 8, "Seed": 1},
+        "mesh = ss.matern_noise(mesh, range=5.0, samples=8, seed=1)", "noise in.stl out.vtp --range 5 --samples 8 --seed 1"),
+    "vtkMaternParameterEstimator": Example(
+        "When fields were measured and others like them are wanted: it gives the range and the deviation for "
+        "vtkMaternNoiseFilter, with intervals.", _PARAVIEW + "MaternParameterEstimator.png", {"ObservationArray": "Thickness"},
+        'estimate = ss.estimate_matern(mesh, observation_array="Thickness")',
+        "estimate cortex.vtp --observation-array Thickness"),
+    "vtkPoissonNetFilter": Example(
+        "To apply a trained network to a surface: labels of parts, predicted fields or shapes.",
+        "Gallery/predicted_curvature.png", {"ModelFileName": "smoothed_curvature"},
+        'mesh = ss.poisson_net(mesh, "smoothed_curvature")', "poisson-net body.ply curvature.vtp --model smoothed_curvature"),
+    "vtkFlowMatchingDeformer": Example(
+        "For new shapes like those of a training: poses of one body, variants of one organ.",
+        "Gallery/deformations.png", {"ModelFileName": "armadillo_poses", "NumberOfSamples": 4, "Seed": 3},
+        'poses = ss.deform(mesh, "armadillo_poses", samples=4, seed=3)',
+        "deform body.ply poses.vtm --model armadillo_poses --samples 4 --seed 3"),
+    "vtkFlowMatchingSampler": Example(
+        "For new fields like those of a training, where a Gaussian random field is not enough.",
+        "Gallery/signals.png", {"ModelFileName": "bunny_mixtures", "Seed": 3},
+        'mesh = ss.sample_signal(mesh, "bunny_mixtures", seed=3)', "sample heart.vtp heat.vtp --model bunny_mixtures --seed 3"),
+    "vtkGeometricTextureSynthesizer": Example(
+        "To give a smooth surface the relief of another one.",
+        "Gallery/textures.png", {"ModelFileName": "spikes", "StartLevel": 1, "Seed": 1},
+        'mesh = ss.geometric_texture(mesh, "spikes", start_level=1, seed=1)',
+        "geometric-texture bunny.ply spiky.ply --model spikes --start-level 1 --seed 1"),
+    "vtkFieldLatentEncoder": Example(
+        "To carry a texture to another triangulation, and to prepare one for training.",
+        _PARAVIEW + "FieldLatentEncoder.png", {"ModelFileName": "field_latents"},
+        'mesh = ss.encode_texture(mesh, image, model="field_latents")', "encode-texture duck.obj duck.vtp --model field_latents",
+        ("TextureImage",)),
+    "vtkFieldLatentDecoder": Example(
+        "To make a texture image of latent vectors, at any resolution.",
+        _PARAVIEW + "FieldLatentDecoder.png", {"ModelFileName": "field_latents", "Resolution": [2048, 2048]},
+        'texture = ss.decode_texture(mesh, model="field_latents", resolution=2048)',
+        "decode-texture duck.vtp duck.obj --model field_latents --resolution 2048"),
+    "vtkFieldLatentTextureFilter": Example(
+        "For new textures like that of one textured surface, on any surface.",
+        "Gallery/latent_textures.png", {"ModelFileName": "coat", "Seed": 1},
+        'texture = ss.sample_texture(mesh, "coat", seed=1)', "sample-texture duck.off coat.obj --model coat --seed 1"),
+    "vtkFlowMatchingTrainer": Example(
+        "When there are tens to thousands of samples of shapes or fields on one or several surfaces.",
+        _PARAVIEW + "FlowMatchingTrainer.png", {"DatasetFileName": "poses.safetensors", "ModelFileName": "model.safetensors",
+                                                "Iterations": 3000},
+        'ss.train_flow_matching(dataset="poses.safetensors", model="model.safetensors", iterations=3000)',
+        "train flow-matching poses.safetensors model.safetensors --iterations 3000"),
+    "vtkMultiscaleMeshFitter": Example(
+        "Before vtkGeometricTextureTrainer: it makes the levels from which a relief is learned.",
+        _PARAVIEW + "MultiscaleMeshFitter.png", {"NumberOfLevels": 5, "DatasetFileName": "levels.safetensors"},
+        "fitted = ss.fit_levels(mesh, levels=5)", "levels bark.ply levels.safetensors --levels 5"),
+    "vtkGeometricTextureTrainer": Example(
+        "To learn the relief of one surface, of which a patch of a few wavelengths is enough.",
+        _PARAVIEW + "GeometricTextureTrainer.png", {"DatasetFileName": "levels.safetensors", "ModelFileName": "bark.safetensors"},
+        'ss.train_geometric_texture(dataset="levels.safetensors", model="bark.safetensors")',
+        "train geometric-texture levels.safetensors bark.safetensors"),
+    "vtkFieldLatentTrainer": Example(
+        "Seldom: the installed autoencoder field_latents serves for all textures. For images of another kind, train one.",
+        _PARAVIEW + "FieldLatentTrainer.png", {"DatasetFileName": "textures.safetensors", "ModelFileName": "latents.safetensors"},
+        'ss.train_field_latents(dataset="textures.safetensors", model="latents.safetensors")',
+        "train field-latents textures.safetensors latents.safetensors"),
+    "vtkLatentDiffusionTrainer": Example(
+        "To learn the texture of one surface, with labels and directions where the texture follows some.",
+        _PARAVIEW + "LatentDiffusionTrainer.png", {"ModelFileName": "bark.safetensors", "NumberOfTriangulations": 64},
+        'ss.train_latent_diffusion(mesh, image, model="bark.safetensors", triangulations=64)',
+        "train latent-diffusion duck.obj bark.safetensors --triangulations 64", ("TextureImage",)),
+    "vtkPoseEnsembleFilter": Example(
+        "For training data without a data set: random poses of one shape.",
+        "Gallery/poses.png", {"NumberOfSamples": 100, "Seed": 1},
+        "ensemble = ss.poses(mesh, samples=100, seed=1)", "dataset poses armadillo.off poses.safetensors --samples 100 --seed 1"),
+    "vtkGaussianMixtureFilter": Example(
+        "For training data of signals with a known distribution, to test a training.",
+        "Gallery/mixtures.png", {"NumberOfSamples": 100, "Seed": 1},
+        "signals = ss.gaussian_mixtures(mesh, samples=100, seed=1)",
+        "dataset mixtures bunny.off mixtures.safetensors --samples 100 --seed 1"),
+    "vtkEnsembleLayoutFilter": Example(
+        "To look at the samples of an ensemble side by side.",
+        _PARAVIEW + "EnsembleLayout.png", {"Spacing": 0.2}, "ensemble = ss.ensemble_layout(ensemble, spacing=0.2)", None),
+    "vtkEnsembleMetrics": Example(
+        "To judge generated samples against samples that were held back from the training.",
+        _PARAVIEW + "EnsembleMetrics.png", {"ArrayName": "Field"},
+        'metrics = ss.ensemble_metrics(generated, reference, array="Field")',
+        "metrics --generated generated.vtm --reference reference.vtm --array Field", ("Reference",)),
+    "vtkGeometricTextureDistance": Example(
+        "To compare the relief of a synthesized surface with the one that was learned.",
+        _PARAVIEW + "GeometricTextureDistance.png", {"NumberOfProjections": 256},
+        "distance = ss.geometric_texture_distance(mesh, reference, projections=256)",
+        "geometric-texture-distance synthesized.ply original.ply --projections 256", ("Reference",)),
+}  # fmt: skip
+
+#: What was measured of accuracy, bias and time, and where: files of the sources.
+LIMITS = {
+    "vtkIsotropicRemeshFilter": [
+        "A brain to 60,974 triangles in 8.1 s on two threads (Testing/Benchmarks/README.md).",
+        "The number of points is met within about 2 % where curves allow it (TargetNumberOfPoints)."],
+    "vtkTextureAtlasFilter": [
+        "36 microseconds for a triangle of the armadillo, 52,000 triangles (Testing/Benchmarks/README.md)."],
+    "vtkSurfaceRepairFilter": [
+        "A loss of area, volume or components beyond 5 % (MaximumLoss) is a warning, with Strict an error."],
+    "vtkMaternNoiseFilter": [
+        "Standard deviation, without VarianceCorrection: within 5 % on closed surfaces where edges are shorter than about a tenth "
+        "of the range and parts are wider than the range; too large by a factor of 1.41 at a straight open boundary, and larger on "
+        "thin parts (StandardDeviation).",
+        "Deviations of the spectral coefficients 2, 50 and 500 over 100,000 samples agree with 1 / (lambda + tau) within 0.7 % on "
+        "three triangulations of 2,001 to 26,002 vertices; that of one number per vertex changes by a factor of 3.6 between them "
+        "(Examples/README.md)."],
+    "vtkFlowMatchingDeformer": [
+        "armadillo_poses on 2,501 points: spread 0.97 (other poses of the data: 1.03), coverage 0.590 (0.620), 1-nearest-neighbor "
+        "accuracy 0.500 (0.490; 0.5 is best). On 4,992 points, dense on one side: 1.06, 0.587, 0.560 "
+        "(Examples/Training/README.md).",
+        "The samples lie 0.0064 from the space of poses, the poses of the data 0.0008, in roots of the area."],
+    "vtkFlowMatchingSampler": [
+        "bunny_mixtures on 2,003 points: spread 0.97 (other mixtures: 1.00), coverage 0.600 (0.630), 1-nearest-neighbor accuracy "
+        "0.725 (0.575): the samples can be told from the data (Examples/Training/README.md).",
+        "The samples have a distance of 0.095 from the space of mixtures, the data 0.007."],
+    "vtkFlowMatchingTrainer": [
+        "armadillo_poses took 17 minutes of one processor core, in three trainings (Examples/Training/README.md)."],
+    "vtkGeometricTextureSynthesizer": [
+        "Each surface in the picture took less than half a second (README.md); 0.33 s for 158,000 triangles and 3.45 s for a million, in "
+        "151 and 961 MiB (Testing/Benchmarks/README.md)."],
+    "vtkGeometricTextureDistance": [
+        "About 10 seconds on one thread for 128 directions and 300,000 triangles."],
+    "vtkGaussianMixtureFilter": ["Some thousand centers a second for 2,000 points."],
+    "vtkFieldLatentDecoder": ["64 bytes of memory for each texel of the image."],
+}  # fmt: skip

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the pages of the filters for Sphinx, from headers, server-manager XML, README.md, references.bib and filter_examples.py:
+
+generate.py <folder>
+"""
+
+import inspect
+import pathlib
+import re
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "Testing" / "ParaView"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from filter_examples import FILTERS, LIMITS  # noqa: E402
+from server_manager_xml import is_base, is_former, proxy_of  # noqa: E402
+
+_KEY = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]")
+
+
+def escaped(text):
+    """Plain text for reStructuredText, with links to the papers that it cites."""
+    text = re.sub(r"([\\*`|])", r"\\\1", text)
+    text = re.sub(r"_(?=\W|$)", r"\\_", text)
+    return _KEY.sub(lambda match: f":ref:`[{match[1]}] <{match[1].lower()}>`", text)
+
+
+def title(text, mark="="):
+    return f"{text}\n{mark * (len(text) + 4)}\n\n"
+
+
+def block(language, text):
+    return f".. code-block:: {language}\n\n" + "".join(f"   {line}\n" if line else "\n" for line in text.split("\n")) + "\n"
+
+
+# -- what the sources say ----------------------------------------------------------------------------------------------
+
+
+def header_of(name):
+    """The header file of a class."""
+    return next(path for path in ROOT.glob(f"Filters/*/{name}.h"))
+
+
+def sections_of(name):
+    """Pairs (title, paragraphs) of the documentation of a class; the first title is empty."""
+    text = re.search(r"/\*\*\n(.*?)\*/", header_of(name).read_text(encoding="utf-8"), re.DOTALL)[1]
+    lines = [re.sub(r"^ \* ?", "", line) for line in text.split("\n")]
+    sections = [("", [[]])]
+    for line in lines:
+        found = re.match(r"@par ?(.*)", line)
+        if line.startswith(("@class", "@sa", "@ref")):
+            continue
+        if line.startswith("@brief"):
+            line = ""
+        if found and found[1]:
+            sections.append((found[1], [[]]))
+        elif found or not line.strip():
+            sections[-1][1].append([])
+        else:
+            if line.lstrip().startswith("- "):
+                sections[-1][1].append([])
+            sections[-1][1][-1].append(line.strip())
+    return [(name, [" ".join(lines) for lines in paragraphs if lines]) for name, paragraphs in sections]
+
+
+def brief_of(name):
+    text = header_of(name).read_text(encoding="utf-8")
+    return " ".join(re.search(r"@brief (.*?)\n \*\n", text, re.DOTALL)[1].replace("\n *", " ").split())
+
+
+def proxies():
+    """The proxy of each class, by the class."""
+    files = sorted((ROOT / "Wrapping" / "ParaView").glob("*.xml"))
+    found = [proxy_of(path) for path in files if not is_base(path)]
+    return {proxy.get("class"): proxy for proxy in found}
+
+
+def properties_of(proxy):
+    """The properties of a proxy that a user sets."""
+    return [
+        element for element in proxy
+        if element.tag.endswith("VectorProperty") and not is_former(element) and element.get("information_only") != "1"
+    ]  # fmt: skip
+
+
+def function_name(proxy):
+    """The name of the function of paraview.simple."""
+    return re.sub(r"[^A-Za-z0-9]", "", proxy.get("label"))
+
+
+def rows_of_readme():
+    """For each class the Python function and the command, of the tables in README.md."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    cell = r"(?:`([^`]*)`)?"
+    return {found[1]: (found[2], found[3])
+            for found in re.finditer(rf"^\| `(vtk\w+)` \| {cell} ?\| {cell} ?\|", text, re.MULTILINE)}  # fmt: skip
+
+
+def groups_of_readme():
+    """Pairs (title, classes) of the tables in README.md."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    parts = re.split(r"^### (.*)$", text.split("\n## Filters\n")[1].split("\n## ")[0], flags=re.MULTILINE)
+    return [(name, re.findall(r"^\| `(vtk\w+)`", part, re.MULTILINE)) for name, part in zip(parts[1::2], parts[2::2])]
+
+
+# -- examples ----------------------------------------------------------------------------------------------------------
+
+
+def _in_cxx(value):
+    if isinstance(value, str):
+        return f'"{value}"'
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def example_in_cxx(name, proxy, example):
+    command = {element.get("name"): element.get("command") for element in proxy}
+    is_source = "Input" not in command or "DatasetFileName" in example.properties
+    lines = [f"#include <{name}.h>", "#include <vtkNew.h>", "", f"vtkNew<{name}> filter;"]
+    if not is_source or name == "vtkMultiscaleMeshFitter":
+        lines.append("filter->SetInputConnection(reader->GetOutputPort());")
+    for port, other in enumerate(example.inputs, 1):
+        ports = {element.get("name"): element.get("port_index", str(port)) for element in proxy}
+        lines.append(f"filter->SetInputConnection({ports[other]}, {other[0].lower() + other[1:]}->GetOutputPort());")
+    lines += [f"filter->{command[key]}({_in_cxx(value)});" for key, value in example.properties.items()]
+    return "\n".join([*lines, "filter->Update();"])
+
+
+def example_in_paraview(name, proxy, example):
+    names = [element.get("name") for element in proxy]
+    words = [] if "DatasetFileName" in example.properties and name != "vtkMultiscaleMeshFitter" else ["Input=surface"]
+    words = [word for word in words if "Input" in names]
+    words += [f"{other}={other.lower()}" for other in example.inputs]
+    words += [f"{key}={value!r}" for key, value in example.properties.items()]
+    return f"from paraview.simple import *\n\nresult = {function_name(proxy)}({', '.join(words)})\nresult.UpdatePipeline()"
+
+
+# -- pages -------------------------------------------------------------------------------------------------------------
+
+
+def table_of_properties(proxy):
+    lines = [".. list-table::\n   :header-rows: 1\n   :widths: 22 12 66\n   :class: properties\n\n",
+             "   * - property\n     - default\n     - \n"]  # fmt: skip
+    for element in properties_of(proxy):
+        documentation = element.find("Documentation")
+        text = " ".join((documentation.text or "").split()) if documentation is not None else ""
+        default = element.get("default_values", "")
+        entries = {entry.get("value"): entry.get("text") for entry in element.findall("EnumerationDomain/Entry")}
+        if entries:
+            text += " One of " + ", ".join(entries.values()) + "."
+        limits = [f"{word} {domain.get(key)}" for domain in element.findall("IntRangeDomain") + element.findall("DoubleRangeDomain")
+                  for key, word in (("min", "at least"), ("max", "at most")) if domain.get(key)]  # fmt: skip
+        if limits:
+            text += f" ({', '.join(limits)})"
+        if element.find("BooleanDomain") is not None:
+            default = "on" if default == "1" else "off"
+        default = entries.get(default, "" if default == "none" else default)
+        lines.append(f"   * - {escaped(element.get('name'))}\n     - {escaped(default)}\n     - {escaped(text)}\n")
+    return "".join(lines) + "\n"
+
+
+def page_of(name, proxy, folder):
+    example, (function, command) = FILTERS[name], rows_of_readme()[name]
+    picture = folder / "pictures" / pathlib.Path(example.picture).name
+    picture.parent.mkdir(exist_ok=True)
+    shutil.copyfile(ROOT / "Examples" / example.picture, picture)
+    parts = [title(proxy.get("label")), escaped(brief_of(name)) + ".\n\n"]
+    parts.append(f".. image:: ../pictures/{picture.name}\n   :alt: {escaped(brief_of(name))}\n   :class: filter\n\n")
+    parts += [title("When to use it", "-"), escaped(example.when) + "\n\n"]
+    parts += [title("Example", "-"), "Python:\n\n", block("python", "import surfacesynthesis as ss\n\n" + example.python)]
+    if example.command:
+        parts += ["Command line:\n\n", block("bash", f"python3 -m surfacesynthesis {example.command}")]
+    parts += ["C++:\n\n", block("cpp", example_in_cxx(name, proxy, example))]
+    parts += ["ParaView:\n\n", block("python", example_in_paraview(name, proxy, example))]
+    for heading, paragraphs in sections_of(name):
+        parts.append(title(heading or "Description", "-"))
+        parts += [("* " + escaped(text[2:]) if text.startswith("- ") else escaped(text)) + "\n\n" for text in paragraphs]
+    if name in LIMITS:
+        parts += [title("Limits in numbers", "-"), *(f"* {escaped(text)}\n" for text in LIMITS[name]), "\n"]
+    parts += [title("Properties", "-"), table_of_properties(proxy)]
+    parts += [title("Names", "-"), f":C++: `{name} <../cxx/class{name}.html>`__\n"]
+    parts.append(f":Python: :func:`surfacesynthesis.{function}`\n" if function else "")
+    parts.append(f":Command: ``{command}``\n" if command else "")
+    parts.append(f":ParaView: ``{function_name(proxy)}``, {escaped(proxy.get('label'))}\n")
+    (folder / "filters" / f"{name}.rst").write_text("".join(parts), encoding="utf-8")
+
+
+def bibliography(folder):
+    """The page of the papers, with a target for each key."""
+    text = (ROOT / "Examples" / "references.bib").read_text(encoding="utf-8")
+    parts = [title("Papers")]
+    for key, body in re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", text, re.MULTILINE | re.DOTALL):
+        fields = dict(re.findall(r"^\s*(\w+)\s*=\s*\{(.*?)\},?\s*$", body, re.MULTILINE | re.DOTALL))
+        fields = {name: re.sub(r"\\.|[{}]|\s+", lambda match: " " if match[0].isspace() else "", value)
+                  for name, value in fields.items()}  # fmt: skip
+        where = fields.get("journal") or fields.get("booktitle") or fields.get("publisher") or fields.get("howpublished") or ""
+        line = f"{fields.get('author', '')}: *{escaped(fields.get('title', ''))}*. {escaped(where)} {fields.get('year', '')}."
+        note = f" {escaped(fields['note'])}." if "note" in fields else ""
+        parts.append(f".. _{key.lower()}:\n\n[{key}]\n   {line}{note}\n\n")
+    (folder / "papers.rst").write_text("".join(parts), encoding="utf-8")
+
+
+def index_of_filters(folder):
+    parts = [title("Filters")]
+    for heading, classes in groups_of_readme():
+        parts += [title(heading, "-"), ".. toctree::\n   :maxdepth: 1\n\n"]
+        parts += [f"   {name}\n" for name in classes]
+        parts.append("\n")
+    (folder / "filters" / "index.rst").write_text("".join(parts), encoding="utf-8")
+
+
+def reference_of_python(folder):
+    """The page of the functions and classes of the package, but for VTK's."""
+    import surfacesynthesis
+
+    parts = [title("Python"), ".. module:: surfacesynthesis\n\n"]
+    for name in sorted(surfacesynthesis.__all__, key=str.lower):
+        value = getattr(surfacesynthesis, name)
+        if inspect.isfunction(value):
+            parts.append(f".. autofunction:: surfacesynthesis.{name}\n\n")
+        elif inspect.isclass(value) and not name.startswith("vtk"):
+            parts.append(f".. autoclass:: surfacesynthesis.{name}\n   :members:\n\n")
+    (folder / "python.rst").write_text("".join(parts), encoding="utf-8")
+
+
+def copy_pages(folder):
+    """The pages that are written by hand, and their pictures."""
+    here = pathlib.Path(__file__).resolve().parent
+    (folder / "pictures").mkdir(exist_ok=True)
+    for page in [here / "conf.py", *here.glob("*.rst"), *here.glob("tasks/*.rst"), *here.glob("static/*")]:
+        target = folder / page.relative_to(here)
+        target.parent.mkdir(exist_ok=True)
+        shutil.copyfile(page, target)
+        for name in re.findall(r"^.. image:: (?:\.\./)?pictures/(.*)$", page.read_text(encoding="utf-8"), re.MULTILINE):
+            shutil.copyfile(ROOT / "Examples" / "Gallery" / name, folder / "pictures" / name)
+
+
+def main(folder):
+    folder = pathlib.Path(folder)
+    (folder / "filters").mkdir(parents=True, exist_ok=True)
+    copy_pages(folder)
+    for name, proxy in proxies().items():
+        page_of(name, proxy, folder)
+    index_of_filters(folder)
+    bibliography(folder)
+    reference_of_python(folder)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
