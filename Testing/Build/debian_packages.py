@@ -194,7 +194,7 @@ def check_installed(packages, work):
     install = [*inside, "apt-get", "install", "-y", "-q", "--no-install-recommends", *names, "xvfb", "xauth"]
     output_of(*inside, "apt-get", "update", "-q")
     output_of(*install, "--download-only")
-    started = time.monotonic()
+    started, before = time.monotonic(), os.times()
     text = output_of(*install)
     installed = time.monotonic()
     script = "mount -t proc proc /proc && xvfb-run -a -s '-screen 0 1024x768x24' python3 /tmp/picture.py"
@@ -206,7 +206,12 @@ def check_installed(packages, work):
     count = re.search(r"(\d+) newly installed", text)[1]
     print(f"{count} packages installed in {installed - started:.0f} s, first picture {drawn - installed:.1f} s later")
     shutil.rmtree(folder)
-    fail_unless(drawn - started < MINUTE, f"Installation and first picture took {drawn - started:.0f} s")
+    after = os.times()
+    worked = after.children_user + after.children_system - before.children_user - before.children_system
+    print(f"{worked:.0f} s of processor time")
+    busy = os.getloadavg()[1] > os.cpu_count() + 1  # with other work: the time on the clock says nothing
+    taken = worked if busy else drawn - started
+    fail_unless(taken < MINUTE, f"Installation and first picture took {taken:.0f} s{' of processor time' if busy else ''}")
 
 
 def main(packages, root, source, work):
