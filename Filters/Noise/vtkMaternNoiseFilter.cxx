@@ -297,7 +297,8 @@ private:
       std::ostringstream text;
       text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range " << range
            << ": the mesh is too coarse to carry the field. "
-           << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; Refinement divides "
+           << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; "
+                                "Refinement divides "
                                 "triangles only)"
                               : "Switch Refinement on, refine it with vtkAdaptiveSubdivisionFilter")
            << ", or choose a range of at least " << 3.0 * field.LongestEdge() << ".";

@@ -354,7 +354,7 @@ def test_wrong_types_are_type_errors(pair, arguments):
 @pytest.mark.parametrize(
     "mesh, error, words",
     [
-        (None, TypeError, "vtkPolyData, a composite dataset or a pair"),
+        (None, TypeError, "vtkUnstructuredGrid, a composite dataset or a pair"),
         ("surface.stl", TypeError, "not str"),
         (vtkImageData(), TypeError, "not vtkImageData"),
         ((np.zeros((3, 3)),), TypeError, "length 1"),
