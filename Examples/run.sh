@@ -71,7 +71,6 @@ example gallery.py "${meshes[@]}"
 for pipeline in brain femur; do # from a scan to tetrahedra; an ensemble of shapes
   example medical.py "$pipeline"
 done
-example brain_fields.py
 example flow_matching.py
 example geometric_textures.py
 # Last, new textures on the surface that was given.

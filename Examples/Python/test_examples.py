@@ -115,8 +115,8 @@ def check_picture(path, width, rows=1):
         assert 0.05 < used < 0.95, f"{100 * used:.1f} % of {path} differs from the background"
 
 
-def write_ball(folder):
-    """A volume with a ball of radius 20 mm, turned and moved; returns the path of its file."""
+def check_medical(folder):
+    """A small ball in a volume that is turned and moved, and the femur."""
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(np.float32)
     image = vtkImageData()
     image.SetDimensions(25, 25, 25)
@@ -131,25 +131,6 @@ def write_ball(folder):
     writer.SetFileName(volume)
     writer.SetInputData(image)
     writer.Write()
-    return volume
-
-
-def check_brain_fields(folder):
-    """Random fields in a small ball of tetrahedra."""
-    output = os.path.join(folder, "brain_fields")
-    shutil.rmtree(output, ignore_errors=True)
-    script = os.path.join(HERE, "brain_fields.py")
-    done = run("xvfb-run", "-a", sys.executable, script, write_ball(folder), "--edge-length", "3", "--output", output)
-    assert done.returncode == 0
-    check_picture(os.path.join(output, "brain_fields.png"), 1800, rows=2)
-    data = surfacesynthesis.read_mesh(os.path.join(output, "brain_fields.vtu")).GetPointData()
-    deviation = vtk_to_numpy(data.GetArray("MaternNoise_StandardDeviation"))
-    assert deviation.min() < 1e-6 and deviation.max() < 1.1, "exact observations"
-
-
-def check_medical(folder):
-    """A small ball in a volume that is turned and moved, and the femur."""
-    volume = write_ball(folder)
     output = os.path.join(folder, "medical")
     shutil.rmtree(output, ignore_errors=True)
     script = os.path.join(HERE, "medical.py")
@@ -405,7 +386,6 @@ if __name__ == "__main__":
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "random_fields": check_random_fields,
-        "brain_fields": check_brain_fields,
         "medical": check_medical,
         "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,

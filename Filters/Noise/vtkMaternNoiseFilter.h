@@ -55,7 +55,7 @@
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
  * component. Where the factor would exceed MemoryLimit, conjugate gradients with a multigrid preconditioner solve to a
  * relative residual of 1e-10, in memory and time proportional to the number of points: about 350 bytes for each point.
- * They need OperatorPower 2 or 4 and no VarianceCorrection. COST_OF_VOLUMES The same seed gives the same bits for every
+ * They need OperatorPower 2 or 4 and no VarianceCorrection. The same seed gives the same bits for every
  * number of threads, and sample k is the same alone or in a batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
