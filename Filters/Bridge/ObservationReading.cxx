@@ -4,6 +4,7 @@
 #include "DistributedSurfaces.h"
 #include "SurfaceArrays.h"
 #include "SurfaceBridge.h"
+#include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
@@ -65,6 +66,38 @@ std::string PlaceOf(const PointMatrix& points, Eigen::Index point)
 {
   return "(" + FormatNumber(points(point, 0)) + ", " + FormatNumber(points(point, 1)) + ", " +
     FormatNumber(points(point, 2)) + ")";
+}
+
+double AllowedDistance(double tolerance, const BoundingBox& box)
+{
+  return tolerance > 0.0 ? tolerance : DefaultTolerance * box.LongestSide();
+}
+
+/// Throws InvalidInput that names the observations farther from their nearest places on @p what than @p allowed.
+void RequireNear(const PointMatrix& points, const PointMatrix& nearest, double allowed, const std::string& what)
+{
+  std::string far;
+  std::size_t count = 0;
+  double first = 0.0;
+  Eigen::Index firstPoint = 0;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+  {
+    const double distance = (nearest.row(i) - points.row(i)).norm();
+    if (!(distance <= allowed))
+    {
+      first = count == 0 ? distance : first;
+      firstPoint = count == 0 ? i : firstPoint;
+      far += count < MostNamed ? (count == 0 ? "" : ", ") + std::to_string(i) : count == MostNamed ? ", ..." : "";
+      ++count;
+    }
+  }
+  if (count > 0)
+  {
+    throw InvalidInput(std::to_string(count) + (count == 1 ? " observation is" : " observations are") +
+      " farther from the " + what + " than the Tolerance of " + FormatNumber(allowed) + ": " + far +
+      ". The first, at " + PlaceOf(points, firstPoint) + ", is " + FormatNumber(first) + " away; points near the " +
+      what + " are needed, or a larger Tolerance.");
+  }
 }
 } // namespace
 
@@ -209,36 +242,29 @@ Eigen::MatrixXd ReadFields(
 
 std::vector<SurfacePlace> AttachToSurface(const TriangleMesh& mesh, const PointMatrix& points, double tolerance)
 {
-  const double allowed = tolerance > 0.0 ? tolerance : DefaultTolerance * ComputeBoundingBox(mesh).LongestSide();
   std::vector<SurfacePlace> places = FindNearestPlaces(mesh, points);
-  std::string far;
-  std::size_t count = 0;
-  double first = 0.0;
-  Eigen::Index firstPoint = 0;
+  PointMatrix nearest = PointMatrix::Zero(points.rows(), 3);
   for (std::size_t i = 0; i < places.size(); ++i)
   {
-    const auto row = static_cast<Eigen::Index>(i);
-    Eigen::RowVector3d nearest = Eigen::RowVector3d::Zero();
     for (int k = 0; k < 3; ++k)
     {
-      nearest += places[i].Weights[k] * mesh.Points.row(mesh.Triangles(places[i].Triangle, k));
-    }
-    const double distance = (nearest - points.row(row)).norm();
-    if (!(distance <= allowed))
-    {
-      first = count == 0 ? distance : first;
-      firstPoint = count == 0 ? row : firstPoint;
-      far += count < MostNamed ? (count == 0 ? "" : ", ") + std::to_string(i) : count == MostNamed ? ", ..." : "";
-      ++count;
+      nearest.row(static_cast<Eigen::Index>(i)) += places[i].Weights[k] *
+        mesh.Points.row(mesh.Triangles(places[i].Triangle, k));
     }
   }
-  if (count > 0)
+  RequireNear(points, nearest, AllowedDistance(tolerance, ComputeBoundingBox(mesh)), "surface");
+  return places;
+}
+
+std::vector<VolumePlace> AttachToVolume(const TetrahedralMesh& mesh, const PointMatrix& points, double tolerance)
+{
+  std::vector<VolumePlace> places = FindNearestPlaces(mesh, points);
+  PointMatrix nearest(points.rows(), 3);
+  for (std::size_t i = 0; i < places.size(); ++i)
   {
-    throw InvalidInput(std::to_string(count) + (count == 1 ? " observation is" : " observations are") +
-      " farther from the surface than the Tolerance of " + FormatNumber(allowed) + ": " + far + ". The first, at " +
-      PlaceOf(points, firstPoint) + ", is " + FormatNumber(first) +
-      " away; points near the surface are needed, or a larger Tolerance.");
+    nearest.row(static_cast<Eigen::Index>(i)) = PositionOf(mesh, places[i]).transpose();
   }
+  RequireNear(points, nearest, AllowedDistance(tolerance, ComputeBoundingBox(mesh)), "volume");
   return places;
 }
 

@@ -7,6 +7,7 @@
 
 #include "Core/Mesh/SurfacePlace.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Mesh/VolumePlace.h"
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -68,5 +69,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT Eigen::MatrixXd ReadFields(
 /// @throws InvalidInput when points are farther away: the text names the first ten with the first one's distance.
 VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<SurfacePlace> AttachToSurface(
   const TriangleMesh& mesh, const PointMatrix& points, double tolerance);
+
+/// Does the same in a volume: points inside attach to the tetrahedron that contains them, points outside to the nearest
+/// place of the boundary.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<VolumePlace> AttachToVolume(
+  const TetrahedralMesh& mesh, const PointMatrix& points, double tolerance);
 
 } // namespace surfsynth

@@ -7,10 +7,10 @@
 #include "SurfaceArrays.h"
 
 #include <vtkDataObject.h>
+#include <vtkDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkInformationVector.h>
 #include <vtkPointData.h>
-#include <vtkPolyData.h>
 
 namespace surfsynth
 {
@@ -30,7 +30,7 @@ std::string SampleName(const std::string& name, int numberOfSamples, std::uint32
   return numberOfSamples == 1 ? name : name + "_" + std::to_string(sample);
 }
 
-void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active)
+void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkDataSet* output, bool active)
 {
   vtkPointData* pointData = output->GetPointData();
   for (const auto& array : arrays)
@@ -48,7 +48,7 @@ void AddNoiseArrays(const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, 
 }
 
 void AddSamples(
-  const SampleSeries& series, const std::function<void(const SampleDestination&)>& draw, vtkPolyData* output)
+  const SampleSeries& series, const std::function<void(const SampleDestination&)>& draw, vtkDataSet* output)
 {
   std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
   draw([&](std::uint32_t sample) {

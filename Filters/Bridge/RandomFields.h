@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Frame around RequestData of filters that add samples of random fields to surfaces.
+/// Frame around RequestData of filters that add samples of random fields to surfaces and volumes.
 #pragma once
 
 #include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
@@ -16,9 +16,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+class vtkDataSet;
 class vtkDoubleArray;
 class vtkInformationVector;
 class vtkPolyData;
@@ -37,7 +39,7 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT std::string SampleName(
 /// Adds the arrays to the points of @p output; the first becomes active where SetActiveWhereNone() says so.
 /// @param active the first becomes the active scalars where there are others, too
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddNoiseArrays(
-  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkPolyData* output, bool active = false);
+  const std::vector<vtkSmartPointer<vtkDoubleArray>>& arrays, vtkDataSet* output, bool active = false);
 
 /// Samples that a filter adds to each surface, from its properties.
 struct SampleSeries
@@ -72,7 +74,7 @@ using SampleDestination = std::function<double*(std::uint32_t sample)>;
 /// Adds the arrays of @p series to the points of @p output. @p draw asks for the memory of each sample and fills it;
 /// nothing is added when it throws.
 VTKSURFACESYNTHESISBRIDGE_EXPORT void AddSamples(
-  const SampleSeries& series, const std::function<void(const SampleDestination&)>& draw, vtkPolyData* output);
+  const SampleSeries& series, const std::function<void(const SampleDestination&)>& draw, vtkDataSet* output);
 
 /// Random fields on the blocks of the last update, each factored once for its mesh and options.
 /// @tparam IsSameFactor true for two options with the same factor.
@@ -98,7 +100,7 @@ public:
   const Field& Build(const Surface& surface, const Options& options, const Progress& progress)
   {
     this->Blocks.Drop(surface);
-    Prepared prepared{ options, std::make_unique<Field>(surface.Mesh, *surface.Topology, options, progress) };
+    Prepared prepared{ options, MakeField(surface, options, progress) };
     ++this->Factorizations;
     return *this->Blocks.Insert(surface, std::move(prepared)).Content;
   }
@@ -112,6 +114,18 @@ private:
     Options FactorOptions;
     std::unique_ptr<Field> Content;
   };
+
+  static std::unique_ptr<Field> MakeField(const Surface& surface, const Options& options, const Progress& progress)
+  {
+    if constexpr (std::is_constructible_v<Field, TetrahedralMesh, Options, Progress>)
+    {
+      if (surface.Volume)
+      {
+        return std::make_unique<Field>(*surface.Volume, options, progress);
+      }
+    }
+    return std::make_unique<Field>(surface.Mesh, *surface.Topology, options, progress);
+  }
 
   BlockCache<Prepared> Blocks;
   vtkTypeInt64 Factorizations = 0;

@@ -11,6 +11,7 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TetrahedralMesh.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <cstdint>
@@ -36,13 +37,13 @@ struct SurfacePart
   int Count = 1; ///< number of ranks that work on the surface
 };
 
-/// Surface as the core sees it.
+/// Surface, or volume of tetrahedra, as the core sees it.
 struct Surface
 {
   TriangleMesh Mesh; ///< all points of the input in their order (float64), its polygons and strips as triangles
   /// The tables of Mesh, which the check has built; empty when the check was not needed (see ProcessSurfaces()).
   std::optional<MeshTopology> Topology;
-  /// Cell of the input that each triangle comes from; empty when triangle f is cell f.
+  /// Cell of the input that each triangle, or tetrahedron, comes from; empty when triangle f is cell f.
   std::vector<std::int64_t> CellOfTriangle;
   /// 0 for a polydata input; the flat index of the block (1 or more) in a composite one.
   unsigned int FlatIndex = 0;
@@ -50,17 +51,19 @@ struct Surface
   std::string Where;
   /// All of the work, except in a pipeline that runs on several MPI ranks.
   SurfacePart Part;
+  /// Tetrahedra of a volume, whose Mesh has the points only; empty for a surface.
+  std::optional<TetrahedralMesh> Volume;
 
-  /// Cell id of triangle @p f.
+  /// Cell id of triangle or tetrahedron @p f.
   std::int64_t Cell(std::int64_t f) const { return this->CellOfTriangle.empty() ? f : this->CellOfTriangle[f]; }
 
-  /// ContentHash() of Mesh, by which caches know it: computed at the first call and kept, so that all caches together
-  /// hash a mesh once for each update. Mesh must not change afterwards. To be called on one thread.
+  /// ContentHash() of Mesh or Volume, by which caches know it: computed at the first call and kept, so that all caches
+  /// together hash a mesh once for each update. The mesh must not change afterwards. To be called on one thread.
   std::uint64_t MeshHash() const
   {
     if (!this->KnownHash)
     {
-      this->KnownHash = ContentHash(this->Mesh);
+      this->KnownHash = this->Volume ? ContentHash(*this->Volume) : ContentHash(this->Mesh);
     }
     return *this->KnownHash;
   }

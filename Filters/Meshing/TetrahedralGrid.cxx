@@ -62,7 +62,7 @@ void SetCells(vtkUnstructuredGrid* output, const TetrahedronMatrix& tetrahedra, 
 }
 
 /// Returns for each new point the triangle of the surface on which it lies, -1 inside.
-std::vector<Index> TrianglesOfNewPoints(const TetrahedralMesh& mesh, Index given)
+std::vector<Index> TrianglesOfNewPoints(const FilledSurface& mesh, Index given)
 {
   std::vector<Index> triangles(static_cast<std::size_t>(mesh.Points.rows() - given), -1);
   for (std::size_t k = 0; k < mesh.Triangles.size(); ++k)
@@ -81,7 +81,7 @@ std::vector<Index> TrianglesOfNewPoints(const TetrahedralMesh& mesh, Index given
 
 /// Returns the place on the surface from which each point takes its arrays.
 std::vector<SurfacePlace> PlacesOf(
-  const TetrahedralMesh& mesh, const TriangleMesh& surface, const std::vector<Index>& triangleOfNew)
+  const FilledSurface& mesh, const TriangleMesh& surface, const std::vector<Index>& triangleOfNew)
 {
   const Index given = surface.NumberOfPoints();
   std::vector<SurfacePlace> places(static_cast<std::size_t>(mesh.Points.rows()));
@@ -138,7 +138,7 @@ void AddPointArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surfa
 }
 
 /// Adds the cell arrays of the surface on its triangles, after zeros for the tetrahedra.
-void AddCellArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const TetrahedralMesh& mesh)
+void AddCellArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surface& surface, const FilledSurface& mesh)
 {
   std::vector<std::int64_t> cells;
   for (const Index f : mesh.Triangles)
@@ -165,7 +165,7 @@ void AddCellArrays(vtkUnstructuredGrid* output, vtkPolyData* input, const Surfac
   }
 }
 
-void AddRegions(vtkUnstructuredGrid* output, const std::string& name, const TetrahedralMesh& mesh,
+void AddRegions(vtkUnstructuredGrid* output, const std::string& name, const FilledSurface& mesh,
   const std::vector<Index>& patchOfTriangle)
 {
   vtkNew<vtkIntArray> regions;
@@ -214,7 +214,7 @@ UsedSurface::UsedSurface(const TriangleMesh& surface)
 }
 
 void FillGrid(vtkUnstructuredGrid* output, const GridNames& names, vtkPolyData* input, const Surface& surface,
-  const UsedSurface& used, const TetrahedralMesh& mesh, bool surfaceTriangles)
+  const UsedSurface& used, const FilledSurface& mesh, bool surfaceTriangles)
 {
   const Index given = used.Mesh.NumberOfPoints();
   const std::vector<Index> triangleOfNew = TrianglesOfNewPoints(mesh, given);

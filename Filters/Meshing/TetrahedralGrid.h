@@ -37,6 +37,6 @@ struct GridNames
 /// Fills @p output with the mesh, which was made of @p used, with the arrays of @p input and, with @p surfaceTriangles,
 /// the triangles of the surface as cells.
 void FillGrid(vtkUnstructuredGrid* output, const GridNames& names, vtkPolyData* input, const Surface& surface,
-  const UsedSurface& used, const TetrahedralMesh& mesh, bool surfaceTriangles);
+  const UsedSurface& used, const FilledSurface& mesh, bool surfaceTriangles);
 
 } // namespace surfsynth

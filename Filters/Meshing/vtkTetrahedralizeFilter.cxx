@@ -42,7 +42,7 @@ public:
     const surfsynth::Surface surface = surfsynth::ToSurface(input, closed);
     const surfsynth::UsedSurface used(surface.Mesh);
     const auto cellOfTriangle = [&](std::int64_t f) { return surface.Cell(f); };
-    const surfsynth::TetrahedralMesh mesh = surfsynth::Tetrahedralize(
+    const surfsynth::FilledSurface mesh = surfsynth::Tetrahedralize(
       used.Mesh, this->Options(), cellOfTriangle, surfsynth::SubProgress(progress, 0.0, 0.9));
     surfsynth::GridNames names{ this->Self->RegionArrayName, this->Self->SurfaceArrayName };
     surfsynth::FillGrid(

@@ -29,8 +29,15 @@ bool AreSame(const SparseRowMatrix& a, const SparseRowMatrix& b)
     std::equal(a.valuePtr(), a.valuePtr() + a.nonZeros(), b.valuePtr());
 }
 
+/// Rows that take a field to its values at the places nearest to the points.
+SparseRowMatrix Attach(const Surface& surface, const PointMatrix& points, double tolerance)
+{
+  return surface.Volume ? ObservationMatrix(*surface.Volume, AttachToVolume(*surface.Volume, points, tolerance))
+                        : ObservationMatrix(surface.Mesh, AttachToSurface(surface.Mesh, points, tolerance));
+}
+
 /// Adds a point array with the columns of @p values.
-void AddArray(vtkPolyData* output, const std::string& name, const Eigen::MatrixXd& values)
+void AddArray(vtkDataSet* output, const std::string& name, const Eigen::MatrixXd& values)
 {
   const auto array = NewNoiseArray(name, output->GetNumberOfPoints(), static_cast<int>(values.cols()));
   Eigen::Map<RowMatrix>(array->GetPointer(0), values.rows(), values.cols()) = values;
@@ -43,12 +50,12 @@ ConditionedNoise::Prepared& ConditionedNoise::Prepare(
 {
   if (surface.FlatIndex != 0)
   {
-    throw InvalidInput("Observations belong to one surface, and the input is composite; one vtkPolyData is needed.");
+    throw InvalidInput("Observations belong to one surface or volume, and the input is composite; one vtkPolyData is "
+                       "needed, or one vtkUnstructuredGrid.");
   }
   Observations observations = ReadObservations(
     this->Given, this->Settings.Names, static_cast<int>(request.NumberOfComponents));
-  SparseRowMatrix matrix = ObservationMatrix(
-    surface.Mesh, AttachToSurface(surface.Mesh, observations.Points, this->Settings.Tolerance));
+  SparseRowMatrix matrix = Attach(surface, observations.Points, this->Settings.Tolerance);
   const auto isCurrent = [&](const Prepared& held) {
     return held.Field == &field && held.Scale == request.Scale && held.Deviations == observations.Deviations &&
       AreSame(held.Matrix, matrix);
@@ -109,7 +116,7 @@ void ConditionedNoise::Condition(const Surface& surface, const MaternField& fiel
   }
 }
 
-void ConditionedNoise::AddPosterior(const Surface& surface, vtkPolyData* output, const Progress& progress)
+void ConditionedNoise::AddPosterior(const Surface& surface, vtkDataSet* output, const Progress& progress)
 {
   Prepared* prepared = this->Blocks.Find(surface);
   if (!prepared)

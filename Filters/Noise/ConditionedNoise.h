@@ -10,6 +10,7 @@
 #include "Core/Noise/FieldConditioning.h"
 #include "Core/Noise/MaternField.h"
 
+#include <vtkDataSet.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
@@ -26,7 +27,7 @@ namespace surfsynth
 struct ConditioningSettings
 {
   ObservationNames Names;          ///< arrays of the observations
-  double Tolerance = 0.0;          ///< see AttachToSurface()
+  double Tolerance = 0.0;          ///< see AttachToSurface(), AttachToVolume()
   bool PosteriorMean = false;      ///< adds <OutputArrayName>_Mean
   bool PosteriorDeviation = false; ///< adds <OutputArrayName>_StandardDeviation
   std::int64_t MemoryLimit = 0;    ///< MiB, see SampleMemory
@@ -61,7 +62,7 @@ public:
     const std::vector<double*>& samples, const Progress& progress);
 
   /// Adds posterior mean and standard deviation as the settings say, after Condition().
-  void AddPosterior(const Surface& surface, vtkPolyData* output, const Progress& progress);
+  void AddPosterior(const Surface& surface, vtkDataSet* output, const Progress& progress);
 
 private:
   struct Prepared

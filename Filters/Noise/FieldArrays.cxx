@@ -8,8 +8,8 @@
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
+#include <vtkDataSet.h>
 #include <vtkPointData.h>
-#include <vtkPolyData.h>
 
 #include <cmath>
 
@@ -83,7 +83,7 @@ bool FieldArrayNames::Any() const
   return !(this->RangeFactor.empty() && this->Direction.empty() && this->Boundary.empty() && this->Barrier.empty());
 }
 
-MaternFieldArrays ReadFieldArrays(vtkPolyData* dataset, const Surface& surface, const FieldArrayNames& names)
+MaternFieldArrays ReadFieldArrays(vtkDataSet* dataset, const Surface& surface, const FieldArrayNames& names)
 {
   const auto onPoints = [&](const std::string& name, const char* property) {
     return ArrayPlace{ dataset->GetPointData(), "point", dataset->GetNumberOfPoints(), name, property };
@@ -109,7 +109,8 @@ MaternFieldArrays ReadFieldArrays(vtkPolyData* dataset, const Surface& surface, 
   {
     const PointRows rows = ReadRows(
       { dataset->GetCellData(), "cell", dataset->GetNumberOfCells(), names.Barrier, "BarrierArrayName" }, 1);
-    for (Index f = 0; f < surface.Mesh.NumberOfTriangles(); ++f)
+    const Index cells = surface.Volume ? surface.Volume->NumberOfTetrahedra() : surface.Mesh.NumberOfTriangles();
+    for (Index f = 0; f < cells; ++f)
     {
       arrays.Barrier.push_back(rows(surface.Cell(f), 0) != 0.0);
     }

@@ -9,7 +9,7 @@
 
 #include <string>
 
-class vtkPolyData;
+class vtkDataSet;
 
 namespace surfsynth
 {
@@ -26,9 +26,9 @@ struct FieldArrayNames
   bool Any() const;
 };
 
-/// Reads the arrays of @p dataset, whose triangles are those of @p surface, as MaternField takes them.
+/// Reads the arrays of @p dataset, whose triangles or tetrahedra are those of @p surface, as MaternField takes them.
 /// @throws InvalidInput, naming array and property, when an array is not there, has another number of components or of
 /// tuples, or a value out of range.
-MaternFieldArrays ReadFieldArrays(vtkPolyData* dataset, const Surface& surface, const FieldArrayNames& names);
+MaternFieldArrays ReadFieldArrays(vtkDataSet* dataset, const Surface& surface, const FieldArrayNames& names);
 
 } // namespace surfsynth

@@ -9,17 +9,18 @@
 #include "Reporting.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
+#include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Noise/MaternField.h"
 
+#include <vtkDataSet.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
-#include <vtkPolyData.h>
 
 #include <algorithm>
 #include <cmath>
@@ -105,7 +106,7 @@ public:
     return this->Names().Any() ? nullptr : this->Fields.Find(surface, this->Options(surface, nullptr));
   }
 
-  void AddField(const Surface& surface, vtkPolyData* output, const surfsynth::Progress& progress)
+  void AddField(const Surface& surface, vtkDataSet* output, const surfsynth::Progress& progress)
   {
     this->RequireMatern();
     const surfsynth::SampleRequest request = this->Request(surface);
@@ -144,6 +145,21 @@ public:
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
       this->Self->NumberOfComponents, this->Self->MemoryLimit, this->Self->ActiveResult };
+  }
+
+  /// RequestData of a volume, and of surfaces.
+  int FillVolume(vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  {
+    return surfsynth::ProcessRandomFieldOfVolume(this->Self, inputVector, outputVector, this->Series(), *this);
+  }
+  int FillSurfaces(vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+  {
+    vtkNew<vtkInformationVector> refined;
+    vtkInformationVector* inputs = this->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
+    return surfsynth::ProcessAsSurface(inputVector, outputVector, [&](vtkInformationVector* outputs) {
+      return surfsynth::ProcessRandomFields(
+        this->Self, &inputs, outputs, this->Series(), *this, this->IsWhole() ? 1 : this->Self->NumberOfSamples);
+    });
   }
 
   /// Puts the refined input into @p refined; false when the input is to be taken as it is.
@@ -198,7 +214,7 @@ private:
 
   /// Options with unit standard deviation: the deviation only multiplies the samples and is applied to the output.
   /// @param dataset holds the arrays; null when there are none
-  MaternFieldOptions Options(const Surface& surface, vtkPolyData* dataset) const
+  MaternFieldOptions Options(const Surface& surface, vtkDataSet* dataset) const
   {
     MaternFieldOptions options;
     options.Model = static_cast<surfsynth::NoiseModel>(this->Self->NoiseModel);
@@ -280,9 +296,12 @@ private:
     {
       std::ostringstream text;
       text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range " << range
-           << ": the mesh is too coarse to carry the field. Switch Refinement on, refine it with "
-              "vtkAdaptiveSubdivisionFilter, or choose a range of at least "
-           << 3.0 * field.LongestEdge() << ".";
+           << ": the mesh is too coarse to carry the field. "
+           << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; "
+                                "Refinement divides "
+                                "triangles only)"
+                              : "Switch Refinement on, refine it with vtkAdaptiveSubdivisionFilter")
+           << ", or choose a range of at least " << 3.0 * field.LongestEdge() << ".";
       surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
@@ -291,14 +310,16 @@ private:
   void WarnOfLongRange(const MaternField& field, const Surface& surface) const
   {
     const double range = field.EffectiveCorrelationRange();
-    const double side = surfsynth::ComputeBoundingBox(surface.Mesh).LongestSide();
+    const double side = (surface.Volume ? surfsynth::ComputeBoundingBox(*surface.Volume)
+                                        : surfsynth::ComputeBoundingBox(surface.Mesh))
+                          .LongestSide();
+    const char* const what = surface.Volume ? "volume" : "surface";
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
     {
       std::ostringstream text;
-      text << "The correlation range " << range << " is " << range / side << " times the longest side of the surface, "
-           << side
-           << ": the field is nearly constant. Choose a CorrelationRange in the units of the surface, as a rule below "
-           << side << ".";
+      text << "The correlation range " << range << " is " << range / side << " times the longest side of the " << what
+           << ", " << side << ": the field is nearly constant. Choose a CorrelationRange in the units of the " << what
+           << ", as a rule below " << side << ".";
       surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
@@ -358,7 +379,7 @@ int vtkMaternNoiseFilter::RequestDataObject(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
   return surfsynth::RequireSurfaces(this, inputVector)
-    ? surfsynth::RequestSurfaces(vtkDataObject::GetData(inputVector[0]), outputVector)
+    ? surfsynth::RequestSurfacesOrVolumes(vtkDataObject::GetData(inputVector[0]), outputVector)
     : 0;
 }
 
@@ -375,10 +396,8 @@ int vtkMaternNoiseFilter::RequestData(
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  vtkNew<vtkInformationVector> refined;
-  vtkInformationVector* inputs = this->Impl->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
-  const int success = surfsynth::ProcessRandomFields(
-    this, &inputs, outputVector, this->Impl->Series(), *this->Impl, this->Impl->IsWhole() ? 1 : this->NumberOfSamples);
+  const int success = surfsynth::IsVolumeOnAnyRank(inputVector) ? this->Impl->FillVolume(inputVector, outputVector)
+                                                                : this->Impl->FillSurfaces(inputVector, outputVector);
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Conditioned.DropUnused();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkMaternNoiseFilter
- * @brief   Generates Gaussian random fields on surfaces, with statistics independent of the triangulation
+ * @brief   Generates Gaussian random fields on surfaces and in volumes, with statistics independent of the mesh
  *
  * Adds Matérn noise to the points of a surface: the solution f of the screened Poisson equation
  * (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the lumped mass and n independent normal numbers
@@ -9,6 +9,9 @@
  * 1 / (lambda + tau)^2 on every mesh: refining, coarsening or remeshing the surface changes the resolution of the
  * field, not its distribution. OperatorPower replaces the 2, for rougher and smoother fields; VarianceCorrection makes
  * the deviation exact at every point; arrays vary range, direction, boundary and barriers from place to place.
+ *
+ * In a volume L and M are the stiffness and the lumped mass of linear finite elements on tetrahedra, and the
+ * smoothness is nu = OperatorPower - 3/2: 1/2 by default, where the correlation at the distance d is exp(-2 d / range).
  *
  * @par Input
  * vtkPolyData with triangles, polygons or strips, float or double points, any number of components, open or closed; or
@@ -21,19 +24,26 @@
  * input is processed block by block, with noise that differs between blocks; a block that cannot be processed is
  * reported and left empty, the others are not affected. Empty input gives empty output.
  * @par
- * Port 1, optional: a vtkPointSet with observations of the noise near the surface, for the model MATERN and a single
- * surface. The samples are then samples of the noise given the observations (its posterior, by Matheron's rule
- * [Journel1978]). Each point has a value with NumberOfComponents components in ObservationArray, and a standard
- * deviation in ObservationDeviationArray; without one, or where it is 0, the samples take the value at that place to
- * 1e-8. Points attach to the nearest place of the surface, within Tolerance. Observations of which one contradicts
- * another are an error that names them.
+ * Or a volume: vtkUnstructuredGrid with vtkTetra cells, which each have a volume, and of which at most two share a
+ * face; vertices, lines and polygons beside them are ignored, other cells of three dimensions are an error that counts
+ * them. Inverted tetrahedra (of negative volume) give the same noise; a warning counts them where there are others,
+ * too. The arrays are the same. A grid without cells of three dimensions is a surface. On several MPI ranks a volume
+ * must lie on one. In a composite dataset volumes are refused.
+ * @par
+ * Port 1, optional: a vtkPointSet with observations of the noise near the surface, or in the volume, for the model
+ * MATERN and a single surface or volume. The samples are then samples of the noise given the observations (its
+ * posterior, by Matheron's rule [Journel1978]). Each point has a value with NumberOfComponents components in
+ * ObservationArray, and a standard deviation in ObservationDeviationArray; without one, or where it is 0, the samples
+ * take the value at that place to 1e-8. Points attach to the nearest place of the surface, or the tetrahedron that
+ * contains them, within Tolerance. Observations of which one contradicts another are an error that names them.
  *
  * @par Output
- * The input, untouched, plus one float64 point array for each sample, with NumberOfComponents components, named
- * OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when NumberOfSamples is larger
- * than 1. With observations and on request OutputArrayName_Mean, with NumberOfComponents components, and
- * OutputArrayName_StandardDeviation. Points that no polygon or strip uses get 0. The first of them becomes the active
- * scalars and, with three components, the active vectors, which vtkWarpVector takes, where the input has none.
+ * The input, untouched, as its own class, plus one float64 point array for each sample, with NumberOfComponents
+ * components, named OutputArrayName, or OutputArrayName_k for k = FirstSample, FirstSample + 1, ... when
+ * NumberOfSamples is larger than 1. With observations and on request OutputArrayName_Mean, with NumberOfComponents
+ * components, and OutputArrayName_StandardDeviation. Points that no polygon, strip or tetrahedron uses get 0. The first
+ * of them becomes the active scalars and, with three components, the active vectors, which vtkWarpVector takes, where
+ * the input has none.
  *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
@@ -45,8 +55,8 @@
  * One sparse factorisation for each mesh and scale, kept until one of them changes; one solve for each sample and
  * component. Where the factor would exceed MemoryLimit, conjugate gradients with a multigrid preconditioner solve to a
  * relative residual of 1e-10, in memory and time proportional to the number of points: about 350 bytes for each point.
- * They need OperatorPower 2 or 4 and no VarianceCorrection. The same seed gives the same bits for every number of threads, and sample k is the same alone or in a
- * batch.
+ * They need OperatorPower 2 or 4 and no VarianceCorrection. The same seed gives the same bits for every
+ * number of threads, and sample k is the same alone or in a batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkWarpScalar, vtkWarpVector, vtkTriangleFilter, vtkCleanPolyData
@@ -121,9 +131,10 @@ public:
   ///@{
   /**
    * Distance at which the correlation of two points is about 0.14, in world units, measured along the surface; larger
-   * is smoother. tau = 8 nu / CorrelationRange^2 (kappa = sqrt(8 nu) / range) with the smoothness nu = OperatorPower - 1,
-   * 1 by default. 0 (the default) stands for 0.2 times the longest side of the bounding box of the input, or of the
-   * block. Edges longer than a third of the range cause a warning. Used in CORRELATION_RANGE mode.
+   * is smoother. tau = 8 nu / CorrelationRange^2 (kappa = sqrt(8 nu) / range) with the smoothness nu = OperatorPower -
+   * 1, 1 by default, and OperatorPower - 3/2 in volumes, where distances are those within the volume. 0 (the default)
+   * stands for 0.2 times the longest side of the bounding box of the input, or of the block. Edges longer than a third
+   * of the range cause a warning. Used in CORRELATION_RANGE mode.
    */
   vtkSetClampMacro(CorrelationRange, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(CorrelationRange, double);
@@ -134,8 +145,9 @@ public:
    * Standard deviation of the noise, in units of the output; at least 0. Accurate on closed surfaces, within 5 % where
    * edges are shorter than about a tenth of the range and parts are wider than the range; the deviation is larger on
    * coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a straight
-   * one), and exact everywhere with VarianceCorrection. Used in CORRELATION_RANGE mode, with VarianceCorrection, and by
-   * PER_VERTEX. Default 1.
+   * one). In volumes it is smaller on coarse meshes, as the field varies between points: by 8 % where edges are a tenth
+   * of the range. It is exact everywhere with VarianceCorrection. Used in CORRELATION_RANGE mode, with
+   * VarianceCorrection, and by PER_VERTEX. Default 1.
    */
   vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(StandardDeviation, double);
@@ -172,9 +184,10 @@ public:
   ///@{
   /**
    * Power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and the
-   * smoothness nu = alpha - 1; larger is smoother. 2, the default, is that of the paper. alpha = 1 has no finite variance
-   * in the limit of fine meshes and no correlation range: it is an error in CORRELATION_RANGE mode, and in the other modes
-   * its variance increases with the logarithm of the number of points. Used by MATERN and SPECTRAL.
+   * smoothness nu = alpha - 1, in volumes alpha - 3/2; larger is smoother. 2, the default, is that of the paper. alpha
+   * = 1 has no finite variance in the limit of fine meshes and no correlation range: it is an error in
+   * CORRELATION_RANGE mode, and in the other modes its variance increases with the logarithm of the number of points,
+   * in volumes with 1 / edge length. Used by MATERN and SPECTRAL.
    */
   vtkSetClampMacro(OperatorPower, int, 1, 4);
   vtkGetMacro(OperatorPower, int);
@@ -185,8 +198,8 @@ public:
    * Correction of the variance: the standard deviation is StandardDeviation at every point, in all scale modes, also at
    * boundaries, on thin parts and on coarse meshes. The deviations of the field are computed exactly, by selected
    * inversion [Takahashi1973] of the factor, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time of the
-   * factorisation, once for each mesh and scale. Points at which the boundary condition sets the field to 0 stay 0. Used
-   * by MATERN. Default off.
+   * factorisation, once for each mesh and scale. Points at which the boundary condition sets the field to 0 stay 0.
+   * Used by MATERN. Default off.
    */
   vtkSetMacro(VarianceCorrection, bool);
   vtkGetMacro(VarianceCorrection, bool);
@@ -210,7 +223,7 @@ public:
    * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n and
    * the tau of the whole surface, without unit, at least 0: 0 is NEUMANN,
    * large is DIRICHLET. For OperatorPower 2 the deviation at a straight boundary is that of the interior with 0.55, the
-   * default, and 0.82 of it with 1.
+   * default, and 0.82 of it with 1. At a plane boundary of a volume it is that of the interior with 1.
    */
   vtkSetClampMacro(RobinCoefficient, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RobinCoefficient, double);
@@ -218,9 +231,9 @@ public:
 
   ///@{
   /**
-   * Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other than
-   * 0. DIRICHLET: the field is 0 at these points, on the boundary or inside. ROBIN: on boundary edges between two such
-   * points; the rest is NEUMANN. Empty, the default: the whole boundary.
+   * Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number other
+   * than 0. DIRICHLET: the field is 0 at these points, on the boundary or inside. ROBIN: on boundary edges between two
+   * such points, in volumes on boundary faces of three; the rest is NEUMANN. Empty, the default: the whole boundary.
    */
   void SetBoundaryArrayName(const char* name);
   vtkGetCharFromStdStringMacro(BoundaryArrayName);
@@ -228,9 +241,9 @@ public:
 
   ///@{
   /**
-   * Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each point, with
-   * tau divided by the factor squared. In CORRELATION_RANGE mode the deviation stays near StandardDeviation where the
-   * factors vary slowly, and is exact with VarianceCorrection. Used by MATERN. Empty, the default: the same range
+   * Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each point,
+   * with tau divided by the factor squared. In CORRELATION_RANGE mode the deviation stays near StandardDeviation where
+   * the factors vary slowly, and is exact with VarianceCorrection. Used by MATERN. Empty, the default: the same range
    * everywhere.
    */
   void SetRangeFactorArrayName(const char* name);
@@ -239,9 +252,9 @@ public:
 
   ///@{
   /**
-   * Name of a point array with a vector for each point, the direction in which the field is stretched: 3 components of any
-   * length and sign, projected to the surface; 0 for no direction. Used by MATERN with AnisotropyRatio. Empty, the default:
-   * no directions.
+   * Name of a point array with a vector for each point, the direction in which the field is stretched: 3 components of
+   * any length and sign, on surfaces projected to them; 0 for no direction. Used by MATERN with AnisotropyRatio. Empty,
+   * the default: no directions.
    */
   void SetDirectionArrayName(const char* name);
   vtkGetCharFromStdStringMacro(DirectionArrayName);
@@ -249,9 +262,10 @@ public:
 
   ///@{
   /**
-   * Ratio of the correlation range along the directions of DirectionArrayName to that across, without unit, above 0; below
-   * 1 the field is stretched across. CorrelationRange is the geometric mean: it is sqrt(ratio) times as long along, and
-   * divided by sqrt(ratio) across. Edges must be short for the shorter one. Default 4.
+   * Ratio of the correlation range along the directions of DirectionArrayName to that across, without unit, above 0;
+   * below 1 the field is stretched across. CorrelationRange is the geometric mean: it is sqrt(ratio) times as long
+   * along, and divided by sqrt(ratio) across; in volumes ratio^(2/3) times along and ratio^(-1/3) times across. Edges
+   * must be short for the shorter one. Default 4.
    */
   vtkSetClampMacro(AnisotropyRatio, double, 1e-6, 1e6);
   vtkGetMacro(AnisotropyRatio, double);
@@ -260,8 +274,9 @@ public:
   ///@{
   /**
    * Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does not
-   * cross but goes around, as coast lines for the field of a sea (the limit of [Bakka2019] for a range of 0 in the barrier).
-   * The boundary condition holds at their edges; points inside get 0. Used by MATERN. Empty, the default: no barriers.
+   * cross but goes around, as coast lines for the field of a sea (the limit of [Bakka2019] for a range of 0 in the
+   * barrier). The boundary condition holds at their edges or faces; points inside get 0. Used by MATERN. Empty, the
+   * default: no barriers.
    */
   void SetBarrierArrayName(const char* name);
   vtkGetCharFromStdStringMacro(BarrierArrayName);
@@ -313,10 +328,10 @@ public:
 
   ///@{
   /**
-   * Refinement of surfaces that are too coarse for the correlation range: where an edge is longer than a third of it, triangles
-   * are divided at midpoints of edges (vtkAdaptiveSubdivisionFilter) until no edge is longer than a quarter. The output is
-   * then the refined surface, of triangles, with the arrays of the input interpolated. Used in CORRELATION_RANGE mode by
-   * MATERN and SPECTRAL noise. Default off.
+   * Refinement of surfaces that are too coarse for the correlation range: where an edge is longer than a third of it,
+   * triangles are divided at midpoints of edges (vtkAdaptiveSubdivisionFilter) until no edge is longer than a quarter.
+   * The output is then the refined surface, of triangles, with the arrays of the input interpolated. Used in
+   * CORRELATION_RANGE mode by MATERN and SPECTRAL noise on surfaces; volumes stay as they are. Default off.
    */
   vtkSetMacro(Refinement, bool);
   vtkGetMacro(Refinement, bool);
@@ -325,8 +340,8 @@ public:
 
   ///@{
   /**
-   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has active
-   * scalars. Off, those of the input stay. Default off.
+   * Selection of the result as the active scalars of the output, which viewers color by, also where the input has
+   * active scalars. Off, those of the input stay. Default off.
    */
   vtkSetMacro(ActiveResult, bool);
   vtkGetMacro(ActiveResult, bool);
@@ -336,12 +351,12 @@ public:
   ///@{
   /**
    * Noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise, up to
-   * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or remeshed
-   * and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is ten edges
-   * or more. A surface that is moved gets other noise; sheets within a seventh of CorrelationRange of each other that
-   * face the same way are correlated. Used by MATERN noise with an
-   * OperatorPower of 2 or 4. In NORMALIZED_SCREENING mode the range depends on the triangulation, so that only equal ranges
-   * give equal noise. Default off.
+   * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or
+   * remeshed and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is
+   * ten edges or more. A surface that is moved gets other noise; sheets within a seventh of CorrelationRange of each
+   * other that face the same way are correlated. Used by MATERN noise with an
+   * OperatorPower of 2 or 4. In NORMALIZED_SCREENING mode the range depends on the triangulation, so that only equal
+   * ranges give equal noise. An error for volumes. Default off.
    */
   vtkSetMacro(CoherentNoise, bool);
   vtkGetMacro(CoherentNoise, bool);
@@ -359,8 +374,8 @@ public:
 
   ///@{
   /**
-   * Name of the point array of the observations with the standard deviations of the values, one component, at least 0, in
-   * the units of the values. Empty (the default) for exact observations.
+   * Name of the point array of the observations with the standard deviations of the values, one component, at least 0,
+   * in the units of the values. Empty (the default) for exact observations.
    */
   void SetObservationDeviationArray(const char* name);
   vtkGetCharFromStdStringMacro(ObservationDeviationArray);
@@ -368,9 +383,9 @@ public:
 
   ///@{
   /**
-   * Largest distance of an observation from the surface, in world units, at least 0; observations attach to the nearest
-   * point of the surface, and one farther away is an error. 0 (the default) stands for a hundredth of the longest side
-   * of the bounding box of the surface.
+   * Largest distance of an observation from the surface or volume, in world units, at least 0; observations attach to
+   * the nearest point of the surface, and one farther away is an error. 0 (the default) stands for a hundredth of the
+   * longest side of the bounding box of the surface.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);
@@ -411,8 +426,8 @@ public:
   ///@{
   /**
    * Results of the last update, for the last block of a composite input. EffectiveScreening: tau in use, 1 / square
-   * world units. EffectiveCorrelationRange: sqrt(8 nu / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world units.
-   * All three are 0 for models without tau.
+   * world units. EffectiveCorrelationRange: sqrt(8 nu / tau), world units. Gamma: || M^-1 L ||_F, 1 / square world
+   * units. All three are 0 for models without tau.
    */
   double GetEffectiveScreening() const;
   double GetEffectiveCorrelationRange() const;
@@ -427,9 +442,9 @@ public:
 
   ///@{
   /**
-   * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for conjugate
-   * gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "None" for models without a
-   * solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
+   * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for
+   * conjugate gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "None" for models
+   * without a solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
    * without iterations.
    */
   const char* GetSolverName() const;

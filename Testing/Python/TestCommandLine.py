@@ -3,6 +3,7 @@
 
 import errno
 import io
+import itertools
 import os
 import pty
 import re
@@ -280,7 +281,7 @@ def test_bad_blocks_are_named(pair, tmp_path):
     fails(["noise", "in.vtm", "out.vtm"], 1, 'Block 1 "LeftHand": ', tmp_path)
 
 
-@pytest.mark.parametrize("command", ["remesh", "tetrahedralize", "repair", "noise", "surface", "report"])
+@pytest.mark.parametrize("command", ["remesh", "tetrahedralize", "repair", "surface", "report"])
 def test_a_volume_mesh_has_the_same_message_whatever_the_output(command, tmp_path):
     grid = vtkUnstructuredGrid()
     grid.SetPoints(polydata_of(np.eye(4)[:, :3], np.zeros((0, 3), int)).GetPoints())
@@ -291,6 +292,38 @@ def test_a_volume_mesh_has_the_same_message_whatever_the_output(command, tmp_pat
         for output in [[]] if command == "report" else [["out.vtu"], ["out.vtk"]]:
             words = f"surfacesynthesis: {name}: a volume mesh was found where a surface is needed; "
             fails([command, name, *output], 1, words, tmp_path)
+
+
+def box_of_tetrahedra(cells=4):
+    """The unit cube as a grid of 6 cells^3 tetrahedra."""
+    side = cells + 1
+    corners = np.stack(np.meshgrid(*3 * [np.arange(side)], indexing="ij"), axis=-1).reshape(-1, 3)
+    lower = corners[(corners < cells).all(axis=1)]
+    steps = np.eye(3, dtype=int)
+    tetrahedra = []
+    for path in itertools.permutations(range(3)):
+        steps_along = np.vstack((np.zeros((1, 3), int), np.cumsum(steps[list(path)], axis=0)))
+        corners_of_cells = (lower[:, None, :] + steps_along) @ [side * side, side, 1]
+        is_even = np.linalg.det(steps[list(path)]) > 0.0
+        tetrahedra.append(corners_of_cells if is_even else corners_of_cells[:, [0, 1, 3, 2]])
+    return corners / cells, np.concatenate(tetrahedra)
+
+
+def test_noise_in_a_volume_is_that_of_the_function(tmp_path):
+    points, tetrahedra = box_of_tetrahedra()
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(polydata_of(points, np.zeros((0, 3), int)).GetPoints())
+    for cell in tetrahedra:
+        grid.InsertNextCell(VTK_TETRA, 4, cell.tolist())
+    write_mesh(grid, tmp_path / "in.vtu")
+    options = ["--range", "2", "--seed", "3", "--variance-correction"]
+    done = run_command("noise", "in.vtu", "out.vtu", *options, cwd=tmp_path)
+    assert done.returncode == 0, done
+    output = read_mesh(tmp_path / "out.vtu")
+    assert output.GetNumberOfCells() == len(tetrahedra)
+    expected = surfacesynthesis.matern_noise((points, tetrahedra), range=2.0, seed=3, variance_correction=True)
+    assert np.array_equal(vtk_to_numpy(output.GetPointData().GetArray("MaternNoise")), expected)
+    fails(["noise", "in.vtu", "out.vtu", "--warp", "1"], 2, "--warp moves the points of a surface", tmp_path)
 
 
 def test_an_isovalue_for_a_surface_is_wrong_usage(surface, tmp_path):

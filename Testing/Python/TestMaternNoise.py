@@ -15,10 +15,10 @@ from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, mat
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkSMPTools
 from vtkmodules.vtkCommonDataModel import (
+    vtkImageData,
     vtkMultiBlockDataSet,
     vtkPartitionedDataSet,
     vtkPolyData,
-    vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersGeneral import vtkWarpVector
 
@@ -354,12 +354,14 @@ def test_wrong_types_are_type_errors(pair, arguments):
 @pytest.mark.parametrize(
     "mesh, error, words",
     [
-        (None, TypeError, "vtkPolyData, a composite dataset or a pair"),
+        (None, TypeError, "vtkUnstructuredGrid, a composite dataset or a pair"),
         ("surface.stl", TypeError, "not str"),
-        (vtkUnstructuredGrid(), TypeError, "not vtkUnstructuredGrid"),
+        (vtkImageData(), TypeError, "not vtkImageData"),
         ((np.zeros((3, 3)),), TypeError, "length 1"),
         ((np.zeros((3, 2)), np.zeros((1, 3), dtype=int)), ValueError, r"points must have the shape \[V, 3\]"),
-        ((np.zeros((3, 3)), np.zeros((1, 4), dtype=int)), ValueError, r"triangles must have the shape \[F, 3\]"),
+        ((np.zeros((3, 3)), np.zeros((1, 5), dtype=int)), ValueError, r"triangles must have the shape \[F, 3\]"),
+        ((np.zeros((3, 2)), np.zeros((1, 4), dtype=int)), ValueError, r"points must have the shape \[V, 3\]"),
+        ((np.zeros((3, 3)), np.zeros((1, 4))), TypeError, "tetrahedra must be an array of integers"),
         ((np.zeros((3, 3)), np.zeros((1, 3))), TypeError, "triangles must be an array of integers"),
         ((np.zeros((3, 3), dtype=complex), np.zeros((1, 3), dtype=int)), TypeError, "points must be an array of real"),
         ((np.array([["a", "b", "c"]]), np.zeros((1, 3), dtype=int)), TypeError, "points must be an array of real"),

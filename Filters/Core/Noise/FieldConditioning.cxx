@@ -76,26 +76,42 @@ Eigen::MatrixXd RowsOf(const Eigen::Ref<const Eigen::MatrixXd>& matrix, const st
   }
   return selected;
 }
-} // namespace
 
-SparseRowMatrix ObservationMatrix(const TriangleMesh& mesh, const std::vector<SurfacePlace>& places)
+/// Rows of barycentric coordinates. @p cellOf(place) is the cell of a place, a row of @p cells.
+template <typename Cells, typename Places, typename CellOf>
+SparseRowMatrix InterpolationRows(
+  const Cells& cells, Index points, const Places& places, const std::string& kind, const CellOf& cellOf)
 {
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (std::size_t i = 0; i < places.size(); ++i)
   {
-    if (places[i].Triangle < 0 || places[i].Triangle >= mesh.NumberOfTriangles())
+    const Index cell = cellOf(places[i]);
+    if (cell < 0 || cell >= cells.rows())
     {
-      throw InvalidInput("ObservationMatrix: place " + std::to_string(i) + " is in triangle " +
-        std::to_string(places[i].Triangle) + "; expected one of " + std::to_string(mesh.NumberOfTriangles()) + ".");
+      throw InvalidInput("ObservationMatrix: place " + std::to_string(i) + " is in " + kind + " " +
+        std::to_string(cell) + "; expected one of " + std::to_string(cells.rows()) + ".");
     }
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < static_cast<int>(cells.cols()); ++k)
     {
-      entries.emplace_back(static_cast<Index>(i), mesh.Triangles(places[i].Triangle, k), places[i].Weights[k]);
+      entries.emplace_back(static_cast<Index>(i), cells(cell, k), places[i].Weights[k]);
     }
   }
-  SparseRowMatrix matrix(static_cast<Index>(places.size()), mesh.NumberOfPoints());
+  SparseRowMatrix matrix(static_cast<Index>(places.size()), points);
   matrix.setFromTriplets(entries.begin(), entries.end());
   return matrix;
+}
+} // namespace
+
+SparseRowMatrix ObservationMatrix(const TriangleMesh& mesh, const std::vector<SurfacePlace>& places)
+{
+  return InterpolationRows(mesh.Triangles, mesh.NumberOfPoints(), places, "triangle",
+    [](const SurfacePlace& place) { return place.Triangle; });
+}
+
+SparseRowMatrix ObservationMatrix(const TetrahedralMesh& mesh, const std::vector<VolumePlace>& places)
+{
+  return InterpolationRows(mesh.Tetrahedra, mesh.NumberOfPoints(), places, "tetrahedron",
+    [](const VolumePlace& place) { return place.Tetrahedron; });
 }
 
 FieldConditioning::FieldConditioning(CovarianceProduct covariance, const SparseRowMatrix& matrix,

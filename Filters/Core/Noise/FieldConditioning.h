@@ -6,6 +6,7 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/SurfacePlace.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Mesh/VolumePlace.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
 
@@ -22,6 +23,9 @@ namespace surfsynth
 /// values of f at the places.
 /// @throws InvalidInput when a place has no triangle of @p mesh.
 SparseRowMatrix ObservationMatrix(const TriangleMesh& mesh, const std::vector<SurfacePlace>& places);
+/// Does the same in a volume.
+/// @throws InvalidInput when a place has no tetrahedron of @p mesh.
+SparseRowMatrix ObservationMatrix(const TetrahedralMesh& mesh, const std::vector<VolumePlace>& places);
 
 /// Field of mean zero and covariance C on V vertices, given n observations y = H f + e, e ~ N(0, diag(s)^2).
 ///

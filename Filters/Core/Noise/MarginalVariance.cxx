@@ -37,4 +37,14 @@ double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristi
   return constantMode + VarianceOnPlane(tau + mu, smoothness);
 }
 
+double MarginalVarianceInVolume(double tau, double volume, int operatorPower)
+{
+  // Gamma(nu) / (Gamma(alpha) (4 pi)^(3/2) kappa^(2 nu)) with nu = alpha - 3/2.
+  const double smoothness = operatorPower - 1.5;
+  const double inSpace = operatorPower > 1 ? std::tgamma(smoothness) /
+      (std::tgamma(static_cast<double>(operatorPower)) * std::pow(4.0 * M_PI, 1.5) * std::pow(tau, smoothness))
+                                           : 0.0;
+  return std::max(inSpace, 1.0 / (volume * std::pow(tau, operatorPower)));
+}
+
 } // namespace surfsynth

@@ -20,7 +20,7 @@ namespace surfsynth
 
 namespace
 {
-double FindLongestEdge(const TriangleMesh& mesh)
+double LongestEdgeOf(const TriangleMesh& mesh)
 {
   double longest = 0.0;
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
@@ -40,33 +40,53 @@ MaternField::Internals::Internals(
   : Mesh(std::move(mesh))
   , Options(options)
 {
-  RequireArrays(options, this->Mesh);
-  this->LongestEdge = FindLongestEdge(this->Mesh);
+  RequireArrays(options, this->Mesh.Points.rows(), this->Mesh.Triangles.rows());
+  this->LongestEdge = LongestEdgeOf(this->Mesh);
+  this->LongestSide = ComputeBoundingBox(this->Mesh).LongestSide();
   if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
   {
-    this->Assemble(this->Mesh, topology, progress);
+    this->Assemble(SurfaceDomain(this->Mesh, topology, this->Options), progress);
     return;
   }
   const TriangleMesh open = WithoutTriangles(this->Mesh, options.Arrays.Barrier);
-  this->Assemble(open, MeshTopology(open), progress);
+  const MeshTopology openTopology(open);
+  this->Assemble(SurfaceDomain(open, openTopology, this->Options), progress);
 }
 
-void MaternField::Internals::Assemble(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress)
+MaternField::Internals::Internals(
+  const TetrahedralMesh& mesh, const MaternFieldOptions& options, const Progress& progress)
+  : Mesh{ mesh.Points, {} }
+  , Dimension(3)
+  , Options(options)
+{
+  RequireArrays(options, mesh.Points.rows(), mesh.Tetrahedra.rows());
+  this->LongestEdge = FindLongestEdge(mesh);
+  this->LongestSide = ComputeBoundingBox(mesh).LongestSide();
+  if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
+  {
+    this->Assemble(VolumeDomain(mesh, this->Options), progress);
+    return;
+  }
+  const TetrahedralMesh open = WithoutTetrahedra(mesh, options.Arrays.Barrier);
+  this->Assemble(VolumeDomain(open, this->Options), progress);
+}
+
+void MaternField::Internals::Assemble(const FieldDomain& domain, const Progress& progress)
 {
   const NoiseModel model = this->Options.Model;
-  this->Mass = LumpedMass(mesh, topology);
+  this->Mass = domain.Mass();
   this->RootMass = this->Mass.cwiseSqrt();
-  this->Components = ComputeComponents(topology, this->Mass);
+  this->Components = domain.Components(this->Mass);
   Report(progress, 0.05);
   const bool anything = this->Components.Count > 0;
   if (!anything || model == NoiseModel::PerVertex || model == NoiseModel::White)
   {
-    this->ChooseAmplitude();
+    this->ChooseAmplitude(domain);
     return;
   }
-  SparseMatrix stiffness = FieldStiffness(mesh, topology, this->Options);
+  SparseMatrix stiffness = domain.Stiffness();
   this->ChooseScreening(stiffness);
-  this->ChooseAmplitude();
+  this->ChooseAmplitude(domain);
   Report(progress, 0.15);
   const Progress rest = SubProgress(progress, 0.15, 1.0);
   switch (model)
@@ -78,10 +98,10 @@ void MaternField::Internals::Assemble(const TriangleMesh& mesh, const MeshTopolo
       this->FactorUnscreened(std::move(stiffness), rest);
       break;
     default:
-      this->Pin(topology);
-      this->ChooseNoise(mesh, topology);
-      this->FactorScreened(std::move(stiffness), RobinMass(mesh, topology, this->Options),
-        SubProgress(rest, 0.0, this->Options.VarianceCorrection ? 0.3 : 1.0));
+      this->Pin(domain.Pinned());
+      this->ChooseNoise(domain);
+      this->FactorScreened(
+        std::move(stiffness), domain.RobinMass(), SubProgress(rest, 0.0, this->Options.VarianceCorrection ? 0.3 : 1.0));
       if (this->Options.VarianceCorrection)
       {
         this->CorrectAmplitude(SubProgress(rest, 0.3, 1.0));
@@ -101,8 +121,8 @@ void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
     case ScaleMode::CorrelationRange:
     {
       const double asked = this->Options.CorrelationRange;
-      const double range = asked > 0.0 ? asked : 0.2 * ComputeBoundingBox(this->Mesh).LongestSide();
-      this->Tau = 8.0 * (this->Power() - 1) / (range * range); // kappa^2 with kappa = sqrt(8 nu) / range
+      const double range = asked > 0.0 ? asked : 0.2 * this->LongestSide;
+      this->Tau = 8.0 * this->Smoothness() / (range * range); // kappa^2 with kappa = sqrt(8 nu) / range
       break;
     }
     case ScaleMode::Screening:
@@ -118,14 +138,12 @@ void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
 
 int MaternField::Internals::Power() const { return HasTau(this->Options.Model) ? this->Options.OperatorPower : 2; }
 
-double MaternField::Internals::AmplitudeOfComponent(Index component) const
+double MaternField::Internals::AmplitudeOfComponent(const FieldDomain& domain, Index component) const
 {
-  return this->Options.StandardDeviation /
-    std::sqrt(MarginalVariance(this->Tau, this->Components.Area[component],
-      this->Components.EulerCharacteristic[component], this->Components.Closed[component], this->Power()));
+  return this->Options.StandardDeviation / std::sqrt(domain.Variance(this->Tau, this->Components, component));
 }
 
-void MaternField::Internals::ChooseAmplitude()
+void MaternField::Internals::ChooseAmplitude(const FieldDomain& domain)
 {
   this->Amplitude = Eigen::VectorXd::Ones(this->Mass.size());
   if (this->Options.Model == NoiseModel::PerVertex)
@@ -136,7 +154,7 @@ void MaternField::Internals::ChooseAmplitude()
   {
     return;
   }
-  const int smoothness = this->Power() - 1;
+  const double smoothness = this->Smoothness();
   if (this->Options.Mode == ScaleMode::NormalizedScreening)
   {
     this->Amplitude *= std::pow(std::sqrt(this->Gamma), smoothness);
@@ -146,7 +164,7 @@ void MaternField::Internals::ChooseAmplitude()
     std::vector<double> factor;
     for (Index c = 0; c < this->Components.Count; ++c)
     {
-      factor.push_back(this->AmplitudeOfComponent(c));
+      factor.push_back(this->AmplitudeOfComponent(domain, c));
     }
     for (Index v = 0; v < this->Mass.size(); ++v)
     {
@@ -170,9 +188,8 @@ void MaternField::Internals::CorrectAmplitude(const Progress& progress)
   }
 }
 
-void MaternField::Internals::Pin(const MeshTopology& topology)
+void MaternField::Internals::Pin(const std::vector<bool>& pinned)
 {
-  const std::vector<bool> pinned = PinnedVertices(topology, this->Options);
   for (std::size_t v = 0; v < pinned.size(); ++v)
   {
     if (pinned[v])
@@ -270,7 +287,7 @@ void MaternField::Internals::Factor(SparseMatrix matrix, const Progress& progres
 
 MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress)
 {
-  RequireOptions(options);
+  RequireOptions(options, 2);
   const MeshTopology topology = RequireValidMesh(mesh);
   this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
 }
@@ -278,8 +295,14 @@ MaternField::MaternField(TriangleMesh mesh, const MaternFieldOptions& options, c
 MaternField::MaternField(
   TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress)
 {
-  RequireOptions(options);
+  RequireOptions(options, 2);
   this->Impl = std::make_unique<Internals>(std::move(mesh), topology, options, progress);
+}
+
+MaternField::MaternField(const TetrahedralMesh& mesh, const MaternFieldOptions& options, const Progress& progress)
+{
+  RequireOptions(options, 3);
+  this->Impl = std::make_unique<Internals>(mesh, options, progress);
 }
 
 MaternField::~MaternField() = default;
@@ -396,10 +419,11 @@ double MaternField::EffectiveScreening() const { return this->Impl->Tau; }
 
 double MaternField::EffectiveCorrelationRange() const
 {
-  return this->Impl->Tau > 0.0 ? std::sqrt(8.0 * this->Smoothness() / this->Impl->Tau) : 0.0;
+  const bool hasRange = this->Impl->Tau > 0.0 && this->Smoothness() > 0.0;
+  return hasRange ? std::sqrt(8.0 * this->Smoothness() / this->Impl->Tau) : 0.0;
 }
 
-double MaternField::Smoothness() const { return this->Impl->Power() - 1.0; }
+double MaternField::Smoothness() const { return this->Impl->Smoothness(); }
 
 double MaternField::Gamma() const { return this->Impl->Gamma; }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Gaussian random fields on surfaces: [Kuai2026], sections 3.4, 3.5 and 5.4, and [Lindgren2011].
+/// Gaussian random fields on surfaces and in volumes: [Kuai2026], sections 3.4, 3.5 and 5.4, and [Lindgren2011].
 #pragma once
 
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/TetrahedralMesh.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -28,7 +29,8 @@ enum class NoiseModel
   Spectral    ///< f = sum_i chi_i / (lambda_i + tau)^(alpha / 2) phi_i over the lowest eigenpairs: section 5.4
 };
 
-/// Condition of the field at the boundary of the surface. n is the outward normal in the surface.
+/// Condition of the field at the boundary of the surface or volume. n is the outward normal in the surface, or that of
+/// the volume.
 enum class BoundaryCondition
 {
   Neumann,   ///< df/dn = 0
@@ -47,16 +49,19 @@ enum class ScaleMode
 /// Values on the mesh of a field that vary it from place to place, for the model Matern. Empty ones change nothing.
 struct MaternFieldArrays
 {
-  /// [V], > 0, no unit: factors of the correlation range. tau becomes tau / factor^2 at each vertex; in CorrelationRange
-  /// mode the field is multiplied by factor^-nu, so that its deviation stays near the one asked for [Lindgren2011].
+  /// [V], > 0, no unit: factors of the correlation range. tau becomes tau / factor^2 at each vertex; in
+  /// CorrelationRange mode the field is multiplied by factor^-nu, so that its deviation stays near the one asked for
+  /// [Lindgren2011].
   Eigen::VectorXd RangeFactors;
-  /// [V, 3], tangent directions along which the range is longer: see MaternFieldOptions::AnisotropyRatio.
+  /// [V, 3], directions along which the range is longer, projected to a surface: see
+  /// MaternFieldOptions::AnisotropyRatio.
   PointMatrix Directions;
   /// [V], vertices at which the boundary condition holds, in place of all boundary vertices. Dirichlet: the vertices of
-  /// the mask, wherever they lie. Robin: the boundary edges whose two ends are in the mask.
+  /// the mask, wherever they lie. Robin: the boundary edges whose two ends, or in a volume the boundary faces whose
+  /// three corners, are in the mask.
   std::vector<bool> BoundaryMask;
-  /// [F], triangles that the correlation does not cross: the limit of [Bakka2019] for a range of 0 in the barrier. They
-  /// are left out; their edges are boundary edges, and vertices inside get 0.
+  /// [F] or [T], triangles or tetrahedra that the correlation does not cross: the limit of [Bakka2019] for a range of 0
+  /// in the barrier. They are left out; their edges or faces are boundary, and vertices inside get 0.
   std::vector<bool> Barrier;
 
   /// True when all arrays are the same.
@@ -72,9 +77,10 @@ struct MaternFieldOptions
   /// 0.2 times the longest side of the bounding box.
   double CorrelationRange = 0.0;
   /// alpha, for Matern and Spectral: 1, 2, 3 or 4. The variance at the eigenvalue lambda of the Laplacian is
-  /// 1 / (lambda + tau)^alpha; the smoothness is nu = alpha - 1. alpha = 1 has no finite variance in the limit of fine
+  /// 1 / (lambda + tau)^alpha; the smoothness is nu = alpha - 1 on surfaces and alpha - 3/2 in volumes. alpha = 1 has
+  /// no finite variance in the limit of fine
   /// meshes, thus no CorrelationRange mode; in the other modes its variance increases with the logarithm of the number
-  /// of vertices.
+  /// of vertices, in volumes with 1 / edge length.
   int OperatorPower = 2;
   /// For Matern: marginal standard deviation that is exact at every vertex, at boundaries, on thin parts and on coarse
   /// meshes. The samples are divided by the deviations of the discrete field, which
@@ -83,10 +89,11 @@ struct MaternFieldOptions
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
   /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
-  /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1.
+  /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1; in a
+  /// volume, at a plane boundary, it is that of the interior with 1, and 1.14 of it with 0.55.
   double RobinCoefficient = 0.55;
   /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
-  /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across.
+  /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across; in a volume ratio^(2/3) and ratio^(-1/3).
   double AnisotropyRatio = 4.0;
   MaternFieldArrays Arrays; ///< for Matern
   /// For Matern and Unscreened: bytes above which the estimated factor (CholeskySolver::EstimateMemory()) is not made,
@@ -103,10 +110,10 @@ struct MaternFieldOptions
   double NormalizedScreening = 1e-4;
   /// For Spectral: number of eigenpairs, >= 1, the constant one included; at most the number of used vertices - 1.
   Index NumberOfEigenpairs = 256;
-  /// For Matern with alpha 2 or 4: the same seed gives the same field, up to discretization, on all triangulations of
-  /// one surface at the same place, by LatticeNoise in place of a number for each vertex. The lattice has a side
-  /// between a twentieth and a fourteenth of the correlation range, a power of sqrt(2), so that nearly equal ranges
-  /// have the same. Correlations of fields are above 0.95 where the range is ten edges or more. Memory and time
+  /// For Matern on surfaces with alpha 2 or 4: the same seed gives the same field, up to discretization, on all
+  /// triangulations of one surface at the same place, by LatticeNoise in place of a number for each vertex. The lattice
+  /// has a side between a twentieth and a fourteenth of the correlation range, a power of sqrt(2), so that nearly equal
+  /// ranges have the same. Correlations of fields are above 0.95 where the range is ten edges or more. Memory and time
   /// increase by about 24 numbers for each vertex, and by area / side^2 times 50 where triangles are larger than the
   /// side. Not the same bits as without.
   bool CoherentNoise = false;
@@ -128,27 +135,30 @@ struct SampleRequest
 ///
 /// With A = L + tau M (and the terms of the boundary condition) the unscaled field has the covariance
 /// A^-1 (M A^-1)^(alpha - 1) [Lindgren2011]: a solve with A for each two of alpha, and for odd alpha a solve with the
-/// transposed Cholesky factor of A, whose solutions for independent normal numbers have the covariance A^-1. The bits of
-/// odd alpha thus depend on the order of elimination as well; those of even alpha on rounding only. The smoothness is
-/// nu = alpha - d/2 = alpha - 1 on a surface.
+/// transposed Cholesky factor of A, whose solutions for independent normal numbers have the covariance A^-1. The bits
+/// of odd alpha thus depend on the order of elimination as well; those of even alpha on rounding only. The smoothness
+/// is nu = alpha - d/2: alpha - 1 on a surface, alpha - 3/2 in a volume.
 ///
 /// In CorrelationRange mode the marginal variance of the field on the plane, 1 / (4 pi nu kappa^(2 nu)), is replaced
-/// component by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On open
-/// surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
+/// component by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On
+/// open surfaces the natural (Neumann) boundary condition raises the standard deviation within about a range of the
 /// boundary, by a factor sqrt(2) on a straight one; VarianceCorrection takes this away.
 class MaternField
 {
 public:
   /// Assembles, and factors, builds a multigrid hierarchy or computes eigenpairs as the model needs.
   ///
-  /// @throws InvalidInput when the mesh does not pass CheckMesh() with manifold edges, an option is out of range, or the
-  /// options need a factor and FactorMemoryLimit excludes it.
+  /// @throws InvalidInput when the mesh does not pass CheckMesh() with manifold edges, an option is out of range, or
+  /// the options need a factor and FactorMemoryLimit excludes it.
   /// @throws SolverFailure when the matrix is not positive definite to working precision.
   /// @throws Cancelled
   MaternField(TriangleMesh mesh, const MaternFieldOptions& options, const Progress& progress = {});
   /// Constructs the field on a mesh that the caller has checked, with its tables (see RequireValidMesh()).
   MaternField(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress = {});
+  /// Constructs the field in a volume of tetrahedra; @p mesh passes RequireValidVolume().
+  /// @throws InvalidInput for coherent noise, too.
+  MaternField(const TetrahedralMesh& mesh, const MaternFieldOptions& options, const Progress& progress = {});
   ~MaternField();
   MaternField(MaternField&&) noexcept;
   MaternField& operator=(MaternField&&) noexcept;
@@ -191,9 +201,9 @@ public:
   int Iterations() const;
   /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
-  /// Mesh of the field.
+  /// Mesh of the field; its points, without triangles, in a volume.
   const TriangleMesh& Mesh() const;
-  /// nu = alpha - 1, for models with tau; 1 for others.
+  /// nu = alpha - d/2, with d = 2 on surfaces and 3 in volumes, for models with tau; as for alpha = 2 for others.
   double Smoothness() const;
 
   // Algebra of the field, for the model Matern: its covariance is C, its precision Q = C^-1, in the scaling of the
@@ -233,5 +243,15 @@ private:
 /// @param operatorPower alpha, at least 2
 /// @return variance, world units to the power 2 nu
 double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, int operatorPower = 2);
+
+/// Marginal variance of the unscaled field of operator power alpha inside a volume [Lindgren2011],
+///   Gamma(nu) / (Gamma(alpha) (4 pi)^(3/2) tau^nu),   nu = alpha - 3/2,
+/// or 1 / (volume tau^alpha), that of the constant mode, where it is larger: in volumes much smaller than the range,
+/// and for alpha = 1, which has no finite variance.
+/// @param tau screening term, 1 / square world units, > 0
+/// @param volume cubic world units, > 0
+/// @param operatorPower alpha, at least 1
+/// @return variance, world units to the power 2 nu
+double MarginalVarianceInVolume(double tau, double volume, int operatorPower = 2);
 
 } // namespace surfsynth

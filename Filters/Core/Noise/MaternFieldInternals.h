@@ -4,6 +4,7 @@
 #pragma once
 
 #include "Core/Common/LargeArray.h"
+#include "Core/Noise/FieldDomain.h"
 #include "Core/Noise/LatticeNoise.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -34,10 +35,12 @@ bool HasTau(NoiseModel model);
 void RequireOption(bool condition, const char* name, double value, const char* expected);
 
 /// Throws InvalidInput when an option is out of range.
-void RequireOptions(const MaternFieldOptions& options);
+/// @param dimension 2 for surfaces, 3 for volumes
+void RequireOptions(const MaternFieldOptions& options, int dimension);
 
 /// Throws InvalidInput when an array of the options does not fit the mesh or has values out of range.
-void RequireArrays(const MaternFieldOptions& options, const TriangleMesh& mesh);
+/// @param cells number of triangles or tetrahedra
+void RequireArrays(const MaternFieldOptions& options, Eigen::Index points, Eigen::Index cells);
 
 /// Stiffness of the field's Laplacian: anisotropic where the options say so.
 SparseMatrix FieldStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
@@ -68,16 +71,19 @@ public:
   /// Assembles, and factors or computes eigenpairs. Same errors as MaternField.
   Internals(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
+  Internals(const TetrahedralMesh& mesh, const MaternFieldOptions& options, const Progress& progress);
 
   /// Samples @p columns of the request. @p scratch is enlarged as needed and is worth keeping from call to call.
   void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
     LargeArray<double>& scratch, const Progress& progress);
 
-  TriangleMesh Mesh;          ///< mesh of the field
+  TriangleMesh Mesh;          ///< mesh of the field; points only for a volume
+  int Dimension = 2;          ///< of the domain: 3 for a volume
   MaternFieldOptions Options; ///< checked
   double Tau = 0.0;           ///< see MaternField::EffectiveScreening()
   double Gamma = 0.0;         ///< see MaternField::Gamma()
   double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
+  double LongestSide = 0.0;   ///< of the box around the mesh
 
   /// The solver in use; null for models without one.
   const LinearSolver* InUse() const
@@ -91,6 +97,8 @@ public:
 
   /// alpha in use.
   int Power() const;
+  /// nu = alpha - d / 2.
+  double Smoothness() const { return this->Power() - 0.5 * this->Dimension; }
   /// Shortest correlation range on the surface over that of the options, at most 1: see MaternFieldArrays.
   double SmallestRangeFactor() const;
   /// Replaces @p values, [V, K], by C values, Q values, and see MaternField.
@@ -113,12 +121,12 @@ public:
   }
 
 private:
-  void Assemble(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress);
+  void Assemble(const FieldDomain& domain, const Progress& progress);
   void ChooseScreening(const SparseMatrix& stiffness);
-  void ChooseAmplitude();
-  double AmplitudeOfComponent(Index component) const;
+  void ChooseAmplitude(const FieldDomain& domain);
+  double AmplitudeOfComponent(const FieldDomain& domain, Index component) const;
   void CorrectAmplitude(const Progress& progress);
-  void Pin(const MeshTopology& topology);
+  void Pin(const std::vector<bool>& pinned);
   void FactorScreened(SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress);
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
   void Factor(SparseMatrix matrix, const Progress& progress);
@@ -138,7 +146,7 @@ private:
   void RequireAlgebra(Eigen::Index rows) const;
   Eigen::VectorXd InverseAmplitude() const;
 
-  void ChooseNoise(const TriangleMesh& mesh, const MeshTopology& topology);
+  void ChooseNoise(const FieldDomain& domain);
   void FillFromLattice(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
   void FillRightHandSides(const SampleRequest& request, const std::vector<MaternColumn>& columns, Block& block) const;
   void TakeSolutions(const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const;

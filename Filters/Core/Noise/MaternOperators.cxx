@@ -18,7 +18,7 @@ bool IsPositive(double value) { return value > 0.0 && std::isfinite(value); }
 bool IsAtLeastZero(double value) { return value == 0.0 || IsPositive(value); }
 
 /// Requirements on what the models with tau have in common.
-void RequireScale(const MaternFieldOptions& options)
+void RequireScale(const MaternFieldOptions& options, int dimension)
 {
   RequireOption(options.OperatorPower >= 1 && options.OperatorPower <= 4, "the operator power alpha",
     options.OperatorPower, "1, 2, 3 or 4");
@@ -28,8 +28,12 @@ void RequireScale(const MaternFieldOptions& options)
       RequireOption(IsAtLeastZero(options.CorrelationRange), "the correlation range", options.CorrelationRange,
         "a finite number, at least 0 (0: 0.2 times the longest side)");
       RequireOption(options.OperatorPower > 1, "the operator power alpha", options.OperatorPower,
-        "at least 2 with a correlation range: on a surface alpha = 1 has the smoothness nu = 0, no finite variance and "
-        "no range; give the screening term tau instead");
+        dimension == 2 ? "at least 2 with a correlation range: on a surface alpha = 1 has the smoothness nu = 0, no "
+                         "finite variance and "
+                         "no range; give the screening term tau instead"
+                       : "at least 2 with a correlation range: in a volume alpha = 1 has the smoothness nu = -1/2, no "
+                         "finite variance "
+                         "and no range; give the screening term tau instead");
       break;
     case ScaleMode::Screening:
       RequireOption(
@@ -78,14 +82,14 @@ void RequireOption(bool condition, const char* name, double value, const char* e
   }
 }
 
-void RequireOptions(const MaternFieldOptions& options)
+void RequireOptions(const MaternFieldOptions& options, int dimension)
 {
   const bool isMatern = options.Model == NoiseModel::Matern;
   const bool hasDeviation = options.Model == NoiseModel::PerVertex || (isMatern && options.VarianceCorrection) ||
     (HasTau(options.Model) && options.Mode == ScaleMode::CorrelationRange);
   if (HasTau(options.Model))
   {
-    RequireScale(options);
+    RequireScale(options, dimension);
   }
   if (hasDeviation)
   {
@@ -109,19 +113,17 @@ void RequireOptions(const MaternFieldOptions& options)
   }
 }
 
-void RequireArrays(const MaternFieldOptions& options, const TriangleMesh& mesh)
+void RequireArrays(const MaternFieldOptions& options, Eigen::Index points, Eigen::Index cells)
 {
   if (options.Model != NoiseModel::Matern)
   {
     return;
   }
   const MaternFieldArrays& arrays = options.Arrays;
-  const Eigen::Index points = mesh.Points.rows();
   RequireSize("range factors", arrays.RangeFactors.size(), points, "point");
   RequireSize("directions", arrays.Directions.rows(), points, "point");
   RequireSize("entries in the boundary mask", static_cast<Eigen::Index>(arrays.BoundaryMask.size()), points, "point");
-  RequireSize(
-    "entries in the barrier", static_cast<Eigen::Index>(arrays.Barrier.size()), mesh.Triangles.rows(), "triangle");
+  RequireSize("entries in the barrier", static_cast<Eigen::Index>(arrays.Barrier.size()), cells, "cell");
   for (Eigen::Index v = 0; v < arrays.RangeFactors.size(); ++v)
   {
     if (!IsPositive(arrays.RangeFactors[v]))

@@ -98,14 +98,14 @@ double MaternField::Internals::SmallestRangeFactor() const
   return std::min(1.0, least) * std::sqrt(std::min(ratio, 1.0 / ratio));
 }
 
-void MaternField::Internals::ChooseNoise(const TriangleMesh& mesh, const MeshTopology& topology)
+void MaternField::Internals::ChooseNoise(const FieldDomain& domain)
 {
   if (this->Options.CoherentNoise)
   {
     constexpr double SidesOfRange = 14.0;
-    const double range = std::sqrt(8.0 * (this->Power() - 1) / this->Tau) * this->SmallestRangeFactor();
+    const double range = std::sqrt(8.0 * this->Smoothness() / this->Tau) * this->SmallestRangeFactor();
     // A power of sqrt(2), so that triangulations with slightly different ranges have the same lattice.
-    this->Lattice.emplace(mesh, topology, std::exp2(0.5 * std::floor(2.0 * std::log2(range / SidesOfRange))));
+    this->Lattice = domain.Lattice(std::exp2(0.5 * std::floor(2.0 * std::log2(range / SidesOfRange))));
   }
 }
 

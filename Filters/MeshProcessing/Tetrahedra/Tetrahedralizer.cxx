@@ -185,7 +185,7 @@ std::vector<tetgen::Seed> FindSeeds(const TriangleMesh& surface, const SurfacePa
 }
 
 /// @throws SolverFailure when a tetrahedron has no volume in world coordinates, or belongs to no region
-void RequireTetrahedra(const TetrahedralMesh& mesh, Index patches)
+void RequireTetrahedra(const FilledSurface& mesh, Index patches)
 {
   std::int64_t flat = 0;
   std::int64_t lost = 0;
@@ -209,7 +209,7 @@ void RequireTetrahedra(const TetrahedralMesh& mesh, Index patches)
 }
 } // namespace
 
-TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const TetrahedralizeOptions& options,
+FilledSurface Tetrahedralize(const TriangleMesh& surface, const TetrahedralizeOptions& options,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle, const Progress& progress)
 {
   RequireOptions(options);
@@ -226,7 +226,7 @@ TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const Tetrahedralize
     call.Seeds = FindSeeds(scaled, patches, call, options.InnerSurfacesAreHoles, SubProgress(progress, 0.02, begin));
   }
   TetGenMesh made = RunTetGen(scaled, call, SubProgress(progress, begin, 0.95));
-  TetrahedralMesh mesh;
+  FilledSurface mesh;
   mesh.Points = Joined(surface.Points, unit.ToWorld(made.NewPoints));
   mesh.Tetrahedra = std::move(made.Tetrahedra);
   mesh.Regions = std::move(made.Regions);

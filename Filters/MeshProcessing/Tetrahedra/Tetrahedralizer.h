@@ -30,7 +30,7 @@ struct TetrahedralizeOptions
 };
 
 /// Result of Tetrahedralize().
-struct TetrahedralMesh
+struct FilledSurface
 {
   PointMatrix Points;           ///< [P, 3]: the points of the surface, unchanged and in their order, then new ones
   TetrahedronMatrix Tetrahedra; ///< [T, 4], all of volume above zero as VTK_TETRA
@@ -44,7 +44,7 @@ struct TetrahedralMesh
 /// @param surface passes CheckMesh(), is closed, and has no unused points
 /// @param cellOfTriangle turns triangle ids into the caller's cell ids in messages; empty when they are the same
 /// @throws InvalidInput, SolverFailure, Cancelled
-TetrahedralMesh Tetrahedralize(const TriangleMesh& surface, const TetrahedralizeOptions& options,
+FilledSurface Tetrahedralize(const TriangleMesh& surface, const TetrahedralizeOptions& options,
   const std::function<std::int64_t(std::int64_t)>& cellOfTriangle, const Progress& progress);
 
 } // namespace surfsynth

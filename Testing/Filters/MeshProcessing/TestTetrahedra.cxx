@@ -37,12 +37,12 @@ TriangleMesh Cube(double side)
   return Scaled(Translated(SurfaceOfCubes({ { 0, 0, 0 } }), { -0.5, -0.5, -0.5 }), side);
 }
 
-TetrahedralMesh Filled(const TriangleMesh& surface, const TetrahedralizeOptions& options = {})
+FilledSurface Filled(const TriangleMesh& surface, const TetrahedralizeOptions& options = {})
 {
   return Tetrahedralize(surface, options, {}, {});
 }
 
-std::map<Index, double> RegionVolumes(const TetrahedralMesh& mesh)
+std::map<Index, double> RegionVolumes(const FilledSurface& mesh)
 {
   std::map<Index, double> volumes;
   for (Index t = 0; t < static_cast<Index>(mesh.Tetrahedra.rows()); ++t)
@@ -85,7 +85,7 @@ TetGenMesh OneTetrahedron(const TriangleMesh& surface)
 TEST(Tetrahedralizer, CubeHasItsVolumeAndKeepsItsSurface)
 {
   const TriangleMesh cube = Cube(2.0);
-  const TetrahedralMesh mesh = Filled(cube);
+  const FilledSurface mesh = Filled(cube);
   EXPECT_NEAR(RegionVolumes(mesh).at(0), 8.0, 1e-12);
   EXPECT_EQ(RegionVolumes(mesh).size(), 1U);
   EXPECT_EQ(mesh.Points.topRows(8), cube.Points);
@@ -106,7 +106,7 @@ TEST(Tetrahedralizer, LargestVolumeIsKept)
   TetrahedralizeOptions options;
   options.PreserveSurface = false;
   options.MaximumVolume = 0.05;
-  const TetrahedralMesh mesh = Filled(Cube(2.0), options);
+  const FilledSurface mesh = Filled(Cube(2.0), options);
   EXPECT_GE(mesh.Tetrahedra.rows(), 160);
   EXPECT_NEAR(RegionVolumes(mesh).at(0), 8.0, 1e-9);
   for (Index t = 0; t < static_cast<Index>(mesh.Tetrahedra.rows()); ++t)

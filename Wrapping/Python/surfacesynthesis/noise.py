@@ -20,7 +20,7 @@ from .arguments import (
     progress_callback,
     real,
 )
-from .datasets import as_type_of, given_dataset
+from .datasets import DOMAINS, DOMAINS_TEXT, as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
 from .observations import observe
@@ -77,23 +77,25 @@ def matern_noise(
     posterior_mean=False,
     posterior_standard_deviation=False,
 ):
-    """Gaussian random fields on a surface, whose statistics do not depend on its triangulation.
+    """Gaussian random fields on a surface or in a volume, whose statistics do not depend on its mesh.
 
     The field f solves the screened Poisson equation (L + tau M) f = sqrt(M) n, with L the cotangent stiffness, M the
     lumped mass and n independent normal numbers: its variance at spatial frequency lambda is 1 / (lambda + tau)^2,
-    whatever the mesh. The same seed gives the same bits for every number of threads, and sample k is the same alone or
-    in a batch.
+    whatever the mesh. In a volume of tetrahedra L and M are those of linear finite elements. The same seed gives the
+    same bits for every number of threads, and sample k is the same alone or in a batch.
 
     Parameters
     ----------
-    mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
+    mesh : vtkPolyData, vtkUnstructuredGrid, composite dataset (vtkDataObjectTree) or pair (points, cells)
         Triangles, polygons or strips, float or double points, open or closed. The mesh must have finite points, no
         degenerate triangle and no edge with more than two triangles. A composite dataset is processed block by block,
-        with noise that differs between blocks. A pair is an array of points [V, 3] and an integer array of triangles
-        [F, 3]. The mesh is never modified.
+        with noise that differs between blocks. A volume is a vtkUnstructuredGrid of vtkTetra cells, each with a volume,
+        and of at most two at a face; vertices, lines and polygons in it are ignored. A pair is an array of points
+        [V, 3] and an integer array of triangles [F, 3] or tetrahedra [T, 4]. The mesh is never modified.
     range : float, optional
         The distance at which the correlation of two points has fallen to about 0.14, in world units, measured along
-        the surface; larger is smoother. Larger than 0; tau = 8 nu / range^2, nu = operator_power - 1. Default: 0.2
+        the surface; larger is smoother. Larger than 0; tau = 8 nu / range^2, nu = operator_power - 1 on surfaces
+        and operator_power - 3/2 in volumes. Default: 0.2
         times the longest side of the bounding box of the mesh, or of the block. A warning is given where edges are
         longer than a third of the range.
     standard_deviation : float
@@ -135,9 +137,9 @@ def matern_noise(
         multigrid preconditioner solve in its place. Default: three quarters of the memory of the machine.
     operator_power : int
         The power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and
-        the smoothness nu = alpha - 1; larger is smoother. 1 has no finite variance in the limit of fine meshes and no
-        range: it goes with ``screening`` and ``normalized_screening`` only. Goes with the noise models "matern" and
-        "spectral". Default 2, that of the paper.
+        the smoothness nu = alpha - 1, in volumes alpha - 3/2; larger is smoother. 1 has no finite variance in the limit
+        of fine meshes and no range: it goes with ``screening`` and ``normalized_screening`` only.
+        Goes with the noise models "matern" and "spectral". Default 2, that of the paper.
     variance_correction : bool
         Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at
         boundaries, on thin parts and on coarse meshes, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time
@@ -149,39 +151,43 @@ def matern_noise(
     robin_coefficient : float, optional
         Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n and the tau of the
         whole surface, without unit, at least 0.
-        Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2.
+        Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2;
+        at a plane boundary of a volume it is with 1.
     boundary_array : str, optional
         Name of a point array, 1 component, that chooses the points of the boundary condition: those with a number
         other than 0. "dirichlet": the noise is 0 at these points, on the boundary or inside; "robin": on boundary
-        edges between two such points. Default: the whole boundary.
+        edges between two such points, in volumes on boundary faces of three. Default: the whole boundary.
     range_factor_array : str, optional
         Name of a point array, 1 component, numbers above 0 without unit: factors of the correlation range at each
         point, with tau divided by the factor squared.
     direction_array : str, optional
         Name of a point array with a vector for each point, the direction in which the noise is stretched: 3 components
-        of any length and sign, projected to the surface; 0 for no direction.
+        of any length and sign, on surfaces projected to them; 0 for no direction.
     anisotropy_ratio : float, optional
         Ratio of the correlation range along the directions of ``direction_array`` to that across, without unit, from
-        1e-6 to 1e6; ``range`` is their geometric mean. Default 4.
+        1e-6 to 1e6; ``range`` is their geometric mean, in volumes that along one direction and across in two.
+        Default 4.
     barrier_array : str, optional
         Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does
         not cross but goes around. The boundary condition holds at their edges; points inside get 0.
     coherent_noise : bool
-        True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise,
-        up to discretization, on all triangulations of one surface at the same place, with correlations above 0.95 where
-        ``range`` is ten edges or more. Goes with the noise model "matern" and an ``operator_power`` of 2 or 4. Default False.
+        True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same
+        noise, up to discretization, on all triangulations of one surface at the same place, with correlations above
+        0.95 where ``range`` is ten edges or more. Goes with surfaces, the noise model "matern" and an
+        ``operator_power`` of 2 or 4. Default False.
     observations : vtkPointSet or numpy.ndarray, optional
-        Points near the surface at which the noise is known, or an array of points [n, 3]. The samples are then samples of
-        the noise given the observations (its posterior). Goes with the noise model "matern" and a single surface.
+        Points near the surface, or in the volume, at which the noise is known, or an array of points [n, 3]. The
+        samples are then samples of the noise given the observations (its posterior). Goes with the noise model
+        "matern" and a single surface or volume.
     observation_array : str or numpy.ndarray, optional
         The point array of the observations with the values, of ``components`` components; or an array [n] or [n, C].
         Default: the active scalars.
     observation_deviation_array : str or numpy.ndarray, optional
-        The point array of the observations with the standard deviations of the values, at least 0; or an array [n]. Where
-        it is 0, the samples take the value to 1e-8. Default: 0 everywhere.
+        The point array of the observations with the standard deviations of the values, at least 0; or an array [n].
+        Where it is 0, the samples take the value to 1e-8. Default: 0 everywhere.
     tolerance : float, optional
-        The largest distance of an observation from the surface, in world units; one farther away is an error. Default: a
-        hundredth of the longest side of the bounding box of the surface.
+        The largest distance of an observation from the surface or volume, in world units; one farther away is an error.
+        Default: a hundredth of the longest side of the bounding box of the surface.
     posterior_mean : bool
         True adds the mean of the noise given the observations, as array ``name_Mean``. Default False.
     posterior_standard_deviation : bool
@@ -192,8 +198,8 @@ def matern_noise(
     dataset of the type of ``mesh``
         The mesh with one float64 point array ``name`` or, when ``samples`` is larger than 1, the arrays ``name_k`` for
         k = first_sample, first_sample + 1, ..., the first of them active: as scalars and, with three components, as
-        vectors, where ``mesh`` has none. Points that no polygon or strip uses get 0. An instance of a Python
-        subclass is returned when its constructor takes a VTK dataset, or none.
+        vectors, where ``mesh`` has none. Points that no polygon, strip or tetrahedron uses get 0. An instance of a
+        Python subclass is returned when its constructor takes a VTK dataset, or none.
     numpy.ndarray, for a pair
         The noise, float64, of shape [V]. ``samples``, when given (even 1), adds an axis in front and ``components``
         larger than 1 an axis at the end: [V], [V, C], [N, V] or [N, V, C].
@@ -239,9 +245,9 @@ def matern_noise(
         posterior_standard_deviation=posterior_standard_deviation,
     )
     if isinstance(mesh, (tuple, list)) and (posterior_mean or posterior_standard_deviation):
-        raise ValueError("posterior arrays are added to a dataset: give mesh as a vtkPolyData, not as a pair of arrays")
+        raise ValueError("posterior arrays are added to a dataset: give mesh as a dataset, not as a pair of arrays")
     progress_callback(progress)
-    output, remarks = apply_filter(noise, given_dataset(mesh), progress)
+    output, remarks = apply_filter(noise, given_dataset(mesh, DOMAINS, DOMAINS_TEXT), progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
     if isinstance(mesh, (tuple, list)):

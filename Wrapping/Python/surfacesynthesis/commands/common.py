@@ -134,6 +134,27 @@ def read_input_surface(arguments):
     return _surface_in(read_input(arguments), arguments.input)
 
 
+def read_input_domain(arguments):
+    """read_input() of a surface, a volume of tetrahedra, or a composite dataset, which must hold something."""
+    from .. import files
+
+    mesh = read_input(arguments)
+    if mesh.GetNumberOfPoints() == 0:
+        raise files.FormatError(f"{arguments.input}: the file holds no points")
+    return mesh
+
+
+def is_volume(mesh):
+    """True for a grid with cells of three dimensions."""
+    from vtkmodules.vtkCommonDataModel import vtkCellTypes, vtkGenericCell
+
+    types = vtkCellTypes()
+    if mesh.IsA("vtkUnstructuredGrid"):
+        mesh.GetCellTypes(types)
+    kinds = [types.GetCellType(k) for k in range(types.GetNumberOfTypes())]
+    return any(vtkGenericCell.InstantiateCell(kind).GetCellDimension() == 3 for kind in kinds)
+
+
 def read_observations(arguments):
     """The points in the file of --observations; None without one."""
     from .. import files
@@ -162,20 +183,13 @@ def _surface_in(mesh, path):
 
 def require_surface(mesh, path):
     """Raises FormatError when the mesh from a file has cells of three dimensions."""
-    if not mesh.IsA("vtkUnstructuredGrid"):
-        return
-    from vtkmodules.vtkCommonDataModel import vtkCellTypes, vtkGenericCell
-
     from ..errors import FormatError
 
-    types = vtkCellTypes()
-    mesh.GetCellTypes(types)
-    for k in range(types.GetNumberOfTypes()):
-        if vtkGenericCell.InstantiateCell(types.GetCellType(k)).GetCellDimension() == 3:
-            raise FormatError(
-                f"{path}: a volume mesh was found where a surface is needed; vtkDataSetSurfaceFilter, in ParaView Extract "
-                "Surface, makes a surface of it"
-            )
+    if is_volume(mesh):
+        raise FormatError(
+            f"{path}: a volume mesh was found where a surface is needed; vtkDataSetSurfaceFilter, in ParaView Extract "
+            "Surface, makes a surface of it"
+        )
 
 
 def printed_message(arguments, bar):

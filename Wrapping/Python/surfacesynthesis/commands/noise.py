@@ -11,19 +11,20 @@ from .common import (
     add_reading_options,
     add_running_options,
     as_usage,
-    read_input_surface,
+    read_input_domain,
     read_observations,
     run_filter,
 )
 
 _DESCRIPTION = """\
-Adds Matérn noise to the points of a surface: a Gaussian random field whose statistics do not depend on the
-triangulation. The output is the input with one array for each sample."""
+Adds Matérn noise to the points of a surface, or of a volume of tetrahedra: a Gaussian random field whose statistics do
+not depend on the mesh. The output is the input with one array for each sample."""
 _FORMATS = """\
 files: the format follows from the extension.
   .vtp .vtk .ply          keep the noise as point arrays
   .gii .glb .gltf         the same, in single precision, as triangles
   .stl .obj .off          keep the shape only: use --warp
+  .vtu (.vtk)             unstructured grids: volumes of tetrahedra, as the command tetrahedralize makes them
   .vtm (.vtk)             composite datasets, processed block by block
 """
 _EXAMPLES = (
@@ -32,6 +33,7 @@ _EXAMPLES = (
 examples:
   %(prog)s in.stl out.vtp --range 5 --samples 8
   %(prog)s in.ply bumpy.stl --range 5 --warp 0.3
+  %(prog)s in.vtu out.vtu --range 25 --variance-correction
   %(prog)s in.off out.vtp --components 3 --standard-deviation 0.2 --seed 7
 """
 )
@@ -40,10 +42,10 @@ examples:
 def add(commands):
     """Adds the command to the parser."""
     parser = add_command(
-        commands, "noise", "INPUT OUTPUT", "add Matérn noise to a surface", _DESCRIPTION, _EXAMPLES
+        commands, "noise", "INPUT OUTPUT", "add Matérn noise to a surface or volume", _DESCRIPTION, _EXAMPLES
     )
     parser.set_defaults(run=run)
-    parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
+    parser.add_argument("input", metavar="INPUT", help="surface or volume to read: .stl .ply .obj .off .gii .glb .vtp .vtu .vtk .vtm")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
 
     scale = parser.add_argument_group("scale").add_mutually_exclusive_group()
@@ -58,7 +60,7 @@ def add(commands):
         "--screening",
         type=float,
         metavar="TAU",
-        help="screening term tau = 8 (ALPHA - 1) / R^2, in 1 / square units of the mesh",
+        help="screening term tau = 8 (ALPHA - 1) / R^2, in volumes 8 (ALPHA - 3/2) / R^2, in 1 / square units of the mesh",
     )
     scale.add_argument(
         "--normalized-screening",
@@ -150,7 +152,7 @@ def _add_observation_options(parser):
     given.add_argument(
         "--observations",
         metavar="FILE",
-        help="points near the surface at which the noise is known: .vtp .vtk .ply; the samples follow them",
+        help="points near the surface, or in the volume, at which the noise is known: .vtp .vtk .ply; the samples follow them",
     )
     given.add_argument(
         "--observation-array", metavar="NAME", help="their point array with the values (default: the active scalars)"
@@ -182,7 +184,9 @@ def run(arguments):
     started = time.monotonic()
     _check_output(arguments, files)
     noise = _filter_of(arguments)
-    mesh = read_input_surface(arguments)
+    mesh = read_input_domain(arguments)
+    if arguments.warp is not None and mesh.IsA("vtkUnstructuredGrid"):
+        raise UsageError("--warp moves the points of a surface, not of an unstructured grid")
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(noise, mesh, arguments)
     written = _outputs(output, arguments, array_names(noise))
