@@ -45,6 +45,7 @@ from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
+from .label_surfaces import label_surfaces
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
@@ -54,6 +55,7 @@ from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
+from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
@@ -66,10 +68,15 @@ from .vtkSurfaceSynthesisFieldLatents import (
 )
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
-from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
+from .vtkSurfaceSynthesisMeshing import vtkLabelSurfaceFilter, vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
-from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextureDistance
+from .vtkSurfaceSynthesisStatistics import (
+    vtkEnsembleMetrics,
+    vtkEnsembleStatistics,
+    vtkGeometricTextureDistance,
+    vtkShapeModelSampler,
+)
 
 __all__ = [
     "BOUNDARY_CONDITIONS",
@@ -77,6 +84,7 @@ __all__ = [
     "DISTANCES",
     "DecodedTexture",
     "EnsembleMetrics",
+    "EnsembleStatistics",
     "FormatError",
     "HOLES",
     "INTEGRATORS",
@@ -100,11 +108,13 @@ __all__ = [
     "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
+    "ensemble_statistics",
     "estimate_matern",
     "find_vtk_js",
     "gaussian_mixtures",
     "geometric_texture",
     "geometric_texture_distance",
+    "label_surfaces",
     "matern_noise",
     "poisson_net",
     "poses",
@@ -119,6 +129,7 @@ __all__ = [
     "repair_report",
     "sample_signal",
     "sample_texture",
+    "shape_model",
     "texture_atlas",
     "texture_dataset",
     "topology_report",
@@ -126,6 +137,7 @@ __all__ = [
     "volume_from_numpy",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
+    "vtkEnsembleStatistics",
     "vtkFieldLatentDecoder",
     "vtkFieldLatentEncoder",
     "vtkFieldLatentTextureFilter",
@@ -134,9 +146,11 @@ __all__ = [
     "vtkGaussianMixtureFilter",
     "vtkGeometricTextureDistance",
     "vtkGeometricTextureSynthesizer",
+    "vtkLabelSurfaceFilter",
     "vtkMaternNoiseFilter",
     "vtkMaternParameterEstimator",
     "vtkPoissonNetFilter",
+    "vtkShapeModelSampler",
     "vtkTopologyReport",
     "write_mesh",
     "write_page",
