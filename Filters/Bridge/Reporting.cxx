@@ -41,6 +41,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkPoissonNetFilter", "PoissonNet" },
     { "vtkPoseEnsembleFilter", "Pose Ensemble" },
     { "vtkShapeModelSampler", "Shape Model Sampler" },
+    { "vtkSurfaceDistance", "Surface Distance" },
     { "vtkSurfaceRepairFilter", "Surface Repair" },
     { "vtkTetrahedralizeFilter", "Tetrahedralize Surface" },
     { "vtkTextureAtlasFilter", "Texture Atlas" },

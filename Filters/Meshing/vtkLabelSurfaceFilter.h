@@ -75,7 +75,7 @@ public:
 
   ///@{
   /**
-   * Number of steps of smoothing, from 0 to 1000; 0 leaves the steps of the samples. Default 15.
+   * Number of steps of smoothing, from 0 to 1000; 0 leaves the steps of the samples. Default 30.
    */
   vtkSetClampMacro(SmoothingIterations, int, 0, 1000);
   vtkGetMacro(SmoothingIterations, int);
@@ -116,7 +116,7 @@ private:
   std::string NamesFileName;
   std::map<int, std::string> LabelNames;
   std::vector<int> Labels;
-  int SmoothingIterations = 15;
+  int SmoothingIterations = 30;
   bool PreserveVolume = true;
   bool SharedBorders = true;
 

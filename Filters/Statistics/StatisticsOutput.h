@@ -23,7 +23,7 @@ constexpr const char* MeanName = "Mean";
 constexpr const char* ModeName = "Mode";
 constexpr const char* EnsembleArrayField = "EnsembleArrayName";
 
-/// What the names of arrays depend on.
+/// Parameters of the names of arrays.
 struct StatisticsNames
 {
   std::string Array;             ///< array of the samples; empty for positions

@@ -26,7 +26,8 @@ ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfCompo
 GROUPS = {"MultiscaleMeshFitter": "Train", "GeometricTextureTrainer": "Train", "FlowMatchingTrainer": "Train",
           "FieldLatentTrainer": "Train",
           "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "TextureAtlas": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare", "LabelSurfaces": "Prepare",
-          "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "EnsembleStatistics": "Measure", "GeometricTextureDistance": "Measure"}
+          "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "EnsembleStatistics": "Measure", "SurfaceDistance": "Measure",
+          "GeometricTextureDistance": "Measure"}
 NOISE_PROPERTIES = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
 
 

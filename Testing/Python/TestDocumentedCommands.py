@@ -325,6 +325,7 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
+    "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
                 "brick.png": photograph, "grass.png": photograph, "duck.obj": write_textured_ball,

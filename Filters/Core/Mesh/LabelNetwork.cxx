@@ -21,7 +21,7 @@ namespace
 {
 /// Factors of the two halves of a step: the low-pass filter of [Taubin1995].
 constexpr double Shrinking = 0.5;
-constexpr double Growing = -0.53;
+constexpr double Growing = -0.51;
 constexpr int MostVolumeSteps = 40;
 constexpr double VolumeTolerance = 1e-4;
 

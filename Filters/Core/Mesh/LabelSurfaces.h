@@ -24,11 +24,11 @@ struct LabelVolume
 /// Options of MakeLabelSurfaces().
 struct LabelSurfaceOptions
 {
-  /// Steps of smoothing, at least 0, each a low-pass filter of [Taubin1995] (factors 0.5 and -0.53) over the whole network
+  /// Steps of smoothing, at least 0, each a low-pass filter of [Taubin1995] (factors 0.5 and -0.51) over the whole network
   /// of borders.
-  int SmoothingIterations = 15;
+  int SmoothingIterations = 30;
   /// Largest move by smoothing along each axis, samples, at least 0.
-  double MaximumMove = 1.0;
+  double MaximumMove = 1.5;
   /// Moves borders along their normals until each label has the volume of its samples, to a relative error of 1e-4.
   bool PreserveVolume = true;
   /// Surfaces of touching labels have the same points in their border. Without it each label is smoothed by itself, as if

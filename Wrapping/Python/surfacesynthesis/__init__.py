@@ -37,6 +37,7 @@ from ._version import __version__
 from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
+from .distances import SurfaceDistance, surface_distance
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .estimation import MaternEstimate, ParameterEstimate, estimate_matern
 from .field_latents import TEXTURE_WRAPS, DecodedTexture, decode_texture, encode_texture
@@ -76,6 +77,7 @@ from .vtkSurfaceSynthesisStatistics import (
     vtkEnsembleStatistics,
     vtkGeometricTextureDistance,
     vtkShapeModelSampler,
+    vtkSurfaceDistance,
 )
 
 __all__ = [
@@ -96,6 +98,7 @@ __all__ = [
     "ParameterEstimate",
     "SAMPLERS",
     "SampledTexture",
+    "SurfaceDistance",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "TEXTURE_WRAPS",
@@ -130,6 +133,7 @@ __all__ = [
     "sample_signal",
     "sample_texture",
     "shape_model",
+    "surface_distance",
     "texture_atlas",
     "texture_dataset",
     "topology_report",
@@ -151,6 +155,7 @@ __all__ = [
     "vtkMaternParameterEstimator",
     "vtkPoissonNetFilter",
     "vtkShapeModelSampler",
+    "vtkSurfaceDistance",
     "vtkTopologyReport",
     "write_mesh",
     "write_page",

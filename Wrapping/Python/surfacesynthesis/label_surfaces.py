@@ -18,7 +18,7 @@ def label_surfaces(
     volume,
     names=None,
     labels=(),
-    smoothing_iterations=15,
+    smoothing_iterations=30,
     preserve_volume=True,
     shared_borders=True,
     array=None,
@@ -39,7 +39,7 @@ def label_surfaces(
     labels : sequence of int
         Labels of which surfaces are made; the others become background. Default: all, which may be 4096 at most.
     smoothing_iterations : int
-        Number of steps of smoothing, from 0 to 1000; 0 leaves the steps of the samples. Default 15.
+        Number of steps of smoothing, from 0 to 1000; 0 leaves the steps of the samples. Default 30.
     preserve_volume : bool
         True (default) moves the borders along their normals after smoothing until the volume of each label is that of its
         samples.
@@ -76,7 +76,7 @@ def label_surfaces(
 
 
 def configured_filter(
-    names=None, labels=(), smoothing_iterations=15, preserve_volume=True, shared_borders=True, array=None
+    names=None, labels=(), smoothing_iterations=30, preserve_volume=True, shared_borders=True, array=None
 ):
     """A vtkLabelSurfaceFilter with the parameters of label_surfaces(), which raises TypeError and ValueError."""
     algorithm = vtkLabelSurfaceFilter()

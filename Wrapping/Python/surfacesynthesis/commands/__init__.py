@@ -8,6 +8,7 @@ from . import (
     convert,
     dataset,
     deform,
+    distance,
     estimate,
     field_latents,
     geometric_texture,
@@ -43,7 +44,7 @@ COMMANDS = [
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, estimate, dataset, poisson_net, deform, metrics, statistics, shape_model]
+] + [noise, estimate, dataset, poisson_net, deform, metrics, distance, statistics, shape_model]
 COMMANDS += [geometric_texture, geometric_texture_distance, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch

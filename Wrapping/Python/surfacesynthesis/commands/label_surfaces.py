@@ -43,7 +43,7 @@ def add(commands):
     labels.add_argument("--array", metavar="NAME", help="array of points or cells to use, of .vti files")
     surfaces = parser.add_argument_group("surfaces")
     surfaces.add_argument(
-        "--smoothing-iterations", type=int, default=15, metavar="N", help="number of smoothing steps (default: 15)"
+        "--smoothing-iterations", type=int, default=30, metavar="N", help="number of smoothing steps (default: 30)"
     )
     surfaces.add_argument(
         "--no-preserve-volume", action="store_false", dest="preserve_volume", help="leave the volume that smoothing gives"

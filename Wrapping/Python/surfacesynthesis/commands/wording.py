@@ -28,6 +28,7 @@ COMMANDS_OF_CLASSES = {
     "vtkPoissonNetFilter": "poisson-net",
     "vtkPoseEnsembleFilter": "dataset poses",
     "vtkShapeModelSampler": "shape-model",
+    "vtkSurfaceDistance": "distance",
     "vtkSurfaceRepairFilter": "repair",
     "vtkTetrahedralizeFilter": "tetrahedralize",
     "vtkTextureAtlasFilter": "texture-atlas",
