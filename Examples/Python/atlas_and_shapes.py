@@ -21,8 +21,9 @@ import tarfile
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkMassProperties, vtkPolyDataNormals
+from vtkmodules.vtkFiltersHybrid import vtkProcrustesAlignmentFilter
 
 import gallery_meshes as meshes
 import gallery_rendering as rendering
@@ -135,7 +136,7 @@ def volume_error(surfaces):
 
 def atlas(volume, names, folder):
     """Label map -> named surfaces; returns the picture."""
-    surfaces = ss.label_surfaces(ss.read_volume(volume), names)
+    surfaces = ss.label_surfaces(ss.read_volume(volume), names, smoothing_iterations=100)
     points = sum(surfaces.GetBlock(k).GetNumberOfPoints() for k in range(surfaces.GetNumberOfBlocks()))
     print(f"{surfaces.GetNumberOfBlocks()} regions, {points:,} points; volumes to {100 * volume_error(surfaces):.3f} percent")
     ss.write_mesh(surfaces, os.path.join(folder, "atlas.vtm"))
@@ -155,8 +156,8 @@ def atlas(volume, names, folder):
         rendering.paste(image, rendering.label(text, (size[0], title), 25), k * size[0], 0)
     groups = [(name, colorsys.hsv_to_rgb(hue, saturation, 0.9)) for name, hue, saturation, _ in GROUPS]
     row = size[1] + title
-    rendering.paste(image, legend(groups, (2 * size[0] - 160, strip), 22), 20, row)
-    rendering.paste(image, legend(DEEP[:5], (size[0] + 120, strip), 22), 2 * size[0] - 130, row)
+    rendering.paste(image, legend(groups, (1020, strip), 20), 10, row)
+    rendering.paste(image, legend(DEEP[:5], (880, strip), 20), 1040, row)
     return image
 
 
@@ -169,13 +170,25 @@ def shapes(path, folder, points):
     surface = ss.remesh(ss.repair(ss.read_mesh(path), holes="all", largest_component=True), points=points, feature_angle=None)
     longest = meshes.longest_side(surface)
     noise = ss.matern_noise(
-        surface, range=0.8 * longest, standard_deviation=0.02 * longest, samples=SHAPES, components=3, seed=2, name="Move"
+        surface, range=0.8 * longest, standard_deviation=0.03 * longest, samples=SHAPES, components=3, seed=2, name="Move"
     )
-    ensemble = [warped(noise, f"Move_{k}", 1.0) for k in range(SHAPES)]
+    ensemble = aligned([warped(noise, f"Move_{k}", 1.0) for k in range(SHAPES)])
     statistics = ss.ensemble_statistics(ensemble, modes=10, quantiles=(0.05, 0.95))
     print(statistics)
     ss.write_mesh(statistics.surface, os.path.join(folder, "model.vtp"))
     return shapes_picture(statistics, longest)
+
+
+def aligned(ensemble):
+    """The shapes moved and turned onto their mean, so that modes are changes of shape alone."""
+    blocks = vtkMultiBlockDataSet()
+    for number, shape in enumerate(ensemble):
+        blocks.SetBlock(number, shape)
+    alignment = vtkProcrustesAlignmentFilter()
+    alignment.SetInputData(blocks)
+    alignment.GetLandmarkTransform().SetModeToRigidBody()
+    alignment.Update()
+    return alignment.GetOutput()
 
 
 def moved_outwards(shape, mean):
@@ -195,20 +208,20 @@ def moved_outwards(shape, mean):
 
 def shapes_picture(statistics, longest):
     """The mean with the standard deviation, and each mode at two standard deviations to either side."""
-    size, title = (290, 720), 92
+    size, title = (290, 740), 92
     image = rendering.blank(((1 + 2 * MODES) * size[0], size[1] + title))
     mean = statistics.surface
     points = statistics.mean - np.array(mean.GetCenter())
     _, axes = np.linalg.eigh(points.T @ points)  # the long axis is the last
-    up = axes[:, 2] * np.sign(axes[np.argmax(np.abs(axes[:, 2])), 2])
-    view = rendering.View(mean.GetCenter(), 1.18 * np.ptp(points @ up), axes[:, 0], up)
+    up = axes[:, 2] * np.sign(((points @ axes[:, 2]) ** 3).mean())  # the end with the head upwards: fewer points below
+    view = rendering.View(mean.GetCenter(), 1.22 * np.ptp(points @ up), axes[:, 0], up)
     distance = vtk_to_numpy(mean.GetPointData().GetArray("StandardDistance"))
     low, high = 0.6 * distance.mean(), 1.6 * distance.mean()
     part = rendering.render(mean, view, size, "StandardDistance", colors=rendering.sequential(low, high))
     rendering.paste(image, part, 0, title)
     text = f"mean of {SHAPES} shapes\nstandard deviation\n{100 * low / longest:.1f} to {100 * high / longest:.1f} % of length"
     rendering.paste(image, rendering.label(text, (size[0], title), 20), 0, 0)
-    limit = 0.05 * longest
+    limit = 0.04 * longest
     for k in range(MODES):
         for side, sign in enumerate((-2.0, 2.0)):
             coefficients = np.zeros(k + 1)
