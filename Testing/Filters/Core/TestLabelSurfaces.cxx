@@ -232,7 +232,7 @@ TEST(LabelSurfaces, SpacingScalesVolumesAndBordersAreCapped)
   EXPECT_NEAR(EnclosedVolume(surfaces.at(9).Mesh), 24 * 3.0, 72 * 1e-3);
   EXPECT_TRUE(CheckMesh(surfaces.at(9).Mesh, ClosedManifold()).empty());
   const Eigen::RowVector3d center = surfaces.at(9).Mesh.Points.colwise().mean();
-  EXPECT_LT((center - Eigen::RowVector3d(0.75, 2.0, 1.5)).norm(), 1e-3);
+  EXPECT_LT((center - Eigen::RowVector3d(0.75, 2.0, 1.5)).norm(), 5e-3) << "1 percent of a sample";
 }
 
 TEST(LabelSurfaces, RefusesWrongOptionsAndStops)
