@@ -22,6 +22,11 @@ FILTERS = {
         "the voxels.", _PARAVIEW + "VDBSurface.png", {"LargestComponent": 1, "FillCavities": 1},
         'mesh = ss.vdb_surface(ss.read_volume("head.nii.gz"), largest_component=True, fill_cavities=True)',
         "surface head.nii.gz skin.vtp --largest-component --fill-cavities"),
+    "vtkLabelSurfaceFilter": Example(
+        "To make surfaces of the regions of an atlas or a segmentation.",
+        "Gallery/atlas.png", {"SmoothingIterations": 30},
+        'regions = ss.label_surfaces(volume, names="aal.nii.txt")',
+        "label-surfaces aal.nii.gz atlas.vtm --names aal.nii.txt"),
     "vtkSurfaceRepairFilter": Example(
         "When the points that are good must stay where they are. Where too much is broken, use vtkVDBSurfaceFilter.",
         _PARAVIEW + "SurfaceRepair.png", {"HoleFilling": 2, "KeepLargestComponent": 1},
@@ -122,6 +127,18 @@ FILTERS = {
         _PARAVIEW + "EnsembleMetrics.png", {"ArrayName": "Field"},
         'metrics = ss.ensemble_metrics(generated, reference, array="Field")',
         "metrics --generated generated.vtm --reference reference.vtm --array Field", ("Reference",)),
+    "vtkEnsembleStatistics": Example(
+        "To describe how the shapes or signals of a group vary: mean, deviation, quantiles and modes.",
+        "Gallery/shape_model.png", {"NumberOfModes": 5},
+        "statistics = ss.ensemble_statistics(ensemble, modes=5)", "statistics shapes.vtm model.vtp --modes 5"),
+    "vtkShapeModelSampler": Example(
+        "To make random shapes of a group, and to find the coefficients of a new one.",
+        "Gallery/shape_model.png", {"NumberOfSamples": 12, "Seed": 1},
+        "shapes = ss.shape_model(model, samples=12, seed=1)", "shape-model model.vtp random.vtm --samples 12 --seed 1"),
+    "vtkSurfaceDistance": Example(
+        "To compare a segmentation with a reference, or a surface with its simplification.",
+        "Gallery/shape_model.png", {"NumberOfSamples": 100000},
+        "distance = ss.surface_distance(mesh, reference)", "distance segmented.stl reference.ply", ("Second",)),
     "vtkGeometricTextureDistance": Example(
         "To compare the relief of a synthesized surface with the one that was learned.",
         _PARAVIEW + "GeometricTextureDistance.png", {"NumberOfProjections": 256},

@@ -149,6 +149,36 @@ def check_medical(folder):
     assert abs(deviation.mean() / (0.006 * length) - 1.0) < 0.3, "the ensemble varies by what was asked; more on a thin shaft"
 
 
+def check_atlas_and_shapes(folder):
+    """Two boxes that touch, and a model of the femur."""
+    image = vtkImageData()
+    image.SetDimensions(20, 12, 12)
+    image.SetSpacing(2.0, 2.0, 2.0)
+    labels = np.zeros((12, 12, 20), dtype=np.int16)
+    labels[2:10, 2:10, 2:9] = 1
+    labels[2:10, 2:10, 9:18] = 2
+    values = numpy_to_vtk(labels.ravel(), deep=True)
+    values.SetName("labels")
+    image.GetPointData().SetScalars(values)
+    volume, names = os.path.join(folder, "boxes.vti"), os.path.join(folder, "boxes.txt")
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(volume)
+    writer.SetInputData(image)
+    writer.Write()
+    with open(names, "w") as file:
+        file.write("1 Frontal_Mid_L 1\n2 Thalamus_R 2\n")
+    output = os.path.join(folder, "atlas_and_shapes")
+    shutil.rmtree(output, ignore_errors=True)
+    script = os.path.join(HERE, "atlas_and_shapes.py")
+    for arguments in (["atlas", volume, names], ["shapes", "--points", "800"]):
+        done = run("xvfb-run", "-a", sys.executable, script, *arguments, "--output", output)
+        assert done.returncode == 0
+        check_picture(os.path.join(output, arguments[0] + ".png"), 1800)
+    assert surfacesynthesis.read_mesh(os.path.join(output, "atlas.vtm")).GetNumberOfBlocks() == 2
+    model = surfacesynthesis.read_mesh(os.path.join(output, "model.vtp"))
+    assert model.GetPointData().HasArray("Mode_9") and model.GetPointData().HasArray("Quantile_0.95")
+
+
 def check_predicted_curvature(folder):
     """The shipped network on the surface of its training, on another triangulation of it, and on others."""
     done = run("xvfb-run", "-a", sys.executable, os.path.join(HERE, "predicted_curvature.py"), "--output", folder)
@@ -386,6 +416,7 @@ if __name__ == "__main__":
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "random_fields": check_random_fields,
+        "atlas_and_shapes": check_atlas_and_shapes,
         "medical": check_medical,
         "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,

@@ -237,9 +237,8 @@ void RequireOneTriangulation(const Ensemble& ensemble, const SharedSurface& shar
     if (sample.Values->GetNumberOfComponents() != components)
     {
       throw InvalidInput(name + " has " + std::to_string(sample.Values->GetNumberOfComponents()) +
-        " components and the "
-        "first reference sample has " +
-        std::to_string(components) + "; all samples must have the same number.");
+        " components where " + std::to_string(components) +
+        " are needed, as in the first sample; all samples must have the same number.");
     }
   }
 }

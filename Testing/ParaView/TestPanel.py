@@ -25,8 +25,9 @@ ALWAYS = {"NoiseModel", "Seed", "NumberOfSamples", "FirstSample", "NumberOfCompo
 #: Groups of the menu, but for Generate.
 GROUPS = {"MultiscaleMeshFitter": "Train", "GeometricTextureTrainer": "Train", "FlowMatchingTrainer": "Train",
           "FieldLatentTrainer": "Train",
-          "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "TextureAtlas": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare",
-          "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "GeometricTextureDistance": "Measure"}
+          "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "TextureAtlas": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare", "LabelSurfaces": "Prepare",
+          "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "EnsembleStatistics": "Measure", "SurfaceDistance": "Measure",
+          "GeometricTextureDistance": "Measure"}
 NOISE_PROPERTIES = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
 
 

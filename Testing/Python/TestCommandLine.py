@@ -483,6 +483,23 @@ def test_bar_draws_each_percent_once():
     assert "[####################                    ]  50 %" in stream.getvalue()
 
 
+def test_bar_shows_the_time_that_is_left():
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    seconds = iter((100.0, 101.0, 110.0, 120.0, 500.0, 500.0))
+    stream = Terminal()
+    bar = ProgressBar(stream, True, clock=lambda: next(seconds))
+    for fraction in (0.5, 0.1, 0.25, 0.05, 1.0):
+        bar(fraction)
+    shown = stream.getvalue().split("\r")[1:]
+    assert "left" not in shown[0], "not in the first seconds"
+    assert shown[1].endswith(" 10 %, 1:30 left") and shown[2].rstrip().endswith(" 25 %, 1:00 left")
+    assert shown[3].endswith("  5 %, 2:06:40 left") and shown[4].rstrip().endswith("100 %")
+    assert len(shown[4]) >= len(shown[3]), "nothing is left of a longer line"
+
+
 def test_closed_output_pipe_is_no_traceback(surface, tmp_path):
     command = f"{sys.executable} -m surfacesynthesis noise in.off out.vtp --range 1 | true"
     done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)

@@ -88,6 +88,7 @@ REDUCED = {
     "--encoder encoder.safetensors": "--encoder encoder.safetensors --iterations 1",
     "trainer.SetEncoderIterations(20000)": "trainer.SetEncoderIterations(1); trainer.SetIterations(1)",
     "/usr/share/mricron/templates/ch2bet.nii.gz": "ch2bet.nii.gz",
+    "/usr/share/mricron/templates/aal": "aal",
     "<build or install folder>": "BUILD",
     "<build folder>": "BUILD",
 }  # fmt: skip
@@ -246,6 +247,35 @@ def zipped_volume(path):
     path.write_bytes(gzip.compress(path.read_bytes()))
 
 
+def zipped_labels(path):
+    """Boxes with the labels that examples name, one beside the other."""
+    values = np.zeros((32, 8, 8), dtype=np.int16)
+    for number, label in enumerate((1, 2, 17, 37, 53)):
+        values[1 + 6 * number : 7 + 6 * number, 1:7, 1:7] = label
+    path.write_bytes(gzip.compress(nifti(values, pixdim=(1, 5, 5, 5))))
+
+
+def label_names(path):
+    path.write_text("1 Precentral_L 2001\n2 Precentral_R 2002\n17 Left-Hippocampus 1\n53 Right-Hippocampus 2\n")
+
+
+def observed_twice(path):
+    """A surface with two samples of a field."""
+    points, triangles = icosphere(1, 50.0)
+    mesh = polydata_of(points, triangles)
+    for number in range(2):
+        add_array(mesh.GetPointData(), f"MaternNoise_{number}", points[:, number])
+    write_mesh(mesh, path)
+
+
+def shape_model_file(path):
+    """A model of the surfaces of ball(), with three modes."""
+    points, triangles = icosphere(2, 50.0)
+    scales = np.array([[1.0, 0.9, 0.8], [1.1, 1.0, 0.7], [0.9, 1.0, 0.8], [1.0, 1.0, 1.0], [0.9, 0.9, 0.9]])
+    ensemble = [(points * scale, triangles) for scale in scales]
+    write_mesh(surfacesynthesis.ensemble_statistics(ensemble, modes=3).surface, path)
+
+
 def photograph(path):
     """A small image."""
     values = np.random.default_rng(4).integers(0, 256, (24, 20, 3), dtype=np.uint8)
@@ -295,6 +325,7 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
+    "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
                 "brick.png": photograph, "grass.png": photograph, "duck.obj": write_textured_ball,
@@ -320,6 +351,10 @@ INPUTS = {
     "texture-atlas": {"scan.stl": small_ball, "scan.ply": small_ball, "scan.off": small_ball},
     "repair": {"scan.stl": ball, "scan.ply": ball, "scan.obj": ball, "scan.off": ball},
     "report": {"in.stl": ball, "in.vtp": with_arrays},
+    "label-surfaces": {"aal.nii.gz": zipped_labels, "aal.nii.txt": label_names, "aseg.nii.gz": zipped_labels,
+                       "FreeSurferColorLUT.txt": label_names},
+    "shape-model": {"model.vtp": shape_model_file, "patient_1.vtp": wide_ball, "patient_2.vtp": ball},
+    "statistics": {"shapes_1.vtp": ball, "shapes_2.vtp": wide_ball, "shapes_3.vtp": ball, "noise.vtp": observed_twice},
     "surface": {"head.nii.gz": zipped_volume, "series": dicom_series, "ct.nrrd": volume, "scan.ply": small_ball},
     "tetrahedralize": {"in.stl": ball, "in.ply": small_ball, "in.vtp": with_arrays},
     "train field-latents": {"brick.png": picture, "grass.png": picture},
@@ -333,6 +368,7 @@ INPUTS = {
     "README.md": {"bear.off": lambda path: ball(path, 3), "ch2bet.nii.gz": zipped_volume},
     "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball,
                            "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume,
+                           "aal.nii.gz": zipped_labels, "aal.nii.txt": label_names,
                            "painted.obj": write_textured_ball, "other.off": small_ball,
                            "bone.vtp": with_arrays, "landmarks.vtp": landmarks, "cortex.vtp": observed("Thickness")},
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,

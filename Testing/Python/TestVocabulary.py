@@ -48,10 +48,12 @@ COMMON = {
     "generated": "the ensemble that is measured",
     "help": "help text",
     "image": "picture of a texture",
+    "json": "table or summary as JSON",
     "key": "place of the weights in a checkpoint",
     "mesh_points": "points of a planar mesh of a dataset",
     "meshes": "planar meshes of a dataset",
     "nearest": "table of nearest references",
+    "output": "file of another result",
     "observations": "points at which a field is known",
     "point_data": "files with values of points",
     "output": "the file that is written",
@@ -61,6 +63,7 @@ COMMON = {
     "seams": "points with several texture coordinates",
     "series": "series of a DICOM folder",
     "set": "entry of a configuration",
+    "shapes": "shapes that are projected on a model",
     "side": "shorter side of an image, in pixels",
     "source": "the surface that samples are on",
     "space": "directions of the coordinates of a volume",
@@ -80,14 +83,18 @@ FUNCTIONS = {
     "encode_texture": ("vtkFieldLatentEncoder", {"mesh", "image"}),
     "ensemble_layout": ("vtkEnsembleLayoutFilter", {"ensemble"}),
     "ensemble_metrics": ("vtkEnsembleMetrics", set()),
+    "ensemble_statistics": ("vtkEnsembleStatistics", {"ensemble"}),
     "estimate_matern": ("vtkMaternParameterEstimator", {"mesh"}),
     "gaussian_mixtures": ("vtkGaussianMixtureFilter", {"mesh"}),
     "geometric_texture": ("vtkGeometricTextureSynthesizer", {"mesh"}),
     "geometric_texture_distance": ("vtkGeometricTextureDistance", {"mesh"}),
+    "label_surfaces": ("vtkLabelSurfaceFilter", {"volume"}),
     "matern_noise": ("vtkMaternNoiseFilter", {"mesh"}),
     "poisson_net": ("vtkPoissonNetFilter", {"mesh"}),
     "sample_signal": ("vtkFlowMatchingSampler", {"mesh"}),
     "sample_texture": ("vtkFieldLatentTextureFilter", {"mesh", "image"}),
+    "shape_model": ("vtkShapeModelSampler", {"model", "shapes"}),
+    "surface_distance": ("vtkSurfaceDistance", {"first", "second"}),
     "texture_dataset": ("vtkGaussianMixtureFilter", {"images", "path"}),  # no class, but a seed as that of other data
     "topology_report": ("vtkTopologyReport", {"mesh"}),
 }
@@ -106,6 +113,7 @@ COMMANDS = {
     "convert": (),
     "decode-texture": ("decode_texture",),
     "encode-texture": ("encode_texture",),
+    "distance": ("surface_distance",),
     "estimate": ("estimate_matern",),
     "dataset latents": ("latent_dataset",),
     "dataset mixtures": ("gaussian_mixtures", "remesh"),
@@ -114,6 +122,7 @@ COMMANDS = {
     "deform": ("deform",),
     "geometric-texture": ("geometric_texture",),
     "geometric-texture-distance": ("geometric_texture_distance",),
+    "label-surfaces": ("label_surfaces",),
     "levels": ("fit_levels",),
     "metrics": ("ensemble_metrics",),
     "noise": ("matern_noise",),
@@ -123,6 +132,8 @@ COMMANDS = {
     "report": ("topology_report",),
     "sample": ("sample_signal",),
     "sample-texture": ("sample_texture",),
+    "shape-model": ("shape_model",),
+    "statistics": ("ensemble_statistics",),
     "surface": ("vdb_surface",),
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
@@ -395,7 +406,7 @@ def test_each_word_has_one_meaning_everywhere():
 
 def test_no_synonym_is_left_over():
     used = {word for _, word, _ in words_in_use()}
-    needed = set(SYNONYMS) if len(FUNCTIONS) == 23 else set()  # a build without a library has fewer
+    needed = set(SYNONYMS) if len(FUNCTIONS) == 27 else set()  # a build without a library has fewer
     assert needed <= used
 
 

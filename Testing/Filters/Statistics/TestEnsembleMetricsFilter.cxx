@@ -363,7 +363,8 @@ TEST(EnsembleMetricsFilter, EachMismatchIsOneErrorThatNamesTheSample)
   array->SetNumberOfTuples(42);
   array->FillValue(0.0f);
   vectors->GetPointData()->AddArray(array);
-  ExpectRefusal(Filter(vectors, good, "Height"), { "generated sample 0 (Height) has 2 components", "has 1;" });
+  ExpectRefusal(
+    Filter(vectors, good, "Height"), { "generated sample 0 (Height) has 2 components", "where 1 are needed" });
   array->SetNumberOfTuples(40);
   ExpectRefusal(Filter(vectors, good, "Height"), { "generated sample 0 (Height) has 40 values for 42 points" });
 }

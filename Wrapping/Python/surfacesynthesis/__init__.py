@@ -37,6 +37,7 @@ from ._version import __version__
 from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
+from .distances import SurfaceDistance, surface_distance
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .estimation import MaternEstimate, ParameterEstimate, estimate_matern
 from .field_latents import TEXTURE_WRAPS, DecodedTexture, decode_texture, encode_texture
@@ -45,6 +46,7 @@ from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
 from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
+from .label_surfaces import label_surfaces
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
 from .metrics import DISTANCES, EnsembleMetrics, ensemble_metrics
@@ -54,6 +56,7 @@ from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
+from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
@@ -66,10 +69,16 @@ from .vtkSurfaceSynthesisFieldLatents import (
 )
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
-from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
+from .vtkSurfaceSynthesisMeshing import vtkLabelSurfaceFilter, vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
-from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics, vtkGeometricTextureDistance
+from .vtkSurfaceSynthesisStatistics import (
+    vtkEnsembleMetrics,
+    vtkEnsembleStatistics,
+    vtkGeometricTextureDistance,
+    vtkShapeModelSampler,
+    vtkSurfaceDistance,
+)
 
 __all__ = [
     "BOUNDARY_CONDITIONS",
@@ -77,6 +86,7 @@ __all__ = [
     "DISTANCES",
     "DecodedTexture",
     "EnsembleMetrics",
+    "EnsembleStatistics",
     "FormatError",
     "HOLES",
     "INTEGRATORS",
@@ -88,6 +98,7 @@ __all__ = [
     "ParameterEstimate",
     "SAMPLERS",
     "SampledTexture",
+    "SurfaceDistance",
     "SurfaceSynthesisError",
     "SurfaceSynthesisWarning",
     "TEXTURE_WRAPS",
@@ -100,11 +111,13 @@ __all__ = [
     "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
+    "ensemble_statistics",
     "estimate_matern",
     "find_vtk_js",
     "gaussian_mixtures",
     "geometric_texture",
     "geometric_texture_distance",
+    "label_surfaces",
     "matern_noise",
     "poisson_net",
     "poses",
@@ -119,6 +132,8 @@ __all__ = [
     "repair_report",
     "sample_signal",
     "sample_texture",
+    "shape_model",
+    "surface_distance",
     "texture_atlas",
     "texture_dataset",
     "topology_report",
@@ -126,6 +141,7 @@ __all__ = [
     "volume_from_numpy",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
+    "vtkEnsembleStatistics",
     "vtkFieldLatentDecoder",
     "vtkFieldLatentEncoder",
     "vtkFieldLatentTextureFilter",
@@ -134,9 +150,12 @@ __all__ = [
     "vtkGaussianMixtureFilter",
     "vtkGeometricTextureDistance",
     "vtkGeometricTextureSynthesizer",
+    "vtkLabelSurfaceFilter",
     "vtkMaternNoiseFilter",
     "vtkMaternParameterEstimator",
     "vtkPoissonNetFilter",
+    "vtkShapeModelSampler",
+    "vtkSurfaceDistance",
     "vtkTopologyReport",
     "write_mesh",
     "write_page",

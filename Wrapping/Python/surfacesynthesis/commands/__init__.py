@@ -8,10 +8,12 @@ from . import (
     convert,
     dataset,
     deform,
+    distance,
     estimate,
     field_latents,
     geometric_texture,
     geometric_texture_distance,
+    label_surfaces,
     latent_diffusion,
     levels,
     metrics,
@@ -20,6 +22,8 @@ from . import (
     remesh,
     repair,
     report,
+    shape_model,
+    statistics,
     surface,
     tetrahedralize,
     texture_atlas,
@@ -33,13 +37,15 @@ COMMANDS = [
     for command, needed in (
         (report, "vtkTopologyReport"),
         (surface, "vtkVDBSurfaceFilter"),
+        (label_surfaces, "vtkLabelSurfaceFilter"),
         (repair, "vtkSurfaceRepairFilter"),
         (remesh, "vtkIsotropicRemeshFilter"),
         (tetrahedralize, "vtkTetrahedralizeFilter"),
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, estimate, dataset, poisson_net, deform, metrics, geometric_texture, geometric_texture_distance, field_latents]
+] + [noise, estimate, dataset, poisson_net, deform, metrics, distance, statistics, shape_model]
+COMMANDS += [geometric_texture, geometric_texture_distance, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]

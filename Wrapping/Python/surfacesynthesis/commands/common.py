@@ -3,6 +3,7 @@
 
 import argparse
 import collections
+import math
 import sys
 import time
 import warnings
@@ -19,27 +20,46 @@ class UsageError(Exception):
 
 
 class ProgressBar:
-    """A bar on a terminal; nothing anywhere else."""
+    """A bar on a terminal, with the time that is left when the work takes longer than some seconds; nothing anywhere else."""
 
     WIDTH = 40
+    #: Seconds of work after which the time left is shown.
+    PATIENCE = 3.0
 
-    def __init__(self, stream, wanted):
+    def __init__(self, stream, wanted, clock=time.monotonic):
         self._stream = stream if wanted and stream.isatty() else None
+        self._clock = clock
+        self._started = clock()
         self._shown = None
+        self._length = 0
 
     def __call__(self, fraction):
-        percent = int(100 * min(max(fraction, 0.0), 1.0))
-        if self._stream is None or percent == self._shown:
+        if self._stream is None:
             return
-        self._shown = percent
-        done = self.WIDTH * percent // 100
-        self._stream.write(f"\r[{'#' * done}{' ' * (self.WIDTH - done)}] {percent:3d} %")
+        fraction = min(max(fraction, 0.0), 1.0)
+        text = f"{int(100 * fraction):3d} %{self._time_left(fraction)}"
+        if text == self._shown:
+            return
+        self._shown = text
+        done = int(self.WIDTH * fraction)
+        line = f"[{'#' * done}{' ' * (self.WIDTH - done)}] {text}"
+        self._stream.write("\r" + line.ljust(self._length))
         self._stream.flush()
+        self._length = len(line)
+
+    def _time_left(self, fraction):
+        """", 0:42 left" at the pace so far; "" in the first seconds, and at the end."""
+        elapsed = self._clock() - self._started
+        if elapsed < self.PATIENCE or not 0.01 < fraction < 1.0:
+            return ""
+        seconds = math.ceil(elapsed * (1.0 - fraction) / fraction)
+        minutes = f"{seconds // 3600}:{seconds // 60 % 60:02d}" if seconds >= 3600 else f"{seconds // 60}"
+        return f", {minutes}:{seconds % 60:02d} left"
 
     def clear(self):
         """Takes the bar off the terminal."""
         if self._shown is not None:
-            self._stream.write("\r" + " " * (self.WIDTH + 8) + "\r")
+            self._stream.write("\r" + " " * self._length + "\r")
             self._stream.flush()
             self._shown = None
 

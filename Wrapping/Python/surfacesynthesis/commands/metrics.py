@@ -65,7 +65,7 @@ def run(arguments):
     algorithm = as_usage(configured_filter, arguments.array, arguments.distance, arguments.remove_centroid)
     for path in [*arguments.generated, *arguments.reference, *([arguments.source] if arguments.source else [])]:
         as_usage(files.extension, path)
-    generated, reference = (_ensemble(paths) for paths in (arguments.generated, arguments.reference))
+    generated, reference = (read_ensemble(paths) for paths in (arguments.generated, arguments.reference))
     source = _source(arguments.source) if arguments.source else None
     compare(algorithm, generated, reference, source, lambda dataset: run_filter(algorithm, dataset, arguments))
     metrics = metrics_of(algorithm)
@@ -74,7 +74,7 @@ def run(arguments):
     return metrics.to_csv().rstrip("\n") if arguments.csv else str(metrics)
 
 
-def _ensemble(paths):
+def read_ensemble(paths):
     """The dataset in the only file, or those of several files as blocks."""
     from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 

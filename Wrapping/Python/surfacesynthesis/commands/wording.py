@@ -8,6 +8,7 @@ from ..vocabulary import SYNONYMS, words_of
 #: The command that runs a class.
 COMMANDS_OF_CLASSES = {
     "vtkEnsembleMetrics": "metrics",
+    "vtkEnsembleStatistics": "statistics",
     "vtkFieldLatentDecoder": "decode-texture",
     "vtkFieldLatentEncoder": "encode-texture",
     "vtkFieldLatentTextureFilter": "sample-texture",
@@ -19,12 +20,15 @@ COMMANDS_OF_CLASSES = {
     "vtkGeometricTextureSynthesizer": "geometric-texture",
     "vtkGeometricTextureTrainer": "train geometric-texture",
     "vtkIsotropicRemeshFilter": "remesh",
+    "vtkLabelSurfaceFilter": "label-surfaces",
     "vtkLatentDiffusionTrainer": "train latent-diffusion",
     "vtkMaternNoiseFilter": "noise",
     "vtkMaternParameterEstimator": "estimate",
     "vtkMultiscaleMeshFitter": "levels",
     "vtkPoissonNetFilter": "poisson-net",
     "vtkPoseEnsembleFilter": "dataset poses",
+    "vtkShapeModelSampler": "shape-model",
+    "vtkSurfaceDistance": "distance",
     "vtkSurfaceRepairFilter": "repair",
     "vtkTetrahedralizeFilter": "tetrahedralize",
     "vtkTextureAtlasFilter": "texture-atlas",

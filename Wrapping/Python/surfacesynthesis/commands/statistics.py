@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``statistics``."""
+
+from .common import add_command, add_running_options, as_usage, run_filter
+from .metrics import read_ensemble
+
+_DESCRIPTION = """\
+Computes the mean, standard deviation, quantiles and principal modes of an ensemble of shapes or signals on one
+triangulation. With --modes the output is a statistical shape model, which the command shape-model reads."""
+_EXAMPLES = """\
+ensembles: one file with a composite dataset (.vtm .vtk), whose surfaces are the samples; one file for each sample; or one
+surface with an array for each sample, called NAME_0, NAME_1 and so on.
+
+output: the mean surface with the arrays StandardDeviation, StandardDistance, Quantile_0.5, Mode_0 and so on; each mode times
+its standard deviation.
+
+examples:
+  %(prog)s shapes_*.vtp model.vtp --modes 5
+  %(prog)s noise.vtp statistics.vtp --array MaternNoise --quantiles 0.05 0.5 0.95
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands,
+        "statistics",
+        "ENSEMBLE... OUTPUT",
+        "compute mean, deviation, quantiles and modes of an ensemble",
+        _DESCRIPTION,
+        _EXAMPLES,
+    )
+    parser.set_defaults(run=run)
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
+    parser.add_argument("ensemble", nargs="+", metavar="ENSEMBLE", help=f"the samples: {formats}")
+    parser.add_argument("output", metavar="OUTPUT", help="surface to write, with all arrays: .vtp .vtk .ply")
+    group = parser.add_argument_group("statistics")
+    group.add_argument("--array", metavar="NAME", help="point array of the samples (default: the points)")
+    group.add_argument(
+        "--quantiles", nargs="+", type=float, default=[], metavar="P", help="probabilities of quantiles, from 0 to 1"
+    )
+    group.add_argument("--modes", type=int, default=0, metavar="K", help="number of modes; -1 for all (default: 0)")
+    output = parser.add_argument_group("output")
+    output.add_argument("--csv", action="store_true", help="print the modes as comma-separated values")
+    output.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``statistics``; returns the text to print."""
+    from .. import files
+    from ..shape_statistics import configured_filter, statistics_of
+
+    algorithm = as_usage(configured_filter, arguments.array, arguments.quantiles, arguments.modes)
+    for path in [*arguments.ensemble, arguments.output]:
+        as_usage(files.extension, path)
+    run_filter(algorithm, read_ensemble(arguments.ensemble), arguments)
+    statistics = statistics_of(algorithm)
+    as_usage(files.check_writable, statistics.surface, arguments.output)
+    files.write_mesh(statistics.surface, arguments.output)
+    if arguments.csv:
+        return statistics.modes_to_csv().rstrip("\n")
+    return statistics.to_json() if arguments.json else f"{statistics}\n-> {arguments.output}"
