@@ -42,6 +42,7 @@ MaternField::Internals::Internals(
 {
   RequireArrays(options, this->Mesh);
   this->LongestEdge = FindLongestEdge(this->Mesh);
+  this->LongestScaledEdge = LongestEdgeForRange(this->Mesh, options);
   if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
   {
     this->Assemble(this->Mesh, topology, progress);
@@ -163,7 +164,7 @@ void MaternField::Internals::ChooseAmplitude()
 void MaternField::Internals::CorrectAmplitude(const Progress& progress)
 {
   this->Amplitude.setOnes();
-  const Eigen::VectorXd variances = this->MarginalVariances(progress);
+  const Eigen::VectorXd variances = this->InverseVariances(progress);
   for (Index v = 0; v < this->Mass.size(); ++v)
   {
     this->Amplitude[v] = this->Mass[v] > 0.0 ? this->Options.StandardDeviation / std::sqrt(variances[v]) : 0.0;
@@ -185,15 +186,18 @@ void MaternField::Internals::Pin(const MeshTopology& topology)
 void MaternField::Internals::FactorScreened(
   SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress)
 {
-  Eigen::VectorXd diagonal = this->Tau * this->Mass;
+  // Each vertex has its own kappa = sqrt(tau) / factor.
+  Eigen::VectorXd kappa = Eigen::VectorXd::Constant(this->Mass.size(), std::sqrt(this->Tau));
   const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
+  Eigen::VectorXd diagonal = this->Tau * this->Mass;
   if (ranges.size() > 0)
   {
+    kappa.array() /= ranges.array();
     diagonal.array() /= ranges.array().square();
   }
   if (boundary.size() > 0)
   {
-    diagonal += std::sqrt(this->Tau) * boundary;
+    diagonal += kappa.cwiseProduct(boundary);
   }
   if (this->Options.Boundary == BoundaryCondition::Dirichlet)
   {
@@ -230,10 +234,14 @@ void MaternField::Internals::FactorUnscreened(SparseMatrix matrix, const Progres
   this->Factor(std::move(matrix), progress);
 }
 
+std::uint64_t MaternField::Internals::FactorLimit() const
+{
+  return this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit : AvailableMemory() / 4 * 3;
+}
+
 bool MaternField::Internals::FactorFits(const SparseMatrix& matrix) const
 {
-  const std::uint64_t limit = this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit
-                                                                  : AvailableMemory() / 4 * 3;
+  const std::uint64_t limit = this->FactorLimit();
   const bool isCorrected = this->Options.Model == NoiseModel::Matern && this->Options.VarianceCorrection;
   // Selected inversion holds two more factors for each power.
   const std::uint64_t factors = isCorrected ? 1U + 2U * static_cast<std::uint64_t>(this->Power()) : 1U;
@@ -413,6 +421,12 @@ const char* MaternField::SolverName() const
 int MaternField::Iterations() const { return this->Impl->Iterative ? this->Impl->Iterative->Iterations() : 0; }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
+
+double MaternField::LongestEdgeOverRange() const
+{
+  const double range = this->EffectiveCorrelationRange();
+  return range > 0.0 ? this->Impl->LongestScaledEdge / range : 0.0;
+}
 
 const TriangleMesh& MaternField::Mesh() const { return this->Impl->Mesh; }
 

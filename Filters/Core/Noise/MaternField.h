@@ -82,7 +82,7 @@ struct MaternFieldOptions
   /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
-  /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
+  /// c for Robin, no unit (kappa = sqrt(tau), that of the place, has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
   /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1.
   double RobinCoefficient = 0.55;
   /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
@@ -191,6 +191,9 @@ public:
   int Iterations() const;
   /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
+  /// Largest length of an edge over the correlation range at its place and in its direction (see MaternFieldArrays), no
+  /// unit: LongestEdge() / EffectiveCorrelationRange() for a range that is the same everywhere; 0 for fields without a range.
+  double LongestEdgeOverRange() const;
   /// Mesh of the field.
   const TriangleMesh& Mesh() const;
   /// nu = alpha - 1, for models with tau; 1 for others.
@@ -210,7 +213,8 @@ public:
   double LogDeterminantOfPrecision() const;
   /// Diagonal of C, [V] float64: the marginal variance at every vertex, exactly, in the time of
   /// MaternFieldOptions::VarianceCorrection.
-  /// @throws InvalidInput when SolverName() is "Multigrid", too.
+  /// @throws InvalidInput when SolverName() is "Multigrid", or the factors of the inverse exceed
+  /// MaternFieldOptions::FactorMemoryLimit, too.
   Eigen::VectorXd MarginalVariances(const Progress& progress = {}) const;
 
 private:

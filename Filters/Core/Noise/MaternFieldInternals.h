@@ -48,6 +48,9 @@ std::vector<bool> PinnedVertices(const MeshTopology& topology, const MaternField
 /// Lumped mass of the boundary times the coefficient of the Robin condition, [V]; empty for other conditions.
 Eigen::VectorXd RobinMass(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
 
+/// Largest length of an edge over the local range, for the global range 1, world units; triangles of barriers are left out.
+double LongestEdgeForRange(const TriangleMesh& mesh, const MaternFieldOptions& options);
+
 /// Returns @p mesh without the triangles that @p removed, [F], marks; all points stay.
 TriangleMesh WithoutTriangles(const TriangleMesh& mesh, const std::vector<bool>& removed);
 
@@ -73,11 +76,12 @@ public:
   void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
     LargeArray<double>& scratch, const Progress& progress);
 
-  TriangleMesh Mesh;          ///< mesh of the field
-  MaternFieldOptions Options; ///< checked
-  double Tau = 0.0;           ///< see MaternField::EffectiveScreening()
-  double Gamma = 0.0;         ///< see MaternField::Gamma()
-  double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
+  TriangleMesh Mesh;              ///< mesh of the field
+  MaternFieldOptions Options;     ///< checked
+  double Tau = 0.0;               ///< see MaternField::EffectiveScreening()
+  double Gamma = 0.0;             ///< see MaternField::Gamma()
+  double LongestEdge = 0.0;       ///< see MaternField::LongestEdge()
+  double LongestScaledEdge = 0.0; ///< see LongestEdgeForRange()
 
   /// The solver in use; null for models without one.
   const LinearSolver* InUse() const
@@ -123,6 +127,9 @@ private:
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
   void Factor(SparseMatrix matrix, const Progress& progress);
   bool FactorFits(const SparseMatrix& matrix) const;
+  std::uint64_t FactorLimit() const;
+  void RequireRoomForInverse() const;
+  Eigen::VectorXd InverseVariances(const Progress& progress) const;
   void RequireFactor(const char* use) const;
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
