@@ -133,6 +133,12 @@ def test_estimates_hold_the_parameters_of_the_noise(pair):
     assert found["noise_deviation"] == (0, 0, 0, 0)
     assert (found.number_of_observations, found.number_of_fields) == (642, 4)
     assert "correlation range" in str(found) and found.to_csv().count("\n") == 4
+    smooth = matern_noise(pair, range=0.7, standard_deviation=2.0, samples=4, seed=5, operator_power=3)
+    found = estimate_matern(pair, smooth.T, noise_estimation=False, mean_estimation=False, operator_power=3)
+    assert found["correlation_range"].lower < 0.7 < found["correlation_range"].upper
+    for wrong in (1, 5):
+        with pytest.raises(ValueError, match="operator_power"):
+            estimate_matern(pair, smooth.T, operator_power=wrong)
     places = pair[0][::2]
     some = estimate_matern(polydata_of(*pair), 5.0 + fields[0, ::2], observations=places)
     assert some["correlation_range"].lower < 0.7 < some["correlation_range"].upper
