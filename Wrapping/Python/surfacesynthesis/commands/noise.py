@@ -33,8 +33,7 @@ examples:
   %(prog)s in.stl out.vtp --range 5 --samples 8
   %(prog)s in.ply bumpy.stl --range 5 --warp 0.3
   %(prog)s in.off out.vtp --components 3 --standard-deviation 0.2 --seed 7
-  %(prog)s bone.vtp shape.ply --displacement free --standard-deviation 2 --operator-power 3 --samples 5 --warp 1 \\
-      --observations landmarks.vtp --observation-array Target --observed-targets
+  %(prog)s bone.vtp out.vtp --displacement free --observations landmarks.vtp --observation-array Displacement
 """
 )
 
