@@ -284,9 +284,11 @@ class Sheet:
 
     TITLE = 64
 
-    def __init__(self, rows, columns, size):
+    def __init__(self, rows, columns, size, margin=0):
+        """``margin``: width for scales of colours on the right."""
         self._size = size
-        self._image = blank((columns * size[0], rows * (size[1] + self.TITLE)))
+        self._margin = margin
+        self._image = blank((columns * size[0] + margin, rows * (size[1] + self.TITLE)))
 
     def add(self, row, column, title, mesh, view, **how):
         """The picture of a surface: see render()."""
@@ -301,6 +303,23 @@ class Sheet:
         x, y = column * width, row * (height + self.TITLE)
         paste(self._image, label(title, (width, self.TITLE), 19), x, y)
         paste(self._image, image, x, y + self.TITLE)
+
+    def add_bar(self, row, colors, low, high, text, ticks=5):
+        """The scale of ``colors`` from low (below) to high at the right of a row, with a title of lines of text."""
+        width, height = self._margin, self._size[1]
+        x, y = self._image.shape[1] - width, row * (height + self.TITLE) + self.TITLE
+        length, thick = int(0.5 * height), int(0.2 * width)
+        values = np.linspace(high, low, length)
+        strip = np.array([colors.GetColor(value) for value in values])
+        strip = np.repeat(np.round(255 * strip).astype(np.uint8)[:, None], thick, axis=1)
+        top = y + (height - length) // 2
+        paste(self._image, strip, x + 4, top)
+        outline(self._image, x + 4, top, thick, length, INK, 1)
+        for k in range(ticks):
+            value = high + (low - high) * k / (ticks - 1)
+            part = label(f"{value:g}".replace("-", "\u2212"), (width - thick - 14, 24), 17, align="left")
+            paste(self._image, part, x + thick + 12, top + int(length * k / (ticks - 1)) - 12)
+        paste(self._image, label(text, (width, 60), 17), x, top - 84)
 
     def write(self, path, colors=None):
         write_png(self._image, path, colors)

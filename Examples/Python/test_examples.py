@@ -102,6 +102,28 @@ def check_observed_fields(folder):
     assert len(errors) == 3 and max(errors) < 1e-8, errors
 
 
+def check_bone_shapes(folder):
+    """The picture of a long ellipsoid; its samples pass through the landmarks, and their mean is nearer to the bone."""
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(40)
+    sphere.SetPhiResolution(40)
+    sphere.Update()
+    points = vtk_to_numpy(sphere.GetOutput().GetPoints().GetData())
+    points[:, 2] *= 4.0
+    surface = os.path.join(folder, "shaped_bone.vtp")
+    surfacesynthesis.write_mesh(sphere.GetOutput(), surface)
+    output = os.path.join(folder, "bone_shapes")
+    shutil.rmtree(output, ignore_errors=True)
+    done = run("xvfb-run", "-a", sys.executable, os.path.join(HERE, "bone_shapes.py"), surface, "--output", output)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "bone_shapes.png"), 1700, rows=2)
+    assert float(re.search(r"met within (\S+) mm", done.stdout)[1]) < 1e-6, done.stdout
+    reference, mean = (float(re.search(rf"{name} (\S+) mm", done.stdout)[1]) for name in ("reference", "mean shape"))
+    assert mean < reference, done.stdout
+    shapes = surfacesynthesis.read_mesh(os.path.join(output, "bone_shapes.vtp"))
+    assert shapes.GetPointData().HasArray("Shape_5") and shapes.GetPointData().HasArray("Shape_Mean")
+
+
 def check_picture(path, width, rows=1):
     """Of the announced width, and no row of it is blank or all the same colour."""
     reader = vtkPNGReader()
@@ -418,6 +440,7 @@ if __name__ == "__main__":
         "random_fields": check_random_fields,
         "atlas_and_shapes": check_atlas_and_shapes,
         "medical": check_medical,
+        "bone_shapes": check_bone_shapes,
         "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,

@@ -40,11 +40,20 @@ std::string ArraysOf(vtkPolyData* data)
   return names.empty() ? "there are none" : "there are " + names;
 }
 
-/// The array of @p property; "" for the active scalars.
+/// The active scalars; the active vectors where these have the number of components and the scalars have not.
+vtkDataArray* ActiveArray(vtkPointData* arrays, int components)
+{
+  vtkDataArray* scalars = arrays->GetScalars();
+  vtkDataArray* vectors = arrays->GetVectors();
+  const bool isVector = components == 3 && vectors && (!scalars || scalars->GetNumberOfComponents() != components);
+  return isVector ? vectors : scalars;
+}
+
+/// The array of @p property; "" for the active one.
 vtkDataArray* FindArray(vtkPolyData* data, const std::string& name, const std::string& property, int components)
 {
   vtkPointData* arrays = data->GetPointData();
-  vtkDataArray* array = name.empty() ? arrays->GetScalars() : arrays->GetArray(name.c_str());
+  vtkDataArray* array = name.empty() ? ActiveArray(arrays, components) : arrays->GetArray(name.c_str());
   if (!array)
   {
     throw InvalidInput(name.empty()

@@ -34,7 +34,8 @@ struct Observations
 /// Names of the arrays of observations.
 struct ObservationNames
 {
-  std::string Values;     ///< of the property ObservationArray; "" for the active scalars
+  std::string
+    Values; ///< of the property ObservationArray; "" for the active scalars, or the active vectors where these fit
   std::string Deviations; ///< of the property ObservationDeviationArray; "" for exact observations
 };
 

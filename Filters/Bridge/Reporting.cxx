@@ -111,7 +111,7 @@ bool IsCamelCase(const std::string& word)
 /// Value of an enumeration: ALL_HOLES.
 bool IsEnumerator(const std::string& word)
 {
-  static const std::set<std::string> single = { "GIVEN", "REMESH", "SUBDIVIDE" };
+  static const std::set<std::string> single = { "FREE", "GIVEN", "REMESH", "SUBDIVIDE" };
   const auto fits = [](char c) { return IsUpper(c) || c == '_'; };
   return single.count(word) > 0 ||
     (word.find('_') != std::string::npos && IsUpper(word.front()) && word.compare(0, 8, "SURFACE_") != 0 &&

@@ -20,6 +20,8 @@
 #include <vtkPolyData.h>
 #include <vtkTriangleFilter.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -91,8 +93,61 @@ void ReplaceMask(vtkPolyData* surface, const std::string& name, double least)
   surface->GetPointData()->AddArray(mask);
 }
 
+/// Name of the axes while a surface is divided.
+constexpr const char* NameOfAxes = "SurfaceSynthesisAxes";
+
+/// Adds axes d d^T / |d| of the point array @p name, when it is there with three components: six components for each point.
+void AddAxes(vtkPolyData* surface, const std::string& name)
+{
+  vtkDataArray* array = name.empty() ? nullptr : surface->GetPointData()->GetArray(name.c_str());
+  if (!array || array->GetNumberOfComponents() != 3)
+  {
+    return;
+  }
+  vtkNew<vtkDoubleArray> axes;
+  axes->SetName(NameOfAxes);
+  axes->SetNumberOfComponents(6);
+  axes->SetNumberOfTuples(array->GetNumberOfTuples());
+  for (vtkIdType p = 0; p < array->GetNumberOfTuples(); ++p)
+  {
+    std::array<double, 3> d{};
+    array->GetTuple(p, d.data());
+    const double length = std::max(vtkMath::Norm(d.data()), std::numeric_limits<double>::min());
+    axes->SetTuple6(p, d[0] * d[0] / length, d[0] * d[1] / length, d[0] * d[2] / length, d[1] * d[1] / length,
+      d[1] * d[2] / length, d[2] * d[2] / length);
+  }
+  surface->GetPointData()->AddArray(axes);
+}
+
+/// Replaces the directions of the points from @p first on by the main axes, which are removed.
+void TakeAxes(vtkPolyData* surface, const std::string& name, vtkIdType first)
+{
+  vtkDataArray* axes = surface->GetPointData()->GetArray(NameOfAxes);
+  vtkDataArray* array = axes ? surface->GetPointData()->GetArray(name.c_str()) : nullptr;
+  if (!array)
+  {
+    return;
+  }
+  vtkNew<vtkDoubleArray> directions;
+  directions->DeepCopy(array);
+  directions->SetName(name.c_str());
+  for (vtkIdType p = first; p < array->GetNumberOfTuples(); ++p)
+  {
+    std::array<double, 6> m{};
+    axes->GetTuple(p, m.data());
+    Eigen::Matrix3d matrix;
+    matrix << m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> pairs(matrix);
+    const Eigen::Vector3d axis = pairs.eigenvalues()[2] * pairs.eigenvectors().col(2);
+    directions->SetTuple3(p, axis[0], axis[1], axis[2]);
+  }
+  surface->GetPointData()->AddArray(directions);
+  surface->GetPointData()->RemoveArray(NameOfAxes);
+}
+
 /// The refined surface, or null when it is fine enough, or broken.
-vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range, const std::string& mask)
+vtkSmartPointer<vtkPolyData> RefinedSurface(
+  vtkPolyData* surface, double range, const std::string& mask, const std::string& directions)
 {
   if (surface->GetNumberOfPoints() == 0 || !IsValidSurface(surface))
   {
@@ -115,6 +170,7 @@ vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range, 
   vtkNew<vtkPolyData> coarse;
   coarse->ShallowCopy(triangles->GetOutput());
   ReplaceMask(coarse, mask, std::numeric_limits<double>::denorm_min());
+  AddAxes(coarse, directions);
   vtkNew<vtkAdaptiveSubdivisionFilter> subdivision;
   subdivision->SetInputData(coarse);
   subdivision->SetMaximumEdgeLength(range / 4.0);
@@ -124,15 +180,17 @@ vtkSmartPointer<vtkPolyData> RefinedSurface(vtkPolyData* surface, double range, 
   auto refined = vtkSmartPointer<vtkPolyData>::New();
   refined->ShallowCopy(subdivision->GetOutput());
   ReplaceMask(refined, mask, 1.0);
+  TakeAxes(refined, directions, coarse->GetNumberOfPoints());
   return refined;
 }
 } // namespace
 
-vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double range, const std::string& mask)
+vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(
+  vtkDataObject* input, double range, const std::string& mask, const std::string& directions)
 {
   if (auto* surface = vtkPolyData::SafeDownCast(input))
   {
-    const vtkSmartPointer<vtkPolyData> refined = RefinedSurface(surface, range, mask);
+    const vtkSmartPointer<vtkPolyData> refined = RefinedSurface(surface, range, mask, directions);
     return refined ? vtkSmartPointer<vtkDataObject>(refined) : vtkSmartPointer<vtkDataObject>(input);
   }
   auto* tree = vtkDataObjectTree::SafeDownCast(input);
@@ -146,7 +204,7 @@ vtkSmartPointer<vtkDataObject> RefineCoarseSurfaces(vtkDataObject* input, double
   for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
   {
     auto* leaf = vtkPolyData::SafeDownCast(place->GetCurrentDataObject());
-    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? RefinedSurface(leaf, range, mask) : nullptr)
+    if (const vtkSmartPointer<vtkPolyData> refined = leaf ? RefinedSurface(leaf, range, mask, directions) : nullptr)
     {
       copy->SetDataSet(place, refined);
     }

@@ -3,6 +3,7 @@
 
 #include "CoarseSurfaces.h"
 #include "ConditionedNoise.h"
+#include "DisplacementNoise.h"
 #include "FieldArrays.h"
 #include "FilterSupport.h"
 #include "RandomFields.h"
@@ -24,7 +25,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
+#include <string>
 #include <vector>
 
 using surfsynth::MaternField;
@@ -98,6 +101,7 @@ public:
     this->NumberOfIterations = 0;
     this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
     this->Fields.Begin();
+    this->Displaced.Begin(this->Directions());
   }
 
   /// Null for a field with arrays, too, which are not known before the surface has been checked.
@@ -109,7 +113,12 @@ public:
   void AddField(const Surface& surface, vtkDataSet* output, const surfsynth::Progress& progress)
   {
     this->RequireMatern();
-    const surfsynth::SampleRequest request = this->Request(surface);
+    const auto displacement = this->Displaced.Of(surface);
+    surfsynth::SampleRequest request = this->Request(surface);
+    if (displacement)
+    {
+      request.NumberOfComponents = static_cast<std::uint32_t>(displacement->NumberOfFields());
+    }
     const double columns = static_cast<double>(request.NumberOfSamples) * request.NumberOfComponents;
     const double factored = 10.0 / (10.0 + 0.1 * columns); // a factorisation costs about as much as 100 samples
     const MaternFieldOptions options = this->Options(surface, output);
@@ -125,7 +134,13 @@ public:
       field.SampleInto(request, remember, surfsynth::SubProgress(progress, begin, drawn));
       if (this->Conditioned.HasObservations())
       {
-        this->Conditioned.Condition(surface, field, request, samples, surfsynth::SubProgress(progress, drawn, 0.95));
+        this->Warn(surface,
+          this->Conditioned.Condition(
+            surface, field, displacement, request, samples, surfsynth::SubProgress(progress, drawn, 0.95)));
+      }
+      if (displacement)
+      {
+        this->Warn(surface, this->Displaced.Finish(surface, *displacement, samples));
       }
     };
     surfsynth::AddSamples(this->Series(), draw, output);
@@ -144,7 +159,7 @@ public:
   surfsynth::SampleSeries Series() const
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
-      this->Self->NumberOfComponents, this->Self->MemoryLimit, this->Self->ActiveResult };
+      this->Directions() ? 3 : this->Self->NumberOfComponents, this->Self->MemoryLimit, this->Self->ActiveResult };
   }
 
   /// RequestData of a volume, and of surfaces.
@@ -173,8 +188,8 @@ public:
     vtkNew<vtkInformation> information;
     information->Copy(input->GetInformationObject(0));
     information->Set(vtkDataObject::DATA_OBJECT(),
-      surfsynth::RefineCoarseSurfaces(
-        surfsynth::AsSurfaces(vtkDataObject::GetData(input)), this->Self->CorrelationRange, this->Names().Boundary));
+      surfsynth::RefineCoarseSurfaces(surfsynth::AsSurfaces(vtkDataObject::GetData(input)),
+        this->Self->CorrelationRange, this->Names().Boundary, this->Names().Direction));
     refined->Append(information);
     return true;
   }
@@ -185,14 +200,34 @@ public:
     const vtkMaternNoiseFilter& self = *this->Self;
     this->Conditioned.Begin(surfsynth::ObservationsOn(port),
       { { self.ObservationArray, self.ObservationDeviationArray }, self.Tolerance, self.PosteriorMean,
-        self.PosteriorStandardDeviation, self.MemoryLimit, self.OutputArrayName });
+        self.PosteriorStandardDeviation, self.MemoryLimit, self.OutputArrayName, self.ObservedTargets });
   }
 
   /// True when pieces of a surface on several ranks cannot be gathered with what the field needs, or the posterior is that of
   /// all samples.
   bool IsWhole() const { return this->Conditioned.HasObservations() || this->Names().Any(); }
 
+  /// Moves the points of the output where that is asked for.
+  void MovePoints(vtkDataObject* output) const
+  {
+    if (this->Directions() && this->Self->MovedPoints)
+    {
+      surfsynth::MovePointsBy(output, this->Self->OutputArrayName);
+    }
+  }
+
+  /// Throws unless the properties of displacements fit each other.
+  void RequireDisplacement() const
+  {
+    if (this->Directions() && this->Self->MovedPoints && this->Self->NumberOfSamples > 1)
+    {
+      throw surfsynth::InvalidInput("MovedPoints is on, and NumberOfSamples is " +
+        std::to_string(this->Self->NumberOfSamples) + "; points can be moved by 1 sample only.");
+    }
+  }
+
   surfsynth::ConditionedNoise Conditioned;
+  surfsynth::DisplacementNoise Displaced;
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
   double EffectiveScreening = 0.0;
   double EffectiveCorrelationRange = 0.0;
@@ -202,6 +237,22 @@ public:
   int NumberOfIterations = 0;
 
 private:
+  /// Directions of the displacement; none for NO_DISPLACEMENT.
+  std::optional<surfsynth::DisplacementDirections> Directions() const
+  {
+    return this->Self->Displacement == NO_DISPLACEMENT
+      ? std::nullopt
+      : std::optional(static_cast<surfsynth::DisplacementDirections>(this->Self->Displacement - FREE));
+  }
+
+  void Warn(const Surface& surface, const std::string& text) const
+  {
+    if (!text.empty())
+    {
+      surfsynth::ReportWarning(this->Self, surface.Where, text);
+    }
+  }
+
   /// Names of the arrays in use.
   surfsynth::FieldArrayNames Names() const
   {
@@ -292,16 +343,25 @@ private:
   void WarnOfLongEdges(const MaternField& field, const Surface& surface) const
   {
     const double range = field.EffectiveCorrelationRange();
-    if (this->Self->ScaleMode == CORRELATION_RANGE && range > 0.0 && field.LongestEdge() > range / 3.0)
+    const double ratio = field.LongestEdgeOverRange(); // of the range at the place of the edge
+    if (this->Self->ScaleMode == CORRELATION_RANGE && ratio > 1.0 / 3.0)
     {
       std::ostringstream text;
-      text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range " << range
-           << ": the mesh is too coarse to carry the field. "
+      if (this->Names().Any())
+      {
+        text << "The longest edge for its place has " << ratio
+             << " times the correlation range there, more than a third";
+      }
+      else
+      {
+        text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range "
+             << range;
+      }
+      text << ": the mesh is too coarse to carry the field. "
            << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; "
-                                "Refinement divides "
-                                "triangles only)"
+                                "Refinement divides triangles only)"
                               : "Switch Refinement on, refine it with vtkAdaptiveSubdivisionFilter")
-           << ", or choose a range of at least " << 3.0 * field.LongestEdge() << ".";
+           << ", or choose a range of at least " << 3.0 * ratio * range << ".";
       surfsynth::ReportWarning(this->Self, surface.Where, text.str());
     }
   }
@@ -388,6 +448,7 @@ int vtkMaternNoiseFilter::RequestData(
 {
   try
   {
+    this->Impl->RequireDisplacement();
     this->Impl->BeginConditioning(inputVector[1]);
   }
   catch (const surfsynth::Error& error)
@@ -401,6 +462,8 @@ int vtkMaternNoiseFilter::RequestData(
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Conditioned.DropUnused();
+    this->Impl->Displaced.DropUnused();
+    this->Impl->MovePoints(vtkDataObject::GetData(outputVector));
   }
   return success;
 }
@@ -421,6 +484,13 @@ vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const
 {
   return this->Impl->Fields.NumberOfFactorizations();
 }
+
+vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfInvertedTriangles() const
+{
+  return this->Impl->Displaced.NumberOfInvertedTriangles();
+}
+
+double vtkMaternNoiseFilter::GetUnreachedDistance() const { return this->Impl->Conditioned.LargestUnreachedDistance(); }
 
 void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
 {
@@ -454,6 +524,9 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Tolerance: " << this->Tolerance << "\n";
   os << indent << "PosteriorMean: " << this->PosteriorMean << "\n";
   os << indent << "PosteriorStandardDeviation: " << this->PosteriorStandardDeviation << "\n";
+  os << indent << "Displacement: " << this->Displacement << "\n";
+  os << indent << "MovedPoints: " << this->MovedPoints << "\n";
+  os << indent << "ObservedTargets: " << this->ObservedTargets << "\n";
   os << indent << "OutputArrayName: " << this->OutputArrayName << "\n";
   os << indent << "EffectiveScreening: " << this->GetEffectiveScreening() << "\n";
   os << indent << "EffectiveCorrelationRange: " << this->GetEffectiveCorrelationRange() << "\n";
@@ -462,4 +535,6 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "SolverName: " << this->GetSolverName() << "\n";
   os << indent << "NumberOfIterations: " << this->GetNumberOfIterations() << "\n";
   os << indent << "NumberOfFactorizations: " << this->GetNumberOfFactorizations() << "\n";
+  os << indent << "NumberOfInvertedTriangles: " << this->GetNumberOfInvertedTriangles() << "\n";
+  os << indent << "UnreachedDistance: " << this->GetUnreachedDistance() << "\n";
 }

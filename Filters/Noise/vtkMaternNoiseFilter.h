@@ -45,6 +45,15 @@
  * of them becomes the active scalars and, with three components, the active vectors, which vtkWarpVector takes, where
  * the input has none.
  *
+ * @par Displacement
+ * With Displacement the noise is a random displacement of the surface in world units, an array of three components: FREE,
+ * along the NORMAL, or TANGENTIAL. Its standard deviation is StandardDeviation along every one of the directions (exactly
+ * with VarianceCorrection), and 0 along the others. MovedPoints moves the points; vtkWarpVector does it for one of
+ * several samples. With observations, displacements of landmarks or, with ObservedTargets, the positions that they are to
+ * take, the samples are shapes through the landmarks: the Gaussian process of a shape model [Luthi2018], whose posterior
+ * mean and standard deviation are PosteriorMean and PosteriorStandardDeviation. Displacement is an option of this filter
+ * and no filter of its own, because mesh, scale, smoothness, observations and cached factor are the same.
+ *
  * @par Scale
  * ScaleMode chooses one of three parameters for the smoothness of the field. CORRELATION_RANGE (the default) takes a
  * distance in world units and a standard deviation, as is usual in statistics. SCREENING takes tau itself, as Algorithm
@@ -86,6 +95,15 @@ public:
     WHITE = 2,      ///< discrete white noise N(0, M^-1), for comparison
     UNSCREENED = 3, ///< tau = 0, orthogonal to constants on every component, for comparison
     SPECTRAL = 4    ///< Matérn noise truncated to the lowest eigenpairs, for comparison
+  };
+
+  /// Directions of the displacement.
+  enum Displacements
+  {
+    NO_DISPLACEMENT = 0, ///< the noise is a field of NumberOfComponents components
+    FREE = 1,            ///< three independent components
+    NORMAL = 2,          ///< along the vertex normals
+    TANGENTIAL = 3       ///< in the tangent planes
   };
 
   /// Conditions at the boundary.
@@ -134,7 +152,7 @@ public:
    * is smoother. tau = 8 nu / CorrelationRange^2 (kappa = sqrt(8 nu) / range) with the smoothness nu = OperatorPower -
    * 1, 1 by default, and OperatorPower - 3/2 in volumes, where distances are those within the volume. 0 (the default)
    * stands for 0.2 times the longest side of the bounding box of the input, or of the block. Edges longer than a third
-   * of the range cause a warning. Used in CORRELATION_RANGE mode.
+   * of the range at their place cause a warning. Used in CORRELATION_RANGE mode.
    */
   vtkSetClampMacro(CorrelationRange, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(CorrelationRange, double);
@@ -220,10 +238,10 @@ public:
 
   ///@{
   /**
-   * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n and
-   * the tau of the whole surface, without unit, at least 0: 0 is NEUMANN,
-   * large is DIRICHLET. For OperatorPower 2 the deviation at a straight boundary is that of the interior with 0.55, the
-   * default, and 0.82 of it with 1. At a plane boundary of a volume it is that of the interior with 1.
+   * Coefficient c of ROBIN, df/dn + c sqrt(tau) f = 0 with the outward normal n and the tau of the place (see
+   * RangeFactorArrayName), without unit, at least 0: 0 is NEUMANN, large is DIRICHLET. For OperatorPower 2 the
+   * deviation at a straight boundary is that of the interior with 0.55, the default, and 0.82 of it with 1. At a plane
+   * boundary of a volume it is that of the interior with 1.
    */
   vtkSetClampMacro(RobinCoefficient, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RobinCoefficient, double);
@@ -365,8 +383,48 @@ public:
 
   ///@{
   /**
-   * Name of the point array of the observations (second input) with the values, of NumberOfComponents components. Empty
-   * (the default) stands for the active scalars.
+   * Noise as a displacement of the surface, in world units, of three components whatever NumberOfComponents is. FREE: three
+   * independent components, which has StandardDeviation along every direction. NORMAL: one field times the unit vertex
+   * normal, the area-weighted mean of the face normals. TANGENTIAL: three independent fields without their part along that
+   * normal, which has StandardDeviation along every tangent direction. NORMAL and TANGENTIAL need triangles that are wound
+   * alike. Samples that invert triangles, as a deviation that is large for the range does, cause a warning; an
+   * OperatorPower of 3 or 4 gives smoother shapes. Default NO_DISPLACEMENT.
+   */
+  vtkSetClampMacro(Displacement, int, NO_DISPLACEMENT, TANGENTIAL);
+  vtkGetMacro(Displacement, int);
+  void SetDisplacementToNoDisplacement() { this->SetDisplacement(NO_DISPLACEMENT); }
+  void SetDisplacementToFree() { this->SetDisplacement(FREE); }
+  void SetDisplacementToNormal() { this->SetDisplacement(NORMAL); }
+  void SetDisplacementToTangential() { this->SetDisplacement(TANGENTIAL); }
+  ///@}
+
+  ///@{
+  /**
+   * Motion of the points of the output by the displacement, which stays as an array; normals are dropped. Used with a
+   * Displacement and one sample; several samples are an error. Default off.
+   */
+  vtkSetMacro(MovedPoints, bool);
+  vtkGetMacro(MovedPoints, bool);
+  vtkBooleanMacro(MovedPoints, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Meaning of the values of the observations of a Displacement. On: the positions that the points of the surface nearest to
+   * the observations are to take, world units. Off: the displacements of these points. With NORMAL and TANGENTIAL, the
+   * samples take the part along the normal, or across it; parts that are left out cause a warning that names the
+   * observations (UnreachedDistance). Default off.
+   */
+  vtkSetMacro(ObservedTargets, bool);
+  vtkGetMacro(ObservedTargets, bool);
+  vtkBooleanMacro(ObservedTargets, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Name of the point array of the observations (second input) with the values, of NumberOfComponents components, or 3 with
+   * a Displacement. Empty (the default) stands for the active scalars, or for the active vectors where these have three
+   * components, three are needed and the scalars have another number.
    */
   void SetObservationArray(const char* name);
   vtkGetCharFromStdStringMacro(ObservationArray);
@@ -403,7 +461,8 @@ public:
   ///@{
   /**
    * Standard deviation of the noise given the observations, as a point array with _StandardDeviation behind the name of
-   * the samples. Takes the time of several factorisations the first time. Default off.
+   * the samples; for TANGENTIAL the root mean square over the tangent directions. Takes the time of several
+   * factorisations the first time. Default off.
    */
   vtkSetMacro(PosteriorStandardDeviation, bool);
   vtkGetMacro(PosteriorStandardDeviation, bool);
@@ -457,6 +516,18 @@ public:
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 
+  /**
+   * Number of triangles whose normal after the Displacement is not within 90 degrees of that before: of all samples of the
+   * last update together.
+   */
+  vtkTypeInt64 GetNumberOfInvertedTriangles() const;
+
+  /**
+   * Largest length of the parts of the observed displacements that NORMAL or TANGENTIAL leaves out, world units; 0 when the
+   * last update warned of none.
+   */
+  double GetUnreachedDistance() const;
+
 protected:
   vtkMaternNoiseFilter();
   ~vtkMaternNoiseFilter() override;
@@ -495,6 +566,9 @@ private:
   bool Refinement = false;
   bool ActiveResult = false;
   bool CoherentNoise = false;
+  int Displacement = NO_DISPLACEMENT;
+  bool MovedPoints = false;
+  bool ObservedTargets = false;
   std::string ObservationArray;
   std::string ObservationDeviationArray;
   double Tolerance = 0.0;

@@ -145,6 +145,7 @@ int vtkMaternParameterEstimator::RequestData(
     const ObservedFields fields = points ? FieldsOfPoints(surface, points, this->ObservationArray, this->Tolerance)
                                          : FieldsOfSurface(surface, input, this->ObservationArray);
     surfsynth::MaternEstimationOptions options;
+    options.OperatorPower = this->OperatorPower;
     options.Noise = this->NoiseEstimation;
     options.Mean = this->MeanEstimation;
     this->Impl->Estimate = surfsynth::EstimateMatern(
@@ -174,6 +175,7 @@ void vtkMaternParameterEstimator::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "ObservationArray: " << this->ObservationArray << "\n";
   os << indent << "Tolerance: " << this->Tolerance << "\n";
+  os << indent << "OperatorPower: " << this->OperatorPower << "\n";
   os << indent << "NoiseEstimation: " << this->NoiseEstimation << "\n";
   os << indent << "MeanEstimation: " << this->MeanEstimation << "\n";
   os << indent << "CorrelationRange: " << this->GetCorrelationRange() << "\n";

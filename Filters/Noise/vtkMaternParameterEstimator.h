@@ -4,7 +4,7 @@
  * @brief   Estimates correlation range and deviations of Matérn fields from observations
  *
  * Finds the parameters of vtkMaternNoiseFilter that fit data: correlation range and standard deviation of a Matérn
- * field on the surface (smoothness 1), and the standard deviation of independent errors of the observations, by maximum
+ * field on the surface (smoothness OperatorPower - 1), and the standard deviation of independent errors of the observations, by maximum
  * likelihood, with their intervals of 95 % from the observed information. The likelihood is that of the finite-element
  * model itself [Lindgren2011], computed from sparse factors [Rue2005].
  *
@@ -66,6 +66,15 @@ public:
 
   ///@{
   /**
+   * Power alpha of the operator of the field, 2 to 4; it is given and not estimated. The power 1 has no correlation range.
+   * Time and memory increase with it. Default 2.
+   */
+  vtkSetClampMacro(OperatorPower, int, 2, 4);
+  vtkGetMacro(OperatorPower, int);
+  ///@}
+
+  ///@{
+  /**
    * Estimation of independent errors of the observations. Off, they are taken as exact. Default on.
    */
   vtkSetMacro(NoiseEstimation, bool);
@@ -115,6 +124,7 @@ private:
 
   std::string ObservationArray;
   double Tolerance = 0.0;
+  int OperatorPower = 2;
   bool NoiseEstimation = true;
   bool MeanEstimation = true;
 

@@ -56,7 +56,7 @@ FILTERS = (
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),
     ("Filters/Ensembles/vtkGaussianMixtureFilter.h", "Wrapping/ParaView/GaussianMixture.xml", 7, 2, set()),
     ("Filters/Noise/vtkMaternNoiseFilter.h", "Wrapping/ParaView/MaternNoise.xml", 16, 5, {"Observations"}),
-    ("Filters/Noise/vtkMaternParameterEstimator.h", "Wrapping/ParaView/MaternParameterEstimator.xml", 4, 6, {"Observations"}),
+    ("Filters/Noise/vtkMaternParameterEstimator.h", "Wrapping/ParaView/MaternParameterEstimator.xml", 5, 6, {"Observations"}),
     ("Filters/PoissonNet/vtkPoissonNetFilter.h", "Wrapping/ParaView/PoissonNet.xml", 8, 2, {"Conditions", "InstalledModels"}),
 )
 #: Defaults of ParaView that are not those of the classes, by class and property.

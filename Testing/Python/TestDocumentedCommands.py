@@ -159,6 +159,7 @@ def landmarks(path):
     points = icosphere(2, 50.0)[0][::40]
     mesh = polydata_of(points, np.zeros((0, 3), dtype=np.int64))
     add_array(mesh.GetPointData(), "Displacement", 2e-4 * points)
+    add_array(mesh.GetPointData(), "Target", 1.0002 * points)
     write_mesh(mesh, path)
 
 
@@ -337,7 +338,7 @@ INPUTS = {
     "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "coarse-hand.ply": lambda path: ball(path, 1)},
     "metrics": {"generated.vtm": blocks, "reference.vtm": blocks, "neutral.ply": lambda path: ball(path, 1),
                 **{f"{kind}_{k}.vtp": with_arrays for kind in ("made", "real") for k in (1, 2, 3)}},
-    "noise": {"in.stl": ball, "in.ply": ball, "in.off": ball},
+    "noise": {"in.stl": ball, "in.ply": ball, "in.off": ball, "bone.vtp": with_arrays, "landmarks.vtp": landmarks},
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},

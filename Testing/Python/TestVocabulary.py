@@ -25,7 +25,7 @@ from surfacesynthesis.geometric_texture import PREPARATIONS
 from surfacesynthesis.latent_diffusion import SAMPLERS, TRIANGULATIONS
 from surfacesynthesis.layout import ARRANGEMENTS, PLANES, UNITS
 from surfacesynthesis.metrics import DISTANCES
-from surfacesynthesis.noise import BOUNDARY_CONDITIONS, NOISE_MODELS
+from surfacesynthesis.noise import BOUNDARY_CONDITIONS, DISPLACEMENTS, NOISE_MODELS
 from surfacesynthesis.poisson_net import NORMALIZATIONS
 from surfacesynthesis.remeshing import HOLES
 from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
@@ -158,6 +158,7 @@ VALUES = [
     (DISTANCES, "vtkEnsembleMetrics", "Distance"),
     (NOISE_MODELS, "vtkMaternNoiseFilter", "NoiseModel"),
     (BOUNDARY_CONDITIONS, "vtkMaternNoiseFilter", "BoundaryCondition"),
+    (DISPLACEMENTS, "vtkMaternNoiseFilter", "Displacement"),
     (NORMALIZATIONS, "vtkPoissonNetFilter", "InputNormalization"),
     (HOLES, "vtkSurfaceRepairFilter", "HoleFilling"),
     (TEXTURE_WRAPS, "vtkFieldLatentEncoder", "TextureWrap"),

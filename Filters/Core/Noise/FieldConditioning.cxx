@@ -16,11 +16,11 @@ namespace surfsynth
 
 namespace
 {
-/// Columns of one product with C.
-constexpr Eigen::Index Together = 64;
-/// Memory for each vertex: four blocks of columns. And for each pair of observations: their covariance, its factor, and the
-/// copies while it is split.
-constexpr double BytesOfVertex = 4.0 * 8.0 * Together;
+/// Most columns of one product with C.
+constexpr Eigen::Index MostTogether = 64;
+/// Memory for each vertex and column of a product with C: four blocks. And for each pair of observations: their covariance,
+/// its factor, and the copies while it is split.
+constexpr double BytesOfVertex = 4.0 * 8.0;
 constexpr double BytesOfPair = 32.0;
 /// Variance of an exact observation given earlier ones, over its own, below which it follows from them.
 constexpr double DependentVariance = 1e-11;
@@ -41,7 +41,8 @@ void RequireObserved(bool condition, const std::string& text)
 
 std::string MebiBytes(double bytes) { return FormatNumber(std::ceil(bytes / 1048576.0)) + " MiB"; }
 
-void RequireMemory(Eigen::Index observations, Eigen::Index vertices, std::uint64_t limit)
+/// Number of columns of a product with C that fit. @throws InvalidInput as FieldConditioning, where there is no room for 1.
+Eigen::Index FittingColumns(Eigen::Index observations, Eigen::Index vertices, std::uint64_t limit)
 {
   const double blocks = BytesOfVertex * static_cast<double>(vertices);
   const double needed = BytesOfPair * static_cast<double>(observations) * static_cast<double>(observations) + blocks;
@@ -53,6 +54,8 @@ void RequireMemory(Eigen::Index observations, Eigen::Index vertices, std::uint64
       MebiBytes(needed) + "; expected at most " + FormatNumber(fitting) + ", which fit into " + MebiBytes(available) +
       ". Take fewer observations, or raise the memory limit.");
   }
+  const double columns = (available - needed + blocks) / std::max(blocks, 1.0);
+  return static_cast<Eigen::Index>(std::min(columns, static_cast<double>(MostTogether)));
 }
 
 /// Rows of @p matrix.
@@ -124,13 +127,13 @@ FieldConditioning::FieldConditioning(CovarianceProduct covariance, const SparseR
     std::to_string(deviations.size()) + " deviations; expected " + std::to_string(matrix.rows()) + ".");
   RequireObserved(deviations.allFinite() && (deviations.array() >= 0.0).all(),
     "a deviation is negative or not finite; expected numbers of at least 0.");
-  RequireMemory(matrix.rows(), matrix.cols(), memoryLimit);
+  this->Together = FittingColumns(matrix.rows(), matrix.cols(), memoryLimit);
   const Eigen::Index count = matrix.rows();
   const SparseRowMatrix transpose = matrix.transpose();
   Eigen::MatrixXd full(count, count);
-  for (Eigen::Index first = 0; first < count; first += Together)
+  for (Eigen::Index first = 0; first < count; first += this->Together)
   {
-    const Eigen::Index columns = std::min(Together, count - first);
+    const Eigen::Index columns = std::min(this->Together, count - first);
     Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(count, columns);
     chosen.middleRows(first, columns).setIdentity();
     full.middleCols(first, columns) = matrix * this->Covariance(transpose * chosen);
@@ -319,9 +322,9 @@ Eigen::VectorXd FieldConditioning::Variance(const Eigen::VectorXd& priorVariance
   Eigen::VectorXd variance = priorVariance;
   const Eigen::Index count = this->Root.rows();
   const SparseRowMatrix transpose = this->Matrix.transpose();
-  for (Eigen::Index first = 0; first < count; first += Together)
+  for (Eigen::Index first = 0; first < count; first += this->Together)
   {
-    const Eigen::Index columns = std::min(Together, count - first);
+    const Eigen::Index columns = std::min(this->Together, count - first);
     Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(count, columns);
     chosen.middleRows(first, columns).setIdentity();
     this->Root.triangularView<Eigen::Lower>().transpose().solveInPlace(chosen);

@@ -46,7 +46,8 @@ public:
   /// @param covariance product with C; is kept, and must stay valid
   /// @param matrix H, [n, V]
   /// @param deviations s, [n], >= 0, in the units of the field
-  /// @param memoryLimit bytes that S, its factor and blocks of columns may take, 32 n^2 + 2048 V
+  /// @param memoryLimit bytes that S, its factor and blocks of columns may take: 32 n^2, and 32 V for each of the up to 64
+  /// columns of a block
   /// @throws InvalidInput when shapes differ, a deviation is negative or not finite, the prior variance of an exact
   /// observation is 0, or the memory does not suffice (the text says how much is needed and how many observations fit);
   /// SolverFailure when S is not positive definite; Cancelled.
@@ -69,6 +70,9 @@ public:
   /// Posterior variance, [V], from that of the prior, the diagonal of C, in n products with C.
   Eigen::VectorXd Variance(const Eigen::VectorXd& priorVariance, const Progress& progress = {}) const;
 
+  /// Number of columns that one product with C takes within the memory limit, 1 to 64; worth keeping to for Sample().
+  Eigen::Index ColumnsTogether() const { return this->Together; }
+
   /// Number of observations that follow from others and were left out.
   Index NumberOfDependent() const { return static_cast<Index>(this->Dependent.size()); }
 
@@ -80,6 +84,7 @@ private:
   Eigen::MatrixXd SolveSystem(Eigen::MatrixXd rightHandSides) const;
 
   CovarianceProduct Covariance;
+  Eigen::Index Together;        ///< columns of one product with C
   SparseRowMatrix Matrix;       ///< rows of H that are kept, [m, V]
   Eigen::VectorXd Deviations;   ///< of all observations, [n]
   std::vector<Index> Kept;      ///< [m], observations in use

@@ -5,6 +5,11 @@
 #include "Core/Noise/MaternFieldInternals.h"
 #include "Core/Operators/VolumeOperators.h"
 
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+
 namespace surfsynth
 {
 
@@ -112,6 +117,45 @@ LatticeNoise VolumeDomain::Lattice(double) const
 double VolumeDomain::Variance(double tau, const MeshComponents& components, Index component) const
 {
   return MarginalVarianceInVolume(tau, components.Area[component], this->Options.OperatorPower);
+}
+
+double LongestEdgeForRange(const TetrahedralMesh& mesh, const MaternFieldOptions& options)
+{
+  const MaternFieldArrays& arrays = options.Arrays;
+  const bool isMatern = options.Model == NoiseModel::Matern;
+  const VolumeTensors tensors = IsAnisotropic(options)
+    ? DirectionTensors(mesh, arrays.Directions, options.AnisotropyRatio)
+    : VolumeTensors(0, 6);
+  double longest = 0.0;
+  for (Index t = 0; t < mesh.NumberOfTetrahedra(); ++t)
+  {
+    if (isMatern && !arrays.Barrier.empty() && arrays.Barrier[t])
+    {
+      continue;
+    }
+    Eigen::Matrix3d metric =
+      Eigen::Matrix3d::Identity(); // H^-1, with which lengths are those of a field without directions
+    if (tensors.rows() > 0)
+    {
+      const auto h = tensors.row(t);
+      metric << h(0), h(1), h(2), h(1), h(3), h(4), h(2), h(4), h(5);
+      metric = metric.inverse().eval();
+    }
+    for (int i = 0; i < 4; ++i)
+    {
+      for (int j = 0; j < i; ++j)
+      {
+        const Index a = mesh.Tetrahedra(t, i);
+        const Index b = mesh.Tetrahedra(t, j);
+        const Eigen::RowVector3d edge = mesh.Points.row(a) - mesh.Points.row(b);
+        const double factor = isMatern && arrays.RangeFactors.size() > 0
+          ? std::min(arrays.RangeFactors[a], arrays.RangeFactors[b])
+          : 1.0;
+        longest = std::max(longest, std::sqrt(std::max(edge.dot(edge * metric), 0.0)) / factor);
+      }
+    }
+  }
+  return longest;
 }
 
 } // namespace surfsynth

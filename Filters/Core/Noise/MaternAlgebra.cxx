@@ -108,10 +108,37 @@ double MaternField::Internals::LogDeterminantOfPrecision() const
   return sum;
 }
 
+void MaternField::Internals::RequireRoomForInverse() const
+{
+  if (!this->Solver || this->Options.VarianceCorrection) // then there was room when the field was made
+  {
+    return;
+  }
+  // Selected inversion holds two more factors for each power; with a limit that is given, that of the field counts, too.
+  const SparseMatrix& matrix = this->Solver->Matrix();
+  const std::uint64_t held = this->Options.FactorMemoryLimit > 0 ? 1U : 0U;
+  const std::uint64_t factors = held + 2U * static_cast<std::uint64_t>(this->Power());
+  const std::uint64_t needed = factors * CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
+  const std::uint64_t limit = this->FactorLimit();
+  if (needed > limit)
+  {
+    constexpr std::uint64_t MiB = 1U << 20U;
+    throw InvalidInput("MaternField: variances take about " + std::to_string(needed / MiB + 1) +
+      " MiB for the factors of the inverse; expected at most " + std::to_string(limit / MiB) +
+      " MiB. Raise the memory limit, or leave out the variances.");
+  }
+}
+
 Eigen::VectorXd MaternField::Internals::MarginalVariances(const Progress& progress) const
 {
   this->RequireAlgebra(this->Mass.size());
   this->RequireFactor("variances");
+  this->RequireRoomForInverse();
+  return this->InverseVariances(progress);
+}
+
+Eigen::VectorXd MaternField::Internals::InverseVariances(const Progress& progress) const
+{
   if (!this->Solver)
   {
     return Eigen::VectorXd::Zero(this->Mass.size());

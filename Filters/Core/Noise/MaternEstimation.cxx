@@ -68,29 +68,25 @@ public:
     Report(this->Reporting, std::min(0.99, this->Evaluations++ / ExpectedEvaluations));
     const double range = std::exp(at[0]);
     const double eta2 = std::exp(2.0 * at[1]);
-    const double tau = 8.0 / (range * range);
+    const int power = this->Options.OperatorPower;
+    const double tau = 8.0 * (power - 1) / (range * range);
     SparseMatrix screened = this->Stiffness;
     screened.diagonal() += (this->Mass.array() > 0.0).select(tau * this->Mass, 1.0);
-    Eigen::VectorXd roots(this->Mass.size()); // Q = (A D)^T A D with D = roots of the variance over the mass
+    Eigen::VectorXd roots(this->Mass.size()); // of the inverse mass
     double logarithms = 0.0;
     for (Index v = 0; v < roots.size(); ++v)
     {
       roots[v] = this->Mass[v] > 0.0 ? 1.0 / std::sqrt(this->Mass[v]) : 1.0;
-      logarithms += 2.0 * std::log(roots[v] * this->Amplitude(tau, v));
+      logarithms += 2.0 * (power - 1) * std::log(roots[v]) + 2.0 * std::log(this->Amplitude(tau, v));
     }
-    SparseMatrix scaled = roots.asDiagonal() * screened;
-    for (Index v = 0; v < roots.size(); ++v)
-    {
-      scaled.col(v) *= this->Amplitude(tau, v);
-    }
-    const SparseMatrix precision = SparseMatrix(scaled.transpose()) * scaled;
-    SparseMatrix posterior = precision + this->Normal * (1.0 / eta2);
+    const Precision precision = this->PrecisionOf(screened, roots, tau);
+    SparseMatrix posterior = precision.Product() + this->Normal * (1.0 / eta2);
     posterior = 0.5 * (posterior + SparseMatrix(posterior.transpose())); // symmetric to the last bit
     const CholeskySolver solver(posterior);
     Terms terms;
-    terms.Determinant = solver.LogDeterminant() - 2.0 * CholeskySolver(screened).LogDeterminant() - logarithms +
+    terms.Determinant = solver.LogDeterminant() - power * CholeskySolver(screened).LogDeterminant() - logarithms +
       static_cast<double>(this->Values.rows()) * 2.0 * at[1];
-    this->AddSquares(scaled, solver, eta2, terms);
+    this->AddSquares(precision, solver, eta2, terms);
     return terms;
   }
 
@@ -106,6 +102,49 @@ public:
   int NumberOfEvaluations() const { return this->Evaluations; }
 
 private:
+  /// Q = R^T B R: with D the root of the variance, R = M^-1/2 A D for alpha = 2, M^-1 A D for 3, M^-1/2 A M^-1 A D for 4,
+  /// and B = A for 3, else the identity.
+  struct Precision
+  {
+    SparseMatrix Root;   ///< R
+    SparseMatrix Middle; ///< B; empty for the identity
+
+    SparseMatrix Product() const
+    {
+      const SparseMatrix transpose = this->Root.transpose();
+      return this->Middle.size() > 0 ? SparseMatrix(transpose * SparseMatrix(this->Middle * this->Root))
+                                     : SparseMatrix(transpose * this->Root);
+    }
+    /// Sum of x^T Q x over the columns x.
+    double Square(const Eigen::MatrixXd& columns) const
+    {
+      const Eigen::MatrixXd image = this->Root * columns;
+      return this->Middle.size() > 0 ? image.cwiseProduct(this->Middle * image).sum() : image.squaredNorm();
+    }
+  };
+
+  Precision PrecisionOf(const SparseMatrix& screened, const Eigen::VectorXd& roots, double tau)
+  {
+    const int power = this->Options.OperatorPower;
+    const Eigen::VectorXd inverse = roots.cwiseAbs2();
+    Precision precision;
+    precision.Root = power == 3 ? SparseMatrix(inverse.asDiagonal() * screened)
+                                : SparseMatrix(roots.asDiagonal() * screened);
+    if (power == 3)
+    {
+      precision.Middle = screened;
+    }
+    if (power == 4)
+    {
+      precision.Root = precision.Root * SparseMatrix(inverse.asDiagonal() * screened);
+    }
+    for (Index v = 0; v < roots.size(); ++v)
+    {
+      precision.Root.col(v) *= this->Amplitude(tau, v);
+    }
+    return precision;
+  }
+
   /// Square root of the marginal variance of the unscaled field at vertex @p v.
   double Amplitude(double tau, Index v)
   {
@@ -119,8 +158,8 @@ private:
       this->Amplitudes.clear();
       for (std::size_t k = 0; k < static_cast<std::size_t>(this->Components.Count); ++k)
       {
-        this->Amplitudes.push_back(std::sqrt(MarginalVariance(
-          tau, this->Components.Area[k], this->Components.EulerCharacteristic[k], this->Components.Closed[k])));
+        this->Amplitudes.push_back(std::sqrt(MarginalVariance(tau, this->Components.Area[k],
+          this->Components.EulerCharacteristic[k], this->Components.Closed[k], this->Options.OperatorPower)));
       }
       this->AmplitudesOf = tau;
     }
@@ -128,7 +167,7 @@ private:
   }
 
   /// y^T S^-1 y = || y - H x ||^2 / eta^2 + x^T Q x with x = (Q + H^T H / eta^2)^-1 H^T y / eta^2.
-  void AddSquares(const SparseMatrix& root, const CholeskySolver& solver, double eta2, Terms& terms) const
+  void AddSquares(const Precision& precision, const CholeskySolver& solver, double eta2, Terms& terms) const
   {
     Eigen::MatrixXd centered = this->Values;
     terms.Means = Eigen::VectorXd::Zero(centered.cols());
@@ -140,7 +179,7 @@ private:
       centered.rowwise() -= terms.Means.transpose();
     }
     const Eigen::MatrixXd fields = Solve(solver, this->Transpose * centered / eta2);
-    terms.Square = (centered - this->Matrix * fields).squaredNorm() / eta2 + (root * fields).squaredNorm();
+    terms.Square = (centered - this->Matrix * fields).squaredNorm() / eta2 + precision.Square(fields);
   }
 
   static Eigen::MatrixXd Solve(const CholeskySolver& solver, const Eigen::MatrixXd& rightHandSides)
@@ -219,7 +258,15 @@ private:
   Trial Try(const Parameters& at)
   {
     const Parameters inside = this->Limits.Inside(at);
-    return { inside, this->Function.Deviance(inside) };
+    // Long ranges of large powers are not positive definite to working precision, and no candidates.
+    double deviance = std::numeric_limits<double>::infinity();
+    try
+    {
+      deviance = this->Function.Deviance(inside);
+    }
+    catch (const SolverFailure&)
+    {}
+    return { inside, std::isfinite(deviance) ? deviance : std::numeric_limits<double>::infinity() };
   }
 
   Trial BestOfGrid()
@@ -235,6 +282,11 @@ private:
         const Trial trial = this->Try(at);
         best = trial.Deviance < best.Deviance ? trial : best;
       }
+    }
+    if (!std::isfinite(best.Deviance))
+    {
+      throw SolverFailure("EstimateMatern: no matrix of the ranges that are looked at is positive definite to working "
+                          "precision; expected a mesh without needle triangles, or a smaller operator power.");
     }
     return best;
   }
@@ -389,6 +441,11 @@ MaternEstimate EstimateMatern(const TriangleMesh& mesh, const MeshTopology& topo
   const Eigen::MatrixXd& values, const MaternEstimationOptions& options, const Progress& progress)
 {
   RequireObservations(matrix, values, mesh.NumberOfPoints());
+  if (options.OperatorPower < 2 || options.OperatorPower > 4)
+  {
+    throw InvalidInput("EstimateMatern: the operator power is " + std::to_string(options.OperatorPower) +
+      "; expected 2, 3 or 4 (1 has no correlation range).");
+  }
   Likelihood likelihood(mesh, topology, matrix, values, options, progress);
   const Box box = Limits(mesh, options.Noise);
   const Trial best = Search(likelihood, box).Run();

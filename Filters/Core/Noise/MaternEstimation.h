@@ -18,6 +18,8 @@ namespace surfsynth
 /// Options of an estimation.
 struct MaternEstimationOptions
 {
+  /// alpha of the field, 2, 3 or 4: see MaternFieldOptions::OperatorPower. The factors grow with it.
+  int OperatorPower = 2;
   /// True estimates the standard deviation of independent errors of the observations; false takes it as 0 (1e-3 of that
   /// of the field, which keeps the system positive definite).
   bool Noise = true;
@@ -50,7 +52,7 @@ struct MaternEstimate
 };
 
 /// Estimates correlation range, standard deviation and deviation of the errors of a Matérn field (NoiseModel::Matern in
-/// CorrelationRange mode, smoothness 1) from R independent fields observed at n places.
+/// CorrelationRange mode, smoothness alpha - 1) from R independent fields observed at n places.
 ///
 /// The observations of a field are N(mu, sigma^2 (H Q^-1 H^T + eta^2 I)) with Q the precision of the field of unit
 /// deviation. By the determinant lemma their likelihood takes the sparse factors of L + tau M and Q + H^T H / eta^2
@@ -63,9 +65,9 @@ struct MaternEstimate
 /// below about ten ranges squared of area they are too narrow as a rule.
 /// @param matrix H, [n, V]: see ObservationMatrix()
 /// @param values [n, R], finite
-/// @throws InvalidInput when the shapes differ, there are fewer than 4 numbers or all are the same, or the likelihood
-/// increases up to the end of the ranges looked at, from the longest edge to 4 times the longest side of the bounding
-/// box: the text says which; SolverFailure when a matrix is not positive definite to working precision; Cancelled.
+/// @throws InvalidInput when the shapes differ, there are fewer than 4 numbers or all are the same, the operator power is
+/// none of 2, 3 and 4, or the likelihood increases up to the end of the ranges looked at, from the longest edge to 4
+/// times the longest side of the bounding box: the text says which; SolverFailure when a matrix is not positive definite to working precision; Cancelled.
 MaternEstimate EstimateMatern(const TriangleMesh& mesh, const MeshTopology& topology, const SparseRowMatrix& matrix,
   const Eigen::MatrixXd& values, const MaternEstimationOptions& options = {}, const Progress& progress = {});
 

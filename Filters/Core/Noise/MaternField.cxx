@@ -42,6 +42,7 @@ MaternField::Internals::Internals(
 {
   RequireArrays(options, this->Mesh.Points.rows(), this->Mesh.Triangles.rows());
   this->LongestEdge = LongestEdgeOf(this->Mesh);
+  this->LongestScaledEdge = LongestEdgeForRange(this->Mesh, options);
   this->LongestSide = ComputeBoundingBox(this->Mesh).LongestSide();
   if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
   {
@@ -61,6 +62,7 @@ MaternField::Internals::Internals(
 {
   RequireArrays(options, mesh.Points.rows(), mesh.Tetrahedra.rows());
   this->LongestEdge = FindLongestEdge(mesh);
+  this->LongestScaledEdge = LongestEdgeForRange(mesh, options);
   this->LongestSide = ComputeBoundingBox(mesh).LongestSide();
   if (options.Model != NoiseModel::Matern || options.Arrays.Barrier.empty())
   {
@@ -181,7 +183,7 @@ void MaternField::Internals::ChooseAmplitude(const FieldDomain& domain)
 void MaternField::Internals::CorrectAmplitude(const Progress& progress)
 {
   this->Amplitude.setOnes();
-  const Eigen::VectorXd variances = this->MarginalVariances(progress);
+  const Eigen::VectorXd variances = this->InverseVariances(progress);
   for (Index v = 0; v < this->Mass.size(); ++v)
   {
     this->Amplitude[v] = this->Mass[v] > 0.0 ? this->Options.StandardDeviation / std::sqrt(variances[v]) : 0.0;
@@ -202,15 +204,18 @@ void MaternField::Internals::Pin(const std::vector<bool>& pinned)
 void MaternField::Internals::FactorScreened(
   SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress)
 {
-  Eigen::VectorXd diagonal = this->Tau * this->Mass;
+  // Each vertex has its own kappa = sqrt(tau) / factor.
+  Eigen::VectorXd kappa = Eigen::VectorXd::Constant(this->Mass.size(), std::sqrt(this->Tau));
   const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
+  Eigen::VectorXd diagonal = this->Tau * this->Mass;
   if (ranges.size() > 0)
   {
+    kappa.array() /= ranges.array();
     diagonal.array() /= ranges.array().square();
   }
   if (boundary.size() > 0)
   {
-    diagonal += std::sqrt(this->Tau) * boundary;
+    diagonal += kappa.cwiseProduct(boundary);
   }
   if (this->Options.Boundary == BoundaryCondition::Dirichlet)
   {
@@ -247,10 +252,14 @@ void MaternField::Internals::FactorUnscreened(SparseMatrix matrix, const Progres
   this->Factor(std::move(matrix), progress);
 }
 
+std::uint64_t MaternField::Internals::FactorLimit() const
+{
+  return this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit : AvailableMemory() / 4 * 3;
+}
+
 bool MaternField::Internals::FactorFits(const SparseMatrix& matrix) const
 {
-  const std::uint64_t limit = this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit
-                                                                  : AvailableMemory() / 4 * 3;
+  const std::uint64_t limit = this->FactorLimit();
   const bool isCorrected = this->Options.Model == NoiseModel::Matern && this->Options.VarianceCorrection;
   // Selected inversion holds two more factors for each power.
   const std::uint64_t factors = isCorrected ? 1U + 2U * static_cast<std::uint64_t>(this->Power()) : 1U;
@@ -437,6 +446,12 @@ const char* MaternField::SolverName() const
 int MaternField::Iterations() const { return this->Impl->Iterative ? this->Impl->Iterative->Iterations() : 0; }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
+
+double MaternField::LongestEdgeOverRange() const
+{
+  const double range = this->EffectiveCorrelationRange();
+  return range > 0.0 ? this->Impl->LongestScaledEdge / range : 0.0;
+}
 
 const TriangleMesh& MaternField::Mesh() const { return this->Impl->Mesh; }
 

@@ -88,9 +88,9 @@ struct MaternFieldOptions
   /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
-  /// c for Robin, no unit (kappa = sqrt(tau) has that of 1 / length), >= 0: 0 is Neumann, large is Dirichlet. For
-  /// alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it with 1; in a
-  /// volume, at a plane boundary, it is that of the interior with 1, and 1.14 of it with 0.55.
+  /// c for Robin, no unit (kappa = sqrt(tau), that of the place, has that of 1 / length), >= 0: 0 is Neumann, large is
+  /// Dirichlet. For alpha = 2 the deviation at a straight boundary is that of the interior with 0.55, and 0.82 of it
+  /// with 1; in a volume, at a plane boundary, it is that of the interior with 1, and 1.14 of it with 0.55.
   double RobinCoefficient = 0.55;
   /// Ratio of the correlation range along Arrays.Directions to that across, > 0, no unit. CorrelationRange is their
   /// geometric mean: sqrt(ratio) times it along, 1 / sqrt(ratio) across; in a volume ratio^(2/3) and ratio^(-1/3).
@@ -201,6 +201,9 @@ public:
   int Iterations() const;
   /// Length of the longest edge, world units. Above about a third of the range the mesh is too coarse for the field.
   double LongestEdge() const;
+  /// Largest length of an edge over the correlation range at its place and in its direction (see MaternFieldArrays), no
+  /// unit: LongestEdge() / EffectiveCorrelationRange() for a range that is the same everywhere; 0 for fields without a range.
+  double LongestEdgeOverRange() const;
   /// Mesh of the field; its points, without triangles, in a volume.
   const TriangleMesh& Mesh() const;
   /// nu = alpha - d/2, with d = 2 on surfaces and 3 in volumes, for models with tau; as for alpha = 2 for others.
@@ -220,7 +223,8 @@ public:
   double LogDeterminantOfPrecision() const;
   /// Diagonal of C, [V] float64: the marginal variance at every vertex, exactly, in the time of
   /// MaternFieldOptions::VarianceCorrection.
-  /// @throws InvalidInput when SolverName() is "Multigrid", too.
+  /// @throws InvalidInput when SolverName() is "Multigrid", or the factors of the inverse exceed
+  /// MaternFieldOptions::FactorMemoryLimit, too.
   Eigen::VectorXd MarginalVariances(const Progress& progress = {}) const;
 
 private:

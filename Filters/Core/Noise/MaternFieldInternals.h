@@ -51,6 +51,10 @@ std::vector<bool> PinnedVertices(const MeshTopology& topology, const MaternField
 /// Lumped mass of the boundary times the coefficient of the Robin condition, [V]; empty for other conditions.
 Eigen::VectorXd RobinMass(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
 
+/// Largest length of an edge over the local range, for the global range 1, world units; triangles of barriers are left out.
+double LongestEdgeForRange(const TriangleMesh& mesh, const MaternFieldOptions& options);
+double LongestEdgeForRange(const TetrahedralMesh& mesh, const MaternFieldOptions& options);
+
 /// Returns @p mesh without the triangles that @p removed, [F], marks; all points stay.
 TriangleMesh WithoutTriangles(const TriangleMesh& mesh, const std::vector<bool>& removed);
 
@@ -77,13 +81,14 @@ public:
   void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
     LargeArray<double>& scratch, const Progress& progress);
 
-  TriangleMesh Mesh;          ///< mesh of the field; points only for a volume
-  int Dimension = 2;          ///< of the domain: 3 for a volume
-  MaternFieldOptions Options; ///< checked
-  double Tau = 0.0;           ///< see MaternField::EffectiveScreening()
-  double Gamma = 0.0;         ///< see MaternField::Gamma()
-  double LongestEdge = 0.0;   ///< see MaternField::LongestEdge()
-  double LongestSide = 0.0;   ///< of the box around the mesh
+  TriangleMesh Mesh;              ///< mesh of the field; points only for a volume
+  int Dimension = 2;              ///< of the domain: 3 for a volume
+  MaternFieldOptions Options;     ///< checked
+  double Tau = 0.0;               ///< see MaternField::EffectiveScreening()
+  double Gamma = 0.0;             ///< see MaternField::Gamma()
+  double LongestEdge = 0.0;       ///< see MaternField::LongestEdge()
+  double LongestScaledEdge = 0.0; ///< see LongestEdgeForRange()
+  double LongestSide = 0.0;       ///< of the box around the mesh
 
   /// The solver in use; null for models without one.
   const LinearSolver* InUse() const
@@ -131,6 +136,9 @@ private:
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
   void Factor(SparseMatrix matrix, const Progress& progress);
   bool FactorFits(const SparseMatrix& matrix) const;
+  std::uint64_t FactorLimit() const;
+  void RequireRoomForInverse() const;
+  Eigen::VectorXd InverseVariances(const Progress& progress) const;
   void RequireFactor(const char* use) const;
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }

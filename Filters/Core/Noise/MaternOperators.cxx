@@ -180,6 +180,46 @@ Eigen::VectorXd RobinMass(const TriangleMesh& mesh, const MeshTopology& topology
   return options.RobinCoefficient * BoundaryMass(mesh, topology, isMasked);
 }
 
+double LongestEdgeForRange(const TriangleMesh& mesh, const MaternFieldOptions& options)
+{
+  const MaternFieldArrays& arrays = options.Arrays;
+  const bool isMatern = options.Model == NoiseModel::Matern;
+  const bool isAnisotropic = isMatern && arrays.Directions.rows() > 0 && options.AnisotropyRatio != 1.0;
+  const FaceTensors tensors = isAnisotropic ? DirectionTensors(mesh, arrays.Directions, options.AnisotropyRatio)
+                                            : FaceTensors();
+  double longest = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    if (isMatern && !arrays.Barrier.empty() && arrays.Barrier[f])
+    {
+      continue;
+    }
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::RowVector3d x = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).normalized();
+    for (int k = 0; k < 3; ++k)
+    {
+      const Index a = t(k);
+      const Index b = t((k + 1) % 3);
+      const Eigen::RowVector3d edge = mesh.Points.row(b) - mesh.Points.row(a);
+      double squared = edge.squaredNorm();
+      if (isAnisotropic)
+      {
+        // e^T H^-1 e for tensors H = [[p, q], [q, r]] of determinant 1; signs of the second axis follow the triangle.
+        const double along = edge.dot(x);
+        const double side = k == 0 ? 0.0 : k == 1 ? 1.0 : -1.0;
+        const double across = side * std::sqrt(std::max(squared - along * along, 0.0));
+        squared = tensors(f, 2) * along * along - 2.0 * tensors(f, 1) * along * across +
+          tensors(f, 0) * across * across;
+      }
+      const double factor = isMatern && arrays.RangeFactors.size() > 0
+        ? std::min(arrays.RangeFactors[a], arrays.RangeFactors[b])
+        : 1.0;
+      longest = std::max(longest, std::sqrt(std::max(squared, 0.0)) / factor);
+    }
+  }
+  return longest;
+}
+
 TriangleMesh WithoutTriangles(const TriangleMesh& mesh, const std::vector<bool>& removed)
 {
   TriangleMesh rest{ mesh.Points, TriangleMatrix(mesh.Triangles.rows(), 3) };

@@ -243,6 +243,19 @@ TEST_F(FieldConditioningOnSurface, ExactObservationsThatFollowFromOthersAreMerge
   EXPECT_NO_THROW(noisy.Mean(contradiction.topRows(7)));
 }
 
+TEST_F(FieldConditioningOnSurface, LittleMemoryTakesFewerColumnsAtATimeForTheSameResult)
+{
+  const SparseRowMatrix matrix = ObservationMatrix(this->Mesh, this->Places(30));
+  const Eigen::MatrixXd values = Values(30);
+  const FieldConditioning wide = this->Conditioning(matrix, Deviations(30));
+  EXPECT_EQ(wide.ColumnsTogether(), 64);
+  const FieldConditioning narrow = this->Conditioning(matrix, Deviations(30), 3 * 32 * 642 + 32 * 900);
+  EXPECT_EQ(narrow.ColumnsTogether(), 3);
+  EXPECT_LE(MaximumNorm(narrow.Mean(values) - wide.Mean(values)), 1e-10 * MaximumNorm(values));
+  const Eigen::VectorXd prior = this->Field.MarginalVariances();
+  EXPECT_LE(MaximumNorm(narrow.Variance(prior) - wide.Variance(prior)), 1e-10 * MaximumNorm(prior));
+}
+
 TEST_F(FieldConditioningOnSurface, NoObservationsLeaveThePrior)
 {
   const FieldConditioning conditioning = this->Conditioning(
@@ -262,7 +275,7 @@ TEST_F(FieldConditioningOnSurface, WrongInputIsNamed)
   EXPECT_THAT(text(Eigen::VectorXd::Zero(4)), HasSubstr("4 deviations; expected 5"));
   EXPECT_THAT(text(Eigen::VectorXd::Constant(5, -1.0)), HasSubstr("negative or not finite"));
   EXPECT_THAT(text(Eigen::VectorXd::Constant(5, std::nan(""))), HasSubstr("negative or not finite"));
-  EXPECT_THAT(text(Eigen::VectorXd::Zero(5), 2048 * 642 + 32 * 16), HasSubstr("expected at most 4, which fit into"));
+  EXPECT_THAT(text(Eigen::VectorXd::Zero(5), 32 * 642 + 32 * 16), HasSubstr("expected at most 4, which fit into"));
   const FieldConditioning conditioning = this->Conditioning(matrix, Eigen::VectorXd::Zero(5));
   EXPECT_THAT(TextOf<InvalidInput>([&] { conditioning.Mean(Values(4)); }), HasSubstr("4 values; expected 5"));
   EXPECT_THAT(TextOf<InvalidInput>([&] { conditioning.Mean(Values(5) * std::nan("")); }), HasSubstr("not finite"));

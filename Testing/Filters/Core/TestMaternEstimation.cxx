@@ -35,11 +35,13 @@ protected:
   const MaternField Field = MakeField(this->Mesh);
   const SparseRowMatrix Matrix = ObservationMatrix(this->Mesh, Places(this->Mesh, 300));
 
-  static MaternField MakeField(const TriangleMesh& mesh)
+  static MaternField MakeField(
+    const TriangleMesh& mesh, int power = 2, double range = Range, double deviation = Deviation)
   {
     MaternFieldOptions options;
-    options.CorrelationRange = Range;
-    options.StandardDeviation = Deviation;
+    options.CorrelationRange = range;
+    options.StandardDeviation = deviation;
+    options.OperatorPower = power;
     return MaternField(mesh, options);
   }
 
@@ -58,10 +60,18 @@ protected:
   /// Observations of @p fields samples with errors.
   Eigen::MatrixXd Observe(std::uint64_t seed, std::uint32_t fields, double noise = Noise) const
   {
+    return this->Observe(this->Field, seed, fields, noise);
+  }
+  Eigen::MatrixXd ObserveSmooth(int power, std::uint64_t seed, std::uint32_t fields) const
+  {
+    return this->Observe(MakeField(this->Mesh, power), seed, fields, Noise);
+  }
+  Eigen::MatrixXd Observe(const MaternField& field, std::uint64_t seed, std::uint32_t fields, double noise) const
+  {
     SampleRequest request;
     request.Seed = seed;
     request.NumberOfComponents = fields;
-    Eigen::MatrixXd values = this->Matrix * this->Field.Sample(request);
+    Eigen::MatrixXd values = this->Matrix * field.Sample(request);
     Eigen::VectorXd errors(values.rows());
     for (std::uint32_t k = 0; k < fields; ++k)
     {
@@ -173,6 +183,62 @@ TEST_F(MaternEstimation, IntervalsHoldTheTruthInAboutNinetyFiveOfAHundredSimulat
   EXPECT_GE(range, 88);
   EXPECT_GE(deviation, 88);
   EXPECT_GE(noise, 88);
+}
+
+TEST_F(MaternEstimation, LikelihoodOfSmootherFieldsIsThatOfDenseMatricesAndLargest)
+{
+  for (const int power : { 3, 4 })
+  {
+    const Eigen::MatrixXd values = this->ObserveSmooth(power, 4, 2);
+    MaternEstimationOptions options;
+    options.OperatorPower = power;
+    const MaternEstimate found = EstimateMatern(this->Mesh, this->Topology, this->Matrix, values, options);
+    const auto dense = [&](double range, double deviation, double noise) {
+      const MaternField field = MakeField(this->Mesh, power, range, deviation);
+      const Eigen::Index points = this->Mesh.NumberOfPoints();
+      Eigen::MatrixXd covariance = this->Matrix * field.SolvePrecision(Eigen::MatrixXd::Identity(points, points)) *
+        this->Matrix.transpose();
+      covariance.diagonal().array() += noise * noise;
+      const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+      const Eigen::MatrixXd root = factor.matrixL();
+      return -0.5 * values.cwiseProduct(factor.solve(values)).sum() -
+        static_cast<double>(values.cols()) * root.diagonal().array().log().sum() -
+        0.5 * static_cast<double>(values.size()) * std::log(2.0 * M_PI);
+    };
+    const double range = found.CorrelationRange.Value;
+    const double deviation = found.StandardDeviation.Value;
+    const double noise = found.NoiseDeviation.Value;
+    const double largest = dense(range, deviation, noise);
+    EXPECT_NEAR(found.LogLikelihood, largest, 1e-7 * std::abs(largest)) << power;
+    for (const double factor : { 0.95, 1.05 })
+    {
+      EXPECT_LT(dense(factor * range, deviation, noise), largest) << power;
+      EXPECT_LT(dense(range, factor * deviation, noise), largest) << power;
+      EXPECT_LT(dense(range, deviation, factor * noise), largest) << power;
+    }
+  }
+}
+
+TEST_F(MaternEstimation, IntervalsOfSmootherFieldsHoldTheTruth)
+{
+  // Of 20 simulations, at 95 % each: fewer than 15 have a probability of 0.0003.
+  for (const int power : { 3, 4 })
+  {
+    int ranges = 0;
+    int deviations = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+      MaternEstimationOptions options;
+      options.OperatorPower = power;
+      const MaternEstimate found = EstimateMatern(
+        this->Mesh, this->Topology, this->Matrix, this->ObserveSmooth(power, 100 + seed, 1), options);
+      ranges += found.CorrelationRange.Lower < Range && Range < found.CorrelationRange.Upper ? 1 : 0;
+      deviations += found.StandardDeviation.Lower < Deviation && Deviation < found.StandardDeviation.Upper ? 1 : 0;
+    }
+    std::cout << "power " << power << ": " << ranges << " ranges and " << deviations << " deviations of 20\n";
+    EXPECT_GE(ranges, 15) << power;
+    EXPECT_GE(deviations, 15) << power;
+  }
 }
 
 TEST_F(MaternEstimation, FieldsWithoutErrorsHaveNone)

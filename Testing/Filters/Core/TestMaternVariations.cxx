@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
 
@@ -273,6 +274,55 @@ TEST(MaternField, BarriersCutTheCorrelationAndLeaveTheRest)
   {
     EXPECT_NEAR(corrected[v], sample(v, 0) == 0.0 && mesh.Points(v, 1) > 0.42 ? 0.0 : 1.0, 1e-9) << v;
   }
+}
+
+TEST(MaternField, AConstantRangeFactorIsAnotherRangeAtTheBoundaryToo)
+{
+  const TriangleMesh mesh = test::PlanePatch(20, 20, 2.0, 2.0, 0.1);
+  for (const BoundaryCondition boundary : { BoundaryCondition::Neumann, BoundaryCondition::Robin })
+  {
+    MaternFieldOptions options = ByRange(0.8);
+    options.Boundary = boundary;
+    options.VarianceCorrection = true;
+    const MaternField direct(mesh, options);
+    options.CorrelationRange = 1.6;
+    options.Arrays.RangeFactors = Eigen::VectorXd::Constant(mesh.NumberOfPoints(), 0.5);
+    const MaternField scaled(mesh, options);
+    EXPECT_LE((direct.Sample() - scaled.Sample()).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_NEAR(direct.LongestEdgeOverRange(), scaled.LongestEdgeOverRange(), 1e-12);
+    EXPECT_NEAR(direct.LongestEdgeOverRange(), direct.LongestEdge() / 0.8, 1e-12);
+  }
+}
+
+TEST(MaternField, LongestEdgeIsMeasuredInTheRangeOfItsDirection)
+{
+  // Right triangles with sides of 0.1 along x and 0.05 along y, and diagonals.
+  const TriangleMesh mesh = test::PlanePatch(20, 20, 2.0, 1.0, 0.0);
+  MaternFieldOptions options = ByRange(1.0);
+  options.AnisotropyRatio = 4.0;
+  options.Arrays.Directions = Everywhere(mesh, { 1.0, 0.0, 0.0 }); // ranges of 2 along x and 0.5 along y
+  EXPECT_NEAR(MaternField(mesh, options).LongestEdgeOverRange(), std::hypot(0.05, 0.1), 1e-12);
+  options.Arrays.Directions = Everywhere(mesh, { 0.0, 3.0, 0.0 }); // 0.5 along x and 2 along y
+  EXPECT_NEAR(MaternField(mesh, options).LongestEdgeOverRange(), std::hypot(0.2, 0.025), 1e-12);
+}
+
+TEST(MaternField, VariancesForWhichThereIsNoRoomAreAnError)
+{
+  const TriangleMesh mesh = test::Icosphere(5);
+  MaternFieldOptions options = ByRange(0.5);
+  options.FactorMemoryLimit = std::uint64_t(12) << 20; // the factor takes less, the factors of its inverse more
+  const MaternField field(mesh, options);
+  ASSERT_STREQ(field.SolverName(), "Cholesky");
+  std::string text = "none";
+  try
+  {
+    field.MarginalVariances();
+  }
+  catch (const InvalidInput& error)
+  {
+    text = error.what();
+  }
+  EXPECT_NE(text.find("expected at most 12 MiB"), std::string::npos) << text;
 }
 
 TEST(MaternField, RejectsMalformedArrays)

@@ -121,6 +121,57 @@ TEST(MaternNoiseArrays, ARefinedMaskHoldsBetweenItsPointsOnly)
   }
 }
 
+// The sign of a direction does not matter: d and -d are one axis, whose mean is no zero.
+TEST(MaternNoiseArrays, RefinedDirectionsAreAxes)
+{
+  auto surface = Grid(4).ToPolyData();
+  vtkNew<vtkDoubleArray> directions;
+  directions->SetName("direction");
+  directions->SetNumberOfComponents(3);
+  for (vtkIdType p = 0; p < surface->GetNumberOfPoints(); ++p)
+  {
+    const double sign = p % 2 == 0 ? 1.0 : -1.0;
+    directions->InsertNextTuple3(sign * 0.6, sign * 0.8, 0.0);
+  }
+  surface->GetPointData()->AddArray(directions);
+  const auto filter = FilterOn(surface);
+  filter->RefinementOn();
+  filter->SetCorrelationRange(0.3);
+  filter->SetDirectionArrayName("direction");
+  ASSERT_TRUE(Update(filter));
+  auto* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
+  ASSERT_GT(output->GetNumberOfPoints(), 2 * surface->GetNumberOfPoints());
+  EXPECT_EQ(output->GetPointData()->GetNumberOfArrays(), 2);
+  vtkDataArray* refined = output->GetPointData()->GetArray("direction");
+  for (vtkIdType p = 0; p < output->GetNumberOfPoints(); ++p)
+  {
+    const double along = 0.6 * refined->GetComponent(p, 0) + 0.8 * refined->GetComponent(p, 1);
+    EXPECT_NEAR(std::abs(along), 1.0, 1e-12) << p;
+    EXPECT_NEAR(0.8 * refined->GetComponent(p, 0), 0.6 * refined->GetComponent(p, 1), 1e-12) << p;
+    EXPECT_TRUE(p >= surface->GetNumberOfPoints() || refined->GetComponent(p, 0) == directions->GetComponent(p, 0));
+  }
+}
+
+TEST(MaternNoiseArrays, EdgesAreLongForTheRangeAtTheirPlace)
+{
+  auto surface = Grid(16).ToPolyData();
+  vtkNew<vtkDoubleArray> factors;
+  factors->SetName("factor");
+  for (vtkIdType p = 0; p < surface->GetNumberOfPoints(); ++p)
+  {
+    factors->InsertNextValue(surface->GetPoint(p)[0] < 0.3 ? 0.2 : 1.0);
+  }
+  surface->GetPointData()->AddArray(factors);
+  const auto filter = FilterOn(surface);
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(events.Warnings.empty());
+  filter->SetRangeFactorArrayName("factor");
+  ASSERT_TRUE(Update(filter));
+  ASSERT_EQ(events.Warnings.size(), 1U);
+  EXPECT_THAT(events.Warnings[0], HasSubstr("times the correlation range there, more than a third"));
+}
+
 TEST(MaternNoiseArrays, AreThoseOfTheFieldOfTheCore)
 {
   const auto surface = SurfaceWithArrays();

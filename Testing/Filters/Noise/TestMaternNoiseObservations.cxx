@@ -284,6 +284,27 @@ TEST(MaternNoiseObservations, APosteriorDeviationWithoutRoomForTheFactorIsAnErro
   EXPECT_THAT(ErrorOf(filter), testing::AllOf(HasSubstr("PosteriorStandardDeviation"), HasSubstr("MemoryLimit")));
 }
 
+TEST(MaternNoiseObservations, ExactOnesAreHonoredWhereMultigridSolves)
+{
+  const auto filter = FilterWith(ObservationsOf(2), Icosphere(5).ToPolyData());
+  filter->SetMemoryLimit(2); // the factor takes five MiB
+  filter->SetNumberOfComponents(2);
+  filter->SetNumberOfSamples(3);
+  filter->PosteriorMeanOn();
+  ASSERT_TRUE(Update(filter));
+  EXPECT_STREQ(filter->GetSolverName(), "Multigrid");
+  for (int observation = 0; observation < 3; ++observation)
+  {
+    for (int c = 0; c < 2; ++c)
+    {
+      const double expected = observation - 1.5 + 0.25 * c;
+      EXPECT_NEAR(AtObservation(filter, "MaternNoise_0", observation, c), expected, 1e-8);
+      EXPECT_NEAR(AtObservation(filter, "MaternNoise_2", observation, c), expected, 1e-8);
+      EXPECT_NEAR(AtObservation(filter, "MaternNoise_Mean", observation, c), expected, 1e-8);
+    }
+  }
+}
+
 TEST(MaternNoiseObservations, OtherModelsAreRefusedBeforeTheWork)
 {
   const auto filter = FilterWith(ObservationsOf());

@@ -308,6 +308,9 @@ TEST(MaternNoiseVolumes, RefuseWhatBelongsToSurfaces)
   filter->SetOperatorPower(1);
   EXPECT_THAT(ErrorOf(filter), HasSubstr("in a volume alpha = 1 has the smoothness nu = -1/2, no finite variance"));
   filter->SetOperatorPower(2);
+  filter->SetDisplacement(vtkMaternNoiseFilter::FREE);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("Displacement moves surfaces, and the input is a volume"));
+  filter->SetDisplacement(vtkMaternNoiseFilter::NO_DISPLACEMENT);
   EXPECT_TRUE(Update(filter)) << "the filter recovers";
 }
 

@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import flag, progress_callback
+from .arguments import at_most, flag, integer, progress_callback
 from .datasets import array_by_name, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .observations import observe
@@ -38,6 +38,7 @@ def estimate_matern(
     noise_estimation=True,
     mean_estimation=True,
     progress=None,
+    operator_power=2,
 ):
     """Correlation range, standard deviation and noise of Matérn fields by maximum likelihood, from one or many observed
     fields: the parameters with which matern_noise() makes fields like the data.
@@ -69,6 +70,8 @@ def estimate_matern(
         True estimates a constant mean of each field; False takes it as 0. Default True.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    operator_power : int
+        The power alpha of the operator of the field, 2 to 4, as that of matern_noise(), which is not estimated. Default 2.
 
     Returns
     -------
@@ -90,19 +93,26 @@ def estimate_matern(
     if observations is None and isinstance(observation_array, np.ndarray):
         is_pair = isinstance(mesh, (tuple, list))
         observation_array = array_by_name(dataset, "observation_array", observation_array, _GIVEN_VALUES, is_pair, 1)
-    algorithm = configured_filter(observation_array, observations, tolerance, noise_estimation, mean_estimation)
+    algorithm = configured_filter(observation_array, observations, tolerance, noise_estimation, mean_estimation, operator_power)
     for text in apply_filter(algorithm, dataset, progress)[1]:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
     return MaternEstimate(algorithm)
 
 
 def configured_filter(
-    observation_array=None, observations=None, tolerance=None, noise_estimation=True, mean_estimation=True
+    observation_array=None,
+    observations=None,
+    tolerance=None,
+    noise_estimation=True,
+    mean_estimation=True,
+    operator_power=2,
 ):
     """A vtkMaternParameterEstimator with the parameters of estimate_matern(), which raises TypeError and ValueError."""
     algorithm = vtkMaternParameterEstimator()
     algorithm.SetNoiseEstimation(flag("noise_estimation", noise_estimation))
     algorithm.SetMeanEstimation(flag("mean_estimation", mean_estimation))
+    power = at_most("operator_power", integer("operator_power", operator_power, 2), 4)
+    algorithm.SetOperatorPower(power)
     observe(algorithm, observations, observation_array, None, tolerance)
     return algorithm
 

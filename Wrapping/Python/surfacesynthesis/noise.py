@@ -36,6 +36,14 @@ NOISE_MODELS = {
     "spectral": vtkMaternNoiseFilter.SPECTRAL,
 }
 
+#: The directions of displacements, by the name that ``displacement`` takes.
+DISPLACEMENTS = {
+    "no_displacement": vtkMaternNoiseFilter.NO_DISPLACEMENT,
+    "free": vtkMaternNoiseFilter.FREE,
+    "normal": vtkMaternNoiseFilter.NORMAL,
+    "tangential": vtkMaternNoiseFilter.TANGENTIAL,
+}
+
 #: The conditions at the boundary, by the name that ``boundary_condition`` takes.
 BOUNDARY_CONDITIONS = {
     "neumann": vtkMaternNoiseFilter.NEUMANN,
@@ -76,6 +84,9 @@ def matern_noise(
     tolerance=None,
     posterior_mean=False,
     posterior_standard_deviation=False,
+    displacement="no_displacement",
+    moved_points=False,
+    observed_targets=False,
 ):
     """Gaussian random fields on a surface or in a volume, whose statistics do not depend on its mesh.
 
@@ -150,7 +161,7 @@ def matern_noise(
         is 0, which raises the deviation there; "dirichlet": the noise is 0; "robin": between both.
     robin_coefficient : float, optional
         Coefficient c of "robin", df/dn + c sqrt(tau) f = 0 with the outward normal n and the tau of the
-        whole surface, without unit, at least 0.
+        place, without unit, at least 0.
         Default 0.55, with which the deviation at a straight boundary is that of the interior for ``operator_power`` 2;
         at a plane boundary of a volume it is with 1.
     boundary_array : str, optional
@@ -180,8 +191,8 @@ def matern_noise(
         samples are then samples of the noise given the observations (its posterior). Goes with the noise model
         "matern" and a single surface or volume.
     observation_array : str or numpy.ndarray, optional
-        The point array of the observations with the values, of ``components`` components; or an array [n] or [n, C].
-        Default: the active scalars.
+        The point array of the observations with the values, of ``components`` components, or 3 with ``displacement``; or an
+        array [n] or [n, C]. Default: the active scalars, or vectors where only these have three components that are needed.
     observation_deviation_array : str or numpy.ndarray, optional
         The point array of the observations with the standard deviations of the values, at least 0; or an array [n].
         Where it is 0, the samples take the value to 1e-8. Default: 0 everywhere.
@@ -191,7 +202,22 @@ def matern_noise(
     posterior_mean : bool
         True adds the mean of the noise given the observations, as array ``name_Mean``. Default False.
     posterior_standard_deviation : bool
-        True adds its standard deviation, as array ``name_StandardDeviation``. Default False.
+        True adds its standard deviation, as array ``name_StandardDeviation``; for "tangential" the root mean square over the
+        tangent directions. Default False. Both go with ``observations``.
+    displacement : str
+        "free", "normal" or "tangential" for noise that is a displacement of the surface, in world units, of three components:
+        three independent ones; one field times the unit vertex normal; or three fields without their part along that normal.
+        The standard deviation is ``standard_deviation`` along every one of the directions, exactly with
+        ``variance_correction``, and 0 along the others. "normal" and "tangential" need triangles that are wound alike.
+        Samples that invert triangles cause a warning; an ``operator_power`` of 3 or 4 gives smoother shapes. With
+        ``observations`` the samples are shapes through landmarks. Default "no_displacement".
+    moved_points : bool
+        True moves the points of the result by the displacement, which stays as an array; normals are dropped. Goes with
+        ``displacement`` and one sample. Default False.
+    observed_targets : bool
+        True when the values of the observations are the positions that the points of the surface nearest to them are to
+        take; False when they are the displacements of these points. Parts that the directions exclude cause a warning that
+        names the observations. Goes with ``displacement`` and ``observations``. Default False.
 
     Returns
     -------
@@ -201,8 +227,8 @@ def matern_noise(
         vectors, where ``mesh`` has none. Points that no polygon, strip or tetrahedron uses get 0. An instance of a
         Python subclass is returned when its constructor takes a VTK dataset, or none.
     numpy.ndarray, for a pair
-        The noise, float64, of shape [V]. ``samples``, when given (even 1), adds an axis in front and ``components``
-        larger than 1 an axis at the end: [V], [V, C], [N, V] or [N, V, C].
+        The noise, float64, of shape [V]. ``samples``, when given (even 1), adds an axis in front, and ``components``
+        larger than 1, or a ``displacement``, an axis at the end: [V], [V, C], [N, V] or [N, V, C].
 
     Raises
     ------
@@ -243,7 +269,12 @@ def matern_noise(
         tolerance=tolerance,
         posterior_mean=posterior_mean,
         posterior_standard_deviation=posterior_standard_deviation,
+        displacement=displacement,
+        moved_points=moved_points,
+        observed_targets=observed_targets,
     )
+    if isinstance(mesh, (tuple, list)) and moved_points:
+        raise ValueError("moved_points moves those of a dataset: give mesh as a vtkPolyData, not as a pair of arrays")
     if isinstance(mesh, (tuple, list)) and (posterior_mean or posterior_standard_deviation):
         raise ValueError("posterior arrays are added to a dataset: give mesh as a dataset, not as a pair of arrays")
     progress_callback(progress)
@@ -284,6 +315,9 @@ def configured_filter(
     tolerance=None,
     posterior_mean=False,
     posterior_standard_deviation=False,
+    displacement="no_displacement",
+    moved_points=False,
+    observed_targets=False,
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
     model_id = choice("noise_model", noise_model, NOISE_MODELS)
@@ -338,6 +372,14 @@ def configured_filter(
     noise.SetPosteriorMean(flag("posterior_mean", posterior_mean))
     noise.SetPosteriorStandardDeviation(flag("posterior_standard_deviation", posterior_standard_deviation))
     observe(noise, observations, observation_array, observation_deviation_array, tolerance)
+    noise.SetDisplacement(choice("displacement", displacement, DISPLACEMENTS))
+    noise.SetMovedPoints(flag("moved_points", moved_points))
+    noise.SetObservedTargets(flag("observed_targets", observed_targets))
+    given = {"observation_array": observation_array, "observation_deviation_array": observation_deviation_array,
+             "tolerance": tolerance, "posterior_mean": posterior_mean or None,
+             "posterior_standard_deviation": posterior_standard_deviation or None,
+             "observed_targets": observed_targets or None}
+    _check_observations(noise, observations, [key for key, value in given.items() if value is not None], components)
     if noise_model != "matern" and (coherent_noise or observations is not None):
         argument = "coherent_noise" if coherent_noise else "observations"
         raise ValueError(f"{argument} has no meaning for the model '{noise_model}'")
@@ -363,6 +405,20 @@ def _check_variations(noise, model, arrays, robin_coefficient, anisotropy_ratio)
         raise ValueError("anisotropy_ratio goes with direction_array")
 
 
+def _check_observations(noise, observations, given, components):
+    """Raises ValueError for arguments of observations and displacements that would have no effect."""
+    if observations is None and given:
+        raise ValueError(f"{given[0]} goes with observations")
+    displaced = noise.GetDisplacement() != vtkMaternNoiseFilter.NO_DISPLACEMENT
+    for key, value in (("moved_points", noise.GetMovedPoints()), ("observed_targets", noise.GetObservedTargets())):
+        if value and not displaced:
+            raise ValueError(f"{key} goes with displacement")
+    if displaced and components not in (1, 3):
+        raise ValueError(f"a displacement has 3 components, not {components}")
+    if noise.GetMovedPoints() and noise.GetNumberOfSamples() > 1:
+        raise ValueError(f"moved_points goes with one sample, not {noise.GetNumberOfSamples()}")
+
+
 def _check_combination(model, scales, deviation, corrected):
     """Raises ValueError for arguments that exclude each other or would have no effect."""
     if len(scales) > 1:
@@ -384,7 +440,8 @@ def array_names(noise):
 
 def _array(output, noise, samples_axis):
     """The arrays that a filter added, as one NumPy array."""
-    points, components = output.GetNumberOfPoints(), noise.GetNumberOfComponents()
+    displaced = noise.GetDisplacement() != vtkMaternNoiseFilter.NO_DISPLACEMENT
+    points, components = output.GetNumberOfPoints(), 3 if displaced else noise.GetNumberOfComponents()
     values = np.zeros((noise.GetNumberOfSamples(), points, components))
     if points > 0:
         for sample, name in enumerate(array_names(noise)):

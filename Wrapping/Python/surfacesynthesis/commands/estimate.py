@@ -47,6 +47,13 @@ def add(commands):
         help="largest distance of an observation from the surface (default: a hundredth of the longest side of its box)",
     )
     model = parser.add_argument_group("model")
+    model.add_argument(
+        "--operator-power",
+        type=int,
+        default=2,
+        metavar="ALPHA",
+        help="power of the operator of the field, 2 to 4, which is not estimated (default: 2)",
+    )
     model.add_argument("--no-noise-estimation", action="store_true", help="take the observations as exact")
     model.add_argument("--no-mean-estimation", action="store_true", help="take the mean of each field as 0")
     output = parser.add_argument_group("output")
@@ -67,6 +74,7 @@ def run(arguments):
         tolerance=arguments.tolerance,
         noise_estimation=not arguments.no_noise_estimation,
         mean_estimation=not arguments.no_mean_estimation,
+        operator_power=arguments.operator_power,
     )
     run_filter(algorithm, mesh, arguments)
     estimate = MaternEstimate(algorithm)

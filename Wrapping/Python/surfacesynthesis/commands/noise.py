@@ -35,6 +35,7 @@ examples:
   %(prog)s in.ply bumpy.stl --range 5 --warp 0.3
   %(prog)s in.vtu out.vtu --range 25 --variance-correction
   %(prog)s in.off out.vtp --components 3 --standard-deviation 0.2 --seed 7
+  %(prog)s bone.vtp out.vtp --displacement free --observations landmarks.vtp --observation-array Displacement
 """
 )
 
@@ -88,6 +89,13 @@ def add(commands):
     )
     noise.add_argument("--components", type=int, default=1, metavar="C", help="components per sample (default: 1)")
     noise.add_argument(
+        "--displacement",
+        default="no_displacement",
+        choices=["no_displacement", "free", "normal", "tangential"],
+        metavar="DIRECTIONS",
+        help="noise that displaces the surface, in its units: free, normal, tangential (default: no_displacement)",
+    )
+    noise.add_argument(
         "--eigenpairs", type=int, default=256, metavar="K", help="eigenpairs of the noise model spectral (default: 256)"
     )
 
@@ -105,8 +113,11 @@ def add(commands):
         "--warp",
         type=float,
         metavar="SCALE",
-        help="move the points by SCALE times the noise, along the normals or, with --components 3, along the noise "
-        "itself; with several samples, OUTPUT_0, OUTPUT_1, ... are written",
+        help="move the points by SCALE times the noise, along the normals or, with --components 3 or --displacement, along the "
+        "noise itself; with several samples, OUTPUT_0, OUTPUT_1, ... are written",
+    )
+    output.add_argument(
+        "--moved-points", action="store_true", help="move the points by the displacement, and keep it as an array"
     )
     add_running_options(output)
     add_reading_options(parser)
@@ -174,6 +185,11 @@ def _add_observation_options(parser):
         action="store_true",
         help="add the standard deviation given the observations, NAME_StandardDeviation",
     )
+    given.add_argument(
+        "--observed-targets",
+        action="store_true",
+        help="with --displacement: their values are positions that the surface is to pass through, not displacements",
+    )
 
 
 def run(arguments):
@@ -227,6 +243,9 @@ def _filter_of(arguments):
         tolerance=arguments.tolerance,
         posterior_mean=arguments.posterior_mean,
         posterior_standard_deviation=arguments.posterior_standard_deviation,
+        displacement=arguments.displacement,
+        moved_points=arguments.moved_points,
+        observed_targets=arguments.observed_targets,
     )
 
 
@@ -234,10 +253,12 @@ def _check_output(arguments, files):
     """Refuses an output that cannot hold the noise, before anything is read."""
     as_usage(files.extension, arguments.input)
     kind = as_usage(files.extension, arguments.output)
-    if arguments.warp is None and kind in files.GEOMETRY_ONLY:
+    if arguments.warp is None and kind in files.GEOMETRY_ONLY and not arguments.moved_points:
         raise UsageError(
             f"{kind} files cannot hold the noise: write .vtp, .vtk or .ply, or move the points with --warp SCALE"
         )
+    if arguments.warp is not None and arguments.moved_points:
+        raise UsageError("--warp and --moved-points exclude each other: both move the points")
     if arguments.warp is not None and not abs(arguments.warp) < float("inf"):
         raise UsageError(f"--warp must be a finite number, not {arguments.warp:g}")
     if arguments.warp is not None and arguments.components not in (1, 3):
