@@ -116,7 +116,7 @@ def check_bone_shapes(folder):
     shutil.rmtree(output, ignore_errors=True)
     done = run("xvfb-run", "-a", sys.executable, os.path.join(HERE, "bone_shapes.py"), surface, "--output", output)
     assert done.returncode == 0
-    check_picture(os.path.join(output, "bone_shapes.png"), 1700, rows=2)
+    check_picture(os.path.join(output, "bone_shapes.png"), 1600, rows=2)
     assert float(re.search(r"met within (\S+) mm", done.stdout)[1]) < 1e-6, done.stdout
     reference, mean = (float(re.search(rf"{name} (\S+) mm", done.stdout)[1]) for name in ("reference", "mean shape"))
     assert mean < reference, done.stdout
@@ -137,8 +137,8 @@ def check_picture(path, width, rows=1):
         assert 0.05 < used < 0.95, f"{100 * used:.1f} % of {path} differs from the background"
 
 
-def check_medical(folder):
-    """A small ball in a volume that is turned and moved, and the femur."""
+def write_ball(folder):
+    """Writes a small ball in a volume that is turned and moved; returns the file."""
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(np.float32)
     image = vtkImageData()
     image.SetDimensions(25, 25, 25)
@@ -153,6 +153,25 @@ def check_medical(folder):
     writer.SetFileName(volume)
     writer.SetInputData(image)
     writer.Write()
+    return volume
+
+
+def check_brain_fields(folder):
+    """Random fields in a small ball of tetrahedra."""
+    output = os.path.join(folder, "brain_fields")
+    shutil.rmtree(output, ignore_errors=True)
+    script = os.path.join(HERE, "brain_fields.py")
+    done = run("xvfb-run", "-a", sys.executable, script, write_ball(folder), "--edge-length", "3", "--output", output)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "brain_fields.png"), 1800, rows=2)
+    data = surfacesynthesis.read_mesh(os.path.join(output, "brain_fields.vtu")).GetPointData()
+    deviation = vtk_to_numpy(data.GetArray("MaternNoise_StandardDeviation"))
+    assert deviation.min() < 1e-6 and deviation.max() < 1.1, "exact observations"
+
+
+def check_medical(folder):
+    """A small ball in a volume that is turned and moved, and the femur."""
+    volume = write_ball(folder)
     output = os.path.join(folder, "medical")
     shutil.rmtree(output, ignore_errors=True)
     script = os.path.join(HERE, "medical.py")
@@ -438,6 +457,7 @@ if __name__ == "__main__":
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "random_fields": check_random_fields,
+        "brain_fields": check_brain_fields,
         "atlas_and_shapes": check_atlas_and_shapes,
         "medical": check_medical,
         "bone_shapes": check_bone_shapes,

@@ -19,6 +19,9 @@ namespace
 {
 /// Rounds of moves. One is enough unless moves of neighbors cancel.
 constexpr std::uint32_t Rounds = 3;
+/// Distance from the centroid, over the radius of the mean vertex area element, below which vertices move: closer ones are
+/// where samples have spots of the opposite color, about one vertex in a hundred.
+constexpr double CentralPart = 0.05;
 /// Least part of an edge that a vertex moves along, and the range of parts.
 constexpr double LeastMove = 0.1;
 constexpr double RangeOfMoves = 0.15;
@@ -101,18 +104,18 @@ void MoveRegularVertices(const TriangleMesh& surface, Surface& triangulation, st
   for (std::uint32_t round = 0; round < Rounds; ++round)
   {
     const WeldedSurface welded(triangulation);
-    const std::vector<Index> regular = RegularVertices(welded.Rings);
-    if (regular.empty())
+    const std::vector<Index> central = CentralVertices(welded.Rings, CentralPart);
+    if (central.empty())
     {
       return;
     }
-    const std::vector<SurfacePlace> found = NearestPlaces(surface).Find(MovedPoints(welded, regular, round));
+    const std::vector<SurfacePlace> found = NearestPlaces(surface).Find(MovedPoints(welded, central, round));
     for (std::size_t p = 0; p < welded.VertexOfPoint.size(); ++p)
     {
-      const auto vertex = std::lower_bound(regular.begin(), regular.end(), welded.VertexOfPoint[p]);
-      if (vertex != regular.end() && *vertex == welded.VertexOfPoint[p])
+      const auto vertex = std::lower_bound(central.begin(), central.end(), welded.VertexOfPoint[p]);
+      if (vertex != central.end() && *vertex == welded.VertexOfPoint[p])
       {
-        places[p] = found[static_cast<std::size_t>(vertex - regular.begin())];
+        places[p] = found[static_cast<std::size_t>(vertex - central.begin())];
         triangulation.Mesh.Points.row(static_cast<Eigen::Index>(p)) = PointAt(surface, places[p]);
       }
     }

@@ -17,8 +17,9 @@
 namespace surfsynth
 {
 
-/// Moves the vertices of regular parts, RegularVertices(), along an edge each, by a random 0.1 to 0.25 of its length, then to
-/// the nearest place of the surface that @p triangulation is one of; in rounds until none is left, at most three. A vertex
+/// Moves the vertices near the centroids of their rings, CentralVertices() with 0.05, which include those of regular parts,
+/// along an edge each, by a random 0.1 to 0.25 of its length, then to the nearest place of the surface that
+/// @p triangulation is one of; in rounds until none is left, at most three. A vertex
 /// on a crease of more than 60 degrees moves along the crease; one where three or more creases meet stays. All other
 /// vertices keep their bits. Deterministic.
 /// @param surface mesh that places lie on

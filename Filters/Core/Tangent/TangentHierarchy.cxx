@@ -225,14 +225,26 @@ TangentHierarchy::TangentHierarchy(const OneRings& rings)
   }
 }
 
-std::vector<Index> RegularVertices(const OneRings& rings)
+std::vector<Index> CentralVertices(const OneRings& rings, double part)
 {
-  const double least = CentroidRadius * RadiusOf(AreasOf(rings));
-  std::vector<std::uint8_t> central;
+  const double least = part * RadiusOf(AreasOf(rings));
+  std::vector<Index> found;
   for (Index v = 0; v < rings.NumberOfPoints(); ++v)
   {
-    const bool used = rings.RingStart[v] < rings.RingStart[v + 1];
-    central.push_back(used && std::abs(RingCentroid(rings, v)) < least ? 1 : 0);
+    if (rings.RingStart[v] < rings.RingStart[v + 1] && std::abs(RingCentroid(rings, v)) < least)
+    {
+      found.push_back(v);
+    }
+  }
+  return found;
+}
+
+std::vector<Index> RegularVertices(const OneRings& rings)
+{
+  std::vector<std::uint8_t> central(static_cast<std::size_t>(rings.NumberOfPoints()), 0);
+  for (const Index v : CentralVertices(rings, CentroidRadius))
+  {
+    central[v] = 1;
   }
   std::vector<Index> found;
   for (Index v = 0; v < rings.NumberOfPoints(); ++v)

@@ -57,6 +57,10 @@ struct TangentHierarchy
   std::vector<Index> Members;                ///< [V], vertices by cluster, ascending in each
 };
 
+/// Returns the vertices within @p part of the radius r of the centroid of their ring, ascending: |m| < part r, see
+/// TangentNeighborhoods::Centroids. Directions of such rings are uncertain.
+std::vector<Index> CentralVertices(const OneRings& rings, double part);
+
 /// Returns the vertices of regular parts of a surface, ascending: those at the centroid of their ring, with a neighbor of
 /// which the same holds. At a centroid is a vertex with |m| < 1e-3 r: see TangentNeighborhoods::Centroids. Such rings have
 /// no direction of their own, and a field latent of one flat color is 0 there whatever the color; at 3e-3 r colors are
