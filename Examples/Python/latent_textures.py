@@ -40,7 +40,7 @@ from surfacesynthesis.files.images import read_image  # noqa: E402
 
 SIZE = (400, 390)
 #: Models, and the arrays that guide them.
-MODELS = {"wood": {"direction": "Direction"}, "tissue": {}, "coat": {"label": "Label"}}
+MODELS = {"wood": {"direction": "Direction"}, "tissue": {"label": "Label"}, "coat": {"label": "Label"}}
 #: The direction that the training surfaces are seen from.
 SHEET = (0.15, -0.25, 1.0)
 #: Scanned surfaces, vertices that carry their texture, and the direction that they are seen from.
@@ -48,9 +48,9 @@ TARGETS = {"bear": (6000, (0.3, 0.2, 1.0)), "knot1": (8000, (0.1, 0.2, 1.0))}
 #: Vertices of the training surface for a texture twice as large, as it was learnt, and half as large.
 SIZES = (750, 3000, 12000)
 #: Vertices of the training surfaces.
-TRAINED = {"wood": 3000, "tissue": 3500, "coat": 3000}
+TRAINED = {"wood": 3000, "tissue": 4500, "coat": 3000}
 #: Angle, in radians, of the waves of labels for tissue along the longest side of a scanned surface.
-GLANDS = 16.0
+GLANDS = 11.0
 #: Middle and radius of the hole of the inpainted texture, in texture coordinates.
 HOLE = (0.5, 0.5, 0.3)
 
@@ -96,12 +96,12 @@ def guided(mesh, model):
     directed = with_array(mesh, "Direction", np.tile(direction, (mesh.GetNumberOfPoints(), 1)))
     if model == "tissue":
         phases = GLANDS * (points - points.mean(axis=0)) / np.ptp(points, axis=0).max() + (0.4, 1.1, 2.3)
-        return labeled(directed, np.sin(phases).sum(axis=1) > 0.5)
+        return labeled(directed, np.sin(phases).sum(axis=1) > 0.3)
     return labeled(directed, points[:, axis] < 0.5 * (points[:, axis].min() + points[:, axis].max()))
 
 
 def labeled(mesh, labels):
-    """The surface with labels for coats: 0 for spots, 1 for stripes."""
+    """The surface with labels: 0 for spots and stroma, 1 for stripes and glands."""
     return with_array(mesh, "Label", np.broadcast_to(labels, mesh.GetNumberOfPoints()).astype(np.int32))
 
 

@@ -163,8 +163,8 @@ public:
    * Standard deviation of the noise, in units of the output; at least 0. Accurate on closed surfaces, within 5 % where
    * edges are shorter than about a tenth of the range and parts are wider than the range; the deviation is larger on
    * coarser meshes, on thin parts, and within about one range of an open boundary (by a factor sqrt(2) at a straight
-   * one). In volumes it is smaller on coarse meshes, as the field varies between points: by 8 % where edges are a tenth
-   * of the range. It is exact everywhere with VarianceCorrection. Used in CORRELATION_RANGE mode, with
+   * one). In volumes it is smaller on coarse meshes, as the field varies between points: by up to 10 % where edges are
+   * a tenth of the range. It is exact everywhere with VarianceCorrection. Used in CORRELATION_RANGE mode, with
    * VarianceCorrection, and by PER_VERTEX. Default 1.
    */
   vtkSetClampMacro(StandardDeviation, double, 0.0, VTK_DOUBLE_MAX);

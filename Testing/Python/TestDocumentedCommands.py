@@ -38,7 +38,8 @@ from TestScannerFiles import series
 from TestTextureCommands import pattern, write_textured_ball
 from TestVolumes import nifti
 from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkImageData, vtkMultiBlockDataSet, vtkUnstructuredGrid
 from vtkmodules.vtkIOImage import vtkPNGWriter
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -161,6 +162,16 @@ def landmarks(path):
     add_array(mesh.GetPointData(), "Displacement", 2e-4 * points)
     add_array(mesh.GetPointData(), "Target", 1.0002 * points)
     write_mesh(mesh, path)
+
+
+def tetrahedron(path):
+    grid = vtkUnstructuredGrid()
+    points = vtkPoints()
+    for point in ((0, 0, 0), (5, 0, 0), (0, 5, 0), (0, 0, 5)):
+        points.InsertNextPoint(*point)
+    grid.SetPoints(points)
+    grid.InsertNextCell(VTK_TETRA, 4, (0, 1, 2, 3))
+    write_mesh(grid, path)
 
 
 def with_arrays(path):
@@ -338,7 +349,8 @@ INPUTS = {
     "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "coarse-hand.ply": lambda path: ball(path, 1)},
     "metrics": {"generated.vtm": blocks, "reference.vtm": blocks, "neutral.ply": lambda path: ball(path, 1),
                 **{f"{kind}_{k}.vtp": with_arrays for kind in ("made", "real") for k in (1, 2, 3)}},
-    "noise": {"in.stl": ball, "in.ply": ball, "in.off": ball, "bone.vtp": with_arrays, "landmarks.vtp": landmarks},
+    "noise": {"in.stl": ball, "in.ply": ball, "in.off": ball, "bone.vtp": with_arrays, "landmarks.vtp": landmarks,
+              "in.vtu": tetrahedron},
     "poisson-net": {"body.ply": ball, "flat.obj": ball, "segmentation.safetensors": network(classes=["a", "b"]),
                     "crumpling.safetensors": network(head="njf", extra_features=1)},
     "remesh": {"scan.stl": ball, "scan.ply": ball, "scan.vtp": with_arrays},

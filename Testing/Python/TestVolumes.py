@@ -433,7 +433,7 @@ def test_a_build_without_openvdb_says_so():
     import sys, types
     from vtkmodules.vtkCommonCore import vtkObject
     meshing = types.ModuleType("surfacesynthesis.vtkSurfaceSynthesisMeshing")  # as it is without OpenVDB, CGAL and TetGen
-    meshing.vtkTopologyReport = vtkObject
+    meshing.vtkTopologyReport = meshing.vtkLabelSurfaceFilter = vtkObject
     sys.modules["surfacesynthesis.vtkSurfaceSynthesisMeshing"] = meshing
     import surfacesynthesis
     assert not hasattr(surfacesynthesis, "vtkVDBSurfaceFilter")
