@@ -278,7 +278,7 @@ MultiscaleFit FitMultiscaleMesh(
       [&](std::int64_t k) { Report(progress, share * static_cast<double>(level * options.Iterations + k)); });
     mesh.Points = ToPoints(source.Positions);
     fit.Dataset.Levels.push_back({ inReference(mesh.Points), mesh.Triangles });
-    const SurfaceDistance distance = DistanceToSurface(fit.Dataset.Levels.back().Points, reference);
+    const PointDistances distance = DistanceToSurface(fit.Dataset.Levels.back().Points, reference);
     fit.Distances.push_back({ distance.Mean, distance.Largest });
     if (level + 1 < options.Levels)
     {

@@ -139,7 +139,7 @@ std::vector<std::uint32_t> PointTree::Nearest(const Eigen::RowVector3d& query, s
   return ids;
 }
 
-SurfaceDistance DistanceToSurface(const PointMatrix& queries, const TriangleMesh& surface)
+PointDistances DistanceToSurface(const PointMatrix& queries, const TriangleMesh& surface)
 {
   const CentroidTree tree(surface);
   Eigen::VectorXd distances(queries.rows());

@@ -33,7 +33,7 @@ private:
 };
 
 /// Distances from points to a surface.
-struct SurfaceDistance
+struct PointDistances
 {
   double Mean = 0.0;
   double Largest = 0.0;
@@ -41,6 +41,6 @@ struct SurfaceDistance
 
 /// Distances from each row of @p queries to the triangles of @p surface, exactly. @p queries and the surface are not empty.
 /// The same bits for every number of threads.
-SurfaceDistance DistanceToSurface(const PointMatrix& queries, const TriangleMesh& surface);
+PointDistances DistanceToSurface(const PointMatrix& queries, const TriangleMesh& surface);
 
 } // namespace surfsynth

@@ -50,7 +50,7 @@ TEST(NearestPoints, DistancesToAPatchAreExact)
   EXPECT_NEAR(DistanceToSurface(queries.row(0), patch).Mean, 0.25, 1e-14);
   EXPECT_NEAR(DistanceToSurface(queries.row(1), patch).Mean, 5.0, 1e-14);
   EXPECT_NEAR(DistanceToSurface(queries.row(3), patch).Mean, 5.0, 1e-14);
-  const SurfaceDistance all = DistanceToSurface(queries, patch);
+  const PointDistances all = DistanceToSurface(queries, patch);
   EXPECT_NEAR(all.Mean, 10.25 / 4.0, 1e-14);
   EXPECT_NEAR(all.Largest, 5.0, 1e-14);
 }
