@@ -43,7 +43,8 @@ def inputs_of(prototype):
 
 
 #: Inputs that are images, and no surfaces.
-IMAGES = {("FieldLatentEncoder", "TextureImage"), ("FieldLatentTrainer", "Input"), ("LatentDiffusionTrainer", "TextureImage")}
+IMAGES = {("FieldLatentEncoder", "TextureImage"), ("FieldLatentTrainer", "Input"), ("LabelSurfaces", "Input"),
+          ("LatentDiffusionTrainer", "TextureImage")}
 
 
 def clipped_surfaces_are_taken_by_every_filter():
@@ -58,7 +59,7 @@ def clipped_surfaces_are_taken_by_every_filter():
             assert port.GetDomain("input_type").IsInDomain(clip.SMProxy, 0) == expected, (name, port.GetXMLName())
     of_grid = output_of(MaternNoise(Input=clip, CorrelationRange=0.5))
     of_surface = output_of(MaternNoise(Input=ExtractSurface(Input=clip), CorrelationRange=0.5))
-    assert of_grid.IsA("vtkPolyData") and of_grid.GetNumberOfCells() == output_of(clip).GetNumberOfCells() > 0
+    assert of_grid.IsA("vtkUnstructuredGrid") and of_grid.GetNumberOfCells() == output_of(clip).GetNumberOfCells() > 0
     assert of_surface.GetNumberOfPoints() == of_grid.GetNumberOfPoints()
     surfaces.assert_same(surfaces.array(of_grid), surfaces.array(of_surface), "noise")
     report = output_of(TopologyReport(Input=clip))
