@@ -168,12 +168,12 @@ def _dress_bar(colors, view, title):
     scale.TitleFontSize = scale.LabelFontSize = 18
 
 
-def rows_of(table):
-    """The columns of a table by name, fetched to the client."""
+def rows_of(source, port=0):
+    """The columns of a table by name, fetched to the client; ``port``: the output that has the table."""
     from paraview import servermanager
 
-    table.UpdatePipeline()
-    data = servermanager.Fetch(table)
+    source.UpdatePipeline()
+    data = servermanager.Fetch(source, idx=port)
     names = [data.GetColumnName(k) for k in range(data.GetNumberOfColumns())]
     return {name: [data.GetValueByName(row, name) for row in range(data.GetNumberOfRows())] for name in names}
 
