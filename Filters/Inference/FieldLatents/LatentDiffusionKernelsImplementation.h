@@ -316,9 +316,8 @@ SURFSYNTH_INLINE void AddEdgeGradient(const EdgeNumbers& edge, const FieldFilter
   }
 }
 
-/// Adds the derivatives by the weights that come through the edges of a tape. @param shares [K], those by the shares
-SURFSYNTH_INLINE void AddFilterGradient(
-  const EdgeTape& tape, const EdgeNumbers* numbers, int edges, Vector* shares, FilterSums& sums)
+/// Adds the derivatives by the weights of the hidden layer that come through the edges of a tape.
+SURFSYNTH_INLINE void AddHiddenGradient(const EdgeTape& tape, int edges, FilterSums& sums)
 {
 #pragma GCC unroll 8
   for (int k = 0; k < K; ++k)
@@ -347,6 +346,13 @@ SURFSYNTH_INLINE void AddFilterGradient(
     }
     sums.Bias[k] = bias;
   }
+}
+
+/// Adds the derivatives by the weights that come through the edges of a tape. @param shares [K], those by the shares
+SURFSYNTH_INLINE void AddFilterGradient(
+  const EdgeTape& tape, const EdgeNumbers* numbers, int edges, Vector* shares, FilterSums& sums)
+{
+  AddHiddenGradient(tape, edges, sums);
   constexpr int pair = 2; // layers whose sums stay in registers together
   for (int j = 0; j < K; j += pair)
   {
