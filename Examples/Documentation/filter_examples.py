@@ -137,7 +137,7 @@ FILTERS = {
         "shapes = ss.shape_model(model, samples=12, seed=1)", "shape-model model.vtp random.vtm --samples 12 --seed 1"),
     "vtkSurfaceDistance": Example(
         "To compare a segmentation with a reference, or a surface with its simplification.",
-        "Gallery/shape_model.png", {"NumberOfSamples": 100000},
+        _PARAVIEW + "SurfaceDistance.png", {"NumberOfSamples": 100000},
         "distance = ss.surface_distance(mesh, reference)", "distance segmented.stl reference.ply", ("Second",)),
     "vtkGeometricTextureDistance": Example(
         "To compare the relief of a synthesized surface with the one that was learned.",

@@ -16,7 +16,6 @@ import argparse
 import colorsys
 import os
 import sys
-import tarfile
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
@@ -28,7 +27,10 @@ from vtkmodules.vtkFiltersHybrid import vtkProcrustesAlignmentFilter
 import gallery_meshes as meshes
 import gallery_rendering as rendering
 import surfacesynthesis as ss
-from medical import FEMUR, upright_view
+from bone_shapes import solid, upright
+from medical import upright_view
+from observed_fields import load_bone
+from surfacesynthesis.files.polygons import point_normals
 from surfacesynthesis.warp import warped
 
 ATLAS = "/usr/share/mricron/templates/aal.nii.gz"  # Debian's package mricron-data
@@ -142,7 +144,7 @@ def atlas(volume, names, folder):
     ss.write_mesh(surfaces, os.path.join(folder, "atlas.vtm"))
     regions = regions_of(surfaces)
     deep = [(name, surface) for name, surface in regions if name.startswith(tuple(name for name, _ in DEEP))] or regions
-    size, title, strip = (640, 560), 70, 54
+    size, title, strip = (640, 560), 70, 64
     image = rendering.blank((3 * size[0], size[1] + title + strip))
     outer = together(regions)
     panels = (
@@ -156,18 +158,16 @@ def atlas(volume, names, folder):
         rendering.paste(image, rendering.label(text, (size[0], title), 25), k * size[0], 0)
     groups = [(name, colorsys.hsv_to_rgb(hue, saturation, 0.9)) for name, hue, saturation, _ in GROUPS]
     row = size[1] + title
-    rendering.paste(image, legend(groups, (1020, strip), 20), 10, row)
-    rendering.paste(image, legend(DEEP[:5], (880, strip), 20), 1040, row)
+    rendering.paste(image, legend(groups, (2 * size[0] - 40, strip), 20), 10, row)
+    for begin in (0, 4):  # below the deep regions, in two rows
+        part = legend(DEEP[begin : begin + 4], (size[0], strip // 2), 20)
+        rendering.paste(image, part, 2 * size[0], row + begin // 4 * strip // 2)
     return image
 
 
 def shapes(path, folder, points):
     """Surface -> ensemble -> statistical shape model; returns the picture."""
-    if path is None:
-        path = os.path.join(folder, "femur.off")
-        with tarfile.open(meshes.ARCHIVE) as archive, open(path, "wb") as file:
-            file.write(archive.extractfile(FEMUR).read())
-    surface = ss.remesh(ss.repair(ss.read_mesh(path), holes="all", largest_component=True), points=points, feature_angle=None)
+    surface = solid(upright(load_bone(path, folder)), points)
     longest = meshes.longest_side(surface)
     noise = ss.matern_noise(
         surface, range=0.8 * longest, standard_deviation=0.03 * longest, samples=SHAPES, components=3, seed=2, name="Move"
@@ -193,14 +193,8 @@ def aligned(ensemble):
 
 def moved_outwards(shape, mean):
     """The shape with the array Outwards: how far it lies outside the mean, along the normals of the mean."""
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(mean)
-    normals.SplittingOff()
-    normals.ConsistencyOff()
-    normals.Update()
-    directions = vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals())
     offsets = vtk_to_numpy(shape.GetPoints().GetData()) - vtk_to_numpy(mean.GetPoints().GetData())
-    array = numpy_to_vtk((offsets * directions).sum(axis=1), deep=True)
+    array = numpy_to_vtk((offsets * point_normals(mean)).sum(axis=1), deep=True)
     array.SetName("Outwards")
     shape.GetPointData().AddArray(array)
     return shape
@@ -211,10 +205,8 @@ def shapes_picture(statistics, longest):
     size, title = (290, 740), 92
     image = rendering.blank(((1 + 2 * MODES) * size[0], size[1] + title))
     mean = statistics.surface
-    points = statistics.mean - np.array(mean.GetCenter())
-    _, axes = np.linalg.eigh(points.T @ points)  # the long axis is the last
-    up = axes[:, 2] * np.sign(((points @ axes[:, 2]) ** 3).mean())  # the end with the head upwards: fewer points below
-    view = rendering.View(mean.GetCenter(), 1.22 * np.ptp(points @ up), axes[:, 0], up)
+    height = mean.GetBounds()[5] - mean.GetBounds()[4]
+    view = rendering.View(mean.GetCenter(), 1.22 * height, (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
     distance = vtk_to_numpy(mean.GetPointData().GetArray("StandardDistance"))
     low, high = 0.6 * distance.mean(), 1.6 * distance.mean()
     part = rendering.render(mean, view, size, "StandardDistance", colors=rendering.sequential(low, high))

@@ -13,7 +13,7 @@ namespace surfsynth
 
 namespace
 {
-/// Labels of filters in ParaView's menu, and ParaView's names of types of data.
+/// Labels of filters in ParaView's menu, and ParaView's names of types of data. One table, which is looked up as one.
 const std::map<std::string, std::string>& LabelsOfClasses()
 {
   static const std::map<std::string, std::string> labels = {

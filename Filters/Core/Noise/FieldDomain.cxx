@@ -13,14 +13,6 @@
 namespace surfsynth
 {
 
-namespace
-{
-bool IsAnisotropic(const MaternFieldOptions& options)
-{
-  return options.Model == NoiseModel::Matern && options.Arrays.Directions.rows() > 0 && options.AnisotropyRatio != 1.0;
-}
-} // namespace
-
 Eigen::VectorXd SurfaceDomain::Mass() const { return LumpedMass(this->Mesh, this->Topology); }
 
 MeshComponents SurfaceDomain::Components(const Eigen::VectorXd& mass) const
@@ -148,10 +140,8 @@ double LongestEdgeForRange(const TetrahedralMesh& mesh, const MaternFieldOptions
         const Index a = mesh.Tetrahedra(t, i);
         const Index b = mesh.Tetrahedra(t, j);
         const Eigen::RowVector3d edge = mesh.Points.row(a) - mesh.Points.row(b);
-        const double factor = isMatern && arrays.RangeFactors.size() > 0
-          ? std::min(arrays.RangeFactors[a], arrays.RangeFactors[b])
-          : 1.0;
-        longest = std::max(longest, std::sqrt(std::max(edge.dot(edge * metric), 0.0)) / factor);
+        const double length = std::sqrt(std::max(edge.dot(edge * metric), 0.0));
+        longest = std::max(longest, length / RangeFactorOfEdge(options, a, b));
       }
     }
   }

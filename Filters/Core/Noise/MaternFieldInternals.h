@@ -42,6 +42,12 @@ void RequireOptions(const MaternFieldOptions& options, int dimension);
 /// @param cells number of triangles or tetrahedra
 void RequireArrays(const MaternFieldOptions& options, Eigen::Index points, Eigen::Index cells);
 
+/// True when the options give directions that change the field.
+bool IsAnisotropic(const MaternFieldOptions& options);
+
+/// Factor of the range along an edge: the smaller one of its ends; 1 without factors.
+double RangeFactorOfEdge(const MaternFieldOptions& options, Index a, Index b);
+
 /// Stiffness of the field's Laplacian: anisotropic where the options say so.
 SparseMatrix FieldStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options);
 

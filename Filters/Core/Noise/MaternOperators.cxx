@@ -142,11 +142,20 @@ void RequireArrays(const MaternFieldOptions& options, Eigen::Index points, Eigen
   }
 }
 
+bool IsAnisotropic(const MaternFieldOptions& options)
+{
+  return options.Model == NoiseModel::Matern && options.Arrays.Directions.rows() > 0 && options.AnisotropyRatio != 1.0;
+}
+
+double RangeFactorOfEdge(const MaternFieldOptions& options, Index a, Index b)
+{
+  const Eigen::VectorXd& factors = options.Arrays.RangeFactors;
+  return options.Model == NoiseModel::Matern && factors.size() > 0 ? std::min(factors[a], factors[b]) : 1.0;
+}
+
 SparseMatrix FieldStiffness(const TriangleMesh& mesh, const MeshTopology& topology, const MaternFieldOptions& options)
 {
-  const bool isAnisotropic = options.Model == NoiseModel::Matern && options.Arrays.Directions.rows() > 0 &&
-    options.AnisotropyRatio != 1.0;
-  return isAnisotropic
+  return IsAnisotropic(options)
     ? DiffusionStiffness(mesh, topology, DirectionTensors(mesh, options.Arrays.Directions, options.AnisotropyRatio))
     : CotangentStiffness(mesh, topology);
 }
@@ -184,7 +193,7 @@ double LongestEdgeForRange(const TriangleMesh& mesh, const MaternFieldOptions& o
 {
   const MaternFieldArrays& arrays = options.Arrays;
   const bool isMatern = options.Model == NoiseModel::Matern;
-  const bool isAnisotropic = isMatern && arrays.Directions.rows() > 0 && options.AnisotropyRatio != 1.0;
+  const bool isAnisotropic = IsAnisotropic(options);
   const FaceTensors tensors = isAnisotropic ? DirectionTensors(mesh, arrays.Directions, options.AnisotropyRatio)
                                             : FaceTensors();
   double longest = 0.0;
@@ -211,10 +220,7 @@ double LongestEdgeForRange(const TriangleMesh& mesh, const MaternFieldOptions& o
         squared = tensors(f, 2) * along * along - 2.0 * tensors(f, 1) * along * across +
           tensors(f, 0) * across * across;
       }
-      const double factor = isMatern && arrays.RangeFactors.size() > 0
-        ? std::min(arrays.RangeFactors[a], arrays.RangeFactors[b])
-        : 1.0;
-      longest = std::max(longest, std::sqrt(std::max(squared, 0.0)) / factor);
+      longest = std::max(longest, std::sqrt(std::max(squared, 0.0)) / RangeFactorOfEdge(options, a, b));
     }
   }
   return longest;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Covariance, precision and boundary of Matérn fields against dense algebra of the same operators.
+#include "DenseFields.h"
 #include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
@@ -7,8 +8,6 @@
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/CholeskySolver.h"
-
-#include <Eigen/Dense>
 
 #include <gtest/gtest.h>
 
@@ -18,6 +17,9 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynth::test::Covariance;
+using surfsynth::test::DenseCovariance;
+using surfsynth::test::ExpectClose;
 
 namespace
 {
@@ -41,36 +43,11 @@ MaternFieldOptions ByRange(double range, int power = 2)
   return options;
 }
 
-/// A^-1 (M A^-1)^(power - 1) by dense algebra, for a mesh without unused points.
-Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& a, const Eigen::VectorXd& mass, int power)
-{
-  const Eigen::MatrixXd inverse = a.llt().solve(Eigen::MatrixXd::Identity(a.rows(), a.cols()));
-  Eigen::MatrixXd covariance = inverse;
-  for (int k = 1; k < power; ++k)
-  {
-    covariance = inverse * mass.asDiagonal() * covariance;
-  }
-  return 0.5 * (covariance + covariance.transpose());
-}
-
 Eigen::MatrixXd DenseOperator(const TriangleMesh& mesh, double tau)
 {
   Eigen::MatrixXd a = CotangentStiffness(mesh);
   a.diagonal() += tau * LumpedMass(mesh);
   return a;
-}
-
-Eigen::MatrixXd Covariance(const MaternField& field)
-{
-  const Eigen::Index points = field.Mesh().Points.rows();
-  return field.SolvePrecision(Eigen::MatrixXd::Identity(points, points));
-}
-
-void ExpectClose(const Eigen::MatrixXd& actual, const Eigen::MatrixXd& expected, double tolerance)
-{
-  ASSERT_EQ(actual.rows(), expected.rows());
-  ASSERT_EQ(actual.cols(), expected.cols());
-  EXPECT_LE((actual - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());
 }
 
 /// Open, curved and thin: a cylinder of radius 0.15 and length 2, both ends open.

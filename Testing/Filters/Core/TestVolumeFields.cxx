@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Operators of tetrahedral meshes, and Matérn fields in volumes against closed forms and dense algebra.
+#include "DenseFields.h"
 #include "ExampleVolumes.h"
 #include "ThrownText.h"
 
@@ -9,8 +10,6 @@
 #include "Core/Noise/FieldConditioning.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/VolumeOperators.h"
-
-#include <Eigen/Dense>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,6 +21,9 @@
 using namespace surfsynth;
 using surfsynth::test::BoxOfTetrahedra;
 using surfsynth::test::BoxVertex;
+using surfsynth::test::Covariance;
+using surfsynth::test::DenseCovariance;
+using surfsynth::test::ExpectClose;
 using surfsynthtest::TextOf;
 using testing::HasSubstr;
 
@@ -62,30 +64,6 @@ Eigen::MatrixXd DenseOperator(const TetrahedralMesh& mesh, double tau)
   Eigen::MatrixXd matrix = VolumeStiffness(mesh);
   matrix.diagonal() += tau * LumpedMass(mesh);
   return matrix;
-}
-
-/// A^-1 (M A^-1)^(power - 1) by dense algebra.
-Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& mass, int power)
-{
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
-  Eigen::MatrixXd covariance = inverse;
-  for (int k = 1; k < power; ++k)
-  {
-    covariance = inverse * mass.asDiagonal() * covariance;
-  }
-  return covariance;
-}
-
-Eigen::MatrixXd Covariance(const MaternField& field)
-{
-  const Eigen::Index points = field.Mesh().Points.rows();
-  return field.SolvePrecision(Eigen::MatrixXd::Identity(points, points));
-}
-
-void ExpectClose(const Eigen::MatrixXd& actual, const Eigen::MatrixXd& expected, double tolerance)
-{
-  ASSERT_EQ(actual.rows(), expected.rows());
-  EXPECT_LE((actual - expected).cwiseAbs().maxCoeff(), tolerance * expected.cwiseAbs().maxCoeff());
 }
 
 /// Covariances of the field with that at a vertex.
