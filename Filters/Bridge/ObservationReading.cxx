@@ -252,14 +252,10 @@ Eigen::MatrixXd ReadFields(
 std::vector<SurfacePlace> AttachToSurface(const TriangleMesh& mesh, const PointMatrix& points, double tolerance)
 {
   std::vector<SurfacePlace> places = FindNearestPlaces(mesh, points);
-  PointMatrix nearest = PointMatrix::Zero(points.rows(), 3);
+  PointMatrix nearest(points.rows(), 3);
   for (std::size_t i = 0; i < places.size(); ++i)
   {
-    for (int k = 0; k < 3; ++k)
-    {
-      nearest.row(static_cast<Eigen::Index>(i)) += places[i].Weights[k] *
-        mesh.Points.row(mesh.Triangles(places[i].Triangle, k));
-    }
+    nearest.row(static_cast<Eigen::Index>(i)) = PositionOf(mesh, places[i]).transpose();
   }
   RequireNear(points, nearest, AllowedDistance(tolerance, ComputeBoundingBox(mesh)), "surface");
   return places;

@@ -191,7 +191,7 @@ bool HasDoublePoints(vtkPolyData* surface)
   return surface->GetPoints() && surface->GetPoints()->GetDataType() == VTK_DOUBLE;
 }
 
-void DropNormals(vtkPolyData* surface)
+void DropNormals(vtkDataSet* surface)
 {
   for (vtkDataSetAttributes* data : { static_cast<vtkDataSetAttributes*>(surface->GetPointData()),
          static_cast<vtkDataSetAttributes*>(surface->GetCellData()) })

@@ -13,6 +13,7 @@
 #include <memory>
 #include <vector>
 
+class vtkDataSet;
 class vtkDataSetAttributes;
 class vtkPolyData;
 
@@ -27,7 +28,7 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool HasDoublePoints(vtkPolyData* surface);
 
 /// Removes the normals of @p surface, which mean nothing once its points have moved: the active ones and arrays named
 /// "Normals", of points and of cells.
-VTKSURFACESYNTHESISBRIDGE_EXPORT void DropNormals(vtkPolyData* surface);
+VTKSURFACESYNTHESISBRIDGE_EXPORT void DropNormals(vtkDataSet* surface);
 
 /// Makes the array @p name of @p data, the main result of a filter, active: as scalars where @p data has no active
 /// scalars and, with three components, as vectors where it has no active vectors. vtkWarpVector then takes it unasked.

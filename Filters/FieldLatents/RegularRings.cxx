@@ -87,16 +87,6 @@ PointMatrix MovedPoints(const WeldedSurface& welded, const std::vector<Index>& v
   }
   return moved;
 }
-
-Eigen::RowVector3d PointAt(const TriangleMesh& mesh, const SurfacePlace& place)
-{
-  Eigen::RowVector3d point = Eigen::RowVector3d::Zero();
-  for (int corner = 0; corner < 3; ++corner)
-  {
-    point += place.Weights[corner] * mesh.Points.row(mesh.Triangles(place.Triangle, corner));
-  }
-  return point;
-}
 } // namespace
 
 void MoveRegularVertices(const TriangleMesh& surface, Surface& triangulation, std::vector<SurfacePlace>& places)
@@ -116,7 +106,7 @@ void MoveRegularVertices(const TriangleMesh& surface, Surface& triangulation, st
       if (vertex != central.end() && *vertex == welded.VertexOfPoint[p])
       {
         places[p] = found[static_cast<std::size_t>(vertex - central.begin())];
-        triangulation.Mesh.Points.row(static_cast<Eigen::Index>(p)) = PointAt(surface, places[p]);
+        triangulation.Mesh.Points.row(static_cast<Eigen::Index>(p)) = PositionOf(surface, places[p]).transpose();
       }
     }
   }

@@ -71,13 +71,10 @@ ColorSource ColorsOfNearest(const TriangleMesh& encoded, const TriangleMesh& sou
 {
   const auto nearest = std::make_shared<const NearestPlaces>(source);
   return [&encoded, &colors, nearest](const SurfacePlace* places, std::int64_t count, float* out) {
-    PointMatrix points = PointMatrix::Zero(count, 3);
+    PointMatrix points(count, 3);
     for (std::int64_t k = 0; k < count; ++k)
     {
-      for (int corner = 0; corner < 3; ++corner)
-      {
-        points.row(k) += places[k].Weights[corner] * encoded.Points.row(encoded.Triangles(places[k].Triangle, corner));
-      }
+      points.row(k) = PositionOf(encoded, places[k]).transpose();
     }
     const std::vector<SurfacePlace> found = nearest->Find(points);
     colors.Sample(found.data(), count, out);

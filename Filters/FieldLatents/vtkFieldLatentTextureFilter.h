@@ -35,8 +35,9 @@
  * input's own triangles are taken.
  *
  * Vertices of regular grids lie at the centroids of their rings, where the code of a flat color is 0 and the color is
- * lost. Where remeshing leaves two such vertices side by side, they are moved along an edge by a tenth to a quarter of its
- * length, within the surface. With AS_IS one warning has their number.
+ * lost. Remeshed vertices within 0.05 of the mean radius of a ring from that place, about one in a hundred, are moved
+ * along an edge by a tenth to a quarter of its length, within the surface. One warning has the number of those in regular
+ * parts that are left, as with AS_IS.
  *
  * @par Output
  * Port 0: the surface with its own cells and arrays (those that vtkTextureAtlasFilter gives it, without texture

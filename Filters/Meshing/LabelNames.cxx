@@ -18,6 +18,8 @@ namespace
 {
 constexpr std::size_t LargestFile = std::size_t(1) << 24;
 constexpr const char* Blanks = " \t\r,;";
+/// Of UTF-8, which editors put in front of texts.
+const std::string ByteOrderMark = "\xef\xbb\xbf";
 
 /// Words of a line: between blanks, or at once where there are tabs; quoted ones without their quotes.
 struct Row
@@ -54,7 +56,7 @@ bool ReadRow(const std::string& line, Row& row)
   const std::size_t end = line.find_first_of(Blanks, begin);
   const std::string number = line.substr(begin, end == std::string::npos ? end : end - begin);
   const bool digits = number.find_first_not_of("0123456789", number[0] == '-' ? 1 : 0) == std::string::npos;
-  if (!digits || number == "-" || number.size() > 10)
+  if (!digits || number == "-" || number.size() > 11)
   {
     return false;
   }
@@ -111,7 +113,11 @@ LabelNameMap ParseLabelNames(const std::string& text, const std::string& path)
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number)
   {
-    const std::size_t begin = line.find_first_not_of(" \t\r");
+    if (number == 1 && line.compare(0, ByteOrderMark.size(), ByteOrderMark) == 0)
+    {
+      line.erase(0, ByteOrderMark.size());
+    }
+    const std::size_t begin = line.find_first_not_of(Blanks);
     if (begin == std::string::npos || line[begin] == '#')
     {
       continue;

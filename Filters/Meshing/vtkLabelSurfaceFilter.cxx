@@ -69,13 +69,12 @@ void ChooseLabels(std::vector<std::int32_t>& labels, const std::vector<int>& wan
   std::int32_t last = 0;
   for (const std::int32_t label : labels)
   {
-    if (label != last && found.size() <= MostLabels)
+    if (label != 0 && label != last && found.size() <= MostLabels)
     {
       found.insert(label);
     }
     last = label;
   }
-  found.erase(0);
   if (wanted.empty())
   {
     if (found.size() > MostLabels)

@@ -13,8 +13,8 @@
 #include <vtkDataObjectTreeIterator.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPointSet.h>
 #include <vtkPoints.h>
-#include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
 #include <utility>
@@ -24,7 +24,7 @@ namespace surfsynth
 
 namespace
 {
-void MoveSurface(vtkPolyData* surface, const std::string& name)
+void MoveSurface(vtkPointSet* surface, const std::string& name)
 {
   vtkDataArray* displacement = surface ? surface->GetPointData()->GetArray(name.c_str()) : nullptr;
   if (!displacement || displacement->GetNumberOfComponents() != 3 || surface->GetNumberOfPoints() == 0)
@@ -120,7 +120,7 @@ void MovePointsBy(vtkDataObject* output, const std::string& name)
   auto* tree = vtkDataObjectTree::SafeDownCast(output);
   if (!tree)
   {
-    MoveSurface(vtkPolyData::SafeDownCast(output), name);
+    MoveSurface(vtkPointSet::SafeDownCast(output), name);
     return;
   }
   const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
@@ -128,7 +128,7 @@ void MovePointsBy(vtkDataObject* output, const std::string& name)
   place->TraverseSubTreeOn();
   for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
   {
-    MoveSurface(vtkPolyData::SafeDownCast(place->GetCurrentDataObject()), name);
+    MoveSurface(vtkPointSet::SafeDownCast(place->GetCurrentDataObject()), name);
   }
 }
 

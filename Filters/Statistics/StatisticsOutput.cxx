@@ -4,8 +4,6 @@
 #include "NewArray.h"
 #include "TableColumns.h"
 
-#include "Core/Common/FormatNumber.h"
-
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
@@ -18,6 +16,7 @@
 #include <vtkTable.h>
 
 #include <algorithm>
+#include <charconv>
 
 namespace surfsynth
 {
@@ -29,6 +28,14 @@ vtkSmartPointer<vtkDoubleArray> ArrayOf(const std::string& name, const Eigen::Ve
   auto array = NewArray<vtkDoubleArray>(name, values.size() / components, components);
   std::copy(values.begin(), values.end(), array->GetPointer(0));
   return array;
+}
+
+/// Shortest text that reads back as the same number: names of arrays with different numbers differ.
+std::string ShortestNumber(double value)
+{
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof(text), value).ptr;
+  return { text, end };
 }
 
 void AddDistance(vtkPolyData* surface, const Eigen::VectorXd& deviation, int components)
@@ -70,7 +77,7 @@ void FillStatisticsSurface(vtkPolyData* surface, vtkPolyData* first, const Ensem
   }
   for (std::size_t q = 0; q < names.Quantiles.size(); ++q)
   {
-    AddValues(surface, "Quantile_" + FormatNumber(names.Quantiles[q]),
+    AddValues(surface, "Quantile_" + ShortestNumber(names.Quantiles[q]),
       statistics.Quantiles.col(static_cast<Eigen::Index>(q)), components);
   }
   for (Eigen::Index k = 0; k < statistics.Modes.cols(); ++k)

@@ -58,6 +58,29 @@ TriangleMesh MeasuredMesh(vtkPolyData* surface, const std::string& name)
   return mesh;
 }
 
+/// Vertices of triangles, [V].
+std::vector<bool> UsedPoints(const TriangleMesh& mesh)
+{
+  std::vector<bool> used(static_cast<std::size_t>(mesh.Points.rows()), false);
+  for (Eigen::Index k = 0; k < mesh.Triangles.size(); ++k)
+  {
+    used[static_cast<std::size_t>(mesh.Triangles.data()[k])] = true;
+  }
+  return used;
+}
+
+/// Moves points that no triangle uses, which may be not finite, to the first vertex. @param used UsedPoints()
+void GatherUnused(TriangleMesh& mesh, const std::vector<bool>& used)
+{
+  for (std::size_t v = 0; v < used.size() && mesh.Triangles.rows() > 0; ++v)
+  {
+    if (!used[v])
+    {
+      mesh.Points.row(static_cast<Eigen::Index>(v)) = mesh.Points.row(mesh.Triangles(0, 0));
+    }
+  }
+}
+
 void FillDistances(vtkTable* table, const SurfaceDistance& distance)
 {
   const DistanceSummary* rows[3] = { &distance.FirstToSecond, &distance.SecondToFirst, &distance.Symmetric };
@@ -102,14 +125,20 @@ public:
     {
       return;
     }
-    const TriangleMesh firstMesh = MeasuredMesh(first, "first"), secondMesh = MeasuredMesh(second, "second");
+    TriangleMesh firstMesh = MeasuredMesh(first, "first"), secondMesh = MeasuredMesh(second, "second");
+    const std::vector<bool> used = UsedPoints(firstMesh);
+    GatherUnused(firstMesh, used);
+    GatherUnused(secondMesh, UsedPoints(secondMesh));
     this->Distance = surfsynth::ComputeSurfaceDistance(firstMesh, secondMesh, surfsynth::FindNearestPlaces,
       this->Self->NumberOfSamples, static_cast<std::uint64_t>(this->Self->Seed),
       surfsynth::SubProgress(progress, 0.0, 0.95));
     vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
     output->ShallowCopy(first);
-    const Eigen::VectorXd distances = surfsynth::DistancesTo(
-      secondMesh, firstMesh.Points, surfsynth::FindNearestPlaces);
+    Eigen::VectorXd distances = surfsynth::DistancesTo(secondMesh, firstMesh.Points, surfsynth::FindNearestPlaces);
+    for (std::size_t v = 0; v < used.size(); ++v)
+    {
+      distances[static_cast<Eigen::Index>(v)] *= used[v] ? 1.0 : 0.0;
+    }
     surfsynth::AddValues(output, "Distance", distances, 1);
     output->GetPointData()->SetActiveScalars("Distance");
     FillDistances(vtkTable::GetData(outputVector, 1), this->Distance);

@@ -11,7 +11,8 @@
  * points and an area; open and non-manifold surfaces are allowed.
  *
  * @par Output
- * Port 0: the first surface with the point array Distance (float64): distance of each point to the second surface.
+ * Port 0: the first surface with the point array Distance (float64): distance of each point to the second surface;
+ * 0 for points that no polygon uses.
  * @par
  * Port 1: a vtkTable with three rows and the columns Direction ("first to second", "second to first", "both") and Mean, RMS,
  * Percentile95, Maximum (float64), world units. The row "both" weighs each surface by half, and its Maximum is the Hausdorff

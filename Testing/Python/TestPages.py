@@ -93,6 +93,8 @@ def test_values_are_within_half_a_level_and_missing_ones_stay_missing(library, t
     add_array(mesh.GetPointData(), "Values", values)
     add_array(mesh.GetPointData(), "Huge", 1.5e308 * np.linspace(-1, 1, len(values)))
     add_array(mesh.GetPointData(), "Constant", np.full(len(values), 7.5))
+    add_array(mesh.GetPointData(), "Short", np.arange(3.0))  # as in a damaged file
+    add_array(mesh.GetPointData(), "Empty", np.zeros(0))
     page = page_of(mesh, tmp_path)
     found, finite = page.array("Values"), np.isfinite(values)
     np.testing.assert_array_equal(np.isfinite(found), finite)
@@ -100,6 +102,7 @@ def test_values_are_within_half_a_level_and_missing_ones_stay_missing(library, t
     entry = next(entry for entry in page.scene["arrays"] if entry["name"] == "Huge")
     assert [entry["lower"], entry["upper"]] == [-1.5e308, 1.5e308]
     np.testing.assert_array_equal(page.array("Constant"), np.full((len(values), 1), 7.5))
+    assert [entry["name"] for entry in page.scene["arrays"]] == ["Values", "Huge", "Constant"]
 
 
 def test_labels_and_colors_are_exact(library, tmp_path, pair):

@@ -31,9 +31,10 @@ def points_of(surface):
 
 def test_moments_and_quantiles_are_those_of_numpy():
     points = shapes()
-    found = ensemble_statistics(ensemble(points), quantiles=(0.0, 0.1, 0.5, 1.0))
+    found = ensemble_statistics(ensemble(points), quantiles=(0.0, 0.1, 1 / 3, 0.5, 1.0))
     assert np.abs(found.mean - points.mean(0)).max() < 1e-12
     assert np.abs(found.standard_deviation - points.std(0, ddof=1)).max() < 1e-12
+    assert list(found.quantiles) == [0.0, 0.1, 1 / 3, 0.5, 1.0]
     for probability, values in found.quantiles.items():
         assert np.abs(values - np.quantile(points, probability, axis=0)).max() < 1e-12
     assert found.surface.GetNumberOfPoints() == len(POINTS) and len(found.modes) == 0

@@ -54,7 +54,7 @@ std::vector<SurfacePlace> NearestPlaces(const TriangleMesh& mesh, const PointMat
       for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
       {
         const SurfacePlace place = NearestOnTriangle(mesh, f, point);
-        const double distance = (PositionOf(mesh, place) - points.row(p)).squaredNorm();
+        const double distance = (PositionOf(mesh, place) - points.row(p).transpose()).squaredNorm();
         if (distance < nearest)
         {
           nearest = distance;
@@ -66,23 +66,13 @@ std::vector<SurfacePlace> NearestPlaces(const TriangleMesh& mesh, const PointMat
   return places;
 }
 
-Eigen::RowVector3d PositionOf(const TriangleMesh& mesh, const SurfacePlace& place)
-{
-  Eigen::RowVector3d position = Eigen::RowVector3d::Zero();
-  for (int k = 0; k < 3; ++k)
-  {
-    position += place.Weights[k] * mesh.Points.row(mesh.Triangles(place.Triangle, k));
-  }
-  return position;
-}
-
 double LargestDistance(const PointMatrix& points, const TriangleMesh& mesh)
 {
   const std::vector<SurfacePlace> places = NearestPlaces(mesh, points);
   double largest = 0.0;
   for (std::size_t p = 0; p < places.size(); ++p)
   {
-    const double distance = (PositionOf(mesh, places[p]) - points.row(static_cast<Eigen::Index>(p))).norm();
+    const double distance = (PositionOf(mesh, places[p]) - points.row(static_cast<Eigen::Index>(p)).transpose()).norm();
     largest = std::max(largest, distance);
   }
   return largest;

@@ -27,9 +27,6 @@ std::int64_t EulerCharacteristicOf(const TriangleMesh& mesh);
 /// A PlaceFinder that compares each point with every triangle: O(points x triangles), in parallel.
 std::vector<SurfacePlace> NearestPlaces(const TriangleMesh& mesh, const PointMatrix& points);
 
-/// The position of a place.
-Eigen::RowVector3d PositionOf(const TriangleMesh& mesh, const SurfacePlace& place);
-
 /// Largest distance of a row of @p points to @p mesh.
 double LargestDistance(const PointMatrix& points, const TriangleMesh& mesh);
 

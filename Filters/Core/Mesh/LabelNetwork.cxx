@@ -431,8 +431,9 @@ void RestoreVolumes(LabelNetwork& network, const TriangleMatrix& triangles, cons
   const double error = VolumeError(network, GradientOf(network, triangles).Volumes);
   if (!(error <= VolumeTolerance))
   {
-    throw SolverFailure("MakeLabelSurfaces: a volume differs by " + FormatNumber(100.0 * error) + " % after " +
-      std::to_string(MostVolumeSteps) + " corrections; expected at most 0.01 %, without smoothing at the latest.");
+    throw SolverFailure("MakeLabelSurfaces: a volume differs by " + FormatNumber(100.0 * error) +
+      " % where corrections end, at most " + std::to_string(MostVolumeSteps) +
+      "; expected at most 0.01 %, without smoothing at the latest.");
   }
 }
 

@@ -130,8 +130,8 @@ std::map<std::int32_t, SampleBox> BoxesOf(const LabelVolume& volume)
 }
 
 /// The surface of one label, as if the others were background.
-LabelSurface MakeAlone(
-  const LabelVolume& volume, std::int32_t label, const SampleBox& box, const LabelSurfaceOptions& options)
+LabelSurface MakeAlone(const LabelVolume& volume, std::int32_t label, const SampleBox& box,
+  const LabelSurfaceOptions& options, const Progress& progress)
 {
   LabelVolume part;
   part.Spacing = volume.Spacing;
@@ -152,7 +152,7 @@ LabelSurface MakeAlone(
     }
   }
   part.Labels = labels.data();
-  LabelSurface surface = MakeTogether(part, options, {}).front();
+  LabelSurface surface = MakeTogether(part, options, progress).front();
   const Eigen::Vector3d corner(box.Lower[0], box.Lower[1], box.Lower[2]);
   surface.Mesh.Points.rowwise() += corner.cwiseProduct(volume.Spacing).transpose();
   return surface;
@@ -173,8 +173,9 @@ std::vector<LabelSurface> MakeLabelSurfaces(
     const auto boxes = BoxesOf(volume);
     for (const auto& [label, box] : boxes)
     {
-      Report(progress, static_cast<double>(surfaces.size()) / static_cast<double>(boxes.size()));
-      surfaces.push_back(MakeAlone(volume, label, box, options));
+      const double share = 1.0 / static_cast<double>(boxes.size());
+      const double begin = share * static_cast<double>(surfaces.size());
+      surfaces.push_back(MakeAlone(volume, label, box, options, SubProgress(progress, begin, begin + share)));
     }
   }
   Report(progress, 1.0);

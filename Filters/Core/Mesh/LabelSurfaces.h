@@ -54,7 +54,7 @@ struct LabelSurface
 /// 3 sum_l p_l g_l / A, with g_l the gradient of the volume of label l and A the area of the triangles at the point, and p
 /// solves the linearized equations of the volumes, some times over.
 ///
-/// Serial. O(samples + iterations * points) time; memory of 4 bytes for each sample, and the network.
+/// Serial. O(samples + iterations * points) time; memory of 8 bytes for each sample, and the network.
 /// @throws InvalidInput for dimensions or spacing that are not positive, options out of range, or more than 2^31 - 1
 /// points; SolverFailure when volumes do not converge; Cancelled
 std::vector<LabelSurface> MakeLabelSurfaces(

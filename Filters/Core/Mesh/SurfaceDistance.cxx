@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Mesh/SurfaceDistance.h"
 
+#include "Core/Common/AvailableMemory.h"
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Random/CounterNormals.h"
 #include "Core/Random/CounterUniforms.h"
 
@@ -18,7 +20,7 @@ namespace surfsynth
 namespace
 {
 /// Places that are measured between two reports of progress.
-constexpr Eigen::Index PlacesAtATime = 1 << 16;
+constexpr std::int64_t PlacesAtATime = 1 << 16;
 /// Steps of the additive recurrence in two dimensions: 1 / g and 1 / g^2 with g^3 = g + 1.
 constexpr double FirstStep = 0.7548776662466927;
 constexpr double SecondStep = 0.5698402909980532;
@@ -45,11 +47,11 @@ std::vector<double> AreasUpTo(const TriangleMesh& mesh, const char* name)
 
 double Fraction(double number) { return number - std::floor(number); }
 
-/// One place in each of equal parts of the area.
-PointMatrix SamplePlaces(
-  const TriangleMesh& mesh, const std::vector<double>& areas, std::int64_t count, std::uint64_t seed)
+/// Places @p begin to @p end of one in each of @p count equal parts of the area.
+PointMatrix SamplePlaces(const TriangleMesh& mesh, const std::vector<double>& areas, std::int64_t count,
+  std::uint64_t seed, std::int64_t begin, std::int64_t end)
 {
-  PointMatrix places(count, 3);
+  PointMatrix places(end - begin, 3);
   double shift[3];
   for (std::uint32_t c = 0; c < 3; ++c)
   {
@@ -58,7 +60,7 @@ PointMatrix SamplePlaces(
     key.Component = c;
     shift[c] = Uniform(key, 0);
   }
-  for (std::int64_t k = 0; k < count; ++k)
+  for (std::int64_t k = begin; k < end; ++k)
   {
     const auto number = static_cast<double>(k);
     const double first = Fraction(shift[1] + number * FirstStep), second = Fraction(shift[2] + number * SecondStep);
@@ -66,7 +68,7 @@ PointMatrix SamplePlaces(
     const auto found = std::upper_bound(areas.begin(), areas.end() - 1, place);
     const Eigen::Index f = found - areas.begin();
     const double root = std::sqrt(first);
-    places.row(k) = (1.0 - root) * mesh.Points.row(mesh.Triangles(f, 0)) +
+    places.row(k - begin) = (1.0 - root) * mesh.Points.row(mesh.Triangles(f, 0)) +
       root * (1.0 - second) * mesh.Points.row(mesh.Triangles(f, 1)) +
       root * second * mesh.Points.row(mesh.Triangles(f, 2));
   }
@@ -87,15 +89,17 @@ PointMatrix VerticesOf(const TriangleMesh& mesh)
   return points;
 }
 
-Eigen::VectorXd DistancesInParts(
-  const TriangleMesh& mesh, const PointMatrix& points, const PlaceFinder& find, const Progress& progress)
+/// Distances of @p count points, of which pointsAt(begin, end) makes those from begin to end.
+template <typename Points>
+Eigen::VectorXd DistancesInParts(const TriangleMesh& mesh, std::int64_t count, const Points& pointsAt,
+  const PlaceFinder& find, const Progress& progress)
 {
-  Eigen::VectorXd distances(points.rows());
-  for (Eigen::Index begin = 0; begin < points.rows(); begin += PlacesAtATime)
+  Eigen::VectorXd distances(count);
+  for (std::int64_t begin = 0; begin < count; begin += PlacesAtATime)
   {
-    Report(progress, static_cast<double>(begin) / static_cast<double>(points.rows()));
-    const Eigen::Index count = std::min(PlacesAtATime, points.rows() - begin);
-    distances.segment(begin, count) = DistancesTo(mesh, points.middleRows(begin, count), find);
+    Report(progress, static_cast<double>(begin) / static_cast<double>(count));
+    const std::int64_t end = std::min(begin + PlacesAtATime, count);
+    distances.segment(begin, end - begin) = DistancesTo(mesh, pointsAt(begin, end), find);
   }
   return distances;
 }
@@ -120,13 +124,7 @@ Eigen::VectorXd DistancesTo(const TriangleMesh& mesh, const PointMatrix& points,
   Eigen::VectorXd distances(points.rows());
   for (Eigen::Index k = 0; k < points.rows(); ++k)
   {
-    const SurfacePlace& place = places[static_cast<std::size_t>(k)];
-    Eigen::RowVector3d nearest = Eigen::RowVector3d::Zero();
-    for (int c = 0; c < 3; ++c)
-    {
-      nearest += place.Weights[c] * mesh.Points.row(mesh.Triangles(place.Triangle, c));
-    }
-    distances[k] = (points.row(k) - nearest).norm();
+    distances[k] = (points.row(k).transpose() - PositionOf(mesh, places[static_cast<std::size_t>(k)])).norm();
   }
   return distances;
 }
@@ -138,6 +136,12 @@ SurfaceDistance ComputeSurfaceDistance(const TriangleMesh& first, const Triangle
   {
     throw InvalidInput("ComputeSurfaceDistance: found " + std::to_string(samples) + " samples; expected at least 1.");
   }
+  const double needed = 4.0 * sizeof(double) * static_cast<double>(samples); // distances of both sides, and all of them
+  if (needed > static_cast<double>(AvailableMemory()))
+  {
+    throw InvalidInput("ComputeSurfaceDistance: " + std::to_string(samples) + " samples need " +
+      FormatNumber(needed / (1 << 30)) + " GiB, more than there is; expected fewer samples.");
+  }
   const TriangleMesh* meshes[2] = { &first, &second };
   const char* names[2] = { "first", "second" };
   std::vector<double> areas[2] = { AreasUpTo(first, names[0]), AreasUpTo(second, names[1]) };
@@ -148,9 +152,16 @@ SurfaceDistance ComputeSurfaceDistance(const TriangleMesh& first, const Triangle
     const TriangleMesh& from = *meshes[side];
     const TriangleMesh& to = *meshes[1 - side];
     const Progress part = SubProgress(progress, 0.5 * side, 0.5 * side + 0.5);
-    const PointMatrix places = SamplePlaces(from, areas[side], samples, seed);
-    Eigen::VectorXd distances = DistancesInParts(to, places, find, SubProgress(part, 0.0, 0.7));
-    const double farthest = DistancesInParts(to, VerticesOf(from), find, SubProgress(part, 0.7, 1.0)).maxCoeff();
+    const auto samplesAt = [&](std::int64_t begin, std::int64_t end) {
+      return SamplePlaces(from, areas[side], samples, seed, begin, end);
+    };
+    Eigen::VectorXd distances = DistancesInParts(to, samples, samplesAt, find, SubProgress(part, 0.0, 0.7));
+    const PointMatrix vertices = VerticesOf(from);
+    const auto verticesAt = [&](std::int64_t begin, std::int64_t end) {
+      return PointMatrix(vertices.middleRows(begin, end - begin));
+    };
+    const double farthest =
+      DistancesInParts(to, vertices.rows(), verticesAt, find, SubProgress(part, 0.7, 1.0)).maxCoeff();
     std::sort(distances.begin(), distances.end());
     summaries[side] = SummarizeDistances(distances, farthest);
     all.segment(side * samples, samples) = distances;

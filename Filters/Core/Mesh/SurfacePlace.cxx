@@ -24,6 +24,16 @@ Eigen::Vector3d NearestOnEdge(const Eigen::Vector3d corners[3], int i, int j, co
 }
 } // namespace
 
+Eigen::Vector3d PositionOf(const TriangleMesh& mesh, const SurfacePlace& place)
+{
+  Eigen::RowVector3d position = Eigen::RowVector3d::Zero();
+  for (int k = 0; k < 3; ++k)
+  {
+    position += place.Weights[k] * mesh.Points.row(mesh.Triangles(place.Triangle, k));
+  }
+  return position.transpose();
+}
+
 SurfacePlace NearestOnTriangle(const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point)
 {
   Eigen::Vector3d corners[3];

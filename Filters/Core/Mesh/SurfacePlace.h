@@ -20,6 +20,9 @@ struct SurfacePlace
   Eigen::Vector3d Weights = Eigen::Vector3d::Zero(); ///< barycentric coordinates, at least 0, sum 1
 };
 
+/// Returns the position of a place.
+Eigen::Vector3d PositionOf(const TriangleMesh& mesh, const SurfacePlace& place);
+
 /// Finds the place in triangle @p f of @p mesh that is nearest to @p point.
 SurfacePlace NearestOnTriangle(const TriangleMesh& mesh, Index f, const Eigen::Vector3d& point);
 

@@ -98,12 +98,7 @@ public:
   bool IsInside(const Eigen::Vector3d& point, Index nearestTriangle) const
   {
     const SurfacePlace place = NearestOnTriangle(this->Mesh, nearestTriangle, point);
-    Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k)
-    {
-      nearest += place.Weights[k] * this->Mesh.Points.row(this->Mesh.Triangles(nearestTriangle, k)).transpose();
-    }
-    return (point - nearest).dot(this->At(place)) < 0.0;
+    return (point - PositionOf(this->Mesh, place)).dot(this->At(place)) < 0.0;
   }
 
 private:

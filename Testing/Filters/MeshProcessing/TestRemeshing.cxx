@@ -175,7 +175,7 @@ TEST(RemeshIsotropically, PlacesAndOriginsAreOnTheInput)
   ASSERT_EQ(made.PlaceOfPoint.size(), static_cast<std::size_t>(made.Mesh.NumberOfPoints()));
   for (Index v = 0; v < made.Mesh.NumberOfPoints(); ++v)
   {
-    EXPECT_LT((PositionOf(torus, made.PlaceOfPoint[v]) - made.Mesh.Points.row(v)).norm(), 1e-9) << v;
+    EXPECT_LT((PositionOf(torus, made.PlaceOfPoint[v]) - made.Mesh.Points.row(v).transpose()).norm(), 1e-9) << v;
   }
   ASSERT_EQ(made.OriginOfTriangle.size(), static_cast<std::size_t>(made.Mesh.NumberOfTriangles()));
   for (Index f = 0; f < made.Mesh.NumberOfTriangles(); ++f)

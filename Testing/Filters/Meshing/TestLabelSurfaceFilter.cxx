@@ -190,6 +190,12 @@ TEST(LabelSurfaceFilter, NamesComeFromTablesOfSeveralPrograms)
     << "FreeSurfer";
   EXPECT_EQ(NamesIn("4 255 0 0 1 1 1 \"Precentral_L\"\n9 0 255 0 1 1 1 \"Frontal_R\"\n"), expected) << "ITK-SNAP";
   EXPECT_EQ(NamesIn("index,name\n4,Precentral_L\n9,Frontal_R\n"), expected) << "CSV";
+  EXPECT_EQ(NamesIn("\xef\xbb\xbf"
+                    "4 Precentral_L 1\n9 Frontal_R 2\n"),
+    expected)
+    << "a byte order mark";
+  EXPECT_EQ(NamesIn("4,Precentral_L\n,,\n-1234567890,Other\n9,Frontal_R\n"), expected)
+    << "a row of a sheet without cells";
   const std::vector<std::string> areas{ "Area 17", "Area 18" };
   EXPECT_EQ(NamesIn("4 Area 17\n9 Area 18\n"), areas) << "the number is part of the name";
 }
@@ -228,6 +234,14 @@ TEST(LabelSurfaceFilter, RefusesWrongInputsInWords)
   gray->AllocateScalars(VTK_DOUBLE, 1);
   gray->GetPointData()->GetScalars()->Fill(0.25);
   EXPECT_THAT(ErrorOf(Filter(gray)), HasSubstr("0.25 at sample 0, which is no label"));
+  vtkNew<vtkImageData> scan;
+  scan->SetDimensions(20, 20, 20);
+  scan->AllocateScalars(VTK_INT, 1);
+  for (vtkIdType k = 0; k < 8000; ++k)
+  {
+    scan->GetPointData()->GetScalars()->SetTuple1(k, k == 1 ? 0.0 : static_cast<double>(k + 1)); // 0 after a label
+  }
+  EXPECT_THAT(ErrorOf(Filter(scan)), HasSubstr("more than 4096 labels"));
   vtkNew<vtkImageData> bare;
   bare->SetDimensions(5, 5, 5);
   EXPECT_THAT(ErrorOf(Filter(bare)), HasSubstr("no such array"));

@@ -380,4 +380,24 @@ TEST(MaternNoiseVolumes, OfNothingAreEmptyAndGridsOfTrianglesAreSurfaces)
   ASSERT_TRUE(Update(filter));
   EXPECT_GT(GridFrom(filter)->GetNumberOfCells(), grid->GetNumberOfCells());
   EXPECT_EQ(ArrayOf(GridFrom(filter), "MaternNoise")->GetNumberOfTuples(), GridFrom(filter)->GetNumberOfPoints());
+  filter->RefinementOff();
+  filter->SetDisplacement(vtkMaternNoiseFilter::NORMAL);
+  filter->MovedPointsOn();
+  filter->SetStandardDeviation(0.05);
+  ASSERT_TRUE(Update(filter));
+  double largest = 0.0;
+  for (vtkIdType p = 0; p < grid->GetNumberOfPoints(); ++p)
+  {
+    double moved[3];
+    double old[3];
+    GridFrom(filter)->GetPoint(p, moved);
+    grid->GetPoint(p, old);
+    const double* move = ArrayOf(GridFrom(filter), "MaternNoise")->GetTuple3(p);
+    for (int c = 0; c < 3; ++c)
+    {
+      ASSERT_NEAR(moved[c] - old[c], move[c], 1e-6) << p;
+      largest = std::max(largest, std::abs(move[c]));
+    }
+  }
+  EXPECT_GT(largest, 0.05) << "the points of a grid move";
 }

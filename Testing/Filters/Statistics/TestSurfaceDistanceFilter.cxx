@@ -3,7 +3,12 @@
 #include "FilterContract.h"
 #include "VtkSurfaces.h"
 
+#include "SurfaceBridge.h"
+#include "ThrownText.h"
 #include "vtkSurfaceDistance.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/SurfaceDistance.h"
 
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -135,6 +140,27 @@ TEST(SurfaceDistanceFilter, RefusesWrongInputsInWords)
   EXPECT_THAT(ErrorOf(Filter(broken, Sphere(1.0))), HasSubstr("The first surface has 1"));
   EXPECT_THAT(
     ErrorOf(Filter(Sphere(0.0), Sphere(1.0))), HasSubstr("expected triangles with finite points and an area"));
+}
+
+TEST(SurfaceDistanceFilter, SamplesThatDoNotFitIntoMemoryAreRefused)
+{
+  const surfsynth::TriangleMesh mesh = surfsynth::ConvertSurface(Sphere(1.0)).Mesh;
+  const std::string text = surfsynthtest::TextOf<surfsynth::InvalidInput>(
+    [&] { surfsynth::ComputeSurfaceDistance(mesh, mesh, {}, std::int64_t(1) << 45); });
+  EXPECT_THAT(text, HasSubstr("35184372088832 samples need 1.04858e+06 GiB"));
+}
+
+TEST(SurfaceDistanceFilter, PointsThatNoPolygonUsesHaveTheDistance0)
+{
+  const auto sphere = Sphere(1.0);
+  const vtkIdType unused = sphere->GetPoints()->InsertNextPoint(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0);
+  const auto expected = Measured(Sphere(1.0), Sphere(1.1));
+  for (const auto& filter : { Measured(sphere, Sphere(1.1)), Measured(Sphere(1.1), sphere) })
+  {
+    EXPECT_EQ(Value(filter, 2, "Mean"), Value(expected, 2, "Mean"));
+  }
+  const auto filter = Measured(sphere, Sphere(1.1));
+  EXPECT_EQ(PointArray(filter->GetOutputDataObject(0), "Distance")->GetTuple1(unused), 0.0);
 }
 
 TEST(SurfaceDistanceFilter, EachPropertyRunsItOnce)

@@ -162,9 +162,12 @@ def _encoded(surface, color_by):
         "arrays": [],
     }
     for kind, data in (("point", surface.GetPointData()), ("cell", surface.GetCellData())):
+        expected = len(points) if kind == "point" else len(triangles)
         for k in range(data.GetNumberOfArrays()):
             array = data.GetArray(k)  # None for texts
-            if array is not None and array.GetName() and array.GetNumberOfComponents() <= COMPONENTS:
+            if array is None or array.GetNumberOfTuples() != expected:
+                continue  # damaged files have too few values
+            if array.GetName() and array.GetNumberOfComponents() <= COMPONENTS:
                 scene["arrays"].append({"name": array.GetName(), "kind": kind, **_encoded_array(array, pieces)})
     scene["colorBy"] = _first_array(surface, scene["arrays"], color_by)
     return scene, pieces.compressed()

@@ -280,8 +280,12 @@ class Panel {
   listen() {
     element("array").addEventListener("change", () => this.chooseArray());
     element("component").addEventListener("change", () => this.chooseComponent());
-    for (const id of ["map", "lower", "upper"]) {
-      element(id).addEventListener("change", () => this.update());
+    element("map").addEventListener("change", () => this.update());
+    for (const id of ["lower", "upper"]) {
+      element(id).addEventListener("change", () => {
+        this.range = [Number(element("lower").value), Number(element("upper").value)];
+        this.update();
+      });
     }
     element("smooth").addEventListener("change", (event) => {
       this.viewer.actor.getProperty()[event.target.checked ? "setInterpolationToGouraud" : "setInterpolationToFlat"]();
@@ -330,19 +334,19 @@ class Panel {
       this.range = extent(valuesOf(this.scene, this.viewer.bytes, array, this.component));
       [element("lower").value, element("upper").value] = this.range.map(shown);
     }
-    this.update(this.range);
+    this.update();
   }
 
   get component() {
     return Number(element("component").value);
   }
 
-  update(range) {
+  update() {
     const { array } = this;
     const labels = Boolean(array) && array.form === "labels" && this.component >= 0;
     const continuous = Boolean(array) && array.form !== "colors" && !labels;
     element("mapLabel").hidden = element("rangeLabel").hidden = !continuous;
-    let ends = Array.isArray(range) ? range : [Number(element("lower").value), Number(element("upper").value)];
+    let ends = this.range; // exact, unlike the rounded numbers that are shown
     if (!(ends[0] < ends[1])) {
       ends = [ends[0], ends[0] + (Math.abs(ends[0]) || 1) * 1e-6];
     }
