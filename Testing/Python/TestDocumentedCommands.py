@@ -390,6 +390,8 @@ INPUTS = {
                                     "data/armadillo_poses.safetensors": signals("Position"),
                                     "figures/armadillo_coarse.safetensors": signals("Position"),
                                     "figures/armadillo_medium.safetensors": signals("Position"),
+                                    "data/bent_coarse.safetensors": signals("Position"),
+                                    "data/bent_medium.safetensors": signals("Position"),
                                     "data/bunny_coarse.safetensors": signals("Heat", 1, 1),
                                     "data/bunny_mixtures.safetensors": signals("Heat", 1, 1),
                                     "bodies.safetensors": signals("Position", 2),
