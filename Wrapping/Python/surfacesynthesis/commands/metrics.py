@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``metrics``."""
 
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
 
 _DESCRIPTION = """\
 Compares a generated with a reference ensemble of shapes or signals on one triangulation: minimum matching
@@ -13,6 +13,7 @@ surface with an array for each sample, called NAME_0, NAME_1 and so on.
 examples:
   %(prog)s --generated generated.vtm --reference reference.vtm --source neutral.ply
   %(prog)s --generated made_*.vtp --reference real_*.vtp --array Height --csv > metrics.csv
+  %(prog)s --generated generated.vtm --reference reference.vtm --json
 """
 
 
@@ -50,8 +51,8 @@ def add(commands):
         "--remove-centroid", action="store_true", help="compare samples less their mean value: up to translation"
     )
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="comma-separated values instead of a table")
-    output.add_argument(
+    forms = add_result_options(output, "the metrics")
+    forms.add_argument(
         "--nearest", action="store_true", help="as comma-separated values, the nearest reference of each generated sample"
     )
     add_running_options(output)
@@ -69,9 +70,7 @@ def run(arguments):
     source = _source(arguments.source) if arguments.source else None
     compare(algorithm, generated, reference, source, lambda dataset: run_filter(algorithm, dataset, arguments))
     metrics = metrics_of(algorithm)
-    if arguments.nearest:
-        return metrics.nearest_to_csv().rstrip("\n")
-    return metrics.to_csv().rstrip("\n") if arguments.csv else str(metrics)
+    return metrics.nearest_to_csv().rstrip("\n") if arguments.nearest else result_text(arguments, metrics)
 
 
 def read_ensemble(paths):

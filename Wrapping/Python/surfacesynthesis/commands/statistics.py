@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``statistics``."""
 
-from .common import add_command, add_running_options, as_usage, run_filter
+from .common import add_command, add_result_options, add_running_options, as_usage, result_text, run_filter
 from .metrics import read_ensemble
 
 _DESCRIPTION = """\
@@ -41,8 +41,7 @@ def add(commands):
     )
     group.add_argument("--modes", type=int, default=0, metavar="K", help="number of modes; -1 for all (default: 0)")
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="print the modes as comma-separated values")
-    output.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_result_options(output, "the modes")
     add_running_options(output)
 
 
@@ -58,6 +57,4 @@ def run(arguments):
     statistics = statistics_of(algorithm)
     as_usage(files.check_writable, statistics.surface, arguments.output)
     files.write_mesh(statistics.surface, arguments.output)
-    if arguments.csv:
-        return statistics.modes_to_csv().rstrip("\n")
-    return statistics.to_json() if arguments.json else f"{statistics}\n-> {arguments.output}"
+    return result_text(arguments, statistics, f"{statistics}\n-> {arguments.output}")
