@@ -2,14 +2,14 @@
 """The command ``statistics``."""
 
 from .common import add_command, add_result_options, add_running_options, as_usage, result_text, run_filter
-from .metrics import read_ensemble
+from .metrics import check_ensemble_names, choose_array, read_ensemble
 
 _DESCRIPTION = """\
 Computes the mean, standard deviation, quantiles and principal modes of an ensemble of shapes or signals on one
 triangulation. With --modes the output is a statistical shape model, which the command shape-model reads."""
 _EXAMPLES = """\
 ensembles: one file with a composite dataset (.vtm .vtk), whose surfaces are the samples; one file for each sample; or one
-surface with an array for each sample, called NAME_0, NAME_1 and so on.
+surface with an array for each sample, called NAME_0, NAME_1 and so on; or a dataset file of trainings (.safetensors).
 
 output: the mean surface with the arrays StandardDeviation, StandardDistance, Quantile_0.5, Mode_0 and so on; each mode times
 its standard deviation.
@@ -31,11 +31,11 @@ def add(commands):
         _EXAMPLES,
     )
     parser.set_defaults(run=run)
-    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm .safetensors"
     parser.add_argument("ensemble", nargs="+", metavar="ENSEMBLE", help=f"the samples: {formats}")
     parser.add_argument("output", metavar="OUTPUT", help="surface to write, with all arrays: .vtp .vtk .ply")
     group = parser.add_argument_group("statistics")
-    group.add_argument("--array", metavar="NAME", help="point array of the samples (default: the points)")
+    group.add_argument("--array", metavar="NAME", help="point array of the samples (default: the points; of dataset files their signal)")
     group.add_argument(
         "--quantiles", nargs="+", type=float, default=[], metavar="P", help="probabilities of quantiles, from 0 to 1"
     )
@@ -51,9 +51,11 @@ def run(arguments):
     from ..shape_statistics import configured_filter, statistics_of
 
     algorithm = as_usage(configured_filter, arguments.array, arguments.quantiles, arguments.modes)
-    for path in [*arguments.ensemble, arguments.output]:
-        as_usage(files.extension, path)
-    run_filter(algorithm, read_ensemble(arguments.ensemble), arguments)
+    check_ensemble_names(arguments.ensemble)
+    as_usage(files.extension, arguments.output)
+    ensemble = read_ensemble(arguments.ensemble, arguments.array)
+    choose_array(algorithm, arguments.array, [ensemble])
+    run_filter(algorithm, ensemble.dataset, arguments)
     statistics = statistics_of(algorithm)
     as_usage(files.check_writable, statistics.surface, arguments.output)
     files.write_mesh(statistics.surface, arguments.output)
