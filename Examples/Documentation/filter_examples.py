@@ -180,4 +180,63 @@ LIMITS = {
         "About 10 seconds on one thread for 128 directions and 300,000 triangles."],
     "vtkGaussianMixtureFilter": ["Some thousand centers a second for 2,000 points."],
     "vtkFieldLatentDecoder": ["64 bytes of memory for each texel of the image."],
+    "vtkTopologyReport": [
+        "At most 17 s and 1.0 GB for 3 million triangles, on a busy machine (Testing/Benchmarks/README.md)."],
+    "vtkVDBSurfaceFilter": [
+        "At most 121 s and 1.2 GB for a surface of 3 million triangles at a diameter of 540 voxels, on a busy machine "
+        "(Testing/Benchmarks/README.md).",
+        "Details below the size of a voxel are lost: the surface lies on a grid of samples of the distance."],
+    "vtkLabelSurfaceFilter": [
+        "The 116 regions of the AAL atlas, 7 million samples, in 2 s of processor time; their volumes differ from those of the samples "
+        "by 1.5e-8 at most, relative to them (0.01 % is asked).",
+        "4,096 labels at most. More than 32 labels of which less than 40 % of adjacent samples agree are refused as gray values: 9 to "
+        "24 % agree in the scans of Debian's mricron-data, 82 to 98 % in its label maps."],
+    "vtkTetrahedralizeFilter": [
+        "About a second for 10,000 triangles, and as much again for each 30,000 tetrahedra, on one thread.",
+        "3 million triangles took 547 s at most, on a busy machine (Testing/Benchmarks/README.md)."],
+    "vtkMaternParameterEstimator": [
+        "A noise deviation below a thousandth of that of the field is given as 0, with that thousandth as its upper bound.",
+        "The intervals of 95 % are those of the observed information, which hold for many observations; OperatorPower is not estimated."],
+    "vtkPoissonNetFilter": [
+        "At most 369 s and 4.0 GB for smoothed_curvature on 3 million triangles, on a busy machine (Testing/Benchmarks/README.md).",
+        "Five blocks of width 128 on 110,600 faces at 87 to 93 % of the rate of matrix products, in 3.9 to 4.3 s on one thread "
+        "(Testing/Benchmarks/README.md)."],
+    "vtkEnsembleMetrics": [
+        "Time grows with the square of the number of samples and with the number of points: N + M samples of V points take "
+        "O((N + M)^2 V).",
+        "1-nearest-neighbor accuracy of two samples of one distribution is 0.5 on average; 0.490 for two sets of poses of the "
+        "armadillo (Examples/Training/README.md)."],
+    "vtkEnsembleStatistics": [
+        "1,000 shapes of 100,000 points, 1.1 GiB of coordinates: mean and deviation in 14 s of processor time, three quantiles in 14 s, "
+        "ten modes in 34 s, all 999 modes in 79 s; beside the samples 0, 1, 132 and 4,553 MiB, most of the last for the modes "
+        "themselves (Testing/Benchmarks/README.md).",
+        "Modes with less than 1e-12 of the largest variance are left out: single samples do not have them."],
+    "vtkShapeModelSampler": [
+        "N samples have at most N - 1 modes: shapes that these do not span are not made. Samples are Gaussian in the coefficients, so "
+        "that shapes of bent limbs, as poses, are not met."],
+    "vtkSurfaceDistance": [
+        "Two concentric spheres of 88,800 triangles, with radii of 0.5 and 0.55: a mean of 0.049995, a maximum of 0.05, in 5.4 s of "
+        "processor time for 100,000 samples each.",
+        "The maximum is that of the samples, and so a lower bound of the Hausdorff distance."],
+    "vtkEnsembleLayoutFilter": ["Samples are moved only: memory and time are those of a copy of their points."],
+    "vtkPoseEnsembleFilter": [
+        "About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000.",
+        "At most 423 s and 5.5 GB for a sample of 3 million triangles, on a busy machine (Testing/Benchmarks/README.md)."],
+    "vtkFieldLatentEncoder": [
+        "92 % of the rate of matrix products, and 3 MiB beyond the start (Testing/Benchmarks/README.md).",
+        "With field_latents textures come back at 28.9 dB from 30,000 points and at 24.8 dB from 5,000, means of ten surfaces: 2.1 and "
+        "2.0 dB better than colors of points. Of flat colors with sharp borders fitted colors are as good or better "
+        "(Examples/Training/README.md)."],
+    "vtkFieldLatentTextureFilter": [
+        "Samples of coat differ from the texture by 0.0241, 0.0221 and 0.0235 at scales of 8, 16 and 32 pixels; the texture on another "
+        "triangulation by 0.0132, 0.0145 and 0.0164, noise by 0.1486, 0.1220 and 0.1111 (Examples/Training/README.md)."],
+    "vtkFieldLatentTrainer": [
+        "field_latents took 25 minutes of one of two busy cores, 40,000 iterations of 48 rings (Examples/Training/README.md)."],
+    "vtkLatentDiffusionTrainer": [
+        "coat takes half an hour of one core, 0.09 s a step; tissue took 37 minutes, 0.28 s a step (Examples/Training/README.md)."],
+    "vtkGeometricTextureTrainer": [
+        "Distances of synthesized from learned textures on three shapes: spikes 0.028 to 0.056, labyrinth 0.025 to 0.043, knobs 0.025 "
+        "to 0.058; those of the bare targets are 0.108 to 0.240 (Examples/Training/README.md)."],
+    "vtkMultiscaleMeshFitter": [
+        "At most 595 s and 1.0 GB from 3 million to 81,920 triangles, on a busy machine (Testing/Benchmarks/README.md)."],
 }  # fmt: skip

@@ -28,6 +28,7 @@
 #include <vtkStringArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -43,6 +44,10 @@ vtkStandardNewMacro(vtkLabelSurfaceFilter);
 namespace
 {
 constexpr std::size_t MostLabels = 4096;
+/// Number of labels from which an image may be a scan, and the fraction of its adjacent samples other than background with
+/// the same label below which it is: 0.09 to 0.24 in scans of MRIcron, 0.82 to 0.98 in its label maps.
+constexpr std::size_t LabelsOfScans = 33;
+constexpr double AgreementOfScans = 0.4;
 
 /// Values of an array as labels. @throws InvalidInput for a value that is no integer of 32 bits
 std::vector<std::int32_t> LabelsAt(vtkDataArray* values)
@@ -62,8 +67,45 @@ std::vector<std::int32_t> LabelsAt(vtkDataArray* values)
   return labels;
 }
 
-/// Turns all labels but the wanted ones into background. @throws InvalidInput for one that is not there, or too many
-void ChooseLabels(std::vector<std::int32_t>& labels, const std::vector<int>& wanted)
+/// Fraction of the adjacent samples, along the three axes, with the same label, of those of which none is background.
+double AgreementOfNeighbors(const std::vector<std::int32_t>& labels, const std::array<int, 3>& dimensions)
+{
+  std::int64_t pairs = 0;
+  std::int64_t equal = 0;
+  const std::array<std::int64_t, 3> steps{ 1, dimensions[0], std::int64_t{ 1 } * dimensions[0] * dimensions[1] };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const std::int64_t step = steps[axis];
+    for (std::int64_t k = 0; k + step < static_cast<std::int64_t>(labels.size()); ++k)
+    {
+      const std::int32_t here = labels[k];
+      const std::int32_t next = labels[k + step];
+      const bool counted = here != 0 && next != 0 && k / step % dimensions[axis] + 1 < dimensions[axis];
+      pairs += counted ? 1 : 0;
+      equal += counted && here == next ? 1 : 0;
+    }
+  }
+  return pairs == 0 ? 1.0 : static_cast<double>(equal) / static_cast<double>(pairs);
+}
+
+/// @throws InvalidInput for gray values: many labels, of which adjacent samples seldom have the same
+void RefuseScans(std::size_t number, const std::vector<std::int32_t>& labels, const std::array<int, 3>& dimensions)
+{
+  const double agreement = number < LabelsOfScans ? 1.0 : AgreementOfNeighbors(labels, dimensions);
+  if (agreement < AgreementOfScans)
+  {
+    throw InvalidInput("The image has " + std::to_string(number) + " labels, and only " +
+      std::to_string(std::lround(100.0 * agreement)) +
+      " percent of adjacent samples have the same label: these are the gray values of a scan; a label map is needed, "
+      "or a "
+      "choice of Labels. vtkVDBSurfaceFilter makes a surface of other volumes.");
+  }
+}
+
+/// Turns all labels but the wanted ones into background. @throws InvalidInput for one that is not there, too many, or gray
+/// values
+void ChooseLabels(
+  std::vector<std::int32_t>& labels, const std::vector<int>& wanted, const std::array<int, 3>& dimensions)
 {
   std::set<std::int32_t> found;
   std::int32_t last = 0;
@@ -82,6 +124,7 @@ void ChooseLabels(std::vector<std::int32_t>& labels, const std::vector<int>& wan
       throw InvalidInput("The image has more than " + std::to_string(MostLabels) +
         " labels; a label map is needed, or a choice of Labels. vtkVDBSurfaceFilter makes a surface of other volumes.");
     }
+    RefuseScans(found.size(), labels, dimensions);
     return;
   }
   const std::set<std::int32_t> chosen(wanted.begin(), wanted.end());
@@ -139,7 +182,7 @@ public:
     vtkDataArray* values = this->Values(image, onCells);
     const ImageLattice lattice(image, onCells);
     std::vector<std::int32_t> labels = LabelsAt(values);
-    ChooseLabels(labels, this->Self->Labels);
+    ChooseLabels(labels, this->Self->Labels, lattice.Dimensions);
     const LabelNameMap names = this->Names();
     surfsynth::LabelVolume volume;
     volume.Dimensions = lattice.Dimensions;

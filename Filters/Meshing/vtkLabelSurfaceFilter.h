@@ -20,7 +20,8 @@
  *
  * @par Failure
  * An error and an empty output for values that are no labels, labels that are asked for and not there, a table of names
- * that cannot be read, and volumes that the correction does not reach.
+ * that cannot be read, and volumes that the correction does not reach. Gray values of a scan are no labels: more than 32
+ * labels, where less than 40 percent of adjacent samples have the same one. A choice of labels is taken as it is.
  *
  * @sa vtkVDBSurfaceFilter, vtkSurfaceRepairFilter, vtkTetrahedralizeFilter
  */

@@ -90,6 +90,9 @@ def test_wrong_arguments_have_words(tmp_path):
         label_surfaces(volume(), labels=[4])
     with pytest.raises(SurfaceSynthesisError, match="which is no label"):
         label_surfaces(volume_from_numpy(labels() + 0.5, affine()))
+    gray = np.random.default_rng(1).integers(1, 250, size=(20, 20, 20))
+    with pytest.raises(SurfaceSynthesisError, match="249 labels, and only 0 percent .* gray values of a scan"):
+        label_surfaces(volume_from_numpy(gray, affine()))
     with pytest.raises(SurfaceSynthesisError, match="table of names cannot be read"):
         label_surfaces(volume(), names=str(tmp_path / "none.txt"))
     with pytest.raises(TypeError, match="vtkImageData"):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# The Debian packages, which the target package makes (CPack): one for each component of the installation. The root
-# CMakeLists.txt includes this file when SURFACE_SYNTHESIS_PACKAGES is on; the preset `package` sets what belongs to it.
+# The Debian packages, which the target package makes (CPack): one for each component of the installation, or that of the
+# ParaView plugin. The root CMakeLists.txt includes this file when SURFACE_SYNTHESIS_PACKAGES is on; the preset `package` sets what belongs to it.
 if (NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   message(FATAL_ERROR "SURFACE_SYNTHESIS_PACKAGES needs CMAKE_INSTALL_PREFIX=/usr; it is ${CMAKE_INSTALL_PREFIX}")
 endif ()
@@ -28,6 +28,11 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(version "= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}")
 set(soversion "${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
 set(library "libsurfacesynthesis${soversion}")
+if (SURFACE_SYNTHESIS_PARAVIEW)
+  include("${CMAKE_CURRENT_LIST_DIR}/PluginPackage.cmake")
+  include(CPack)
+  return()
+endif ()
 file(WRITE "${CMAKE_BINARY_DIR}/Debian/triggers" "activate-noawait ldconfig\n")
 
 # surfsynth_add_package(<component> <name> <section> <summary> <description> [DEPENDS <text>...] [RECOMMENDS <text>...]

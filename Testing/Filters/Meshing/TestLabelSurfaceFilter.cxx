@@ -254,6 +254,32 @@ TEST(LabelSurfaceFilter, RefusesWrongInputsInWords)
   EXPECT_THAT(ErrorOf(filter), HasSubstr("has the names \"Left\" and \"Right\""));
 }
 
+TEST(LabelSurfaceFilter, GrayValuesOfAScanAreRefusedAndSmallRegionsAreNot)
+{
+  const auto image = [](auto label) {
+    auto made = vtkSmartPointer<vtkImageData>::New();
+    made->SetDimensions(16, 16, 16);
+    made->AllocateScalars(VTK_SHORT, 1);
+    for (vtkIdType k = 0; k < 4096; ++k)
+    {
+      made->GetPointData()->GetScalars()->SetTuple1(k, label(k % 16, k / 16 % 16, k / 256));
+    }
+    return made;
+  };
+  const auto gray = [](
+                      vtkIdType x, vtkIdType y, vtkIdType z) { return x < 8 ? 0 : 1 + (7 * x + 13 * y + 29 * z) % 61; };
+  const auto scan = Filter(image(gray));
+  EXPECT_THAT(ErrorOf(scan), HasSubstr("61 labels, and only 0 percent of adjacent samples have the same label"));
+  scan->SetNumberOfLabels(2); // 1 and 1
+  scan->SetLabel(1, 2);
+  EXPECT_EQ(Made(scan)->GetNumberOfBlocks(), 2u) << "a choice is taken as it is";
+  const auto regions = Filter(
+    image([](vtkIdType x, vtkIdType y, vtkIdType z) { return 1 + x / 4 + 4 * (y / 4) + 16 * (z / 4); }));
+  EXPECT_EQ(Made(regions)->GetNumberOfBlocks(), 64u) << "regions of 64 samples";
+  const auto few = Filter(image([](vtkIdType x, vtkIdType y, vtkIdType z) { return (x + y + z) % 3; }));
+  EXPECT_EQ(Made(few)->GetNumberOfBlocks(), 2u) << "few labels may be scattered";
+}
+
 TEST(LabelSurfaceFilter, EmptyInputGivesEmptyOutput)
 {
   vtkNew<vtkImageData> empty;

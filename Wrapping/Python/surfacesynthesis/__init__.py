@@ -57,6 +57,7 @@ from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
+from .dataset_surfaces import dataset_of_surfaces, surfaces_of_dataset
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
@@ -122,6 +123,8 @@ __all__ = [
     "poisson_net",
     "poses",
     "read_mesh",
+    "dataset_of_surfaces",
+    "surfaces_of_dataset",
     "read_signal_dataset",
     "read_textured_mesh",
     "read_texture_dataset",

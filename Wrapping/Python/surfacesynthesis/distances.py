@@ -3,9 +3,7 @@
 
 import collections.abc
 import csv
-import html
 import io
-import json
 import warnings
 
 from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -14,6 +12,7 @@ from .arguments import INT_MIN, integer, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
+from .results import Result, html_table
 from .vtkSurfaceSynthesisStatistics import vtkSurfaceDistance
 
 _SURFACE_TEXT = "a vtkPolyData or a pair of arrays (points, triangles)"
@@ -75,7 +74,7 @@ def distance_of(algorithm):
     return SurfaceDistance(surface, algorithm.GetOutputDataObject(1))
 
 
-class SurfaceDistance(collections.abc.Mapping):
+class SurfaceDistance(Result, collections.abc.Mapping):
     """Distances in world units, weighted by area, of both directions together: ``mean``, ``rms``, ``percentile_95`` (the
     distance that 95 percent of the area do not exceed) and ``maximum``, the Hausdorff distance, a lower bound.
 
@@ -111,10 +110,10 @@ class SurfaceDistance(collections.abc.Mapping):
         writer.writerows([direction, *map(repr, row.values())] for direction, row in self._rows().items() if row)
         return text.getvalue()
 
-    def to_json(self):
-        """The distances as a JSON text."""
+    def to_dict(self):
+        """The distances of each direction, as to_json() writes them."""
         rows = {direction.replace(" ", "_"): row for direction, row in self._rows().items()}
-        return json.dumps({**rows, "units": "world units of the surfaces"}, indent=2)
+        return {**rows, "units": "world units of the surfaces"}
 
     def __str__(self):
         if not self:
@@ -129,9 +128,5 @@ class SurfaceDistance(collections.abc.Mapping):
         return f"<SurfaceDistance: {values or 'empty'}>"
 
     def _repr_html_(self):
-        head = "".join(f"<th>{html.escape(name.replace('_', ' '))}</th>" for name in _COLUMNS)
-        body = "".join(
-            f"<tr><td>{direction}</td>" + "".join(f"<td>{value:.6g}</td>" for value in row.values()) + "</tr>"
-            for direction, row in self._rows().items()
-        )
-        return f"<table><tr><th>distance, world units</th>{head}</tr>{body}</table>"
+        head = ["distance, world units", *(name.replace("_", " ") for name in _COLUMNS)]
+        return html_table([[direction, *row.values()] for direction, row in self._rows().items()], head)

@@ -15,6 +15,7 @@ from .datasets import array_by_name, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .observations import observe
 from .pipeline import apply_filter
+from .results import Result, html_table
 from .vtkSurfaceSynthesisNoise import vtkMaternParameterEstimator
 
 #: The parameters by their names in Python, and the rows of the filter's table that they come from.
@@ -117,7 +118,7 @@ def configured_filter(
     return algorithm
 
 
-class MaternEstimate(collections.abc.Mapping):
+class MaternEstimate(Result, collections.abc.Mapping):
     """The estimated parameters by name, each a ParameterEstimate, as estimate_matern() finds them:
 
     - ``correlation_range``: that of matern_noise(), in world units;
@@ -159,6 +160,16 @@ class MaternEstimate(collections.abc.Mapping):
         writer.writerows([name, *map(repr, value)] for name, value in self.items())
         return text.getvalue()
 
+    def to_dict(self):
+        """The parameters, each with its estimate, standard error and interval, the likelihood and the counts, as to_json()
+        writes them."""
+        return {
+            "parameters": {name: value._asdict() for name, value in self.items()},
+            "log_likelihood": self.log_likelihood,
+            "number_of_observations": self.number_of_observations,
+            "number_of_fields": self.number_of_fields,
+        }
+
     def __str__(self):
         lines = [
             f"{name.replace('_', ' '):<20} {value.estimate:>12.6g}   95 %: {value.lower:.6g} to {value.upper:.6g}"
@@ -169,3 +180,7 @@ class MaternEstimate(collections.abc.Mapping):
     def __repr__(self):
         values = ", ".join(f"{name} {value.estimate:.6g}" for name, value in self.items())
         return f"<MaternEstimate: {values or 'empty'}>"
+
+    def _repr_html_(self):
+        rows = ([name.replace("_", " "), *value] for name, value in self.items())
+        return html_table(rows, ("parameter", "estimate", "standard error", "95 %: from", "to"))

@@ -60,7 +60,7 @@ def label_surfaces(
     Raises
     ------
     SurfaceSynthesisError
-        Values are no labels, a label is not there, or the table of names cannot be read.
+        Values are no labels, as the gray values of a scan, a label is not there, or the table of names cannot be read.
     Cancelled
         ``progress`` returned False.
     ValueError, TypeError

@@ -14,6 +14,7 @@ from .arguments import array_name, choice, flag, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
+from .results import Result, html_table, shown
 from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics
 
 #: The distances of two samples, by the name that ``distance`` takes.
@@ -34,6 +35,7 @@ METRICS = {
     "number_of_components": "NumberOfComponents",
 }
 _GIVEN_VALUES = "_GivenValues"
+_NEAREST = ("sample", "sample_name", "nearest_reference", "nearest_reference_name", "distance")
 
 
 def ensemble_metrics(
@@ -169,7 +171,7 @@ def _choose_given_values(algorithm, array, generated, reference):
     algorithm.SetArrayName(_GIVEN_VALUES)
 
 
-class EnsembleMetrics(collections.abc.Mapping):
+class EnsembleMetrics(Result, collections.abc.Mapping):
     """The metrics by name, as ensemble_metrics() finds them:
 
     - ``mmd``: minimum matching distance in the words of the paper, the mean over the generated samples of the distance
@@ -214,16 +216,26 @@ class EnsembleMetrics(collections.abc.Mapping):
         """The metrics as comma-separated values: a line of names and a line of numbers."""
         return _csv([list(self), [repr(value) for value in self.values()]])
 
+    def to_dict(self):
+        """The metrics by name, and "nearest", a row for each generated sample, as to_json() writes them."""
+        return {**self._values, "nearest": self.nearest()}
+
+    def nearest(self):
+        """A list with a dictionary for each generated sample: sample, sample_name, nearest_reference,
+        nearest_reference_name, distance."""
+        columns = self.names, self.nearest_reference.tolist(), self.nearest_names, self.distances.tolist()
+        return [dict(zip(_NEAREST, (number, *row))) for number, row in enumerate(zip(*columns))]
+
     def nearest_to_csv(self):
         """The nearest references as comma-separated values, with a line of column names."""
-        rows = zip(self.names, self.nearest_reference.tolist(), self.nearest_names, map(repr, self.distances.tolist()))
-        header = ["sample", "sample_name", "nearest_reference", "nearest_reference_name", "distance"]
-        return _csv([header, *([number, *row] for number, row in enumerate(rows))])
+        return _csv([_NEAREST, *([*list(row.values())[:-1], repr(row["distance"])] for row in self.nearest())])
 
     def __str__(self):
-        shown = {name: f"{value:,}" if isinstance(value, int) else f"{value:.6g}" for name, value in self.items()}
-        lines = [f"{name.replace('_', ' '):<32} {value:>14}" for name, value in shown.items()]
+        lines = [f"{name.replace('_', ' '):<32} {shown(value):>14}" for name, value in self.items()]
         return "\n".join(lines) if lines else "empty"
+
+    def _repr_html_(self):
+        return html_table((name.replace("_", " "), value) for name, value in self.items())
 
     def __repr__(self):
         values = ", ".join(f"{name} {self[name]:.6g}" for name in ("mmd", "cov") if name in self)

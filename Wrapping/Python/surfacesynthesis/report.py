@@ -12,6 +12,7 @@ from .datasets import given_dataset
 from .deprecation import warn_renamed
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
+from .results import Result, html_table, shown
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
 
 #: Properties that count defects, or possible ones.
@@ -112,7 +113,7 @@ def _plain(name, value):
     return value if _REAL.fullmatch(name) else int(value)
 
 
-class TopologyReport(collections.abc.Mapping):
+class TopologyReport(Result, collections.abc.Mapping):
     """The properties of one surface by name, as topology_report() finds them.
 
     ``components`` is a list of dictionaries with the properties of the components of a surface that has several, those
@@ -174,30 +175,46 @@ class TopologyReport(collections.abc.Mapping):
         """All rows as comma-separated values, with a line of column names."""
         return _csv(self._rows)
 
-    def __str__(self):
-        lines = []
+    def to_dict(self):
+        """The properties by name, the defects with their first cell or point and their repair, and the components, as
+        to_json() writes them."""
+        defects = {
+            name: {"count": count, "first": self.first(name), "remark": self.remark(name)}
+            for name, count in self.defects.items()
+        }
+        return {"properties": dict(self), "defects": defects, "components": self.components}
+
+    def _lines(self):
+        """Name, value, first cell or point and remark of each property that the table shows."""
         for name, value in self.items():
             if not value and (name in DEFECTS or name.endswith("_cells") or name == "longest_boundary_loop"):
                 continue  # what there is none of
-            if isinstance(value, bool):
-                shown = "yes" if value else "no"
-            else:
-                shown = f"{value:,}" if isinstance(value, int) else f"{value:.6g}"
             first = "" if self.first(name) is None else f"first {self.first(name)}"
             remark = self.remark(name) if self.remark(name) not in ("yes", "no") else ""
-            lines.append(f"{name.replace('_', ' '):<28} {shown:>14}  {first:<14} {remark}".rstrip())
+            yield name.replace("_", " "), shown(value), first, remark
+
+    def _component_lines(self):
+        """Number and description of each component."""
         for component in self.components:
-            shown = [f"{component['points']:,} points", f"{component['triangles']:,} triangles"]
-            shown += [f"genus {component['genus']}"] if "genus" in component else []
-            shown += [f"volume {component['volume']:.6g}"] if "volume" in component else ["open"]
-            lines.append(f"component {component['component']}: {', '.join(shown)}")
+            parts = [f"{component['points']:,} points", f"{component['triangles']:,} triangles"]
+            parts += [f"genus {component['genus']}"] if "genus" in component else []
+            parts += [f"volume {component['volume']:.6g}"] if "volume" in component else ["open"]
+            yield f"component {component['component']}", ", ".join(parts)
+
+    def __str__(self):
+        lines = [f"{name:<28} {value:>14}  {first:<14} {remark}".rstrip() for name, value, first, remark in self._lines()]
+        lines += [f"{name}: {text}" for name, text in self._component_lines()]
         return "\n".join(lines) if lines else "empty"
+
+    def _repr_html_(self):
+        rows = [*self._lines(), *((name, text, "", "") for name, text in self._component_lines())]
+        return html_table(rows, ("property", "value", "first", "remark"))
 
     def __repr__(self):
         return f"<TopologyReport: {'valid' if self.valid else 'not valid'}, {self.get('triangles', 0)} triangles>"
 
 
-class BlockReports(dict):
+class BlockReports(Result, dict):
     """The reports of the blocks of a composite dataset, by flat index."""
 
     @property
@@ -215,8 +232,15 @@ class BlockReports(dict):
         """All rows of all blocks as comma-separated values, with a line of column names."""
         return _csv(row for report in self.values() for row in report._rows)
 
+    def to_dict(self):
+        """The reports of the blocks by flat index, as to_json() writes them."""
+        return {"blocks": {block: report.to_dict() for block, report in self.items()}}
+
     def __str__(self):
         return "\n\n".join(f"block {block}\n{report}" for block, report in self.items()) or "empty"
+
+    def _repr_html_(self):
+        return "".join(f"<p>block {block}</p>{report._repr_html_()}" for block, report in self.items()) or "<p>empty</p>"
 
 
 def _csv(rows):

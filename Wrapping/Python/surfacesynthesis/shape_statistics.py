@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Statistics of ensembles and statistical shape models: functions around vtkEnsembleStatistics and vtkShapeModelSampler."""
 
-import html
-import json
 import math
 import warnings
 
@@ -15,6 +13,7 @@ from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .metrics import ensemble_of
 from .pipeline import apply_filter
+from .results import Result, html_table
 from .vtkSurfaceSynthesisStatistics import vtkEnsembleStatistics, vtkShapeModelSampler
 
 
@@ -85,7 +84,7 @@ def statistics_of(algorithm):
     return EnsembleStatistics(surface, *tables)
 
 
-class EnsembleStatistics:
+class EnsembleStatistics(Result):
     """Statistics of an ensemble of N samples on V points, of C components, as ensemble_statistics() finds them.
 
     - ``surface``: vtkPolyData with the mean positions, or of an array with the positions of the first sample, and all results
@@ -124,9 +123,13 @@ class EnsembleStatistics:
         lines += [",".join(map(repr, row.values())) for row in self._mode_rows()]
         return "\n".join(lines) + "\n"
 
-    def to_json(self):
-        """Counts, extremes of the standard deviation and the variances of the modes as a JSON text."""
-        return json.dumps({**self._summary(), "modes": self._mode_rows()}, indent=2)
+    def to_csv(self):
+        """The text of modes_to_csv()."""
+        return self.modes_to_csv()
+
+    def to_dict(self):
+        """Counts, extremes of the standard deviation and the variances of the modes, as to_json() writes them."""
+        return {**self._summary(), "modes": self._mode_rows()}
 
     def _mode_rows(self):
         cumulative = np.cumsum(self.fractions).tolist()
@@ -163,15 +166,12 @@ class EnsembleStatistics:
         return f"<EnsembleStatistics: {len(self.names)} samples of {len(self.mean)} points, {len(self.variances)} modes>"
 
     def _repr_html_(self):
-        rows = [(name.replace("_", " "), f"{value:.6g}") for name, value in self._summary().items()]
-        body = "".join(f"<tr><td>{html.escape(name)}</td><td>{value}</td></tr>" for name, value in rows)
-        modes = "".join(
-            f"<tr><td>{row['mode']}</td><td>{row['standard_deviation']:.6g}</td><td>{100 * row['fraction']:.2f} %</td>"
-            f"<td>{100 * row['cumulative_fraction']:.2f} %</td></tr>"
+        summary = html_table((name.replace("_", " "), value) for name, value in self._summary().items())
+        modes = [
+            (row["mode"], row["standard_deviation"], f"{100 * row['fraction']:.2f} %", f"{100 * row['cumulative_fraction']:.2f} %")
             for row in self._mode_rows()
-        )
-        head = "<tr><th>mode</th><th>standard deviation</th><th>fraction</th><th>cumulative</th></tr>"
-        return f"<table>{body}</table>" + (f"<table>{head}{modes}</table>" if modes else "")
+        ]
+        return summary + (html_table(modes, ("mode", "standard deviation", "fraction", "cumulative")) if modes else "")
 
 
 def shape_model(

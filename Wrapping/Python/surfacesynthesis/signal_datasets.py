@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Signals on surfaces in files: what flow matching trains on and is tested with."""
 
+import html
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from .arguments import array_name
 from .datasets import given_dataset
 from .errors import FormatError
 from .files.polygons import from_polydata
+from .results import html_table
 from .safetensors import read_safetensors, write_safetensors
 
 _CONTENT, _VERSION = "surface_signals", "1"
@@ -28,6 +30,18 @@ class SignalDataset(NamedTuple):
 
     name: str
     sources: list
+
+    def __repr__(self):
+        samples = sum(len(source.signals) for source in self.sources)
+        return f"<SignalDataset {self.name!r}: {len(self.sources)} surfaces, {samples:,} samples>"
+
+    def _repr_html_(self):
+        rows = [
+            (k, len(source.points), len(source.triangles), *source.signals.shape[::2])
+            for k, source in enumerate(self.sources)
+        ]
+        head = ("surface", "points", "triangles", "samples", "components")
+        return f"<p>{html.escape(self.name)}</p>{html_table(rows, head)}"
 
 
 def write_signal_dataset(path, sources, name):

@@ -14,6 +14,7 @@ from vtkmodules.vtkImagingCore import vtkImageResize
 from .arguments import INT_MIN, integer, progress_callback
 from .errors import Cancelled, FormatError
 from .files.images import read_image
+from .results import html_table
 from .safetensors import read_safetensors, write_safetensors
 
 _CONTENT, _VERSION = "textures", "1"
@@ -35,6 +36,17 @@ class TextureDataset(NamedTuple):
 
     images: list  #: uint8 [H, W, 3] each
     meshes: list  #: PlanarMesh each
+
+    def __repr__(self):
+        return f"<TextureDataset: {len(self.images)} images, {len(self.meshes)} planar meshes>"
+
+    def _repr_html_(self):
+        rows = [(f"image {k}", f"{image.shape[1]} x {image.shape[0]} pixels") for k, image in enumerate(self.images)]
+        rows += [
+            (f"mesh {k}", f"{len(mesh.points):,} points, {len(mesh.triangles):,} triangles")
+            for k, mesh in enumerate(self.meshes)
+        ]
+        return html_table(rows)
 
 
 def texture_dataset(path, images, tile=512, side=1024, tiles=4, meshes=64, mesh_points=2500, seed=0, progress=None):

@@ -112,6 +112,36 @@ def add_running_options(group):
     group.add_argument("--quiet", action="store_true", help="print errors only")
 
 
+def add_result_options(group, what="the result"):
+    """The options --csv and --json of a command that prints numbers, which result_text() takes; returns their group."""
+    forms = group.add_mutually_exclusive_group()
+    forms.add_argument("--csv", action="store_true", help=f"print {what} as comma-separated values")
+    forms.add_argument("--json", action="store_true", help=f"print {what} as JSON")
+    return forms
+
+
+def result_text(arguments, result, text=None):
+    """The text that a command with add_result_options() prints about a result; ``text`` in place of its table."""
+    if arguments.json:
+        return result.to_json()
+    return result.to_csv().rstrip("\n") if arguments.csv else str(result) if text is None else text
+
+
+def add_summary_option(group):
+    """The option --json of a command that prints a summary of what it wrote, which summary_text() takes."""
+    group.add_argument("--json", action="store_true", help="print the summary as JSON")
+
+
+def summary_text(arguments, text, output, seconds, **values):
+    """``text``, or with --json the values, the size of the dataset that was written, the seconds and the file."""
+    if not arguments.json:
+        return text
+    from ..results import json_text
+
+    counts = {"points": output.GetNumberOfPoints(), "cells": output.GetNumberOfCells()}
+    return json_text({**values, **counts, "seconds": seconds, "output": arguments.output})
+
+
 def add_reading_options(parser):
     """The options about how the surface INPUT is read."""
     group = parser.add_argument_group("reading")

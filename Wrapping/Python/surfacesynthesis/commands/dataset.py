@@ -9,6 +9,7 @@ import time
 from .. import vtkSurfaceSynthesisEnsembles as _ensembles
 from .. import vtkSurfaceSynthesisMeshing as _meshing
 from ..deprecation import add_former_option
+from . import dataset_surfaces
 from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
 from .field_latents import color_of, textured_input
 from .train_latent_diffusion import add_surface_options, surface_parameters
@@ -16,12 +17,15 @@ from .train_latent_diffusion import add_surface_options, surface_parameters
 _DESCRIPTION = """\
 Makes data to train and to test flow matching with: a file (.safetensors) with a surface and many samples of a signal on
 it. Sample K depends on the seed and on K only, so parts of an ensemble can be made one by one. textures makes the data
-that field latents are trained on, latents that of new textures."""
+that field latents are trained on, latents that of new textures. export makes surfaces of a file, which ParaView and other
+commands read, and import a file of surfaces."""
 _EXAMPLES = """\
 examples:
   %(prog)s poses armadillo.off poses.safetensors --samples 3000 --points 1500 --template armadillo.off
   %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --points 2000
   %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
+  %(prog)s export poses.safetensors poses.vtm --samples 20
+  %(prog)s import patient_*.vtp patients.safetensors
   %(prog)s textures brick.png grass.png textures.safetensors --meshes 8
   %(prog)s latents duck.obj bark-latents.safetensors --autoencoder latents.safetensors --points 5000 --triangulations 64
 """
@@ -53,6 +57,7 @@ def add(commands):
     _add_textures(signals)
     if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
         _add_latents(signals)
+    dataset_surfaces.add(signals)
 
 
 def _add_signal(signals, name, help, description):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``distance``."""
 
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
 
 _DESCRIPTION = """\
 Measures the distance of two surfaces, whatever their triangulations are: mean, RMS, 95th percentile and Hausdorff
@@ -28,8 +28,7 @@ def add(commands):
     sampling.add_argument("--seed", type=int, default=0, metavar="S", help="seed of their places (default: 0)")
     output = parser.add_argument_group("output")
     output.add_argument("--output", metavar="FILE", help="write the first surface with the point array Distance: .vtp .ply")
-    output.add_argument("--csv", action="store_true", help="comma-separated values instead of a table")
-    output.add_argument("--json", action="store_true", help="JSON instead of a table")
+    add_result_options(output)
     add_running_options(output)
 
 
@@ -48,9 +47,7 @@ def run(arguments):
     if arguments.output:
         as_usage(files.check_writable, distance.surface, arguments.output)
         files.write_mesh(distance.surface, arguments.output)
-    if arguments.json:
-        return distance.to_json()
-    return distance.to_csv().rstrip("\n") if arguments.csv else str(distance)
+    return result_text(arguments, distance)
 
 
 def _surface(path):

@@ -4,10 +4,12 @@
 from .common import (
     add_command,
     add_reading_options,
+    add_result_options,
     add_running_options,
     as_usage,
     read_input_surface,
     read_observations,
+    result_text,
     run_filter,
 )
 
@@ -57,7 +59,7 @@ def add(commands):
     model.add_argument("--no-noise-estimation", action="store_true", help="take the observations as exact")
     model.add_argument("--no-mean-estimation", action="store_true", help="take the mean of each field as 0")
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="comma-separated values instead of a table")
+    add_result_options(output, "the parameters")
     add_running_options(output)
     add_reading_options(parser)
 
@@ -77,5 +79,4 @@ def run(arguments):
         operator_power=arguments.operator_power,
     )
     run_filter(algorithm, mesh, arguments)
-    estimate = MaternEstimate(algorithm)
-    return estimate.to_csv().rstrip("\n") if arguments.csv else str(estimate)
+    return result_text(arguments, MaternEstimate(algorithm))

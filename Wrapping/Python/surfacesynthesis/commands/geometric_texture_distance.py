@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``geometric-texture-distance``."""
 
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter
+from ..results import Result
+from ..vocabulary import snake
+from .common import add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
 
 _DESCRIPTION = """\
 Compares the geometric textures of two surfaces, whatever their shape: the sliced Wasserstein distance of the features
@@ -46,7 +48,7 @@ def add(commands):
     )
     comparison.add_argument("--seed", type=int, default=0, metavar="N", help="of the directions (default: 0)")
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="comma-separated values instead of a line")
+    add_result_options(output, "the distance")
     add_running_options(output)
 
 
@@ -67,11 +69,30 @@ def run(arguments):
     mesh, reference = (_read(path) for path in (arguments.mesh, arguments.reference))
     give_reference(algorithm, reference)
     table = run_filter(algorithm, mesh, arguments)
-    row = {table.GetColumnName(k): table.GetColumn(k).GetValue(0) for k in range(table.GetNumberOfColumns())}
-    if arguments.csv:
-        return "\n".join(",".join(map(str, line)) for line in (row.keys(), map(repr, row.values())))
-    triangles = f"{row['NumberOfTriangles']:,} and {row['NumberOfReferenceTriangles']:,} triangles"
-    return f"distance {row['Distance']:.6g}, standard error {row['StandardError']:.2g}, of {triangles}"
+    return result_text(arguments, _Distance(table))
+
+
+class _Distance(Result):
+    """The row of a table of vtkGeometricTextureDistance; empty for two empty surfaces."""
+
+    def __init__(self, table):
+        rows = table.GetNumberOfRows()
+        self._row = {table.GetColumnName(k): table.GetColumn(k).GetValue(0) for k in range(table.GetNumberOfColumns()) if rows}
+
+    def to_dict(self):
+        """The columns by name."""
+        return {snake(name): value for name, value in self._row.items()}
+
+    def to_csv(self):
+        """A line of names and one of numbers."""
+        return "\n".join(",".join(map(str, line)) for line in (self._row.keys(), map(repr, self._row.values())))
+
+    def __str__(self):
+        row = self._row
+        if not row:
+            return "empty"
+        triangles = f"{row['NumberOfTriangles']:,} and {row['NumberOfReferenceTriangles']:,} triangles"
+        return f"distance {row['Distance']:.6g}, standard error {row['StandardError']:.2g}, of {triangles}"
 
 
 def _read(path):

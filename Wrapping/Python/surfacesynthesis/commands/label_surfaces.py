@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``label-surfaces``."""
 
-import json
 import time
 
-from .common import UsageError, add_command, add_running_options, as_usage, run_filter
+from ..results import json_text
+from .common import UsageError, add_command, add_result_options, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
 Makes a named surface of each label of a label map: the regions of an atlas or a segmentation. Touching labels share the
@@ -52,8 +52,7 @@ def add(commands):
         "--no-shared-borders", action="store_false", dest="shared_borders", help="smooth each label by itself"
     )
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="print labels, names and volumes as comma-separated values")
-    output.add_argument("--json", action="store_true", help="print labels, names and volumes as JSON")
+    add_result_options(output, "labels, names and volumes")
     add_running_options(output)
 
 
@@ -84,7 +83,7 @@ def run(arguments):
     as_usage(files.check_writable, written, arguments.output)
     files.write_mesh(written, arguments.output)
     if arguments.json:
-        return json.dumps(rows, indent=2)
+        return json_text(rows)
     if arguments.csv:
         lines = [f'{row["label"]},"{row["name"]}",{row["points"]},{row["triangles"]},{row["volume"]!r}' for row in rows]
         return "\n".join(["label,name,points,triangles,volume", *lines])

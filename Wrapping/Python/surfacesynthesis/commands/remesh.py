@@ -7,9 +7,11 @@ from .common import (
     add_command,
     add_reading_options,
     add_running_options,
+    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
+    summary_text,
     surface_summary,
 )
 
@@ -54,6 +56,7 @@ def add(commands):
     running.add_argument(
         "--maximum-points", type=int, default=10_000_000, metavar="N", help="limit of the output (default: 10000000)"
     )
+    add_summary_option(running)
     add_running_options(running)
     add_reading_options(parser)
 
@@ -81,4 +84,5 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    return surface_summary(output, arguments.output, time.monotonic() - started)
+    seconds = time.monotonic() - started
+    return summary_text(arguments, surface_summary(output, arguments.output, seconds), output, seconds)

@@ -8,9 +8,11 @@ from .common import (
     add_command,
     add_reading_options,
     add_running_options,
+    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
+    summary_text,
     surface_summary,
 )
 
@@ -69,6 +71,7 @@ def add(commands):
     orient = running.add_argument(
         "--no-orient-outward", action="store_true", help="leave the side to which closed surfaces are turned"
     )
+    add_summary_option(running)
     add_running_options(running)
     add_reading_options(parser)
     add_former_option(parser, "--no-merge", merge)
@@ -101,7 +104,20 @@ def run(arguments):
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
     done = algorithm.GetReport() + _outcome(algorithm) if algorithm.GetReport() else "the surface was valid\n"
-    return done + surface_summary(output, arguments.output, time.monotonic() - started)
+    seconds = time.monotonic() - started
+    text = done + surface_summary(output, arguments.output, seconds)
+    return summary_text(arguments, text, output, seconds, **_measures(algorithm))
+
+
+def _measures(algorithm):
+    """Actions, losses and defects that are left, by name."""
+    return {
+        "actions": algorithm.GetReport().splitlines(),
+        "area_loss": algorithm.GetAreaLoss(),
+        "volume_loss": algorithm.GetVolumeLoss(),
+        "intersecting_triangles": algorithm.GetNumberOfIntersectingTriangles(),
+        "open_holes": algorithm.GetNumberOfOpenHoles(),
+    }
 
 
 def _outcome(algorithm):

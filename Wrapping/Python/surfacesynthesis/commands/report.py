@@ -6,10 +6,12 @@ from .common import (
     Outcome,
     add_command,
     add_reading_options,
+    add_result_options,
     add_running_options,
     as_usage,
     read_input,
     require_surface,
+    result_text,
     run_filter,
 )
 from .wording import with_commands
@@ -24,6 +26,7 @@ usage. An open surface can be valid; tetrahedralize needs a closed one.
 examples:
   %(prog)s in.stl
   %(prog)s in.vtp --csv > report.csv
+  %(prog)s in.vtp --json > report.json
 """
 #: Exit status for a surface that is not valid.
 INVALID = 3
@@ -35,7 +38,7 @@ def add(commands):
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="all rows as comma-separated values instead of a table")
+    add_result_options(output, "all rows")
     component_rows = output.add_argument(
         "--component-rows",
         type=int,
@@ -58,5 +61,4 @@ def run(arguments):
     mesh = read_input(arguments)
     require_surface(mesh, arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
-    text = report.to_csv().rstrip("\n") if arguments.csv else with_commands(str(report))
-    return Outcome(text, 0 if report.valid else INVALID)
+    return Outcome(result_text(arguments, report, with_commands(str(report))), 0 if report.valid else INVALID)

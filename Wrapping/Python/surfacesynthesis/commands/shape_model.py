@@ -4,7 +4,7 @@
 import time
 
 from .common import add_command, add_running_options, as_usage, read_surface, run_filter
-from .metrics import read_ensemble
+from .metrics import check_ensemble_names, read_ensemble
 
 _DESCRIPTION = """\
 Makes shapes of a statistical shape model of the command statistics: random ones, that of given coefficients, or the nearest
@@ -61,11 +61,12 @@ def run(arguments):
         arguments.shapes is not None,
         arguments.modes,
     )
-    for path in [arguments.model, *(arguments.shapes or []), arguments.output]:
+    check_ensemble_names(arguments.shapes or [])
+    for path in [arguments.model, arguments.output]:
         as_usage(files.extension, path)
     model = _model(arguments.model)
     if arguments.shapes is not None:
-        sampler.SetInputDataObject(1, read_ensemble(arguments.shapes))
+        sampler.SetInputDataObject(1, read_ensemble(arguments.shapes, _array_of(model)).dataset)
     output = run_filter(sampler, model, arguments)
     shapes = output.GetNumberOfBlocks()
     if shapes == 1 and files.extension(arguments.output) not in (".vtm",):
@@ -73,6 +74,12 @@ def run(arguments):
     as_usage(files.check_writable, output, arguments.output)
     files.write_mesh(output, arguments.output)
     return f"{shapes:,} shapes, {time.monotonic() - started:.1f} s -> {arguments.output}"
+
+
+def _array_of(model):
+    """Name of the array that a model is of; None for positions."""
+    names = model.GetFieldData().GetAbstractArray("EnsembleArrayName")
+    return names.GetValue(0) or None if names is not None and names.GetNumberOfValues() else None
 
 
 def _model(path):

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``statistics``."""
 
-from .common import add_command, add_running_options, as_usage, run_filter
-from .metrics import read_ensemble
+from .common import add_command, add_result_options, add_running_options, as_usage, result_text, run_filter
+from .metrics import check_ensemble_names, choose_array, read_ensemble
 
 _DESCRIPTION = """\
 Computes the mean, standard deviation, quantiles and principal modes of an ensemble of shapes or signals on one
 triangulation. With --modes the output is a statistical shape model, which the command shape-model reads."""
 _EXAMPLES = """\
 ensembles: one file with a composite dataset (.vtm .vtk), whose surfaces are the samples; one file for each sample; or one
-surface with an array for each sample, called NAME_0, NAME_1 and so on.
+surface with an array for each sample, called NAME_0, NAME_1 and so on; or a dataset file of trainings (.safetensors).
 
 output: the mean surface with the arrays StandardDeviation, StandardDistance, Quantile_0.5, Mode_0 and so on; each mode times
 its standard deviation.
@@ -31,18 +31,17 @@ def add(commands):
         _EXAMPLES,
     )
     parser.set_defaults(run=run)
-    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm .safetensors"
     parser.add_argument("ensemble", nargs="+", metavar="ENSEMBLE", help=f"the samples: {formats}")
     parser.add_argument("output", metavar="OUTPUT", help="surface to write, with all arrays: .vtp .vtk .ply")
     group = parser.add_argument_group("statistics")
-    group.add_argument("--array", metavar="NAME", help="point array of the samples (default: the points)")
+    group.add_argument("--array", metavar="NAME", help="point array of the samples (default: the points; of dataset files their signal)")
     group.add_argument(
         "--quantiles", nargs="+", type=float, default=[], metavar="P", help="probabilities of quantiles, from 0 to 1"
     )
     group.add_argument("--modes", type=int, default=0, metavar="K", help="number of modes; -1 for all (default: 0)")
     output = parser.add_argument_group("output")
-    output.add_argument("--csv", action="store_true", help="print the modes as comma-separated values")
-    output.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_result_options(output, "the modes")
     add_running_options(output)
 
 
@@ -52,12 +51,12 @@ def run(arguments):
     from ..shape_statistics import configured_filter, statistics_of
 
     algorithm = as_usage(configured_filter, arguments.array, arguments.quantiles, arguments.modes)
-    for path in [*arguments.ensemble, arguments.output]:
-        as_usage(files.extension, path)
-    run_filter(algorithm, read_ensemble(arguments.ensemble), arguments)
+    check_ensemble_names(arguments.ensemble)
+    as_usage(files.extension, arguments.output)
+    ensemble = read_ensemble(arguments.ensemble, arguments.array)
+    choose_array(algorithm, arguments.array, [ensemble])
+    run_filter(algorithm, ensemble.dataset, arguments)
     statistics = statistics_of(algorithm)
     as_usage(files.check_writable, statistics.surface, arguments.output)
     files.write_mesh(statistics.surface, arguments.output)
-    if arguments.csv:
-        return statistics.modes_to_csv().rstrip("\n")
-    return statistics.to_json() if arguments.json else f"{statistics}\n-> {arguments.output}"
+    return result_text(arguments, statistics, f"{statistics}\n-> {arguments.output}")

@@ -4,7 +4,16 @@
 import time
 
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, require_surface, run_filter
+from .common import (
+    UsageError,
+    add_command,
+    add_running_options,
+    add_summary_option,
+    as_usage,
+    require_surface,
+    run_filter,
+    summary_text,
+)
 
 _DESCRIPTION = """\
 Makes a closed manifold surface of a volume (CT, MR), or of a surface with holes, self-intersections and other defects.
@@ -92,6 +101,7 @@ def _add_solid_options(parser):
     largest = solid.add_argument("--largest-component", action="store_true", help="keep the largest component only")
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
+    add_summary_option(solid)
     add_running_options(solid)
     add_former_option(parser, "--iterations", iterations)
     add_former_option(parser, "--largest", largest)
@@ -119,7 +129,9 @@ def run(arguments):
     parts = [f"{output.GetNumberOfPoints():,} points", f"{output.GetNumberOfCells():,} triangles"]
     if is_volume:
         parts.append(f"isovalue {surface.GetEffectiveIsoValue():.6g}")
-    return f"{', '.join(parts)}, {time.monotonic() - started:.1f} s -> {arguments.output}"
+    seconds = time.monotonic() - started
+    values = {"iso_value": surface.GetEffectiveIsoValue()} if is_volume else {}
+    return summary_text(arguments, f"{', '.join(parts)}, {seconds:.1f} s -> {arguments.output}", output, seconds, **values)
 
 
 def _read_volume(files, arguments):

@@ -10,9 +10,11 @@ from .common import (
     add_command,
     add_reading_options,
     add_running_options,
+    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
+    summary_text,
     surface_summary,
 )
 
@@ -69,7 +71,9 @@ def add(commands):
         help="regions (default: fill the inside of inner surfaces) or holes (leave it empty)",
     )
     shape.add_argument("--surface-triangles", action="store_true", help="write the triangles of the surface as well")
-    add_running_options(parser.add_argument_group("output"))
+    group = parser.add_argument_group("output")
+    add_summary_option(group)
+    add_running_options(group)
     add_reading_options(parser)
     add_former_option(parser, "--ratio", ratio)
     add_former_option(parser, "--dihedral", angle)
@@ -95,7 +99,8 @@ def run(arguments):
         raise UsageError(f"{arguments.output}: the tetrahedra of this input are written to {wanted}")
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    return surface_summary(output, arguments.output, time.monotonic() - started)
+    seconds = time.monotonic() - started
+    return summary_text(arguments, surface_summary(output, arguments.output, seconds), output, seconds)
 
 
 def _filter_of(arguments):

@@ -8,9 +8,11 @@ from .common import (
     add_command,
     add_reading_options,
     add_running_options,
+    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
+    summary_text,
     surface_summary,
 )
 
@@ -45,7 +47,9 @@ def add(commands):
     atlas.add_argument(
         "--maximum-stretch", type=float, default=2.0, metavar="S", help="largest stretch of a triangle (default: 2)"
     )
-    add_running_options(parser.add_argument_group("running"))
+    running = parser.add_argument_group("running")
+    add_summary_option(running)
+    add_running_options(running)
 
 
 def add_resolution(group, what):
@@ -81,7 +85,8 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    return (
-        f"{algorithm.GetNumberOfCharts():,} charts, {100 * algorithm.GetCoverage():.0f} % of the image covered, mean "
-        f"stretch {algorithm.GetRootMeanStretch():.3f}\n"
-    ) + surface_summary(output, arguments.output, time.monotonic() - started)
+    charts, coverage, stretch = algorithm.GetNumberOfCharts(), algorithm.GetCoverage(), algorithm.GetRootMeanStretch()
+    seconds = time.monotonic() - started
+    text = f"{charts:,} charts, {100 * coverage:.0f} % of the image covered, mean stretch {stretch:.3f}\n"
+    text += surface_summary(output, arguments.output, seconds)
+    return summary_text(arguments, text, output, seconds, charts=charts, coverage=coverage, root_mean_stretch=stretch)
