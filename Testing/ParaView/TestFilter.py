@@ -30,7 +30,7 @@ PROPERTIES = {
     "MemoryLimit": (0, 500, 500),
     "NumberOfComponents": (1, 3, 3),
     "OutputArrayName": ("MaternNoise", "Bumps", "Bumps"),
-    "OperatorPower": (2, 3, 3),
+    "OperatorPower": (2, 2.5, 2.5),
     "VarianceCorrection": (0, 1, True),
     "BoundaryCondition": ("Neumann", "Robin", 2),
     "RobinCoefficient": (0.55, 2.0, 2.0),

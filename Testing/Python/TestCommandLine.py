@@ -147,6 +147,7 @@ def test_all_options_reach_the_filter(surface, pair, tmp_path):
          {"noise_model": "per_vertex", "standard_deviation": 0.5}),
         (["--noise-model", "white"], {"noise_model": "white"}),
         (["--operator-power", "4", "--variance-correction"], {"operator_power": 4, "variance_correction": True}),
+        (["--range", "1", "--operator-power", "2.5"], {"range": 1.0, "operator_power": 2.5}),
         (["--screening", "9", "--operator-power", "1"], {"screening": 9.0, "operator_power": 1}),
         (["--boundary-condition", "robin", "--robin-coefficient", "2"],
          {"boundary_condition": "robin", "robin_coefficient": 2.0}),

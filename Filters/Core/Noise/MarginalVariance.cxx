@@ -10,8 +10,12 @@ namespace surfsynth
 namespace
 {
 /// Variance on the plane: 1 / (4 pi nu tau^nu).
-double VarianceOnPlane(double tau, int smoothness)
+double VarianceOnPlane(double tau, double smoothness)
 {
+  if (smoothness != std::floor(smoothness))
+  {
+    return 1.0 / (4.0 * M_PI * smoothness * std::pow(tau, smoothness));
+  }
   double power = tau;
   for (int k = 1; k < smoothness; ++k)
   {
@@ -21,14 +25,15 @@ double VarianceOnPlane(double tau, int smoothness)
 }
 } // namespace
 
-double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, int operatorPower)
+double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, double operatorPower)
 {
-  double constantMode = 1.0 / (area * tau * tau);
-  for (int k = 2; k < operatorPower; ++k)
+  const bool isWhole = operatorPower == std::floor(operatorPower);
+  double constantMode = isWhole ? 1.0 / (area * tau * tau) : 1.0 / (area * std::pow(tau, operatorPower));
+  for (int k = 2; isWhole && k < operatorPower; ++k)
   {
     constantMode /= tau;
   }
-  const int smoothness = operatorPower - 1;
+  const double smoothness = operatorPower - 1.0;
   if (!closed)
   {
     return std::max(VarianceOnPlane(tau, smoothness), constantMode);
@@ -37,13 +42,13 @@ double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristi
   return constantMode + VarianceOnPlane(tau + mu, smoothness);
 }
 
-double MarginalVarianceInVolume(double tau, double volume, int operatorPower)
+double MarginalVarianceInVolume(double tau, double volume, double operatorPower)
 {
   // Gamma(nu) / (Gamma(alpha) (4 pi)^(3/2) kappa^(2 nu)) with nu = alpha - 3/2.
   const double smoothness = operatorPower - 1.5;
-  const double inSpace = operatorPower > 1 ? std::tgamma(smoothness) /
-      (std::tgamma(static_cast<double>(operatorPower)) * std::pow(4.0 * M_PI, 1.5) * std::pow(tau, smoothness))
-                                           : 0.0;
+  const double inSpace = smoothness > 0.0
+    ? std::tgamma(smoothness) / (std::tgamma(operatorPower) * std::pow(4.0 * M_PI, 1.5) * std::pow(tau, smoothness))
+    : 0.0;
   return std::max(inSpace, 1.0 / (volume * std::pow(tau, operatorPower)));
 }
 

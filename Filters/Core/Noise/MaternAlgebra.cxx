@@ -2,6 +2,7 @@
 #include "Core/Noise/MaternFieldInternals.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 
 #include <cmath>
 #include <string>
@@ -11,6 +12,7 @@ namespace surfsynth
 
 // With D the amplitudes and A, M the operator and the mass, all restricted to the free vertices,
 //   C = D A^-1 (M A^-1)^(alpha - 1) D,   Q = D^-1 A (M^-1 A)^(alpha - 1) D^-1.
+// For alpha without a whole number, C = D R M R D with R = A^-1 M S for alpha > 2, R = S for alpha < 2: see FractionalSolver.
 
 void MaternField::Internals::RequireAlgebra(Eigen::Index rows) const
 {
@@ -27,10 +29,19 @@ void MaternField::Internals::RequireAlgebra(Eigen::Index rows) const
 
 void MaternField::Internals::RequireFactor(const char* use) const
 {
-  if (this->Iterative)
+  if (this->IsIterative())
   {
     throw InvalidInput(std::string("MaternField: ") + use +
       " of a field whose Cholesky factor exceeds the limit of memory asked for; expected one that fits.");
+  }
+}
+
+void MaternField::Internals::RequireWholePower(const char* use) const
+{
+  if (this->IsFractional())
+  {
+    throw InvalidInput(std::string("MaternField: ") + use + " of a field of operator power " +
+      FormatNumber(this->Power()) + "; expected the power 1, 2, 3 or 4.");
   }
 }
 
@@ -52,12 +63,35 @@ Eigen::VectorXd MaternField::Internals::InverseAmplitude() const
   return inverse;
 }
 
+void MaternField::Internals::ApplyRoot(RowMatrix& values) const
+{
+  this->Fraction->SolveInPlace(values);
+  if (this->Iterative || this->Solver)
+  {
+    values = this->Mass.asDiagonal() * values;
+  }
+  if (this->Iterative)
+  {
+    this->Iterative->SolveInPlace(values);
+  }
+  else if (this->Solver)
+  {
+    this->Solver->SolveInPlace(values);
+  }
+}
+
 void MaternField::Internals::ApplyCovariance(RowMatrix& values) const
 {
   this->RequireAlgebra(values.rows());
   const Eigen::VectorXd amplitude = (this->Mass.array() > 0.0).select(this->Amplitude, 0.0);
   values = amplitude.asDiagonal() * values;
-  for (int k = 0; k < this->Power() && this->InUse(); ++k)
+  if (this->Fraction)
+  {
+    this->ApplyRoot(values);
+    values = this->Mass.asDiagonal() * values;
+    this->ApplyRoot(values);
+  }
+  for (int k = 0; k < this->Power() && this->InUse() && !this->Fraction; ++k)
   {
     if (k > 0)
     {
@@ -78,6 +112,7 @@ void MaternField::Internals::ApplyCovariance(RowMatrix& values) const
 void MaternField::Internals::ApplyPrecision(RowMatrix& values) const
 {
   this->RequireAlgebra(values.rows());
+  this->RequireWholePower("the precision");
   const Eigen::VectorXd scale = this->InverseAmplitude();
   const Eigen::VectorXd inverseMass = (this->Mass.array() > 0.0).select(this->Mass.cwiseInverse(), 0.0);
   values = scale.asDiagonal() * values;
@@ -96,6 +131,7 @@ double MaternField::Internals::LogDeterminantOfPrecision() const
 {
   this->RequireAlgebra(this->Mass.size());
   this->RequireFactor("determinants");
+  this->RequireWholePower("determinants");
   const Eigen::VectorXd scale = this->InverseAmplitude();
   double sum = this->Solver ? this->Power() * this->Solver->LogDeterminant() : 0.0;
   for (Index v = 0; v < this->Mass.size(); ++v)
@@ -110,14 +146,15 @@ double MaternField::Internals::LogDeterminantOfPrecision() const
 
 void MaternField::Internals::RequireRoomForInverse() const
 {
-  if (!this->Solver || this->Options.VarianceCorrection) // then there was room when the field was made
+  if (!this->InUse() || this->Options.VarianceCorrection) // then there was room when the field was made
   {
     return;
   }
   // Selected inversion holds two more factors for each power; with a limit that is given, that of the field counts, too.
-  const SparseMatrix& matrix = this->Solver->Matrix();
-  const std::uint64_t held = this->Options.FactorMemoryLimit > 0 ? 1U : 0U;
-  const std::uint64_t factors = held + 2U * static_cast<std::uint64_t>(this->Power());
+  const SparseMatrix& matrix = static_cast<const CholeskySolver*>(this->InUse())->Matrix();
+  const std::uint64_t held = this->Options.FactorMemoryLimit > 0 ? this->NumberOfFactors() : 0U;
+  const std::uint64_t powers = this->Rational ? 2U : static_cast<std::uint64_t>(this->WholePower());
+  const std::uint64_t factors = held + 2U * powers;
   const std::uint64_t needed = factors * CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
   const std::uint64_t limit = this->FactorLimit();
   if (needed > limit)
@@ -137,14 +174,30 @@ Eigen::VectorXd MaternField::Internals::MarginalVariances(const Progress& progre
   return this->InverseVariances(progress);
 }
 
+Eigen::VectorXd MaternField::Internals::InverseDiagonal(const Progress& progress) const
+{
+  if (!this->Fraction)
+  {
+    return this->Solver->InverseDiagonals(this->Mass, this->WholePower(), progress).col(this->WholePower() - 1);
+  }
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(this->Mass.size());
+  const double share = this->Solver ? 0.9 : 1.0;
+  const Eigen::Vector2d rest = this->Fraction->AddSquareDiagonal(
+    this->Mass, this->Solver ? 1 : 0, diagonal, SubProgress(progress, 0.0, share));
+  if (this->Solver)
+  {
+    diagonal += this->Solver->InverseDiagonals(this->Mass, 2, SubProgress(progress, share, 1.0)) * rest;
+  }
+  return diagonal;
+}
+
 Eigen::VectorXd MaternField::Internals::InverseVariances(const Progress& progress) const
 {
-  if (!this->Solver)
+  if (!this->InUse())
   {
     return Eigen::VectorXd::Zero(this->Mass.size());
   }
-  const Eigen::MatrixXd diagonals = this->Solver->InverseDiagonals(this->Mass, this->Power(), progress);
-  const Eigen::VectorXd variances = this->Amplitude.cwiseAbs2().cwiseProduct(diagonals.col(this->Power() - 1));
+  const Eigen::VectorXd variances = this->Amplitude.cwiseAbs2().cwiseProduct(this->InverseDiagonal(progress));
   return (this->Mass.array() > 0.0).select(variances, 0.0);
 }
 

@@ -138,7 +138,7 @@ void MaternField::Internals::ChooseScreening(const SparseMatrix& stiffness)
     this->Tau, "a finite number above 0");
 }
 
-int MaternField::Internals::Power() const { return HasTau(this->Options.Model) ? this->Options.OperatorPower : 2; }
+double MaternField::Internals::Power() const { return HasTau(this->Options.Model) ? this->Options.OperatorPower : 2; }
 
 double MaternField::Internals::AmplitudeOfComponent(const FieldDomain& domain, Index component) const
 {
@@ -257,34 +257,71 @@ std::uint64_t MaternField::Internals::FactorLimit() const
   return this->Options.FactorMemoryLimit > 0 ? this->Options.FactorMemoryLimit : AvailableMemory() / 4 * 3;
 }
 
+void MaternField::Internals::ChooseRationalPower(const SparseMatrix& matrix)
+{
+  // The standard deviation of every mode to 1e-4: each term more divides the error by 5 to 10.
+  constexpr double Tolerance = 1e-4;
+  const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
+  const double longest = ranges.size() > 0 ? ranges.maxCoeff() : 1.0;
+  const double lower = this->Tau / (longest * longest);
+  this->Rational = ApproximateInversePowerTo(
+    Tolerance, std::fmod(this->Power(), 2.0) / 2.0, lower, LargestEigenvalueBound(matrix, this->Mass, lower));
+}
+
+std::uint64_t MaternField::Internals::NumberOfFactors() const
+{
+  return this->Rational ? static_cast<std::uint64_t>(this->Rational->NumberOfTerms() + (this->Power() > 2.0 ? 1 : 0))
+                        : 1U;
+}
+
+int MaternField::Internals::Iterations() const
+{
+  return std::max(
+    this->Iterative ? this->Iterative->Iterations() : 0, this->Fraction ? this->Fraction->Iterations() : 0);
+}
+
 bool MaternField::Internals::FactorFits(const SparseMatrix& matrix) const
 {
   const std::uint64_t limit = this->FactorLimit();
   const bool isCorrected = this->Options.Model == NoiseModel::Matern && this->Options.VarianceCorrection;
   // Selected inversion holds two more factors for each power.
-  const std::uint64_t factors = isCorrected ? 1U + 2U * static_cast<std::uint64_t>(this->Power()) : 1U;
+  const std::uint64_t powers = this->Rational ? 2U : static_cast<std::uint64_t>(this->WholePower());
+  const std::uint64_t factors = this->NumberOfFactors() + (isCorrected ? 2U * powers : 0U);
   const std::uint64_t needed = factors * CholeskySolver::EstimateMemory(matrix.rows(), matrix.nonZeros());
   const bool fits = needed <= limit;
-  if (!fits && (this->Power() % 2 != 0 || isCorrected))
+  if (!fits && (std::fmod(this->Power(), 2.0) == 1.0 || isCorrected))
   {
     constexpr std::uint64_t MiB = 1U << 20U;
     throw InvalidInput(
       "MaternField: the Cholesky factor, with variance correction that of its inverse too, takes about " +
       std::to_string(needed / MiB + 1) + " MiB; expected at most " + std::to_string(limit / MiB) +
-      " MiB, or the operator power 2 or 4 without variance correction, which need no factor.");
+      " MiB, or an operator power 2 or 4, or one that is no integer, without variance correction, which need no "
+      "factor.");
   }
   return fits;
 }
 
 void MaternField::Internals::Factor(SparseMatrix matrix, const Progress& progress)
 {
-  if (this->FactorFits(matrix))
+  if (this->IsFractional())
   {
-    this->Solver.emplace(matrix, progress);
+    this->ChooseRationalPower(matrix);
   }
-  else
+  const bool fits = this->FactorFits(matrix);
+  const bool hasWhole = this->Power() >= 2.0 || !this->Rational;
+  const double shifted = this->Rational && hasWhole ? 0.9 : this->Rational ? 1.0 : 0.0;
+  if (this->Rational)
   {
-    this->Iterative.emplace(std::move(matrix), MultigridOptions(), progress);
+    this->Fraction.emplace(matrix, this->Mass, *this->Rational, !fits, SubProgress(progress, 0.0, shifted));
+  }
+  const Progress rest = SubProgress(progress, shifted, 1.0);
+  if (hasWhole && fits)
+  {
+    this->Solver.emplace(matrix, rest);
+  }
+  else if (hasWhole)
+  {
+    this->Iterative.emplace(std::move(matrix), MultigridOptions(), rest);
   }
   const std::vector<Index>& order = this->InUse()->Order();
   this->RowOfVertex.resize(order.size());
@@ -345,7 +382,7 @@ void MaternField::SampleInto(
   const std::int64_t fewest = (count + CholeskySolver::BlockColumns - 1) / CholeskySolver::BlockColumns;
   const std::int64_t granules = (count + CholeskySolver::ColumnGranularity - 1) / CholeskySolver::ColumnGranularity;
   const std::int64_t threads = MaximumThreads();
-  const bool together = this->Impl->Iterative.has_value();
+  const bool together = this->Impl->IsIterative();
   const std::int64_t blocks = together ? granules : std::min((fewest + threads - 1) / threads * threads, granules);
   const auto firstOf = [&](std::int64_t block) {
     return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
@@ -383,7 +420,7 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
   const std::int64_t components = std::max<std::int64_t>(request.NumberOfComponents, 1);
   const std::int64_t samples = request.NumberOfSamples;
   const std::int64_t together = std::clamp<std::int64_t>(
-    (this->Impl->Iterative ? CholeskySolver::ColumnGranularity : CholeskySolver::BlockColumns * MaximumThreads()) /
+    (this->Impl->IsIterative() ? CholeskySolver::ColumnGranularity : CholeskySolver::BlockColumns * MaximumThreads()) /
       components,
     1, std::max<std::int64_t>(samples, 1));
   const Eigen::Index points = this->Impl->Mesh.Points.rows();
@@ -440,10 +477,10 @@ double MaternField::RelativeResidual() const { return this->Impl->MaximumResidua
 
 const char* MaternField::SolverName() const
 {
-  return this->Impl->Iterative ? "Multigrid" : this->Impl->InUse() ? "Cholesky" : "None";
+  return this->Impl->IsIterative() ? "Multigrid" : this->Impl->InUse() ? "Cholesky" : "None";
 }
 
-int MaternField::Iterations() const { return this->Impl->Iterative ? this->Impl->Iterative->Iterations() : 0; }
+int MaternField::Iterations() const { return this->Impl->Iterations(); }
 
 double MaternField::LongestEdge() const { return this->Impl->LongestEdge; }
 

@@ -76,16 +76,17 @@ struct MaternFieldOptions
   /// In CorrelationRange mode: distance at which the correlation has fallen to about 0.14, world units, > 0; or 0 for
   /// 0.2 times the longest side of the bounding box.
   double CorrelationRange = 0.0;
-  /// alpha, for Matern and Spectral: 1, 2, 3 or 4. The variance at the eigenvalue lambda of the Laplacian is
-  /// 1 / (lambda + tau)^alpha; the smoothness is nu = alpha - 1 on surfaces and alpha - 3/2 in volumes. alpha = 1 has
-  /// no finite variance in the limit of fine
-  /// meshes, thus no CorrelationRange mode; in the other modes its variance increases with the logarithm of the number
-  /// of vertices, in volumes with 1 / edge length.
-  int OperatorPower = 2;
+  /// alpha, for Matern and Spectral: 1 to 4. The variance at the eigenvalue lambda of the Laplacian is
+  /// 1 / (lambda + tau)^alpha; the smoothness is nu = alpha - 1 on surfaces and alpha - 3/2 in volumes. Integers are
+  /// sampled exactly, numbers between them by a rational approximation of the power [Bolin2020] with 3 to 12 factors and
+  /// solves, which gives the standard deviation at every eigenvalue to 1e-4 (see ApproximateInversePower()).
+  /// alpha <= d/2 has no finite variance in the limit of fine meshes, thus no CorrelationRange mode: in the other modes
+  /// the variance of alpha = 1 increases with the logarithm of the number of vertices, in volumes with 1 / edge length.
+  double OperatorPower = 2.0;
   /// For Matern: marginal standard deviation that is exact at every vertex, at boundaries, on thin parts and on coarse
   /// meshes. The samples are divided by the deviations of the discrete field, which
-  /// CholeskySolver::InverseDiagonals() computes: about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time of the
-  /// factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
+  /// CholeskySolver::InverseDiagonals() computes: about 1 (alpha = 1), 3 (2), 6 (3), 9 (4) or, for each term of other
+  /// alpha, 3 times the time of the factorisation. Vertices at which the boundary condition is f = 0 stay 0. In all modes StandardDeviation is used.
   bool VarianceCorrection = false;
   BoundaryCondition Boundary = BoundaryCondition::Neumann; ///< for Matern
   /// c for Robin, no unit (kappa = sqrt(tau), that of the place, has that of 1 / length), >= 0: 0 is Neumann, large is
@@ -99,7 +100,7 @@ struct MaternFieldOptions
   /// For Matern and Unscreened: bytes above which the estimated factor (CholeskySolver::EstimateMemory()) is not made,
   /// and conjugate gradients with a multigrid preconditioner (MultigridSolver) solve to a relative residual of 1e-10; 0
   /// for three quarters of what the process can still allocate. The samples are then those of the factor to about 1e-9,
-  /// without its bits. Odd powers and VarianceCorrection need the factor.
+  /// without its bits. The powers 1 and 3 and VarianceCorrection need the factor.
   std::uint64_t FactorMemoryLimit = 0;
   /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
@@ -110,7 +111,7 @@ struct MaternFieldOptions
   double NormalizedScreening = 1e-4;
   /// For Spectral: number of eigenpairs, >= 1, the constant one included; at most the number of used vertices - 1.
   Index NumberOfEigenpairs = 256;
-  /// For Matern on surfaces with alpha 2 or 4: the same seed gives the same field, up to discretization, on all
+  /// For Matern on surfaces with alpha other than 1 and 3: the same seed gives the same field, up to discretization, on all
   /// triangulations of one surface at the same place, by LatticeNoise in place of a number for each vertex. The lattice
   /// has a side between a twentieth and a fourteenth of the correlation range, a power of sqrt(2), so that nearly equal
   /// ranges have the same. Correlations of fields are above 0.95 where the range is ten edges or more. Memory and time
@@ -136,8 +137,12 @@ struct SampleRequest
 /// With A = L + tau M (and the terms of the boundary condition) the unscaled field has the covariance
 /// A^-1 (M A^-1)^(alpha - 1) [Lindgren2011]: a solve with A for each two of alpha, and for odd alpha a solve with the
 /// transposed Cholesky factor of A, whose solutions for independent normal numbers have the covariance A^-1. The bits
-/// of odd alpha thus depend on the order of elimination as well; those of even alpha on rounding only. The smoothness
+/// of odd alpha thus depend on the order of elimination as well; those of others on rounding only. The smoothness
 /// is nu = alpha - d/2: alpha - 1 on a surface, alpha - 3/2 in a volume.
+///
+/// For other alpha, 2 s or 2 + 2 s with 0 < s < 1, the first solve is the sum of w_k (A + c_k M)^-1, which approximates
+/// M^-1/2 (M^-1/2 A M^-1/2)^-s M^-1/2, over the terms of ApproximateInversePower(): a factor, or a multigrid hierarchy,
+/// and a solve for each. alpha = 3.5 on a mesh of ten edges in a range takes 5 terms, of a hundred edges 7.
 ///
 /// In CorrelationRange mode the marginal variance of the field on the plane, 1 / (4 pi nu kappa^(2 nu)), is replaced
 /// component by component of the mesh by one that holds on closed surfaces of any size (see MarginalVariance()). On
@@ -216,10 +221,10 @@ public:
   /// Solves Q x = b, so x = C b, for all columns of @p rightHandSides, [V, K] float64.
   Eigen::MatrixXd SolvePrecision(const Eigen::Ref<const Eigen::MatrixXd>& rightHandSides) const;
   /// Returns Q x for all columns of @p values, [V, K] float64.
-  /// @throws InvalidInput when the standard deviation is 0, too.
+  /// @throws InvalidInput when alpha is no integer or the standard deviation is 0, too.
   Eigen::MatrixXd ApplyPrecision(const Eigen::Ref<const Eigen::MatrixXd>& values) const;
   /// Natural logarithm of the determinant of Q.
-  /// @throws InvalidInput when the standard deviation is 0, and when SolverName() is "Multigrid", too.
+  /// @throws InvalidInput when alpha is no integer, the standard deviation is 0, and when SolverName() is "Multigrid", too.
   double LogDeterminantOfPrecision() const;
   /// Diagonal of C, [V] float64: the marginal variance at every vertex, exactly, in the time of
   /// MaternFieldOptions::VarianceCorrection.
@@ -238,15 +243,16 @@ private:
 /// On a closed surface of area A and Euler characteristic chi the heat trace A / (4 pi t) + chi / 6 [McKean1967] gives
 ///   1 / (A tau^alpha) + 1 / (4 pi nu (tau + mu)^nu),   nu = alpha - 1,   mu = 4 pi / A (1 - chi / 6),
 /// exact in the limit of small ranges (to second order) and of large ones, and on the sphere, at any range, within 5 %
-/// for alpha = 2 and 6 % for 3 and 4.
+/// for alpha = 2 and 6 % for 3 and 4 and the numbers between.
 /// On an open surface the value is that of its interior, max(1 / (4 pi nu tau^nu), 1 / (A tau^alpha)).
 /// @param tau screening term, 1 / square world units, > 0
 /// @param area A, square world units, > 0
 /// @param eulerCharacteristic chi
 /// @param closed true for a surface without boundary
-/// @param operatorPower alpha, at least 2
+/// @param operatorPower alpha, more than 1
 /// @return variance, world units to the power 2 nu
-double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristic, bool closed, int operatorPower = 2);
+double MarginalVariance(
+  double tau, double area, std::int64_t eulerCharacteristic, bool closed, double operatorPower = 2.0);
 
 /// Marginal variance of the unscaled field of operator power alpha inside a volume [Lindgren2011],
 ///   Gamma(nu) / (Gamma(alpha) (4 pi)^(3/2) tau^nu),   nu = alpha - 3/2,
@@ -256,6 +262,6 @@ double MarginalVariance(double tau, double area, std::int64_t eulerCharacteristi
 /// @param volume cubic world units, > 0
 /// @param operatorPower alpha, at least 1
 /// @return variance, world units to the power 2 nu
-double MarginalVarianceInVolume(double tau, double volume, int operatorPower = 2);
+double MarginalVarianceInVolume(double tau, double volume, double operatorPower = 2.0);
 
 } // namespace surfsynth

@@ -5,6 +5,7 @@
 
 #include "Core/Common/LargeArray.h"
 #include "Core/Noise/FieldDomain.h"
+#include "Core/Noise/FractionalSolver.h"
 #include "Core/Noise/LatticeNoise.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -13,6 +14,7 @@
 #include "Core/Solvers/LaplaceEigenpairs.h"
 #include "Core/Solvers/MultigridSolver.h"
 
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -101,13 +103,22 @@ public:
   {
     return this->Iterative ? static_cast<const LinearSolver*>(&*this->Iterative)
       : this->Solver       ? &*this->Solver
+      : this->Fraction     ? &this->Fraction->First()
                            : nullptr;
   }
+  /// True when conjugate gradients solve.
+  bool IsIterative() const { return this->Iterative || (this->Fraction && this->Fraction->IsIterative()); }
+  /// Largest number of iterations of a solve so far.
+  int Iterations() const;
   /// Conjugate gradients in place of the factor.
   std::optional<MultigridSolver> Iterative;
 
   /// alpha in use.
-  int Power() const;
+  double Power() const;
+  /// alpha as an integer, for alpha without a fraction.
+  int WholePower() const { return static_cast<int>(this->Power()); }
+  /// True for alpha that is no integer.
+  bool IsFractional() const { return this->Power() != std::floor(this->Power()); }
   /// nu = alpha - d / 2.
   double Smoothness() const { return this->Power() - 0.5 * this->Dimension; }
   /// Shortest correlation range on the surface over that of the options, at most 1: see MaternFieldArrays.
@@ -141,11 +152,16 @@ private:
   void FactorScreened(SparseMatrix matrix, const Eigen::VectorXd& boundary, const Progress& progress);
   void FactorUnscreened(SparseMatrix matrix, const Progress& progress);
   void Factor(SparseMatrix matrix, const Progress& progress);
+  void ChooseRationalPower(const SparseMatrix& matrix);
+  std::uint64_t NumberOfFactors() const;
   bool FactorFits(const SparseMatrix& matrix) const;
   std::uint64_t FactorLimit() const;
   void RequireRoomForInverse() const;
   Eigen::VectorXd InverseVariances(const Progress& progress) const;
   void RequireFactor(const char* use) const;
+  void RequireWholePower(const char* use) const;
+  void ApplyRoot(RowMatrix& values) const;
+  Eigen::VectorXd InverseDiagonal(const Progress& progress) const;
 
   bool Used(Index v) const { return this->Components.OfVertex[v] >= 0; }
   void SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
@@ -156,6 +172,7 @@ private:
   Eigen::VectorXd NoiseWeights() const;
   void SolvePowers(Block& block, const Progress& progress);
   void SolveChecked(Block& block, const Progress& progress);
+  void SolveFraction(Block& block, const Progress& progress);
   void MultiplyByMass(Block& block) const;
   void RequireAlgebra(Eigen::Index rows) const;
   Eigen::VectorXd InverseAmplitude() const;
@@ -166,14 +183,16 @@ private:
   void TakeSolutions(const SampleRequest& request, const std::vector<MaternColumn>& columns, const Block& block) const;
   void RemoveMeans(Block& block, const Eigen::VectorXd& weights, const Eigen::VectorXd& shape) const;
   Eigen::VectorXd FirstColumn(const Block& block) const;
-  void CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
+  void CheckSolution(const LinearSolver& solver, const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide);
 
   Eigen::VectorXd Mass; ///< [V], 0 at vertices where the field is 0
   Eigen::VectorXd RootMass;
   Eigen::VectorXd Amplitude; ///< [V], factor of each vertex's value
   MeshComponents Components;
-  std::optional<CholeskySolver> Solver; ///< the factor
-  std::vector<Index> RowOfVertex;       ///< in the solver's order
+  std::optional<CholeskySolver> Solver;     ///< the factor of A; none for alpha between 1 and 2
+  std::optional<RationalPower> Rational;    ///< r(x) for x^-s, where alpha is 2 s or 2 + 2 s with 0 < s < 1
+  std::optional<FractionalSolver> Fraction; ///< its solves
+  std::vector<Index> RowOfVertex;           ///< in the solver's order
   Eigenpairs Pairs;
   std::optional<LatticeNoise> Lattice; ///< for coherent noise
 

@@ -20,20 +20,18 @@ bool IsAtLeastZero(double value) { return value == 0.0 || IsPositive(value); }
 /// Requirements on what the models with tau have in common.
 void RequireScale(const MaternFieldOptions& options, int dimension)
 {
-  RequireOption(options.OperatorPower >= 1 && options.OperatorPower <= 4, "the operator power alpha",
-    options.OperatorPower, "1, 2, 3 or 4");
+  RequireOption(options.OperatorPower >= 1.0 && options.OperatorPower <= 4.0, "the operator power alpha",
+    options.OperatorPower, "a number from 1 to 4");
   switch (options.Mode)
   {
     case ScaleMode::CorrelationRange:
       RequireOption(IsAtLeastZero(options.CorrelationRange), "the correlation range", options.CorrelationRange,
         "a finite number, at least 0 (0: 0.2 times the longest side)");
-      RequireOption(options.OperatorPower > 1, "the operator power alpha", options.OperatorPower,
-        dimension == 2 ? "at least 2 with a correlation range: on a surface alpha = 1 has the smoothness nu = 0, no "
-                         "finite variance and "
-                         "no range; give the screening term tau instead"
-                       : "at least 2 with a correlation range: in a volume alpha = 1 has the smoothness nu = -1/2, no "
-                         "finite variance "
-                         "and no range; give the screening term tau instead");
+      RequireOption(options.OperatorPower > 0.5 * dimension, "the operator power alpha", options.OperatorPower,
+        dimension == 2 ? "more than 1 with a correlation range: on a surface alpha = 1 has the smoothness nu = 0, no "
+                         "finite variance and no range; give the screening term tau instead"
+                       : "more than 1.5 with a correlation range: in a volume alpha = 1 has the smoothness nu = -1/2, "
+                         "no finite variance and no range; give the screening term tau instead");
       break;
     case ScaleMode::Screening:
       RequireOption(
@@ -98,8 +96,8 @@ void RequireOptions(const MaternFieldOptions& options, int dimension)
   }
   if (isMatern && options.CoherentNoise)
   {
-    RequireOption(options.OperatorPower % 2 == 0, "the operator power of coherent noise", options.OperatorPower,
-      "2 or 4, whose right-hand sides are white noise");
+    RequireOption(std::fmod(options.OperatorPower, 2.0) != 1.0, "the operator power of coherent noise",
+      options.OperatorPower, "another than 1 and 3, whose right-hand sides are not white noise");
   }
   if (isMatern && options.Boundary == BoundaryCondition::Robin)
   {

@@ -68,13 +68,18 @@ void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<E
   Eigen::VectorXd coefficients(this->Pairs.Values.size());
   FillNormals(key, 0, coefficients.size(), coefficients.data());
   const Eigen::ArrayXd shifted = this->Pairs.Values.array() + this->Tau;
-  for (int k = 0; k < this->Power() / 2; ++k)
+  for (int k = 0; k < this->WholePower() / 2; ++k)
   {
     coefficients.array() /= shifted;
   }
-  if (this->Power() % 2 == 1)
+  const double rest = std::fmod(this->Power(), 2.0);
+  if (rest == 1.0)
   {
     coefficients.array() /= shifted.sqrt();
+  }
+  else if (rest != 0.0)
+  {
+    coefficients.array() /= shifted.pow(0.5 * rest);
   }
   values.setZero();
   for (Eigen::Index i = 0; i < coefficients.size(); ++i)
@@ -87,7 +92,8 @@ void MaternField::Internals::SampleBySpectrum(const NormalKey& key, Eigen::Ref<E
 Eigen::VectorXd MaternField::Internals::NoiseWeights() const
 {
   // For odd powers the covariance of the right-hand sides comes from the factor.
-  return this->Power() % 2 == 0 ? this->RootMass : Eigen::VectorXd((this->Mass.array() > 0.0).cast<double>());
+  return std::fmod(this->Power(), 2.0) != 1.0 ? this->RootMass
+                                              : Eigen::VectorXd((this->Mass.array() > 0.0).cast<double>());
 }
 
 double MaternField::Internals::SmallestRangeFactor() const
@@ -189,9 +195,10 @@ Eigen::VectorXd MaternField::Internals::FirstColumn(const Block& block) const
   return column;
 }
 
-void MaternField::Internals::CheckSolution(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
+void MaternField::Internals::CheckSolution(
+  const LinearSolver& solver, const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide)
 {
-  const double residual = this->InUse()->RelativeResidual(solution, rightHandSide);
+  const double residual = solver.RelativeResidual(solution, rightHandSide);
   if (!(residual <= LargestResidual))
   {
     throw SolverFailure("MaternField: the relative residual of the solve is " + FormatNumber(residual) +
@@ -243,15 +250,36 @@ void MaternField::Internals::SolveChecked(Block& block, const Progress& progress
 {
   const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
   this->InUse()->SolveOrderedInPlace(block, progress);
-  this->CheckSolution(this->FirstColumn(block), rightHandSide);
+  this->CheckSolution(*this->InUse(), this->FirstColumn(block), rightHandSide);
+}
+
+void MaternField::Internals::SolveFraction(Block& block, const Progress& progress)
+{
+  const Eigen::VectorXd rightHandSide = this->FirstColumn(block);
+  const auto check = [&](const LinearSolver& solver, const Eigen::VectorXd& solution) {
+    this->CheckSolution(solver, solution, rightHandSide);
+  };
+  this->Fraction->SolveOrderedInPlace(block, this->RowOfVertex, check, progress);
 }
 
 void MaternField::Internals::SolvePowers(Block& block, const Progress& progress)
 {
+  if (this->Fraction)
+  {
+    const bool hasWhole = this->Power() > 2.0;
+    const double share = hasWhole ? 0.9 : 1.0;
+    this->SolveFraction(block, SubProgress(progress, 0.0, share));
+    if (hasWhole)
+    {
+      this->MultiplyByMass(block);
+      this->SolveChecked(block, SubProgress(progress, share, 1.0));
+    }
+    return;
+  }
   // Covariance A^-1 M A^-1 for alpha = 2 and A^-1 for alpha = 1; each further solve adds two to alpha.
-  const int solves = (this->Power() - 1) / 2;
+  const int solves = (this->WholePower() - 1) / 2;
   const auto step = [&](int k) { return SubProgress(progress, k / (solves + 1.0), (k + 1) / (solves + 1.0)); };
-  if (this->Power() % 2 == 0)
+  if (this->WholePower() % 2 == 0)
   {
     this->SolveChecked(block, step(0));
   }

@@ -251,7 +251,7 @@ TEST(CoherentNoise, FieldsOnOtherTriangulationsOfASphereCorrelateAboveNinetyFive
   EXPECT_GT(CorrelationOfFields(first, test::UvSphere(40, 60), 10.0 * MeanEdge(first), true), 0.95);
 }
 
-TEST(CoherentNoise, NeedsAnEvenOperatorPower)
+TEST(CoherentNoise, RefusesTheOperatorPowersOneAndThree)
 {
   MaternFieldOptions options;
   options.CoherentNoise = true;

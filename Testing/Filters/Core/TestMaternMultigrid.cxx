@@ -114,7 +114,7 @@ TEST(MaternMultigrid, WhatNeedsTheFactorIsRefusedWithTheReason)
   };
   MaternFieldOptions odd;
   odd.OperatorPower = 3;
-  EXPECT_THAT(messageOf(WithoutFactor(odd)), testing::HasSubstr("operator power 2 or 4"));
+  EXPECT_THAT(messageOf(WithoutFactor(odd)), testing::HasSubstr("operator power 2 or 4, or one that is no integer"));
   MaternFieldOptions corrected;
   corrected.VarianceCorrection = true;
   EXPECT_THAT(messageOf(WithoutFactor(corrected)), testing::HasSubstr("without variance correction"));

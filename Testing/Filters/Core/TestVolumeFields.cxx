@@ -219,6 +219,34 @@ TEST_P(VolumeFieldOfPower, HasTheCovarianceOfDenseAlgebraTo1em8)
   ExpectClose(field.MarginalVariances(), expected.diagonal(), 1e-8);
 }
 
+TEST(VolumeField, NextToAnIntegerPowerIsTheExactFieldTo2em4)
+{
+  const TetrahedralMesh mesh = ThinBox();
+  for (const double power : { 2.0, 3.0 })
+  {
+    MaternFieldOptions options;
+    options.CorrelationRange = 0.4;
+    options.OperatorPower = power;
+    const MaternField exact(mesh, options);
+    for (const double step : { -1e-6, 1e-6 })
+    {
+      options.OperatorPower = power + step;
+      const MaternField field(mesh, options);
+      ExpectClose(Covariance(field), Covariance(exact), 2.02e-4);
+      EXPECT_NEAR(field.Smoothness(), power - 1.5, 1.1e-6);
+    }
+  }
+  // Between half the dimension and 2, with the deviation corrected.
+  MaternFieldOptions options;
+  options.CorrelationRange = 0.4;
+  options.OperatorPower = 1.75;
+  options.VarianceCorrection = true;
+  const Eigen::VectorXd deviations = Covariance(MaternField(mesh, options)).diagonal().cwiseSqrt();
+  EXPECT_LE((deviations.array() - 1.0).abs().maxCoeff(), 1e-8);
+  options.OperatorPower = 1.5;
+  EXPECT_THROW(MaternField(mesh, options), InvalidInput);
+}
+
 TEST_P(VolumeFieldOfPower, HasTheExactDeviationEverywhereAfterCorrection)
 {
   MaternFieldOptions options = ByScreening(40.0, GetParam());

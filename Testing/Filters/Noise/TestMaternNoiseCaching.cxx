@@ -67,6 +67,7 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     { "PosteriorMean", [](Noise* f) { f->PosteriorMeanOn(); } },
     { "PosteriorStandardDeviation", [](Noise* f) { f->PosteriorStandardDeviationOn(); } },
     { "OperatorPower", [](Noise* f) { f->SetOperatorPower(3); } },
+    { "OperatorPower between integers", [](Noise* f) { f->SetOperatorPower(2.5); } },
     { "VarianceCorrection", [](Noise* f) { f->VarianceCorrectionOn(); } },
     { "BoundaryCondition", [](Noise* f) { f->SetBoundaryConditionToRobin(); } },
     { "RobinCoefficient", [](Noise* f) { f->SetRobinCoefficient(2.0); } },

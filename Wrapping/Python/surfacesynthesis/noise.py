@@ -11,7 +11,6 @@ from .arguments import (
     INT_MIN,
     array_name,
     at_least_0,
-    at_most,
     choice,
     flag,
     in_range,
@@ -146,15 +145,17 @@ def matern_noise(
         Memory that the output may take, MiB. More samples than fit raise an error before the work begins, whose text
         names a number that fits. Where the factor would exceed the limit by estimate, conjugate gradients with a
         multigrid preconditioner solve in its place. Default: three quarters of the memory of the machine.
-    operator_power : int
+    operator_power : float
         The power alpha of the operator, 1 to 4: the variance at the eigenvalue lambda is 1 / (lambda + tau)^alpha, and
-        the smoothness nu = alpha - 1, in volumes alpha - 3/2; larger is smoother. 1 has no finite variance in the limit
-        of fine meshes and no range: it goes with ``screening`` and ``normalized_screening`` only.
+        the smoothness nu = alpha - 1, in volumes alpha - 3/2; larger is smoother. Integers are exact; numbers between
+        them are approximated by rational functions, the standard deviation at every eigenvalue to 1e-4, with 3 to 12
+        factorisations and solves in place of one. 1, in volumes up to 1.5, has no finite variance in the limit of fine
+        meshes and no range: it goes with ``screening`` and ``normalized_screening`` only.
         Goes with the noise models "matern" and "spectral". Default 2, that of the paper.
     variance_correction : bool
         Makes the standard deviation exact at every point, with ``range`` and with the other scales, also at
         boundaries, on thin parts and on coarse meshes, in about 1 (alpha = 1), 3 (2), 6 (3) or 9 (4) times the time
-        of the factorisation. Points at which the boundary condition sets the noise to 0 stay 0. This and all
+        of the factorisation (other alpha: 3 times that of each). Points at which the boundary condition sets the noise to 0 stay 0. This and all
         arguments below go with the noise model "matern". Default False.
     boundary_condition : str
         The condition at the boundary of the surface, and of barriers: "neumann" (the default): the normal derivative
@@ -185,7 +186,7 @@ def matern_noise(
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same
         noise, up to discretization, on all triangulations of one surface at the same place, with correlations above
         0.95 where ``range`` is ten edges or more. Goes with surfaces, the noise model "matern" and an
-        ``operator_power`` of 2 or 4. Default False.
+        ``operator_power`` other than 1 and 3. Default False.
     observations : vtkPointSet or numpy.ndarray, optional
         Points near the surface, or in the volume, at which the noise is known, or an array of points [n, 3]. The
         samples are then samples of the noise given the observations (its posterior). Goes with the noise model
@@ -209,7 +210,7 @@ def matern_noise(
         three independent ones; one field times the unit vertex normal; or three fields without their part along that normal.
         The standard deviation is ``standard_deviation`` along every one of the directions, exactly with
         ``variance_correction``, and 0 along the others. "normal" and "tangential" need triangles that are wound alike.
-        Samples that invert triangles cause a warning; an ``operator_power`` of 3 or 4 gives smoother shapes. With
+        Samples that invert triangles cause a warning; an ``operator_power`` above 2 gives smoother shapes. With
         ``observations`` the samples are shapes through landmarks. Default "no_displacement".
     moved_points : bool
         True moves the points of the result by the displacement, which stays as an array; normals are dropped. Goes with
@@ -348,7 +349,7 @@ def configured_filter(
     noise.SetNumberOfComponents(integer("components", components, 1))
     noise.SetNumberOfEigenpairs(integer("eigenpairs", eigenpairs, 1))
     noise.SetOutputArrayName(name)
-    noise.SetOperatorPower(at_most("operator_power", integer("operator_power", operator_power, 1), 4))
+    noise.SetOperatorPower(in_range("operator_power", operator_power, 1, 4))
     noise.SetVarianceCorrection(flag("variance_correction", variance_correction))
     noise.SetBoundaryCondition(choice("boundary_condition", boundary_condition, BOUNDARY_CONDITIONS))
     if robin_coefficient is not None:
@@ -367,8 +368,8 @@ def configured_filter(
         set_name(value)
     _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
     noise.SetCoherentNoise(flag("coherent_noise", coherent_noise))
-    if coherent_noise and operator_power % 2:
-        raise ValueError(f"coherent_noise goes with the operator_power 2 or 4, not {operator_power}")
+    if coherent_noise and operator_power in (1, 3):
+        raise ValueError(f"coherent_noise goes with an operator_power other than 1 and 3, not {operator_power:g}")
     noise.SetPosteriorMean(flag("posterior_mean", posterior_mean))
     noise.SetPosteriorStandardDeviation(flag("posterior_standard_deviation", posterior_standard_deviation))
     observe(noise, observations, observation_array, observation_deviation_array, tolerance)

@@ -130,10 +130,10 @@ def _add_field_options(parser):
     field = parser.add_argument_group("field")
     field.add_argument(
         "--operator-power",
-        type=int,
-        default=2,
+        type=float,
+        default=2.0,
         metavar="ALPHA",
-        help="power of the operator, 1 to 4; larger is smoother (default: 2); 1 needs --screening",
+        help="power of the operator, 1 to 4, such as 2.5; larger is smoother (default: 2); 1 needs --screening",
     )
     field.add_argument(
         "--variance-correction", action="store_true", help="the standard deviation is exact at every point"
