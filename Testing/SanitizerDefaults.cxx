@@ -28,6 +28,12 @@ const char* __tsan_default_suppressions()
     "race:libtbb\n"
     // VTK builds this locator in tasks of TBB, which have ended before the arrays are read again, unseen.
     "race:vtkStaticCellLocator::BuildLocator\n"
+    // The same for the locator of volumes, whose tasks ask the grid for the bounds of its cells; what ends the life of
+    // the grid or changes it lies in its only user.
+    "race:vtkUnstructuredGrid::GetCellBounds\n"
+    "race:surfsynth::AttachToVolume\n"
+    // The same for the locator of points.
+    "race:vtkStaticPointLocator::BuildLocator\n"
     // As TBB, on which OpenVDB runs everything: that one task has ended before the next step begins is invisible, so
     // that every step is reported, whether it lies in the library or in OpenVDB's templates.
     "race:libopenvdb\n"
