@@ -31,6 +31,7 @@ const char* __tsan_default_suppressions()
     // The same for the locator of volumes, whose tasks ask the grid for the bounds of its cells; what ends the life of
     // the grid or changes it lies in its only user.
     "race:vtkUnstructuredGrid::GetCellBounds\n"
+    "race:vtkCellArray::VisitState\n"
     "race:surfsynth::AttachToVolume\n"
     // The same for the locator of points.
     "race:vtkStaticPointLocator::BuildLocator\n"
