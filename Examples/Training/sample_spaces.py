@@ -46,7 +46,8 @@ def moved_by(motions, points):
 
 class PoseSpace:
     """Poses of a surface, a pair (points, triangles). ``poses`` [N, V, 3] are some of the family, in the place of the
-    surface: what stays in all of them is the middle, and what moves rigidly in all of them are the ends.
+    surface: what stays in all of them is the middle, and what moves rigidly in all of them are the ends, of which ``middle`` and
+    ``ends`` hold the numbers of their points.
 
     Raises ValueError where nothing stays, or nothing else moves rigidly.
     """
@@ -75,9 +76,9 @@ class PoseSpace:
         pairs = np.concatenate([moved[:, [0, 1]], moved[:, [1, 2]]])
         count = len(self._rest)
         _, parts = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count)), directed=False)
-        self._middle = np.flatnonzero(stays)
-        self._ends = [np.flatnonzero(parts == part) for part in np.unique(parts[moved.ravel()])]
-        if not len(self._middle) or not self._ends:
+        self.middle = np.flatnonzero(stays)
+        self.ends = [np.flatnonzero(parts == part) for part in np.unique(parts[moved.ravel()])]
+        if not len(self.middle) or not self.ends:
             raise ValueError("these poses have no middle that stays, or no ends that move rigidly")
 
     def _prepare(self, triangles, smoothness):
@@ -94,17 +95,17 @@ class PoseSpace:
         )
         self._adjacency = matrix
         self._laplacian = (diags(matrix.sum(axis=1).A1) - matrix).tocsr()
-        self._held = np.concatenate([self._middle, *self._ends])
+        self._held = np.concatenate([self.middle, *self.ends])
         self._free = np.setdiff1d(np.arange(count), self._held)
         self._to_held = self._laplacian[self._free][:, self._held]
         self._solver = splu(self._laplacian[self._free][:, self._free].tocsc())
 
     def fitted(self, shape):
         """The pose that is fitted to a shape [V, 3], in the place of the surface."""
-        middle = self._middle
+        middle = self.middle
         shape = shape - (shape[middle] - self._rest[middle]).mean(axis=0)
         pose = shape.copy()
-        for end in self._ends:
+        for end in self.ends:
             motions = rigid_motions(self._rest[end], shape[None, end])
             pose[end] = moved_by(motions, self._rest[end])[0]
         pose[middle] = self._rest[middle]

@@ -26,6 +26,7 @@ from linear_velocity import (
 )
 from relief import Relief, bending, with_faces
 from sample_spaces import MixtureSpace, PoseSpace
+from stretch import logarithms, parts, wavelengths
 from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 from surfacesynthesis.safetensors import read_safetensors, write_safetensors
 from test_training import HERE, icosphere
@@ -332,6 +333,24 @@ def check_relief():
     assert bent.min() < 1e-6 * np.median(bent) and bent.max() > 2.0 * np.median(bent), "what moves in one piece does not bend"
 
 
+def check_stretch():
+    """A mode is found at its wavelength; edges of shapes of twice the size are stretched by log 2; shares of parts add to 1."""
+    mesh = icosphere(3)
+    modes = Modes(*mesh)
+    for mode, interval in ((3, 0), (40, 1), (100, 2), (250, 3)):
+        wavelength = 2.0 * np.pi / np.sqrt(modes.values[mode])
+        assert np.searchsorted((-0.4, -0.2, -0.15, -0.1), -wavelength) == interval, wavelength
+        shares = wavelengths(mesh, modes.vectors[None, :, mode, None] * np.array([1.0, 2.0, 0.0]))
+        assert np.allclose(shares, np.eye(5)[interval]), shares
+    doubled, edges = logarithms(mesh, 2.0 * mesh[0][None])
+    assert np.allclose(doubled, np.log(2.0)) and doubled.shape == (1, edges.shape[1]) and edges.shape[1] == len(mesh[1]) * 3 // 2
+    halves = argparse.Namespace(middle=np.flatnonzero(mesh[0][:, 2] < -0.5), ends=[np.flatnonzero(mesh[0][:, 2] > 0.5)])
+    wide = mesh[0] * np.where(mesh[0][:, 2:] > 0.5, 1.5, 1.0)
+    found = {name: row for name, *row in parts(mesh, halves, wide[None], mesh[0][None])}
+    assert abs(sum(row[0] for row in found.values()) - 1.0) < 1e-12 and abs(sum(row[3] for row in found.values()) - 1.0) < 1e-12
+    assert abs(found["ends"][1] - np.log(1.5)) < 1e-12 and found["middle"][1] == 0.0 and found["joints"][3] > 0.0
+
+
 def check_noises():
     """Each kind is there with and without smoothing, and all differ in the parameters of the training."""
     assert len(NOISES) == 2 * len(KINDS) and len({str(parameters) for _, parameters in NOISES.values()}) == len(NOISES)
@@ -345,6 +364,7 @@ def check(folder):
     written_data(data)
     check_noises()
     check_relief()
+    check_stretch()
     check_numbers_of_seeds(folder)
     check_linear_velocity()
     check_loss_weights()

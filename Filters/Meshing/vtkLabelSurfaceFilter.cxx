@@ -97,8 +97,7 @@ void RefuseScans(std::size_t number, const std::vector<std::int32_t>& labels, co
     throw InvalidInput("The image has " + std::to_string(number) + " labels, and only " +
       std::to_string(std::lround(100.0 * agreement)) +
       " percent of adjacent samples have the same label: these are the gray values of a scan; a label map is needed, "
-      "or a "
-      "choice of Labels. vtkVDBSurfaceFilter makes a surface of other volumes.");
+      "or a choice of Labels. vtkVDBSurfaceFilter makes a surface of other volumes.");
   }
 }
 

@@ -81,14 +81,7 @@ void FractionalSolver::SolveInPlace(RowMatrix& rightHandSides) const
   for (std::size_t k = 0; k < this->Terms.size(); ++k)
   {
     RowMatrix term = rightHandSides;
-    if (this->Terms[k].Iterative)
-    {
-      this->Terms[k].Iterative->SolveInPlace(term);
-    }
-    else
-    {
-      this->Terms[k].Factor->SolveInPlace(term);
-    }
+    this->Terms[k].Get().SolveInPlace(term);
     sum += this->Approximation.Weights[k] * term;
   }
   rightHandSides = std::move(sum);

@@ -12,7 +12,7 @@ namespace
 /// Variance on the plane: 1 / (4 pi nu tau^nu).
 double VarianceOnPlane(double tau, double smoothness)
 {
-  if (smoothness != std::floor(smoothness))
+  if (smoothness != std::floor(smoothness)) // integers are multiplied, which is exact to a rounding for each factor
   {
     return 1.0 / (4.0 * M_PI * smoothness * std::pow(tau, smoothness));
   }

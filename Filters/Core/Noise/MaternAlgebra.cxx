@@ -66,17 +66,10 @@ Eigen::VectorXd MaternField::Internals::InverseAmplitude() const
 void MaternField::Internals::ApplyRoot(RowMatrix& values) const
 {
   this->Fraction->SolveInPlace(values);
-  if (this->Iterative || this->Solver)
+  if (const LinearSolver* whole = this->OfWholePower())
   {
     values = this->Mass.asDiagonal() * values;
-  }
-  if (this->Iterative)
-  {
-    this->Iterative->SolveInPlace(values);
-  }
-  else if (this->Solver)
-  {
-    this->Solver->SolveInPlace(values);
+    whole->SolveInPlace(values);
   }
 }
 
@@ -91,19 +84,13 @@ void MaternField::Internals::ApplyCovariance(RowMatrix& values) const
     values = this->Mass.asDiagonal() * values;
     this->ApplyRoot(values);
   }
-  for (int k = 0; k < this->Power() && this->InUse() && !this->Fraction; ++k)
+  else if (const LinearSolver* solver = this->InUse())
   {
-    if (k > 0)
+    solver->SolveInPlace(values);
+    for (int k = 1; k < this->WholePower(); ++k)
     {
       values = this->Mass.asDiagonal() * values;
-    }
-    if (this->Iterative)
-    {
-      this->Iterative->SolveInPlace(values);
-    }
-    else
-    {
-      this->Solver->SolveInPlace(values);
+      solver->SolveInPlace(values);
     }
   }
   values = amplitude.asDiagonal() * values;

@@ -101,9 +101,14 @@ public:
   /// The solver in use; null for models without one.
   const LinearSolver* InUse() const
   {
+    const LinearSolver* whole = this->OfWholePower();
+    return whole == nullptr && this->Fraction ? &this->Fraction->First() : whole;
+  }
+  /// The solver with A itself; none for alpha between 1 and 2.
+  const LinearSolver* OfWholePower() const
+  {
     return this->Iterative ? static_cast<const LinearSolver*>(&*this->Iterative)
       : this->Solver       ? &*this->Solver
-      : this->Fraction     ? &this->Fraction->First()
                            : nullptr;
   }
   /// True when conjugate gradients solve.

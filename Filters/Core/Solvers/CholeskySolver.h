@@ -43,7 +43,7 @@ public:
 
   /// Replaces the right-hand sides, [V, K], by the solutions, in parallel over blocks of columns.
   /// @throws InvalidInput when the number of rows is wrong or an entry is not finite.
-  void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const;
+  void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const override;
 
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions, without copying: the number
   /// of the vertex in row r is Order()[r]. Made for callers that fill many right-hand sides themselves.

@@ -31,6 +31,8 @@ public:
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions.
   /// @param rightHandSides [V, K] with K a multiple of Granularity(), rows contiguous
   virtual void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const = 0;
+  /// Does the same for any number of right-hand sides, [V, K], whose rows are in the order of vertices.
+  virtual void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const = 0;
   /// Divisor of the number of right-hand sides that SolveOrderedInPlace() takes.
   virtual Index Granularity() const = 0;
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.

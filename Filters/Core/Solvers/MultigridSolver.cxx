@@ -149,6 +149,11 @@ void MultigridSolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides, const P
   this->Impl->Solve(rightHandSides, this->Impl->Order.data(), progress);
 }
 
+void MultigridSolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
+{
+  this->SolveInPlace(rightHandSides, {});
+}
+
 void MultigridSolver::SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const
 {
   this->Impl->Solve(rightHandSides, nullptr, progress);

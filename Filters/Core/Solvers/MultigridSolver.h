@@ -59,7 +59,9 @@ public:
   /// @throws InvalidInput when the number of rows is wrong or an entry is not finite.
   /// @throws SolverFailure when the residual of a column does not reach the tolerance within the number of iterations,
   /// rounding does not let it (A is too ill-conditioned), or A is found not to be positive definite; Cancelled.
-  void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const;
+  void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress) const;
+  /// The same without progress.
+  void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const override;
 
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions: the number of the vertex in
   /// row r is Order()[r]. Same errors as SolveInPlace().

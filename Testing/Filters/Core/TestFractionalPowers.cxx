@@ -2,9 +2,9 @@
 // Matérn fields of operator powers between the integers, and the rational approximation behind them.
 #include "DenseFields.h"
 #include "ExampleMeshes.h"
+#include "SampleBits.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Parallel.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Noise/RationalPower.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -13,7 +13,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <iostream>
 #include <vector>
 
@@ -241,26 +240,7 @@ TEST_P(FractionalField, VarianceOnTheSphereIsWithin6PerCentOfTheExactSum)
 
 TEST_P(FractionalField, ASampleHasTheSameBitsAloneInABatchAndForEveryNumberOfThreads)
 {
-  const TriangleMesh mesh = test::Icosphere(3);
-  SampleRequest request;
-  request.NumberOfSamples = 40;
-  std::vector<Eigen::MatrixXd> reference;
-  for (int threads = 1; threads <= 2; ++threads)
-  {
-    const ThreadScope scope(threads);
-    const MaternField field(mesh, ByScreening(GetParam()));
-    std::size_t k = 0;
-    field.Sample(request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& z) {
-      if (threads == 1)
-      {
-        reference.emplace_back(z);
-      }
-      EXPECT_EQ(std::memcmp(reference[k++].data(), z.data(), static_cast<std::size_t>(z.size()) * sizeof(double)), 0);
-    });
-    SampleRequest one = request;
-    one.FirstSample = 17;
-    EXPECT_EQ((field.Sample(one) - reference[17]).cwiseAbs().maxCoeff(), 0.0);
-  }
+  test::ExpectSameBitsAloneAndInABatch(test::Icosphere(3), ByScreening(GetParam()), 2);
 }
 
 TEST_P(FractionalField, SamplesAreThoseOfTheFactorWithMultigrid)

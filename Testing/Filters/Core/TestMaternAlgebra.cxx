@@ -2,9 +2,9 @@
 // Covariance, precision and boundary of Matérn fields against dense algebra of the same operators.
 #include "DenseFields.h"
 #include "ExampleMeshes.h"
+#include "SampleBits.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/Parallel.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/CholeskySolver.h"
@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 using namespace surfsynth;
@@ -221,26 +220,7 @@ TEST_P(FieldOfPower, ASampleHasTheSameBitsAloneInABatchAndForEveryNumberOfThread
 {
   MaternFieldOptions options = ByScreening(10.0, GetParam());
   options.VarianceCorrection = true;
-  const TriangleMesh mesh = test::Icosphere(4);
-  SampleRequest request;
-  request.NumberOfSamples = 40;
-  std::vector<Eigen::MatrixXd> reference;
-  for (int threads = 1; threads <= 3; ++threads)
-  {
-    const ThreadScope scope(threads);
-    const MaternField field(mesh, options);
-    std::size_t k = 0;
-    field.Sample(request, [&](std::uint32_t, const Eigen::Ref<const Eigen::MatrixXd>& z) {
-      if (threads == 1)
-      {
-        reference.emplace_back(z);
-      }
-      EXPECT_EQ(std::memcmp(reference[k++].data(), z.data(), static_cast<std::size_t>(z.size()) * sizeof(double)), 0);
-    });
-    SampleRequest one = request;
-    one.FirstSample = 17;
-    EXPECT_EQ((field.Sample(one) - reference[17]).cwiseAbs().maxCoeff(), 0.0);
-  }
+  test::ExpectSameBitsAloneAndInABatch(test::Icosphere(4), options, 3);
 }
 
 TEST(MaternField, PowerOneHasNoRangeAndPowersEndAtFour)

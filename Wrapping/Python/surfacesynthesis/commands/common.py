@@ -93,12 +93,14 @@ class TrainingBar(ProgressBar):
             self._shown = None
 
 
-def add_command(commands, name, files, help, description, epilog):
-    """Adds a command and returns its parser. ``files`` are the positional arguments in the usage line."""
+def add_command(commands, name, files, help, description, epilog=None, parent=None):
+    """Adds a command, or one of the command ``parent``, and returns its parser. ``files`` are the positional arguments in the
+    usage line."""
+    words = name if parent is None else f"{parent} {name}"
     return commands.add_parser(
         name,
         help=help,
-        usage=f"python3 -m {PROGRAM} {name} {files} [options]",
+        usage=f"python3 -m {PROGRAM} {words} {files} [options]",
         description=description,
         epilog=epilog,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``dataset``: many samples of a signal on a surface, or images and planar meshes, in a file to train with."""
 
-import argparse
 import importlib.util
 import sys
 import time
@@ -61,13 +60,7 @@ def add(commands):
 
 
 def _add_signal(signals, name, help, description):
-    parser = signals.add_parser(
-        name,
-        help=help,
-        usage=f"python3 -m {PROGRAM} dataset {name} INPUT OUTPUT [options]",
-        description=description,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = add_command(signals, name, "INPUT OUTPUT", help, description, parent="dataset")
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
     samples = parser.add_argument_group("samples")
@@ -137,12 +130,13 @@ def _add_mixtures(signals):
 
 
 def _add_textures(signals):
-    parser = signals.add_parser(
+    parser = add_command(
+        signals,
         "textures",
-        help="images and planar meshes for field latents",
-        usage=f"python3 -m {PROGRAM} dataset textures IMAGE [IMAGE ...] OUTPUT [options]",
-        description=_TEXTURES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "IMAGE [IMAGE ...] OUTPUT",
+        "images and planar meshes for field latents",
+        _TEXTURES,
+        parent="dataset",
     )
     parser.add_argument("images", metavar="IMAGE", nargs="+", help="image to read: .png .jpg .tif .bmp")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")
@@ -161,12 +155,13 @@ def _add_textures(signals):
 
 
 def _add_latents(signals):
-    parser = signals.add_parser(
+    parser = add_command(
+        signals,
         "latents",
-        help="a textured surface, remeshed and encoded, for latent diffusion",
-        usage=f"python3 -m {PROGRAM} dataset latents SURFACE OUTPUT [options]",
-        description=_LATENTS,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "SURFACE OUTPUT",
+        "a textured surface, remeshed and encoded, for latent diffusion",
+        _LATENTS,
+        parent="dataset",
     )
     parser.add_argument("input", metavar="SURFACE", help="textured surface to read: .obj .gltf .glb .ply .vtp")
     parser.add_argument("output", metavar="OUTPUT", help="file to write: .safetensors")

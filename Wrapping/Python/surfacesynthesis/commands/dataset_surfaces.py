@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands ``dataset export`` and ``dataset import``: dataset files and surfaces."""
 
-import argparse
 import time
 
 from .common import (
-    PROGRAM,
     UsageError,
+    add_command,
     add_running_options,
     add_summary_option,
     as_usage,
@@ -26,7 +25,9 @@ or their arrays. Successive surfaces with the same polygons are samples on one s
 
 def add(signals):
     """Adds both commands to the parser of the command ``dataset``."""
-    parser = _add(signals, "export", "INPUT OUTPUT", "make surfaces of a dataset file", _EXPORT)
+    parser = add_command(
+        signals, "export", "INPUT OUTPUT", "make surfaces of a dataset file", _EXPORT, parent="dataset"
+    )
     parser.set_defaults(run=run_export)
     parser.add_argument("input", metavar="INPUT", help="file to read: .safetensors")
     parser.add_argument("output", metavar="OUTPUT", help="surfaces to write: .vtm; of one source of arrays also .vtp")
@@ -34,7 +35,9 @@ def add(signals):
     group.add_argument("--samples", type=int, metavar="N", help="number of samples of each source (default: all)")
     group.add_argument("--first-sample", type=int, default=0, metavar="K", help="index of the first (default: 0)")
     _add_output_options(parser)
-    parser = _add(signals, "import", "SURFACES... OUTPUT", "make a dataset file of surfaces", _IMPORT)
+    parser = add_command(
+        signals, "import", "SURFACES... OUTPUT", "make a dataset file of surfaces", _IMPORT, parent="dataset"
+    )
     parser.set_defaults(run=run_import)
     formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
     parser.add_argument("surfaces", nargs="+", metavar="SURFACES", help=f"the samples: {formats}")
@@ -45,16 +48,6 @@ def add(signals):
         "--source", metavar="FILE", help="surface that the points are moved from (default: SourcePosition, or the first sample)"
     )
     _add_output_options(parser)
-
-
-def _add(signals, name, operands, help, description):
-    return signals.add_parser(
-        name,
-        help=help,
-        usage=f"python3 -m {PROGRAM} dataset {name} {operands} [options]",
-        description=description,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
 
 
 def _add_output_options(parser):
