@@ -70,12 +70,12 @@ def add_variations(mesh, view):
 
 
 def powers(sheet, surface, view, longest):
-    """Operator powers 1 to 4, the first at the screening of the second."""
-    for power in range(1, 5):
+    """Operator powers from 1 to 4, the first at the screening of the power 2."""
+    for column, power in enumerate((1, 1.5, 2.5, 4)):
         scale = {"screening": 8 / (0.2 * longest) ** 2} if power == 1 else {"range": 0.2 * longest}
         field = noise(surface, operator_power=power, variance_correction=True, seed=2, **scale)
-        smoothness = f"smoothness nu = {power - 1}"
-        sheet.add(0, power - 1, f"operator power {power}\n{smoothness}", field, view, array="MaternNoise", limit=LIMIT)
+        smoothness = f"smoothness nu = {power - 1:g}"
+        sheet.add(0, column, f"operator power {power:g}\n{smoothness}", field, view, array="MaternNoise", limit=LIMIT)
 
 
 def deviations(sheet, surface, part, view, longest):

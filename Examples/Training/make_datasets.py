@@ -4,18 +4,20 @@ bunny.
 
     python3 make_datasets.py FOLDER [options]
 
-writes eleven files, each with one surface and many samples of a signal on it (see surfacesynthesis.read_signal_dataset):
+writes twelve files, each with one surface and many samples of a signal on it (see surfacesynthesis.read_signal_dataset):
 
     armadillo_poses.safetensors      poses of the armadillo, simplified to 5,000 triangles that are small where it is
                                      curved: to end a training with
+    armadillo_uneven.safetensors     the same poses on a triangulation that is dense on one side: so that a model does not
+                                     learn one triangulation
     armadillo_medium.safetensors     the same poses and more, on 1,280 triangles
     armadillo_coarse.safetensors     these, carried to 260 triangles: to begin a training with
-    armadillo_test.safetensors       other poses, on a triangulation that is dense on one side and coarse on the other
+    armadillo_test.safetensors       other poses, on a triangulation that is dense on the other side
     armadillo_full_test.safetensors  some of the same poses as in the test file, on the original triangulation
     bent_medium.safetensors          poses of the armadillo whose limbs turn by up to 120 degrees in place of 60, on 1,280
                                      triangles
     bent_coarse.safetensors          these, carried to 260 triangles
-    bent_test.safetensors            other such poses, on the triangulation that is dense on one side
+    bent_test.safetensors            other such poses, on the triangulation of armadillo_test
     bunny_mixtures.safetensors       mixtures on the bunny, remeshed to 4,000 triangles: to end a training with
     bunny_coarse.safetensors         these, carried to 1,000 triangles: to begin a training with
     bunny_test.safetensors           other mixtures, on a triangulation that is coarse on one side
@@ -179,12 +181,13 @@ def parsed(arguments):
     parser.add_argument("--mixtures", type=int, default=6000, metavar="N", help="mixtures to train with (default: 6000)")
     parser.add_argument("--test-mixtures", type=int, default=500, metavar="N", help="to test with (default: 500)")
     parser.add_argument("--pose-vertices", type=int, default=2500, metavar="V", help="to train with (default: 2500)")
+    parser.add_argument("--uneven-pose-vertices", type=int, default=3000, metavar="V", help="default: 3000")
     parser.add_argument("--coarse-pose-vertices", type=int, nargs=2, default=[642, 130], metavar="V",
                         help="of medium and coarse poses (default: 642 130)")  # fmt: skip
     parser.add_argument("--mixture-vertices", type=int, default=2000, metavar="V", help="to train with (default: 2000)")
     parser.add_argument("--coarse-mixture-vertices", type=int, default=500, metavar="V", help="default: 500")
     parser.add_argument("--test-vertices", type=int, default=5000, metavar="V", help="to test with (default: 5000)")
-    parser.add_argument("--ratio", type=float, default=2.0, help="of edge lengths in the test files (default: 2)")
+    parser.add_argument("--ratio", type=float, default=2.0, help="of edge lengths in uneven triangulations (default: 2)")
     parser.add_argument("--angle", type=float, default=120.0, help="largest of bent poses, in degrees (default: 120)")
     return parser.parse_args(arguments)
 
@@ -202,6 +205,8 @@ def make_poses(options, make):
     armadillo = surface(options.armadillo, "armadillo.off")
     simple = simplified(armadillo, options.pose_vertices)
     make.poses("armadillo_poses.safetensors", simple, armadillo, options.poses, 0)
+    uneven = remeshed(armadillo, options.uneven_pose_vertices, 1.0 / options.ratio)
+    make.poses("armadillo_uneven.safetensors", uneven, armadillo, options.poses, 0)
     make_coarse_and_uneven(options, make, armadillo, "armadillo", 60.0)
     make.poses("armadillo_full_test.safetensors", armadillo, armadillo, options.full_poses, FIRST_TEST_SAMPLE)
 

@@ -71,7 +71,17 @@ void MultigridSolve(benchmark::State& state, const TriangleMesh& mesh)
   state.counters["Iterations"] = solver.Iterations();
 }
 
+/// Options of the default range, with the operator power @p Halves / 2.
+template <int Halves>
+MaternFieldOptions OfPower()
+{
+  MaternFieldOptions options;
+  options.OperatorPower = 0.5 * Halves;
+  return options;
+}
+
 /// From a mesh in memory to the first sample.
+template <int Halves>
 void ColdStart(benchmark::State& state, const TriangleMesh& mesh)
 {
   PeakMemory memory;
@@ -84,7 +94,7 @@ void ColdStart(benchmark::State& state, const TriangleMesh& mesh)
     TriangleMesh own = mesh;
     state.ResumeTiming();
     {
-      const MaternField field(std::move(own), {});
+      const MaternField field(std::move(own), OfPower<Halves>());
       benchmark::DoNotOptimize(field.Sample().data());
       state.PauseTiming();
       peak = std::max(peak, memory.PeakMiB());
@@ -96,9 +106,10 @@ void ColdStart(benchmark::State& state, const TriangleMesh& mesh)
   state.counters["PeakAboveStartMiB"] = above;
 }
 
+template <int Halves>
 void NextSample(benchmark::State& state, const TriangleMesh& mesh)
 {
-  const MaternField field(mesh, {});
+  const MaternField field(mesh, OfPower<Halves>());
   SampleRequest request;
   for ([[maybe_unused]] auto step : state)
   {
@@ -130,8 +141,10 @@ void RegisterCore()
   Register("MultigridSetUp", MultigridSetUp);
   Register("MultigridSolve1", MultigridSolve<1>);
   Register("MultigridSolve8", MultigridSolve<8>);
-  Register("ColdStart", ColdStart);
-  Register("NextSample", NextSample);
+  Register("ColdStart", ColdStart<4>);
+  Register("NextSample", NextSample<4>);
+  Register("FractionalColdStart", ColdStart<5>);
+  Register("FractionalNextSample", NextSample<5>);
   Register("HundredSamples", HundredSamples);
 }
 

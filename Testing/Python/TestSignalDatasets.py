@@ -320,7 +320,7 @@ def test_the_command_says_what_is_wrong(tmp_path, ball, capsys, arguments, statu
 
 
 @needs_cgal
-def test_the_example_makes_its_eleven_files(tmp_path, ball, monkeypatch):
+def test_the_example_makes_its_twelve_files(tmp_path, ball, monkeypatch):
     example = pathlib.Path(__file__).parents[2] / "Examples" / "Training" / "make_datasets.py"
     spec = importlib.util.spec_from_file_location("make_datasets", example)
     make_datasets = importlib.util.module_from_spec(spec)
@@ -330,12 +330,14 @@ def test_the_example_makes_its_eleven_files(tmp_path, ball, monkeypatch):
     write_mesh(ball, surface)
     counts = {"--poses": 3, "--test-poses": 2, "--full-poses": 1, "--mixtures": 4, "--test-mixtures": 2}
     counts.update({"--coarse-poses": 5})
-    sizes = {"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100}
+    sizes = {"--uneven-pose-vertices": 250}
+    sizes.update({"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100})
     options = [str(word) for item in {**counts, **sizes}.items() for word in item]
     options += ["--coarse-pose-vertices", "150", "60"]
     make_datasets.main([str(tmp_path), "--armadillo", str(surface), "--bunny", str(surface), *options])
     expected = {
         "armadillo_poses": ("Position", 3, 200),
+        "armadillo_uneven": ("Position", 3, 250),
         "armadillo_medium": ("Position", 5, 150),
         "armadillo_coarse": ("Position", 5, 60),
         "armadillo_test": ("Position", 2, 400),

@@ -5,6 +5,7 @@
 #include "SampleBits.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Noise/FieldConditioning.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Noise/RationalPower.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -204,6 +205,34 @@ TEST_P(FractionalField, CorrectedDeviationIsExactOnAnOpenThinTube)
   EXPECT_LE(std::sqrt(squares.maxCoeff()), 1.085 * 2.5);
   EXPECT_GE(std::sqrt(squares.minCoeff()), 0.915 * 2.5);
   EXPECT_NEAR(std::sqrt(squares.mean()), 2.5, 0.02 * 2.5);
+}
+
+TEST_P(FractionalField, MeanAndDeviationGivenObservationsAreThoseOfDenseKriging)
+{
+  const TriangleMesh mesh = test::PlanePatch(11, 8, 1.5, 1.0, 0.2);
+  const MaternField field(mesh, ByScreening(GetParam()));
+  SparseRowMatrix matrix(12, mesh.NumberOfPoints()); // every seventh vertex, and the middle of an edge
+  for (Index k = 0; k < 12; ++k)
+  {
+    matrix.insert(k, 7 * k) = k < 11 ? 1.0 : 0.5;
+  }
+  matrix.insert(11, 78) = 0.5;
+  Eigen::VectorXd deviations = Eigen::VectorXd::Zero(12);
+  deviations.tail(6).setConstant(0.01);
+  const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(12, -0.2, 0.3);
+  const FieldConditioning conditioning(
+    [&field](const auto& x) { return field.SolvePrecision(x); }, matrix, deviations, std::uint64_t(1) << 30);
+  const auto expectKriging = [&](const Eigen::MatrixXd& covariance, double tolerance) {
+    const Eigen::MatrixXd cross = covariance * matrix.transpose();
+    const Eigen::MatrixXd system = matrix * cross + Eigen::MatrixXd(deviations.cwiseAbs2().asDiagonal());
+    const Eigen::MatrixXd gain = system.ldlt().solve(cross.transpose()).transpose();
+    ExpectClose(conditioning.Mean(values), gain * values, tolerance);
+    const Eigen::VectorXd variance = covariance.diagonal() - gain.cwiseProduct(cross).rowwise().sum();
+    EXPECT_LE((conditioning.Variance(field.MarginalVariances()) - variance).cwiseAbs().maxCoeff(),
+      tolerance * covariance.diagonal().maxCoeff());
+  };
+  expectKriging(Covariance(field), 1e-8);
+  expectKriging(DensePower(mesh, GetParam()), 10.0 * OfDeviation); // the approximation of the power in it
 }
 
 TEST_P(FractionalField, HasTheDeviationAskedForOnSpheresOfEveryRange)
