@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace surfsynth
@@ -17,40 +18,50 @@ namespace surfsynth
 
 namespace
 {
-constexpr int Features = 12;
-constexpr float LargestFeature = 1e30F; ///< so that sums of twelve stay finite in single precision
-using Direction = Eigen::Matrix<float, Features, 1>;
+constexpr float LargestFeature = 1e30F; ///< so that sums over features stay finite in single precision
+/// Direction in the space of the columns of @p Matrix.
+template <typename Matrix>
+using DirectionOf = Eigen::Matrix<float, Matrix::ColsAtCompileTime, 1>;
 
-/// Uniform on the unit sphere of R^12.
-Direction RandomDirection(std::uint64_t seed, int projection)
+/// Uniform on the unit sphere of R^columns.
+template <typename Matrix>
+DirectionOf<Matrix> RandomDirection(std::uint64_t seed, int projection, Eigen::Index columns)
 {
   NormalKey key;
   key.Seed = seed;
   key.Sample = static_cast<std::uint32_t>(projection);
-  Eigen::Matrix<double, Features, 1> normals;
-  FillNormals(key, 0, Features, normals.data());
-  return normals.normalized().cast<float>();
+  Eigen::Matrix<double, Matrix::ColsAtCompileTime, 1> normals(columns);
+  FillNormals(key, 0, columns, normals.data());
+  return normals.normalized().template cast<float>();
 }
 
-/// Shifts the components of @p direction cyclically, for triangles whose edges are counted from edge @p first on.
-Direction Turned(const Direction& direction, int first)
+/// Number of cyclic orders of the groups of columns in which each row counts: those of the edges of a triangle.
+constexpr int OrdersOf(const EdgeFeatureMatrix&) { return 3; }
+constexpr int OrdersOf(const RingFeatureMatrix&) { return 1; }
+
+/// Shifts the components of @p direction cyclically by @p shift.
+template <typename Direction>
+Direction Turned(const Direction& direction, Eigen::Index shift)
 {
-  Direction turned;
-  for (int k = 0; k < Features; ++k)
+  Direction turned(direction.size());
+  for (Eigen::Index k = 0; k < direction.size(); ++k)
   {
-    turned((k + 4 * first) % Features) = direction(k);
+    turned((k + shift) % direction.size()) = direction(k);
   }
   return turned;
 }
 
-/// The coordinates of all points along a direction, in ascending order: three for each triangle.
-void Project(const EdgeFeatureMatrix& features, const Direction& direction, Eigen::VectorXf& sorted)
+/// The coordinates of all points along a direction, in ascending order: one for each order of each row.
+template <typename Matrix>
+void Project(const Matrix& features, const DirectionOf<Matrix>& direction, Eigen::VectorXf& sorted)
 {
-  const Eigen::Index triangles = features.rows();
-  sorted.resize(3 * triangles);
-  for (int first = 0; first < 3; ++first)
+  const Eigen::Index rows = features.rows();
+  const int orders = OrdersOf(features);
+  sorted.resize(orders * rows);
+  for (int first = 0; first < orders; ++first)
   {
-    sorted.segment(first * triangles, triangles).noalias() = features.lazyProduct(Turned(direction, first));
+    sorted.segment(first * rows, rows).noalias() = features.lazyProduct(
+      Turned(direction, first * (direction.size() / orders)));
   }
   std::sort(sorted.data(), sorted.data() + sorted.size());
 }
@@ -76,40 +87,64 @@ double Wasserstein(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
   return sum / static_cast<double>(n) / static_cast<double>(m);
 }
 
-/// Edge features of a mesh, as the network gets them.
+/// A mesh in unit lengths.
 struct SeenMesh
 {
   /// @param name "surface" or "reference": begins messages
-  SeenMesh(const TriangleMesh& mesh, double unitLength, const std::string& name)
+  SeenMesh(const TriangleMesh& mesh, double unitLength, std::string name)
+    : Name(std::move(name))
+    , Topology(mesh)
   {
     if (!(unitLength >= 0.0) || !std::isfinite(unitLength))
     {
-      throw InvalidInput("CompareGeometricTextures: the unit length of the " + name + " is " +
+      throw InvalidInput("CompareGeometricTextures: the unit length of the " + this->Name + " is " +
         FormatNumber(unitLength) + "; expected 0 or more.");
     }
     if (mesh.NumberOfTriangles() == 0)
     {
-      throw InvalidInput("CompareGeometricTextures: the " + name + " has no triangle; expected at least one.");
+      throw InvalidInput("CompareGeometricTextures: the " + this->Name + " has no triangle; expected at least one.");
     }
-    const FaceNeighbors neighbors = ComputeFaceNeighbors(mesh);
-    this->MeanEdgeLength = MeanLength(mesh, neighbors);
-    const double unit = unitLength > 0.0 ? unitLength : this->MeanEdgeLength;
+    this->Neighbors = ComputeFaceNeighbors(mesh, this->Topology);
+    this->MeanEdgeLength = MeanLength(mesh, this->Neighbors);
+    this->Unit = unitLength > 0.0 ? unitLength : this->MeanEdgeLength;
     // Around the origin first: single precision far from it would see steps instead of a surface.
     const BoundingBox box = ComputeBoundingBox(mesh);
-    const PointMatrix points = (mesh.Points.rowwise() - 0.5 * (box.Lower + box.Upper).transpose()) / unit;
-    this->Features = ComputeEdgeFeatures(points.cast<float>(), mesh.Triangles, neighbors);
-    if (!(this->Features.array().abs() < LargestFeature).all())
-    {
-      throw InvalidInput("CompareGeometricTextures: in a unit length of " + FormatNumber(unit) + " the " + name +
-        " has features that are not finite or above " + FormatNumber(LargestFeature) +
-        "; expected finite points and edges.");
-    }
+    this->Mesh.Points = (mesh.Points.rowwise() - 0.5 * (box.Lower + box.Upper).transpose()) / this->Unit;
+    this->Mesh.Triangles = mesh.Triangles;
   }
 
-  EdgeFeatureMatrix Features;
+  /// Features of the triangles, as the network gets them.
+  EdgeFeatureMatrix EdgeFeatures() const
+  {
+    return this->Checked(ComputeEdgeFeatures(this->Mesh.Points.cast<float>(), this->Mesh.Triangles, this->Neighbors));
+  }
+
+  /// Features of the vertices.
+  RingFeatureMatrix RingFeatures(int rings, const Progress& progress) const
+  {
+    return this->Checked(ComputeRingFeatures(this->Mesh, this->Topology, rings, progress));
+  }
+
+  std::string Name;
+  MeshTopology Topology;
+  FaceNeighbors Neighbors;
+  TriangleMesh Mesh;
   double MeanEdgeLength = 0.0;
+  double Unit = 0.0;
 
 private:
+  template <typename Matrix>
+  Matrix Checked(Matrix features) const
+  {
+    if (!(features.array().abs() < LargestFeature).all())
+    {
+      throw InvalidInput("CompareGeometricTextures: in a unit length of " + FormatNumber(this->Unit) + " the " +
+        this->Name + " has features that are not finite or above " + FormatNumber(LargestFeature) +
+        "; expected finite points and edges.");
+    }
+    return features;
+  }
+
   /// An edge of two triangles counts with the one of the lower number.
   static double MeanLength(const TriangleMesh& mesh, const FaceNeighbors& neighbors)
   {
@@ -129,17 +164,16 @@ private:
     return sum / static_cast<double>(std::max<std::int64_t>(edges, 1));
   }
 };
-} // namespace
-
-Eigen::VectorXd SlicedDistances(const EdgeFeatureMatrix& features, const EdgeFeatureMatrix& reference, int projections,
-  std::uint64_t seed, const Progress& progress)
+template <typename Matrix>
+Eigen::VectorXd DistancesAlongDirections(
+  const Matrix& features, const Matrix& reference, int projections, std::uint64_t seed, const Progress& progress)
 {
   Eigen::VectorXd distances(projections);
   std::atomic<std::int64_t> done{ 0 };
   ParallelTasks(
     projections,
     [&](std::int64_t k) {
-      const Direction direction = RandomDirection(seed, static_cast<int>(k));
+      const DirectionOf<Matrix> direction = RandomDirection<Matrix>(seed, static_cast<int>(k), features.cols());
       Eigen::VectorXf along, alongReference;
       Project(features, direction, along);
       Project(reference, direction, alongReference);
@@ -150,19 +184,56 @@ Eigen::VectorXd SlicedDistances(const EdgeFeatureMatrix& features, const EdgeFea
   return distances;
 }
 
-TextureDistance CompareGeometricTextures(const TriangleMesh& surface, const TriangleMesh& reference,
-  const GeometricTextureDistanceOptions& options, const Progress& progress)
+/// Throws when an option is out of its range.
+void CheckOptions(const GeometricTextureDistanceOptions& options)
 {
   if (options.Projections < 1)
   {
     throw InvalidInput("CompareGeometricTextures: there are " + std::to_string(options.Projections) +
       " projections; expected at least one.");
   }
+  if (options.Rings < 1 || options.Rings > MaximumRings)
+  {
+    throw InvalidInput("CompareGeometricTextures: there are " + std::to_string(options.Rings) +
+      " rings; expected 1 to " + std::to_string(MaximumRings) + ".");
+  }
+}
+
+/// Distances along all directions.
+Eigen::VectorXd Compare(const SeenMesh& seen, const SeenMesh& seenReference,
+  const GeometricTextureDistanceOptions& options, const Progress& progress)
+{
+  const int projections = options.Projections;
+  if (options.Rings == 1)
+  {
+    return SlicedDistances(seen.EdgeFeatures(), seenReference.EdgeFeatures(), projections, options.Seed, progress);
+  }
+  const RingFeatureMatrix features = seen.RingFeatures(options.Rings, SubProgress(progress, 0.0, 0.1));
+  const RingFeatureMatrix reference = seenReference.RingFeatures(options.Rings, SubProgress(progress, 0.1, 0.2));
+  return SlicedDistances(features, reference, projections, options.Seed, SubProgress(progress, 0.2, 1.0));
+}
+} // namespace
+
+Eigen::VectorXd SlicedDistances(const EdgeFeatureMatrix& features, const EdgeFeatureMatrix& reference, int projections,
+  std::uint64_t seed, const Progress& progress)
+{
+  return DistancesAlongDirections(features, reference, projections, seed, progress);
+}
+
+Eigen::VectorXd SlicedDistances(const RingFeatureMatrix& features, const RingFeatureMatrix& reference, int projections,
+  std::uint64_t seed, const Progress& progress)
+{
+  return DistancesAlongDirections(features, reference, projections, seed, progress);
+}
+
+TextureDistance CompareGeometricTextures(const TriangleMesh& surface, const TriangleMesh& reference,
+  const GeometricTextureDistanceOptions& options, const Progress& progress)
+{
+  CheckOptions(options);
   const SeenMesh seen(surface, options.UnitLength, "surface");
   const SeenMesh seenReference(reference, options.ReferenceUnitLength, "reference");
   Report(progress, 0.1);
-  const Eigen::VectorXd distances = SlicedDistances(
-    seen.Features, seenReference.Features, options.Projections, options.Seed, SubProgress(progress, 0.1, 1.0));
+  const Eigen::VectorXd distances = Compare(seen, seenReference, options, SubProgress(progress, 0.1, 1.0));
   TextureDistance result;
   result.Distance = distances.mean();
   if (options.Projections > 1)
