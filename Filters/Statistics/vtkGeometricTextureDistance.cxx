@@ -108,6 +108,7 @@ int vtkGeometricTextureDistance::RequestData(
     options.UnitLength = this->UnitLength;
     options.ReferenceUnitLength = this->ReferenceUnitLength;
     options.Projections = this->NumberOfProjections;
+    options.Rings = this->NumberOfRings;
     options.Seed = static_cast<std::uint64_t>(this->Seed);
     const surfsynth::TextureDistance found = surfsynth::CompareGeometricTextures(surface, reference, options, progress);
     AddDistance(vtkTable::GetData(outputVector, 0), found, surface, reference);
@@ -123,6 +124,7 @@ void vtkGeometricTextureDistance::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "UnitLength: " << this->UnitLength << "\n";
   os << indent << "ReferenceUnitLength: " << this->ReferenceUnitLength << "\n";
   os << indent << "NumberOfProjections: " << this->NumberOfProjections << "\n";
+  os << indent << "NumberOfRings: " << this->NumberOfRings << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "Distance: " << this->Distance << "\n";
   os << indent << "StandardError: " << this->StandardError << "\n";

@@ -11,6 +11,12 @@
  * of these features: the mean, over directions in the space of the features, of the mean difference of equal quantiles
  * along the direction. Each triangle counts in the three cyclic orders of its edges.
  *
+ * With NumberOfRings R above 1 each vertex has 6 R features: for each of the rings 1 to R around it the minimum, the
+ * quartiles and the maximum of the heights of its vertices over the first vertex, and their mean tangential distance. Ring
+ * j are the vertices that j edges and no fewer join to the vertex; heights are along the sum of the area vectors of the
+ * neighborhood. Neighborhoods that a boundary cuts do not count, unless all are cut. Three and six rings see the height,
+ * spacing and merging of features that one ring does not see.
+ *
  * The distance is 0 for the same triangulated surface after a translation, a rotation and, without unit lengths, a
  * scaling. It increases with the difference in edge lengths, angles and dihedral angles. It depends on the
  * triangulation: compare surfaces that were triangulated in the same way, for instance level k of a synthesized texture
@@ -33,7 +39,7 @@
  * Two empty inputs give an empty table; one is an error.
  *
  * @par Cost
- * O(P F log F) for P directions and F triangles of both surfaces: about 10 seconds on one thread for 128 directions and
+ * O(P F log F) for one ring, P directions and F triangles of both surfaces: about 10 seconds on one thread for 128 directions and
  * 300,000 triangles. The same bits for every number of threads.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkMultiscaleMeshFitter, vtkEnsembleMetrics
@@ -82,6 +88,16 @@ public:
 
   ///@{
   /**
+   * Number of rings of the neighborhoods, from 1 to 16. 1 compares the 12 features of triangles; 2 and more compare, for each
+   * vertex, the heights and distances of the rings of vertices around it, which see the size and spacing of larger features.
+   * Default 1.
+   */
+  vtkSetClampMacro(NumberOfRings, int, 1, 16);
+  vtkGetMacro(NumberOfRings, int);
+  ///@}
+
+  ///@{
+  /**
    * Seed of the directions, any integer. Default 0.
    */
   vtkSetMacro(Seed, int);
@@ -111,6 +127,7 @@ private:
   double UnitLength = 0.0;
   double ReferenceUnitLength = 0.0;
   int NumberOfProjections = 128;
+  int NumberOfRings = 1;
   int Seed = 0;
   double Distance = 0.0;
   double StandardError = 0.0;

@@ -36,7 +36,7 @@ FILTERS = (
      {"StopBackground"}),
     (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
      {"Samples", "Milestones", "StopBackground"}),
-    ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 4, 2,
+    ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),
     ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 17, 3,
      {"TimestepValues", "InstalledModels"}),

@@ -41,6 +41,7 @@ DISTANCE = {
     "UnitLength": (0.0, 0.5, 0.5),
     "ReferenceUnitLength": (0.0, 0.25, 0.25),
     "NumberOfProjections": (128, 16, 16),
+    "NumberOfRings": (1, 3, 3),
     "Seed": (0, 7, 7),
 }
 FITTER = {

@@ -293,6 +293,10 @@ def test_geometric_texture_distance_says_what_is_wrong():
         geometric_texture_distance(mesh, mesh, projections=0)
     with pytest.raises(ValueError, match="at most 1000000"):
         geometric_texture_distance(mesh, mesh, projections=1000001)
+    with pytest.raises(ValueError, match="rings must be from 1"):
+        geometric_texture_distance(mesh, mesh, rings=0)
+    with pytest.raises(ValueError, match="at most 16"):
+        geometric_texture_distance(mesh, mesh, rings=17)
     with pytest.raises(ValueError, match="unit_length must be a finite number larger than 0"):
         geometric_texture_distance(mesh, mesh, unit_length=0)
     with pytest.raises(Cancelled):
@@ -312,6 +316,10 @@ def test_the_command_geometric_texture_distance_prints_what_the_function_returns
     assert float(dict(zip(names.split(","), values.split(",")))["Distance"]) == expected
     assert main(["geometric-texture-distance", *paths, *options, "--no-progress"]) == 0
     assert f"distance {expected:.6g}, standard error" in capsys.readouterr().out
+    three = geometric_texture_distance(*meshes, projections=40, seed=5, unit_length=0.5, reference_unit_length=2.0, rings=3)
+    assert three != expected
+    assert main(["geometric-texture-distance", *paths, *options, "--rings", "3", "--json", "--no-progress"]) == 0
+    assert json.loads(capsys.readouterr().out)["distance"] == three
     assert main(["geometric-texture-distance", *paths, "--projections", "0"]) == 2
     assert "projections must be from 1" in capsys.readouterr().err
     blocks = vtkMultiBlockDataSet()

@@ -11,9 +11,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 using namespace surfsynth;
 using testing::HasSubstr;
@@ -222,6 +224,97 @@ TEST(TextureDistance, IsTheSameForEveryNumberOfThreads)
   }
 }
 
+TEST(RingFeatures, OfARidgeAreAsByHand)
+{
+  // A plane grid whose row y = 3 is raised by 1: seen from the middle of that row, whose neighborhood is symmetric under
+  // half a turn, the normal is z.
+  TriangleMesh mesh = test::PlanePatch(6, 6, 6.0, 6.0);
+  Index center = -1;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    const double y = mesh.Points(v, 1);
+    center = mesh.Points(v, 0) == 3.0 && y == 3.0 ? v : center;
+    mesh.Points(v, 2) = y == 3.0 ? 1.0 : 0.0;
+  }
+  ASSERT_GE(center, 0);
+  const RingFeatureMatrix features = ComputeRingFeatures(mesh, MeshTopology(mesh), 3);
+  ASSERT_EQ(features.rows(), 1) << "the rings of the middle alone are whole";
+  // Ring 1, of eight vertices where diagonals alternate: (+-1, 0) at height 0, the others at height -1.
+  Eigen::Matrix<float, 1, 6> expected;
+  expected << -1.0F, -1.0F, -1.0F, -0.75F, 0.0F, (4.0F + 4.0F * std::sqrt(2.0F)) / 8.0F;
+  EXPECT_LT((features.row(0).head(6) - expected).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(RingFeatures, OfSmallMeshesRepeatTheLastRing)
+{
+  const TriangleMesh mesh = test::Tetrahedron();
+  const RingFeatureMatrix features = ComputeRingFeatures(mesh, MeshTopology(mesh), 3);
+  ASSERT_EQ(features.rows(), 4);
+  EXPECT_EQ(features.leftCols(6), features.rightCols(6));
+  const TriangleMesh open = test::SingleTriangle();
+  EXPECT_EQ(ComputeRingFeatures(open, MeshTopology(open), 2).rows(), 3) << "all are cut";
+  const TriangleMesh unused = test::WithUnreferencedPoints(test::Icosphere(1));
+  EXPECT_EQ(ComputeRingFeatures(unused, MeshTopology(unused), 2).rows(), 42);
+}
+
+namespace
+{
+/// Cones of @p height around @p count points of a spiral on the unit sphere; @p pairs moves them together two by two.
+TriangleMesh Spikes(int count, double height, bool pairs)
+{
+  TriangleMesh mesh = test::Icosphere(5);
+  std::vector<Eigen::RowVector3d> centers;
+  for (int k = 0; k < count; ++k)
+  {
+    const double z = 1.0 - (2.0 * k + 1.0) / count, radius = std::sqrt(1.0 - z * z), angle = 2.399963229728653 * k;
+    Eigen::RowVector3d center(radius * std::cos(angle), radius * std::sin(angle), z);
+    if (pairs && k % 2 == 1)
+    {
+      center = (center + 4.0 * centers.back()).normalized();
+    }
+    centers.push_back(center);
+  }
+  for (Eigen::Index v = 0; v < mesh.Points.rows(); ++v)
+  {
+    double angle = M_PI;
+    for (const Eigen::RowVector3d& center : centers)
+    {
+      angle = std::min(angle, std::acos(std::clamp(center.dot(mesh.Points.row(v)), -1.0, 1.0)));
+    }
+    mesh.Points.row(v) *= 1.0 + height * std::max(0.0, 1.0 - angle / 0.17);
+  }
+  return mesh;
+}
+} // namespace
+
+TEST(TextureDistance, OfRingsTellsWrongTexturesApart)
+{
+  const TriangleMesh reference = Spikes(90, 0.2, false);
+  TriangleMesh turned = reference;
+  turned.Points = reference.Points * Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  GeometricTextureDistanceOptions options;
+  options.UnitLength = options.ReferenceUnitLength = CompareGeometricTextures(reference, reference).MeanEdgeLength;
+  for (const int rings : { 3, 6 })
+  {
+    options.Rings = rings;
+    EXPECT_LT(Distance(turned, reference, options), 1e-5);
+    EXPECT_LT(Distance(Renumbered(reference), reference, options), 1e-5);
+    const double floor = Distance(Spikes(91, 0.2, false), reference, options);
+    const double bare = Distance(test::Icosphere(5), reference, options) - floor;
+    ASSERT_GT(bare, 10.0 * floor);
+    // Merged, sparse and stunted controls fail the bound of 0.15 that a good texture is to meet.
+    EXPECT_GT((Distance(Spikes(90, 0.2, true), reference, options) - floor) / bare, 0.15);
+    EXPECT_GT((Distance(Spikes(45, 0.2, false), reference, options) - floor) / bare, 0.15);
+    EXPECT_GT((Distance(Spikes(90, 0.1, false), reference, options) - floor) / bare, 0.15);
+    const double expected = Distance(Spikes(45, 0.2, false), reference, options);
+    for (const int threads : { 1, 3 })
+    {
+      const ThreadScope scope(threads);
+      EXPECT_EQ(Distance(Spikes(45, 0.2, false), reference, options), expected);
+    }
+  }
+}
+
 TEST(TextureDistance, RefusesWhatItCannotCompare)
 {
   const TriangleMesh mesh = test::Icosphere(1);
@@ -230,6 +323,9 @@ TEST(TextureDistance, RefusesWhatItCannotCompare)
   GeometricTextureDistanceOptions options;
   options.Projections = 0;
   EXPECT_THAT(MessageOf(mesh, mesh, options), HasSubstr("there are 0 projections"));
+  options = {};
+  options.Rings = 17;
+  EXPECT_THAT(MessageOf(mesh, mesh, options), HasSubstr("there are 17 rings; expected 1 to 16"));
   options = {};
   options.ReferenceUnitLength = -1.0;
   EXPECT_THAT(MessageOf(mesh, mesh, options), HasSubstr("the unit length of the reference is -1"));
@@ -240,6 +336,9 @@ TEST(TextureDistance, RefusesWhatItCannotCompare)
   TriangleMesh broken = mesh;
   broken.Points(0, 0) = std::numeric_limits<double>::infinity();
   EXPECT_THAT(MessageOf(broken, mesh), HasSubstr("features that are not finite"));
+  options = {};
+  options.Rings = 3;
+  EXPECT_THAT(MessageOf(broken, mesh, options), HasSubstr("features that are not finite"));
 }
 
 TEST(TextureDistance, StopsWhenAsked)

@@ -94,6 +94,19 @@ TEST(GeometricTextureDistance, TheRowIsThatOfThePlainComparison)
   EXPECT_EQ(vtkTable::SafeDownCast(table)->GetNumberOfColumns(), 6);
 }
 
+TEST(GeometricTextureDistance, RingsAreThoseOfThePlainComparison)
+{
+  const auto surface = Egg().ToPolyData(), reference = Icosphere(2).ToPolyData();
+  const auto filter = Comparing(surface, reference);
+  filter->SetNumberOfRings(3);
+  surfsynth::GeometricTextureDistanceOptions options;
+  options.Rings = 3;
+  const surfsynth::TextureDistance expected = surfsynth::CompareGeometricTextures(
+    surfsynth::ConvertSurface(surface).Mesh, surfsynth::ConvertSurface(reference).Mesh, options);
+  EXPECT_EQ(ValueOf(OutputOf(filter), "Distance"), expected.Distance);
+  EXPECT_GT(expected.Distance, 0.01);
+}
+
 TEST(GeometricTextureDistance, BlocksOfTheSurfaceHaveATableEach)
 {
   vtkNew<vtkMultiBlockDataSet> blocks;
@@ -175,10 +188,12 @@ TEST(GeometricTextureDistance, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetReferenceUnitLength(), 0.0);
   filter->SetNumberOfProjections(0);
   EXPECT_EQ(filter->GetNumberOfProjections(), 1);
+  filter->SetNumberOfRings(17);
+  EXPECT_EQ(filter->GetNumberOfRings(), 16);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "UnitLength: 0", "ReferenceUnitLength: 0", "NumberOfProjections: 1\n", "Seed: 0",
-         "Distance: 0", "StandardError: 0" })
+  for (const char* line : { "UnitLength: 0", "NumberOfRings: 16", "ReferenceUnitLength: 0", "NumberOfProjections: 1\n",
+         "Seed: 0", "Distance: 0", "StandardError: 0" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -204,7 +204,7 @@ def configured_synthesizer(
 
 
 def geometric_texture_distance(
-    mesh, reference, unit_length=None, reference_unit_length=None, projections=128, seed=0, progress=None
+    mesh, reference, unit_length=None, reference_unit_length=None, projections=128, seed=0, rings=1, progress=None
 ):
     """Distance of the geometric textures of two surfaces, whatever their shape.
 
@@ -229,6 +229,10 @@ def geometric_texture_distance(
     seed : int
         The seed of the directions: any integer of 32 bits with sign. Distances with the same seed share their
         directions. Default 0.
+    rings : int
+        Number of rings of the neighborhoods, from 1 to 16. 1 compares the 12 features of triangles; 2 and more compare, for
+        each vertex, the heights and distances of the rings of vertices around it, which see the size and spacing of larger
+        features. Default 1.
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
 
@@ -246,7 +250,7 @@ def geometric_texture_distance(
     ValueError, TypeError
         An argument has a value out of its range or is of a wrong type.
     """
-    algorithm = configured_distance(unit_length, reference_unit_length, projections, seed)
+    algorithm = configured_distance(unit_length, reference_unit_length, projections, seed, rings)
     surface, other = (
         given_dataset(given, (vtkPolyData,), "a vtkPolyData or a pair of arrays") for given in (mesh, reference)
     )
@@ -257,7 +261,7 @@ def geometric_texture_distance(
     return table.GetColumnByName("Distance").GetValue(0) if table.GetNumberOfRows() > 0 else math.nan
 
 
-def configured_distance(unit_length=None, reference_unit_length=None, projections=128, seed=0):
+def configured_distance(unit_length=None, reference_unit_length=None, projections=128, seed=0, rings=1):
     """A vtkGeometricTextureDistance of geometric_texture_distance()'s parameters; raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureDistance()
     if unit_length is not None:
@@ -265,6 +269,7 @@ def configured_distance(unit_length=None, reference_unit_length=None, projection
     if reference_unit_length is not None:
         algorithm.SetReferenceUnitLength(positive("reference_unit_length", reference_unit_length))
     algorithm.SetNumberOfProjections(at_most("projections", integer("projections", projections, 1), 1000000))
+    algorithm.SetNumberOfRings(at_most("rings", integer("rings", rings, 1), 16))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     return algorithm
 

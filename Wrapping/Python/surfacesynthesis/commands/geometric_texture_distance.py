@@ -12,6 +12,7 @@ synthesized texture with a level of the meshes that it was learned from, beside 
 _EXAMPLES = """\
 examples:
   %(prog)s synthesized_2.ply levels_2.ply
+  %(prog)s synthesized_2.ply levels_2.ply --rings 6 --json
   %(prog)s synthesized_2.ply levels_2.ply --unit-length 0.01 --reference-unit-length 0.02 --csv
 """
 
@@ -46,6 +47,13 @@ def add(commands):
     comparison.add_argument(
         "--projections", type=int, default=128, metavar="N", help="number of random directions (default: 128)"
     )
+    comparison.add_argument(
+        "--rings",
+        type=int,
+        default=1,
+        metavar="N",
+        help="number of rings of the neighborhoods, 1 to 16: 3 and 6 see larger features (default: 1)",
+    )
     comparison.add_argument("--seed", type=int, default=0, metavar="N", help="of the directions (default: 0)")
     output = parser.add_argument_group("output")
     add_result_options(output, "the distance")
@@ -63,6 +71,7 @@ def run(arguments):
         arguments.reference_unit_length,
         arguments.projections,
         arguments.seed,
+        arguments.rings,
     )
     for path in (arguments.mesh, arguments.reference):
         as_usage(files.extension, path)
