@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inference/Common/MatrixProduct.h"
 
+#include "Inference/Common/ProductKernels.h"
+
 #ifdef SURFACE_SYNTHESIS_BLAS
 extern "C" void sgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k,
   const float* alpha, const float* a, const int* lda, const float* b, const int* ldb, const float* beta, float* c,
@@ -16,6 +18,23 @@ void Multiply(const float* a, const float* b, float* c, std::int64_t rows, std::
   bool accumulate)
 {
   MultiplyBlocks({ a, inner }, { b, columns }, c, columns, rows, inner, columns, accumulate);
+}
+
+void MultiplyInCache(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
+  std::int64_t inner, std::int64_t columns, bool accumulate)
+{
+  const ProductKernels* kernels = b.Transposed ? nullptr : BestProductKernels();
+  const std::int64_t whole = kernels ? columns / kernels->Lanes * kernels->Lanes : 0;
+  if (whole > 0)
+  {
+    kernels->Multiply({ a.Data, a.Transposed ? 1 : a.Stride, a.Transposed ? a.Stride : 1, b.Data, b.Stride, c, stride,
+      rows, inner, whole, accumulate });
+  }
+  if (whole < columns)
+  {
+    const MatrixBlock rest = { b.Transposed ? b.Data : b.Data + whole, b.Stride, b.Transposed };
+    MultiplyBlocks(a, rest, c + whole, stride, rows, inner, columns - whole, accumulate);
+  }
 }
 
 #ifdef SURFACE_SYNTHESIS_BLAS

@@ -26,4 +26,9 @@ struct MatrixBlock
 void MultiplyBlocks(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
   std::int64_t inner, std::int64_t columns, bool accumulate = false);
 
+/// The same for factors that lie in the caches of a core, such as a tile of rows and the weights of a layer: no factor is copied
+/// first. What ProductKernels do not compute (b transposed, columns beyond whole vectors) MultiplyBlocks() does.
+void MultiplyInCache(const MatrixBlock& a, const MatrixBlock& b, float* c, std::int64_t stride, std::int64_t rows,
+  std::int64_t inner, std::int64_t columns, bool accumulate = false);
+
 } // namespace surfsynth

@@ -39,16 +39,26 @@ enum FaceInput
   FaceInputs
 };
 
+/// Transposes of the maps, which products on the way back read; absent ones are empty or undefined.
+struct FaceTransposes
+{
+  torch::Tensor Modulator;
+  torch::Tensor Layers;
+  torch::Tensor Tail;
+};
+
 /// One tile of faces: their features, and the way back.
 class FaceTile
 {
 public:
-  FaceTile(const PoissonTables& tables, const variable_list& in)
+  /// @param transposes for Backward()
+  FaceTile(const PoissonTables& tables, const variable_list& in, const FaceTransposes& transposes = {})
     : Patches(tables.Patches)
     , Width(in[FaceX].size(-1))
     , Layers(in[FaceLayers].size(0))
     , Weights{ DataOf(in[FaceModulator]), DataOf(in[FaceModulatorBias]), DataOf(in[FaceLayers]),
       DataOf(in[FaceBiases]) }
+    , Transposes{ DataOf(transposes.Modulator), nullptr, DataOf(transposes.Layers), nullptr }
     , Kernels(BestGradientKernels())
     , Scratch(StepTileRows * this->Width * (2 * (2 * this->Layers + 6) + 2))
   {
@@ -82,12 +92,14 @@ public:
       this->Kernels.CornerMean(hidden, faces, this->Width, this->Mean);
       this->Kernels.Gelu(this->Mean, rows * this->Width, this->Activated);
       this->Kernels.FillRows(this->Weights.ModulatorBias, rows, 2 * this->Width, this->PhaseAndScale);
-      Multiply(this->Activated, this->Weights.Modulator, this->PhaseAndScale, rows, this->Width, 2 * this->Width, true);
+      MultiplyInCache({ this->Activated, this->Width }, { this->Weights.Modulator, 2 * this->Width },
+        this->PhaseAndScale, 2 * this->Width, rows, this->Width, 2 * this->Width, true);
       this->Kernels.Modulate(this->PhaseAndScale, this->Gradient, rows, this->Width, this->States[0]);
     }
     for (std::int64_t k = 0; k < this->Layers; ++k)
     {
-      Multiply(this->States[k], this->LayerOf(k), this->Products[k], rows, 2 * this->Width, 2 * this->Width);
+      MultiplyInCache({ this->States[k], 2 * this->Width }, { this->LayerOf(this->Weights, k), 2 * this->Width },
+        this->Products[k], 2 * this->Width, rows, 2 * this->Width, 2 * this->Width);
       this->Kernels.ComplexGelu(
         this->Products[k], this->Weights.Biases + k * this->Width, rows, this->Width, this->States[k + 1]);
     }
@@ -120,10 +132,10 @@ public:
     {
       this->Kernels.ComplexGeluBackward(this->Products[k], this->Weights.Biases + k * width, rows, width, derivative,
         weights.Of(FaceBiases, part) + k * width);
-      MultiplyBlocks({ this->States[k], 2 * width, true }, { derivative, 2 * width },
+      MultiplyInCache({ this->States[k], 2 * width, true }, { derivative, 2 * width },
         weights.Of(FaceLayers, part) + 4 * k * width * width, 2 * width, 2 * width, rows, 2 * width, true);
-      MultiplyBlocks(
-        { derivative, 2 * width }, { this->LayerOf(k), 2 * width, true }, next, 2 * width, rows, 2 * width, 2 * width);
+      MultiplyInCache({ derivative, 2 * width }, { this->LayerOf(this->Transposes, k), 2 * width }, next, 2 * width,
+        rows, 2 * width, 2 * width);
       std::swap(derivative, next);
     }
     const float* byMean = nullptr;
@@ -139,7 +151,18 @@ public:
   }
 
 private:
-  const float* LayerOf(std::int64_t k) const { return this->Weights.Layers + 4 * k * this->Width * this->Width; }
+  struct Matrices
+  {
+    const float* Modulator;
+    const float* ModulatorBias;
+    const float* Layers;
+    const float* Biases;
+  };
+
+  const float* LayerOf(const Matrices& matrices, std::int64_t k) const
+  {
+    return matrices.Layers + 4 * k * this->Width * this->Width;
+  }
 
   /// Replaces the derivative by the modulated gradients by that by the gradients; returns that by the corners' mean.
   const float* ModulationBackward(const PartSums& weights, std::int64_t part, float* derivative)
@@ -148,25 +171,19 @@ private:
     const std::int64_t rows = this->Rows;
     this->Kernels.ModulateBackward(this->Gradient, rows, width, this->PhaseAndScale, derivative);
     this->Kernels.AddColumnSums(this->PhaseAndScale, rows, 2 * width, weights.Of(FaceModulatorBias, part));
-    MultiplyBlocks({ this->Activated, width, true }, { this->PhaseAndScale, 2 * width },
+    MultiplyInCache({ this->Activated, width, true }, { this->PhaseAndScale, 2 * width },
       weights.Of(FaceModulator, part), 2 * width, width, rows, 2 * width, true);
-    MultiplyBlocks({ this->PhaseAndScale, 2 * width }, { this->Weights.Modulator, 2 * width, true }, this->Activated,
-      width, rows, 2 * width, width);
+    MultiplyInCache({ this->PhaseAndScale, 2 * width }, { this->Transposes.Modulator, width }, this->Activated, width,
+      rows, 2 * width, width);
     this->Kernels.GeluBackward(this->Mean, rows * width, this->Activated);
     return this->Activated;
   }
 
-  struct Matrices
-  {
-    const float* Modulator;
-    const float* ModulatorBias;
-    const float* Layers;
-    const float* Biases;
-  };
   const FacePatches& Patches;
   std::int64_t Width;
   std::int64_t Layers;
   Matrices Weights;
+  Matrices Transposes;
   const GradientKernels& Kernels;
   TileScratch Scratch;
   float* Gradient;
@@ -232,8 +249,17 @@ std::int64_t PointsOfPatches(const FacePatches& patches)
   return points;
 }
 
-/// Backward pass of both steps on faces. @param derive sets the derivatives by the features of a tile, and returns those by
-/// the gradients that come on another way, or null
+/// Transposes of the weights of a step on faces.
+FaceTransposes TransposesOf(const variable_list& in)
+{
+  const auto transpose = [](const torch::Tensor& tensor) {
+    return IsPresent(tensor) ? tensor.transpose(-2, -1).contiguous() : torch::Tensor();
+  };
+  return { transpose(in[FaceModulator]), transpose(in[FaceLayers]), transpose(in[FaceTail]) };
+}
+
+/// Backward pass of both steps on faces. @param derive sets the derivatives by the features of a tile, from the transpose of
+/// the last map, and returns those by the gradients that come on another way, or null
 template <typename Derive>
 variable_list FaceDerivatives(const PoissonTables& tables, const variable_list& in, const Derive& derive)
 {
@@ -259,16 +285,18 @@ variable_list FaceDerivatives(const PoissonTables& tables, const variable_list& 
   };
   const PartSums weights(
     { {}, {}, in[FaceModulator], in[FaceModulatorBias], in[FaceLayers], in[FaceBiases], in[FaceTail] });
+  const FaceTransposes transposes = TransposesOf(in);
+  const float* const tail = DataOf(transposes.Tail);
   ForStepTasks(batch * patches.Count(), [&](std::int64_t part, std::int64_t task) {
     const std::int64_t b = task / patches.Count();
     const std::int64_t p = task % patches.Count();
-    FaceTile tile(tables, in);
+    FaceTile tile(tables, in, transposes);
     TileScratch scratch(points * stride);
     float* sums = scratch.Take(patches.Points(p) * stride);
     std::fill_n(sums, patches.Points(p) * stride, 0.0F);
     ForTilesOfPatch(patches, p, [&](std::int64_t first, std::int64_t rows) {
       tile.Forward(SignalOf(in[FaceX], b), SignalOf(in[FaceHidden], b), first, rows);
-      tile.Backward(weights, part, derive(tile, b, first, rows, weights.Of(FaceTail, part)), sums);
+      tile.Backward(weights, part, derive(tile, b, first, rows, tail, weights.Of(FaceTail, part)), sums);
     });
     gathered.Distribute(b, p, sums, writeTo(b));
   });
@@ -314,11 +342,12 @@ public:
     const torch::Tensor byDots = gradients.size() > 1 ? gradients[1].contiguous() : torch::Tensor();
     const std::int64_t width = in[FaceX].size(-1);
     const GradientKernels& kernels = BestGradientKernels();
-    variable_list derivatives = FaceDerivatives(
-      *tables, in, [&](FaceTile& tile, std::int64_t b, std::int64_t, std::int64_t rows, float* byMap) -> const float* {
+    variable_list derivatives = FaceDerivatives(*tables, in,
+      [&](FaceTile& tile, std::int64_t b, std::int64_t, std::int64_t rows, const float* transposed,
+        float* byMap) -> const float* {
         const FaceRows faces = tile.Of(tables->Patches.Corners);
         kernels.DivergenceTransposed(SignalOf(byDivergence, b), faces, width, tile.ByFeatures());
-        return byDots.defined() ? DotsBackward(tile, in, SignalOf(byDots, b), faces, rows, byMap) : nullptr;
+        return byDots.defined() ? DotsBackward(tile, in, SignalOf(byDots, b), faces, rows, transposed, byMap) : nullptr;
       });
     derivatives.insert(derivatives.begin(), torch::Tensor()); // of the tables
     return derivatives;
@@ -355,7 +384,8 @@ private:
         kernels.AddDivergence(tile.Features(), faces, width, sums);
         if (products.defined())
         {
-          Multiply(tile.Features(), in[FaceTail].data_ptr<float>(), tile.Spare(), rows, 2 * width, 2 * width);
+          MultiplyInCache({ tile.Features(), 2 * width }, { in[FaceTail].data_ptr<float>(), 2 * width }, tile.Spare(),
+            2 * width, rows, 2 * width, 2 * width);
           kernels.AddDots(tile.Spare(), tile.Gradients(), faces, width, dots);
         }
       });
@@ -377,19 +407,19 @@ private:
 
   /// Derivatives of dot products: adds those by the features and the map, returns those by the gradients.
   static const float* DotsBackward(FaceTile& tile, const variable_list& in, const float* byDots, const FaceRows& faces,
-    std::int64_t rows, float* byMap)
+    std::int64_t rows, const float* transposed, float* byMap)
   {
     const std::int64_t width = in[FaceX].size(-1);
     const float* map = in[FaceTail].data_ptr<float>();
     float* mapped = tile.Spare();
     float* byGradients = tile.SecondSpare();
-    Multiply(tile.Features(), map, mapped, rows, 2 * width, 2 * width);
+    MultiplyInCache({ tile.Features(), 2 * width }, { map, 2 * width }, mapped, 2 * width, rows, 2 * width, 2 * width);
     std::fill_n(byGradients, 2 * rows * width, 0.0F);
     BestGradientKernels().DotsBackward(byDots, tile.Gradients(), faces, width, mapped, byGradients);
-    MultiplyBlocks(
+    MultiplyInCache(
       { tile.Features(), 2 * width, true }, { mapped, 2 * width }, byMap, 2 * width, 2 * width, rows, 2 * width, true);
-    MultiplyBlocks(
-      { mapped, 2 * width }, { map, 2 * width, true }, tile.ByFeatures(), 2 * width, rows, 2 * width, 2 * width, true);
+    MultiplyInCache(
+      { mapped, 2 * width }, { transposed, 2 * width }, tile.ByFeatures(), 2 * width, rows, 2 * width, 2 * width, true);
     return byGradients;
   }
 };
@@ -438,7 +468,8 @@ public:
     const std::int64_t width = in[FaceX].size(-1);
     const std::int64_t channels = gradient.size(-1);
     variable_list derivatives = FaceDerivatives(*tables, in,
-      [&](FaceTile& tile, std::int64_t b, std::int64_t first, std::int64_t rows, float* byLast) -> const float* {
+      [&](FaceTile& tile, std::int64_t b, std::int64_t first, std::int64_t rows, const float* transposed,
+        float* byLast) -> const float* {
         const float* from = SignalOf(gradient, b);
         TileScratch scratch(rows * channels);
         float* byMapped = scratch.Take(rows * channels);
@@ -446,10 +477,10 @@ public:
         {
           std::copy_n(from + tables->Patches.FaceOfPlace[first + row] * channels, channels, byMapped + row * channels);
         }
-        MultiplyBlocks({ tile.Features(), 2 * width, true }, { byMapped, channels }, byLast, channels, 2 * width, rows,
+        MultiplyInCache({ tile.Features(), 2 * width, true }, { byMapped, channels }, byLast, channels, 2 * width, rows,
           channels, true);
-        MultiplyBlocks({ byMapped, channels }, { in[FaceTail].data_ptr<float>(), channels, true }, tile.ByFeatures(),
-          2 * width, rows, channels, 2 * width);
+        MultiplyInCache(
+          { byMapped, channels }, { transposed, 2 * width }, tile.ByFeatures(), 2 * width, rows, channels, 2 * width);
         return nullptr;
       });
     derivatives.insert(derivatives.begin(), torch::Tensor()); // of the tables

@@ -29,9 +29,11 @@ enum VertexWeight
 class VertexTile
 {
 public:
-  VertexTile(const variable_list& inputs, const variable_list& weights)
+  /// @param transposes of the maps
+  VertexTile(const variable_list& inputs, const variable_list& weights, const variable_list& transposes)
     : Inputs(inputs)
     , Weights(weights)
+    , Transposes(transposes)
     , Width(inputs[0].size(-1))
     , Kernels(BestGradientKernels())
     , Scratch(9 * StepTileRows * this->Width)
@@ -49,8 +51,8 @@ public:
     this->Kernels.FillRows(this->Weight(VertexBiases), rows, width, this->Arrays[Hidden1]);
     for (std::size_t k = 0; k < this->Inputs.size(); ++k)
     {
-      MultiplyBlocks({ this->Row(k, first), width }, this->FirstMap(k, true), this->Arrays[Hidden1], width, rows, width,
-        width, true);
+      MultiplyInCache({ this->Row(k, first), width }, { this->FirstTransposed(k), width }, this->Arrays[Hidden1], width,
+        rows, width, width, true);
     }
     this->Kernels.Gelu(this->Arrays[Hidden1], rows * width, this->Arrays[Active1]);
     this->Affine(1, this->Arrays[Active1], rows, this->Arrays[Terms1]);
@@ -76,20 +78,21 @@ public:
     float* middle = this->Arrays[Derivative];
     std::copy_n(gradient, rows * width, middle);
     this->HalfBackward(2, gradient, rows, sums, part);
-    MultiplyBlocks({ this->Arrays[Other], width }, { this->Weight(2), width }, middle, width, rows, width, width, true);
+    MultiplyInCache(
+      { this->Arrays[Other], width }, { this->Weight(2), width }, middle, width, rows, width, width, true);
     this->WeightGradient(2, this->Arrays[Middle], rows, sums, part);
     this->HalfBackward(0, middle, rows, sums, part);
     for (std::size_t k = 0; k < this->Inputs.size(); ++k)
     {
       const auto stride = static_cast<std::int64_t>(this->Inputs.size()) * width;
-      MultiplyBlocks({ this->Arrays[Other], width, true }, { this->Row(k, first), width },
+      MultiplyInCache({ this->Arrays[Other], width, true }, { this->Row(k, first), width },
         sums.Of(VertexWeights, part) + static_cast<std::int64_t>(k) * width, stride, width, rows, width, true);
       float* to = byInputs[k] + first * width;
       if (k == 0)
       {
         std::copy_n(middle, rows * width, to);
       }
-      MultiplyBlocks({ this->Arrays[Other], width }, this->FirstMap(k, false), to, width, rows, width, width, k == 0);
+      MultiplyInCache({ this->Arrays[Other], width }, this->FirstMap(k), to, width, rows, width, width, k == 0);
     }
     this->Kernels.AddColumnSums(this->Arrays[Other], rows, width, sums.Of(VertexBiases, part));
   }
@@ -114,22 +117,27 @@ private:
   {
     return this->Inputs[k].data_ptr<float>() + first * this->Width;
   }
-  /// Columns of the first map that belong to input @p k, or their transpose.
-  MatrixBlock FirstMap(std::size_t k, bool transposed) const
+  /// Columns of the first map that belong to input @p k.
+  MatrixBlock FirstMap(std::size_t k) const
   {
     return { this->Weight(VertexWeights) + static_cast<std::int64_t>(k) * this->Width,
-      static_cast<std::int64_t>(this->Inputs.size()) * this->Width, transposed };
+      static_cast<std::int64_t>(this->Inputs.size()) * this->Width };
+  }
+  /// Their transpose, [W, W].
+  const float* FirstTransposed(std::size_t k) const
+  {
+    return this->Transposes[0].data_ptr<float>() + static_cast<std::int64_t>(k) * this->Width * this->Width;
   }
   void Affine(std::size_t k, const float* in, std::int64_t rows, float* out) const
   {
     this->Kernels.FillRows(this->Weight(VertexBiases + k), rows, this->Width, out);
-    MultiplyBlocks({ in, this->Width }, { this->Weight(k), this->Width, true }, out, this->Width, rows, this->Width,
-      this->Width, true);
+    MultiplyInCache({ in, this->Width }, { this->Transposes[k].data_ptr<float>(), this->Width }, out, this->Width, rows,
+      this->Width, this->Width, true);
   }
   /// Adds derivatives by map and bias @p k from those by its result in Other.
   void WeightGradient(std::size_t k, const float* in, std::int64_t rows, const PartSums& sums, std::int64_t part)
   {
-    MultiplyBlocks({ this->Arrays[Other], this->Width, true }, { in, this->Width }, sums.Of(k, part), this->Width,
+    MultiplyInCache({ this->Arrays[Other], this->Width, true }, { in, this->Width }, sums.Of(k, part), this->Width,
       this->Width, rows, this->Width, true);
     this->Kernels.AddColumnSums(this->Arrays[Other], rows, this->Width, sums.Of(VertexBiases + k, part));
   }
@@ -144,18 +152,28 @@ private:
     this->Kernels.AddScaledBackward(
       gradient, this->Arrays[terms], this->Weight(scale), rows, width, other, sums.Of(scale, part));
     this->WeightGradient(k + 1, this->Arrays[k == 0 ? Active1 : Active2], rows, sums, part);
-    MultiplyBlocks({ other, width }, { this->Weight(k + 1), width }, this->Arrays[terms], width, rows, width, width);
+    MultiplyInCache({ other, width }, { this->Weight(k + 1), width }, this->Arrays[terms], width, rows, width, width);
     this->Kernels.GeluBackward(this->Arrays[k == 0 ? Hidden1 : Hidden2], rows * width, this->Arrays[terms]);
     std::copy_n(this->Arrays[terms], rows * width, other);
   }
 
   const variable_list& Inputs;
   const variable_list& Weights;
+  const variable_list& Transposes;
   std::int64_t Width;
   const GradientKernels& Kernels;
   TileScratch Scratch;
   float* Arrays[ArrayCount];
 };
+
+/// Transposes of the maps among the weights.
+variable_list MapTransposes(const variable_list& weights)
+{
+  variable_list transposes;
+  std::transform(weights.begin() + VertexWeights, weights.begin() + VertexBiases, std::back_inserter(transposes),
+    [](const torch::Tensor& map) { return map.t().contiguous(); });
+  return transposes;
+}
 
 /// Calls body(part, first, rows) for tiles of rows.
 template <typename Body>
@@ -180,8 +198,9 @@ public:
     std::transform(weights.begin(), weights.end(), std::back_inserter(maps), contiguous);
     const torch::Tensor out = torch::empty_like(in[0]);
     const std::int64_t width = out.size(-1);
+    const variable_list transposes = MapTransposes(maps);
     ForVertexTiles(out.numel() / width, [&](std::int64_t, std::int64_t first, std::int64_t rows) {
-      VertexTile tile(in, maps);
+      VertexTile tile(in, maps, transposes);
       tile.Forward(first, rows);
       tile.Write(rows, out.data_ptr<float>() + first * width);
     });
@@ -208,8 +227,9 @@ public:
       byInputs.push_back(derivatives.back().data_ptr<float>());
     }
     const PartSums sums(maps);
+    const variable_list transposes = MapTransposes(maps);
     ForVertexTiles(gradient.numel() / width, [&](std::int64_t part, std::int64_t first, std::int64_t rows) {
-      VertexTile tile(in, maps);
+      VertexTile tile(in, maps, transposes);
       tile.Forward(first, rows);
       tile.Backward(first, rows, gradient.data_ptr<float>() + first * width, sums, part, byInputs);
     });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The inner loops of inference against the standard library in double, for every instruction set that this processor
 // has.
+#include "Core/Common/InstructionSet.h"
 #include "Inference/Common/ActivationKernels.h"
 #include "Inference/Common/MatrixProduct.h"
 
@@ -235,4 +236,58 @@ TEST(MatrixProduct, IsRowMajorAndAccumulates)
   EXPECT_EQ(std::vector<float>(c, c + 8), (std::vector<float>{ 1, 2, 3, 6, 4, 5, 6, 15 }));
   Multiply(a, b, c, 2, 3, 4, true);
   EXPECT_EQ(std::vector<float>(c, c + 8), (std::vector<float>{ 2, 4, 6, 12, 8, 10, 12, 30 }));
+}
+
+/// Products of blocks of larger matrices in cache are those of double precision, whatever the shapes.
+TEST(MatrixProduct, InCacheIsTheProduct)
+{
+  const InstructionSet before = CurrentInstructionSet();
+  const auto number = [](std::int64_t k) { return static_cast<float>(std::sin(12.9898 * static_cast<double>(k + 1))); };
+  for (const InstructionSet set : { InstructionSet::Generic, InstructionSet::Avx2, InstructionSet::Avx512 })
+  {
+    if (!HasInstructionSet(set))
+    {
+      continue;
+    }
+    SetInstructionSet(set);
+    for (const std::int64_t rows : { 1, 5, 6, 19 })
+    {
+      for (const std::int64_t columns : { 3, 16, 40, 77, 128 })
+      {
+        for (int transposed = 0; transposed < 4; ++transposed)
+        {
+          const bool a = (transposed & 1) != 0;
+          const bool b = (transposed & 2) != 0;
+          const std::int64_t inner = 9;
+          const std::int64_t stride = 131; // of both factors and the result
+          std::vector<float> left(20 * stride);
+          std::vector<float> right(129 * stride);
+          for (std::size_t k = 0; k < right.size(); ++k)
+          {
+            right[k] = number(static_cast<std::int64_t>(k));
+            left[k % left.size()] = number(static_cast<std::int64_t>(7 * k));
+          }
+          std::vector<float> product(20 * stride, 1.0F);
+          MultiplyInCache(
+            { left.data(), stride, a }, { right.data(), stride, b }, product.data(), stride, rows, inner, columns);
+          MultiplyInCache({ left.data(), stride, a }, { right.data(), stride, b }, product.data(), stride, rows, inner,
+            columns, true);
+          for (std::int64_t k = 0; k < 20 * stride; ++k)
+          {
+            const std::int64_t i = k / stride;
+            const std::int64_t j = k % stride;
+            double expected = 1.0; // beside the product nothing is written
+            for (std::int64_t l = 0; i < rows && j < columns && l < inner; ++l)
+            {
+              const float factor = left[static_cast<std::size_t>(a ? l * stride + i : i * stride + l)];
+              const float other = right[static_cast<std::size_t>(b ? j * stride + l : l * stride + j)];
+              expected += 2.0 * static_cast<double>(factor) * static_cast<double>(other) - (l == 0 ? 1.0 : 0.0);
+            }
+            ASSERT_NEAR(product[static_cast<std::size_t>(k)], expected, 1e-5) << rows << " x " << columns;
+          }
+        }
+      }
+    }
+  }
+  SetInstructionSet(before);
 }
