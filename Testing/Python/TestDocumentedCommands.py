@@ -23,17 +23,20 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import types
 
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import add_array, icosphere, polydata_of
+from conftest import add_array, files_in, icosphere, polydata_of
 from latent_models import write_random_latents
 from surfacesynthesis import encode_texture, texture_atlas, texture_dataset, write_mesh, write_signal_dataset
 from surfacesynthesis.command_line import build_parser, main
+from surfacesynthesis.commands.common import Outcome
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
 from surfacesynthesis.textured_files import write_image
+from TestConversion import CONFIG, state_of
 from TestScannerFiles import series
 from TestTextureCommands import pattern, write_textured_ball
 from TestVolumes import nifti
@@ -306,6 +309,11 @@ def textures(path):
     texture_dataset(path, [np.random.default_rng(4).random((32, 32, 3))], meshes=1, mesh_points=64)
 
 
+def configuration(path):
+    """The configuration of a network, less the number of its conditions."""
+    path.write_text(json.dumps({name: value for name, value in CONFIG.items() if name != "extra_features"}))
+
+
 def model(name):
     return lambda path: shutil.copyfile(MODELS / f"{name}.safetensors", path)
 
@@ -337,6 +345,7 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
+    "convert": {"crumpling.json": configuration, "crumpling.pt": lambda path: path.write_bytes(b"a checkpoint")},
     "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
@@ -531,6 +540,77 @@ def test_examples_of_help_texts_run(command, tmp_path, monkeypatch):
     for line in sorted(lines, key=lambda line: (" levels " not in line, " export " in line)):  # makers of inputs first
         for words in recorded(reduced(line + "\n"), tmp_path):
             run(words, monkeypatch)
+
+
+# -- JSON --------------------------------------------------------------------------------------------------------------
+
+#: Commands whose examples make the inputs of others.
+MAKERS = {"dataset export": "dataset poses", "train field-latents": "dataset textures", "train geometric-texture": "levels"}
+
+
+def commands_of(parser, name=""):
+    """Names of all commands that run, those of other commands included, with their parsers."""
+    nested = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if not nested:
+        return {name: parser}
+    return {
+        key: found
+        for action in nested
+        for child in action._choices_actions
+        for key, found in commands_of(action.choices[child.dest], f"{name} {child.dest}".strip()).items()
+    }
+
+
+def example_of(command):
+    """The command whose help has an example of another, or the same, command without comma-separated values, and the line."""
+    words = command.split()
+    lines = [(name, line) for name, line in examples_of_help() if shlex.split(line)[3 : 3 + len(words)] == words]
+    plain = [(name, line) for name, line in lines if not {"--csv", "--json", "--nearest"} & set(shlex.split(line))]
+    assert plain, f"the help of {command} has no example that prints no comma-separated values"
+    return plain[0]
+
+
+def numbers_of(value):
+    """All numbers in a JSON value, those in texts too."""
+    if isinstance(value, dict):
+        return [number for one in value.values() for number in numbers_of(one)]
+    if isinstance(value, list):
+        return [number for one in value for number in numbers_of(one)]
+    if isinstance(value, str):
+        return [float(number.replace(",", "")) for number in re.findall(r"\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?", value)]
+    return [] if value is None or isinstance(value, bool) else [float(value)]
+
+
+@pytest.mark.parametrize("command", commands_of(build_parser()))
+def test_commands_print_one_json_object(command, tmp_path, monkeypatch, capfd):
+    """All numbers of the text and all files that were written, and nothing else on standard output."""
+    owner, line = example_of(command)
+    skip_without(command)
+    monkeypatch.chdir(tmp_path)
+    prepare(tmp_path, owner)
+    loaded = types.SimpleNamespace(load=lambda *_, **__: state_of(CONFIG), __version__="0")
+    monkeypatch.setitem(sys.modules, "torch", loaded)  # a stand-in for convert
+    if command in MAKERS:
+        made = next(text for name, text in examples_of_help() if f" {MAKERS[command]} " in text and name == owner)
+        for words in recorded(reduced(made + "\n"), tmp_path):
+            run(words, monkeypatch)
+    before, texts = set(files_in(tmp_path)), []
+    printed = Outcome.printed
+    monkeypatch.setattr(Outcome, "printed", lambda self, *rest: texts.append(self.text) or printed(self, *rest))
+    (words,) = recorded(reduced(line + "\n"), tmp_path)
+    capfd.readouterr()
+    assert main([*words[3:], "--json"]) == 0
+    found = json.loads(capfd.readouterr().out)
+    assert isinstance(found, dict) and found.pop("seconds") >= 0
+    written = set(found.pop("outputs"))
+    made = set(files_in(tmp_path)) - before
+    assert written <= made and bool(written) == bool(made), (written, made)
+    known = numbers_of(found)
+    assert known, "no numbers at all"
+    (text,) = texts
+    for number in numbers_of(text):
+        units = (number, number / 100, number * 2**20)  # as it is, per cent, MiB
+        assert any(abs(a - b) <= 0.05 * abs(b) for a in units for b in known), f"{number} of {text!r} is not in {found}"
 
 
 # -- README files ------------------------------------------------------------------------------------------------------

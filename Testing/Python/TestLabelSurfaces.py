@@ -110,7 +110,7 @@ def test_command(tmp_path):
         file.write(NAMES)
     done = run_command("label-surfaces", atlas, output, "--names", names, "--json")
     assert done.returncode == 0, done.stderr
-    rows = json.loads(done.stdout)
+    rows = json.loads(done.stdout)["labels"]
     assert [row["name"] for row in rows] == ["Left_Part", "Right_Part"]
     assert rows[0]["volume"] == pytest.approx(3.0 * (labels() == 3).sum())
     assert names_of(read_mesh(output)) == ["Left_Part", "Right_Part"]

@@ -48,7 +48,7 @@ COMMON = {
     "generated": "the ensemble that is measured",
     "help": "help text",
     "image": "picture of a texture",
-    "json": "table or summary as JSON",
+    "json": "results, seconds and files written as one JSON object",
     "key": "place of the weights in a checkpoint",
     "mesh_points": "points of a planar mesh of a dataset",
     "meshes": "planar meshes of a dataset",

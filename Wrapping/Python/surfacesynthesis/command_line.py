@@ -5,10 +5,11 @@ import argparse
 import os
 import signal
 import sys
+import time
 import warnings
 
 from .commands import COMMANDS, FORMER_COMMANDS, TRAININGS
-from .commands.common import PROGRAM, Outcome, UsageError
+from .commands.common import PROGRAM, UsageError
 from .commands.wording import in_words_of_commands
 from .deprecation import note_renamed
 from .supervision import is_supervised, raise_on_interruption, run_supervised
@@ -26,7 +27,8 @@ def build_parser():
     from ._version import __version__
 
     prog = f"python3 -m {PROGRAM}"
-    parser = _Parser(prog=prog, description=_DESCRIPTION, epilog=f"'{prog} COMMAND --help' describes a command.")
+    epilog = f"'{prog} COMMAND --help' describes a command. With --json each prints one JSON object in place of its text."
+    parser = _Parser(prog=prog, description=_DESCRIPTION, epilog=epilog)
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in COMMANDS:
@@ -101,11 +103,11 @@ def _run(arguments):
                 warnings.simplefilter("ignore")
             for remark in getattr(parsed, "remarks", ()):
                 warnings.warn(remark, DeprecationWarning, stacklevel=1)
-            done = parsed.run(parsed)
-        text, status = done if isinstance(done, Outcome) else (done, 0)
+            started = time.monotonic()
+            outcome = parsed.run(parsed)
         if not parsed.quiet:
-            print(text, flush=True)
-        return status
+            print(outcome.printed(parsed, time.monotonic() - started), flush=True)
+        return outcome.status
     except UsageError as error:
         _report(str(error))
         return 2

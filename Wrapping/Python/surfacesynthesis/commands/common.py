@@ -2,17 +2,37 @@
 """Shared by all commands: options, the progress bar, wrong usage."""
 
 import argparse
-import collections
 import math
 import sys
 import time
+import typing
 import warnings
 
 PROGRAM = "surfacesynthesis"
 
 
-#: The result of a command with another exit status than 0: the text to print, and the status.
-Outcome = collections.namedtuple("Outcome", "text status")
+class Outcome(typing.NamedTuple):
+    """What the function run() of a command returns: a text about what was done, the values that --json prints, the files
+    that were written, the exit status, and with --csv a table, which is printed as it is."""
+
+    text: str
+    values: dict
+    outputs: typing.Sequence[str] = ()
+    status: int = 0
+    table: typing.Optional[str] = None
+
+    def printed(self, arguments, seconds):
+        """What the command prints after so many seconds: with --json one object for all commands."""
+        from ..results import json_text
+
+        if arguments.json:
+            return json_text({**self.values, "seconds": seconds, "outputs": list(self.outputs)})
+        if self.table is not None:
+            return self.table
+        if not self.outputs:
+            return self.text
+        shown = self.outputs[0] if len(self.outputs) == 1 else f"{self.outputs[0]} ... {self.outputs[-1]}"
+        return f"{self.text}, {seconds:.1f} s -> {shown}"
 
 
 class UsageError(Exception):
@@ -107,41 +127,44 @@ def add_command(commands, name, files, help, description, epilog=None, parent=No
     )
 
 
-def add_running_options(group):
-    """The options about how a command runs, which all commands have."""
+def add_running_options(group, csv=None):
+    """The options about how a command runs, which all commands but those without data have, and those of
+    add_printing_options(), whose result it returns."""
     group.add_argument("--threads", type=int, metavar="N", help="number of threads (default: VTK's)")
     group.add_argument("--no-progress", action="store_true", help="show no progress bar")
-    group.add_argument("--quiet", action="store_true", help="print errors only")
+    return add_printing_options(group, csv)
 
 
-def add_result_options(group, what="the result"):
-    """The options --csv and --json of a command that prints numbers, which result_text() takes; returns their group."""
+def add_printing_options(group, csv=None):
+    """The options about what a command prints, which all commands have; --csv where ``csv`` says of what. Returns the group
+    of the forms that exclude each other."""
     forms = group.add_mutually_exclusive_group()
-    forms.add_argument("--csv", action="store_true", help=f"print {what} as comma-separated values")
-    forms.add_argument("--json", action="store_true", help=f"print {what} as JSON")
+    if csv is not None:
+        forms.add_argument("--csv", action="store_true", help=f"print {csv} as comma-separated values")
+    forms.add_argument("--json", action="store_true", help="print one JSON object: results, seconds, files written")
+    group.add_argument("--quiet", action="store_true", help="print errors only")
     return forms
 
 
-def result_text(arguments, result, text=None):
-    """The text that a command with add_result_options() prints about a result; ``text`` in place of its table."""
-    if arguments.json:
-        return result.to_json()
-    return result.to_csv().rstrip("\n") if arguments.csv else str(result) if text is None else text
+def result_outcome(arguments, result, text=None, outputs=(), status=0):
+    """The Outcome of a command whose result is a Result; ``text`` in place of its own."""
+    table = result.to_csv().rstrip("\n") if arguments.csv else None
+    return Outcome(str(result) if text is None else text, result.to_dict(), outputs, status, table)
 
 
-def add_summary_option(group):
-    """The option --json of a command that prints a summary of what it wrote, which summary_text() takes."""
-    group.add_argument("--json", action="store_true", help="print the summary as JSON")
+def written_outcome(dataset, outputs, text="", **values):
+    """The Outcome of a command that has written a dataset, or several alike: its size after ``text`` and ``values``."""
+    return Outcome(text + size_text(dataset), {**values, **size_of(dataset)}, outputs)
 
 
-def summary_text(arguments, text, output, seconds, **values):
-    """``text``, or with --json the values, the size of the dataset that was written, the seconds and the file."""
-    if not arguments.json:
-        return text
-    from ..results import json_text
+def size_of(dataset):
+    """Numbers of points and cells by name."""
+    return {"points": dataset.GetNumberOfPoints(), "cells": dataset.GetNumberOfCells()}
 
-    counts = {"points": output.GetNumberOfPoints(), "cells": output.GetNumberOfCells()}
-    return json_text({**values, **counts, "seconds": seconds, "output": arguments.output})
+
+def size_text(dataset):
+    """Numbers of points and cells as a text."""
+    return f"{dataset.GetNumberOfPoints():,} points, {dataset.GetNumberOfCells():,} cells"
 
 
 def add_reading_options(parser):
@@ -283,8 +306,3 @@ def set_threads(threads):
     from vtkmodules.vtkCommonCore import vtkSMPTools
 
     vtkSMPTools.Initialize(threads)
-
-
-def surface_summary(output, path, seconds):
-    """The line that a command prints about the dataset it has written."""
-    return f"{output.GetNumberOfPoints():,} points, {output.GetNumberOfCells():,} cells, {seconds:.1f} s -> {path}"

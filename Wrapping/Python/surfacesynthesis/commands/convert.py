@@ -3,7 +3,7 @@
 
 import json
 
-from .common import UsageError, add_command, as_usage
+from .common import Outcome, UsageError, add_command, add_printing_options, as_usage
 
 _DESCRIPTION = """\
 Makes a model file (safetensors) of a PyTorch checkpoint of PoissonNet. PyTorch is needed for this and only for this; no
@@ -45,18 +45,18 @@ def add(commands):
         "--set", action="append", default=[], metavar="KEY=VALUE", help="entry that the configuration lacks; repeatable"
     )
     parser.add_argument("--key", metavar="KEY", help="key of the state dictionary in the checkpoint")
-    parser.add_argument("--quiet", action="store_true", help="print errors only")
+    add_printing_options(parser)
 
 
 def run(arguments):
-    """The command ``convert``; returns the line to print."""
+    """The command ``convert``."""
     from ..conversion import convert_checkpoint, describe
 
     config = _config_of(arguments)
     as_usage(describe, config)
     metadata = convert_checkpoint(arguments.checkpoint, arguments.model, config, key=arguments.key)
     parts = [f"{metadata['n_blocks']} blocks", f"width {metadata['C_width']}", f"head {metadata['head']}"]
-    return f"{', '.join(parts)} -> {arguments.model}"
+    return Outcome(", ".join(parts), metadata, [arguments.model])
 
 
 def _config_of(arguments):

@@ -3,13 +3,22 @@
 
 import importlib.util
 import sys
-import time
 
 from .. import vtkSurfaceSynthesisEnsembles as _ensembles
 from .. import vtkSurfaceSynthesisMeshing as _meshing
 from ..deprecation import add_former_option
 from . import dataset_surfaces
-from .common import PROGRAM, ProgressBar, UsageError, add_command, add_running_options, as_usage, read_surface, set_threads
+from .common import (
+    PROGRAM,
+    Outcome,
+    ProgressBar,
+    UsageError,
+    add_command,
+    add_running_options,
+    as_usage,
+    read_surface,
+    set_threads,
+)
 from .field_latents import color_of, textured_input
 from .train_latent_diffusion import add_surface_options, surface_parameters
 
@@ -173,7 +182,7 @@ def _add_latents(signals):
 
 
 def run_poses(arguments):
-    """The command ``dataset poses``; returns the line to print."""
+    """The command ``dataset poses``."""
     from ..poses import configured_poses, poses
 
     options = {
@@ -196,7 +205,7 @@ def run_poses(arguments):
 
 
 def run_mixtures(arguments):
-    """The command ``dataset mixtures``; returns the line to print."""
+    """The command ``dataset mixtures``."""
     from ..gaussian_mixtures import configured_mixtures, gaussian_mixtures
 
     options = {name: getattr(arguments, name) for name in ("centers", "gaussian_width", "separation")}
@@ -205,10 +214,9 @@ def run_mixtures(arguments):
 
 
 def run_textures(arguments):
-    """The command ``dataset textures``; returns the line to print."""
+    """The command ``dataset textures``."""
     from ..texture_datasets import checked_options, texture_dataset
 
-    started = time.monotonic()
     options = {name: getattr(arguments, name) for name in ("tile", "side", "tiles", "meshes", "mesh_points", "seed")}
     as_usage(checked_options, **options)
     _require_dataset_name(arguments.output)
@@ -218,15 +226,14 @@ def run_textures(arguments):
         made = texture_dataset(arguments.output, arguments.images, **options, progress=bar)
     finally:
         bar.clear()
-    seconds = time.monotonic() - started
-    return f"{len(made.images):,} tiles, {len(made.meshes):,} meshes, {seconds:.1f} s -> {arguments.output}"
+    counts = {"tiles": len(made.images), "meshes": len(made.meshes)}
+    return Outcome(f"{len(made.images):,} tiles, {len(made.meshes):,} meshes", counts, [arguments.output])
 
 
 def run_latents(arguments):
-    """The command ``dataset latents``; returns the line to print."""
+    """The command ``dataset latents``."""
     from ..latent_diffusion_training import latent_dataset
 
-    started = time.monotonic()
     _require_dataset_name(arguments.output)
     mesh, image = textured_input(arguments)
     set_threads(arguments.threads)
@@ -236,7 +243,8 @@ def run_latents(arguments):
         as_usage(latent_dataset, arguments.output, mesh, image, seed=arguments.seed, progress=bar, **options)
     finally:
         bar.clear()
-    return f"{arguments.triangulations:,} triangulations, {time.monotonic() - started:.1f} s -> {arguments.output}"
+    counts = {"triangulations": arguments.triangulations}
+    return Outcome(f"{arguments.triangulations:,} triangulations", counts, [arguments.output])
 
 
 def _require_dataset_name(path):
@@ -249,7 +257,6 @@ def _run(arguments, signal, make):
     from .. import files, remeshing, sampling
     from ..signal_datasets import write_signal_dataset
 
-    started = time.monotonic()
     as_usage(files.extension, arguments.input)
     as_usage(sampling.checked_range, arguments.samples, arguments.first_sample)
     _require_dataset_name(arguments.output)
@@ -273,8 +280,8 @@ def _run(arguments, signal, make):
     finally:
         bar.clear()
     write_signal_dataset(arguments.output, [(mesh, samples)], signal)
-    seconds = time.monotonic() - started
-    return f"{len(samples):,} samples on {samples.shape[1]:,} points, {seconds:.1f} s -> {arguments.output}"
+    counts = {"signal": signal, "samples": len(samples), "points": samples.shape[1]}
+    return Outcome(f"{len(samples):,} samples on {samples.shape[1]:,} points", counts, [arguments.output])
 
 
 def _single_surface(path):

@@ -1,17 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands ``dataset export`` and ``dataset import``: dataset files and surfaces."""
 
-import time
-
-from .common import (
-    UsageError,
-    add_command,
-    add_running_options,
-    add_summary_option,
-    as_usage,
-    set_threads,
-    summary_text,
-)
+from .common import UsageError, add_command, add_running_options, as_usage, set_threads, written_outcome
 from .metrics import check_ensemble_names, is_dataset_file, read_ensemble, read_source
 
 _EXPORT = """\
@@ -51,18 +41,15 @@ def add(signals):
 
 
 def _add_output_options(parser):
-    output = parser.add_argument_group("output")
-    add_summary_option(output)
-    add_running_options(output)
+    add_running_options(parser.add_argument_group("output"))
 
 
 def run_export(arguments):
-    """The command ``dataset export``; returns the line to print."""
+    """The command ``dataset export``."""
     from .. import files
     from ..dataset_surfaces import leaves_of, surfaces_of_dataset
     from ..signal_datasets import read_signal_dataset
 
-    started = time.monotonic()
     ending = as_usage(files.extension, arguments.output)
     _require_dataset_file(arguments.input)
     set_threads(arguments.threads)
@@ -72,16 +59,15 @@ def run_export(arguments):
     written = leaves[0] if len(leaves) == 1 and ending != ".vtm" else surfaces
     as_usage(files.check_writable, written, arguments.output)
     files.write_mesh(written, arguments.output)
-    return _summary(arguments, dataset, surfaces, started, surfaces=len(leaves))
+    return _outcome(arguments, dataset, surfaces, surfaces=len(leaves))
 
 
 def run_import(arguments):
-    """The command ``dataset import``; returns the line to print."""
+    """The command ``dataset import``."""
     from .. import files
     from ..dataset_surfaces import dataset_of_surfaces
     from ..signal_datasets import write_signal_dataset
 
-    started = time.monotonic()
     check_ensemble_names(arguments.surfaces)
     _require_dataset_file(arguments.output)
     if any(map(is_dataset_file, arguments.surfaces)):
@@ -95,7 +81,7 @@ def run_import(arguments):
     dataset = dataset_of_surfaces(surfaces, arguments.array, source)
     sources = [((one.points, one.triangles), one.signals) for one in dataset.sources]
     as_usage(write_signal_dataset, arguments.output, sources, dataset.name)
-    return _summary(arguments, dataset, surfaces, started)
+    return _outcome(arguments, dataset, surfaces)
 
 
 def _require_dataset_file(path):
@@ -103,9 +89,8 @@ def _require_dataset_file(path):
         raise UsageError(f"{path}: datasets are .safetensors files")
 
 
-def _summary(arguments, dataset, written, started, **values):
-    seconds = time.monotonic() - started
+def _outcome(arguments, dataset, written, **values):
     samples = sum(len(source.signals) for source in dataset.sources)
     counts = {"signal": dataset.name, "sources": len(dataset.sources), "samples": samples, **values}
-    text = f"{dataset.name}: {len(dataset.sources)} sources, {samples:,} samples, {seconds:.1f} s -> {arguments.output}"
-    return summary_text(arguments, text, written, seconds, **counts)
+    text = f"{dataset.name}: {len(dataset.sources)} sources, {samples:,} samples, "
+    return written_outcome(written, [arguments.output], text, **counts)

@@ -2,10 +2,10 @@
 """The commands ``deform`` and ``sample``."""
 
 import os
-import time
 
 from ..deprecation import add_former_option
 from .common import (
+    Outcome,
     UsageError,
     add_command,
     add_reading_options,
@@ -13,6 +13,7 @@ from .common import (
     as_usage,
     read_input_surface,
     run_filter,
+    size_of,
 )
 
 _DESCRIPTION = """\
@@ -87,11 +88,10 @@ def _add(commands, name, text, description, epilog):
 
 
 def run(arguments):
-    """The command ``deform`` or ``sample``; returns the line to print."""
+    """The command ``deform`` or ``sample``."""
     from .. import files, flow_matching
     from ..flow_matching import flow_times
 
-    started = time.monotonic()
     named = {"name": arguments.name} if getattr(arguments, "name", None) is not None else {}
     algorithm = as_usage(
         getattr(flow_matching, arguments.configure),
@@ -118,9 +118,8 @@ def run(arguments):
     written = _named(outputs, arguments) if arguments.trajectory else _split(outputs, arguments, several, kind)
     files.write_meshes(written)
     described = algorithm.GetModelDescription()
-    paths = [path for _, path in written]
-    shown = paths[0] if len(paths) == 1 else f"{paths[0]} ... {paths[-1]}"
-    return f"{described}: {mesh.GetNumberOfPoints():,} points, {time.monotonic() - started:.1f} s -> {shown}"
+    values = {"model": described, "samples": algorithm.GetNumberOfSamples(), **size_of(mesh)}
+    return Outcome(f"{described}: {mesh.GetNumberOfPoints():,} points", values, [path for _, path in written])
 
 
 def _named(datasets, arguments, first=0):

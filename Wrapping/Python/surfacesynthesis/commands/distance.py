@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``distance``."""
 
-from .common import add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
+from .common import add_command, add_running_options, as_usage, read_surface, result_outcome, run_filter, size_text
 
 _DESCRIPTION = """\
 Measures the distance of two surfaces, whatever their triangulations are: mean, RMS, 95th percentile and Hausdorff
@@ -28,12 +28,11 @@ def add(commands):
     sampling.add_argument("--seed", type=int, default=0, metavar="S", help="seed of their places (default: 0)")
     output = parser.add_argument_group("output")
     output.add_argument("--output", metavar="FILE", help="write the first surface with the point array Distance: .vtp .ply")
-    add_result_options(output)
-    add_running_options(output)
+    add_running_options(output, csv="the distances")
 
 
 def run(arguments):
-    """The command ``distance``; returns the text to print."""
+    """The command ``distance``."""
     from .. import files
     from ..distances import configured_filter, distance_of
 
@@ -44,10 +43,11 @@ def run(arguments):
     algorithm.SetInputDataObject(1, second)
     run_filter(algorithm, first, arguments)
     distance = distance_of(algorithm)
-    if arguments.output:
-        as_usage(files.check_writable, distance.surface, arguments.output)
-        files.write_mesh(distance.surface, arguments.output)
-    return result_text(arguments, distance)
+    if not arguments.output:
+        return result_outcome(arguments, distance)
+    as_usage(files.check_writable, distance.surface, arguments.output)
+    files.write_mesh(distance.surface, arguments.output)
+    return result_outcome(arguments, distance, f"{distance}\n{size_text(distance.surface)}", [arguments.output])
 
 
 def _surface(path):

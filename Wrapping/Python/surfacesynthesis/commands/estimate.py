@@ -4,12 +4,11 @@
 from .common import (
     add_command,
     add_reading_options,
-    add_result_options,
     add_running_options,
     as_usage,
     read_input_surface,
     read_observations,
-    result_text,
+    result_outcome,
     run_filter,
 )
 
@@ -59,13 +58,12 @@ def add(commands):
     model.add_argument("--no-noise-estimation", action="store_true", help="take the observations as exact")
     model.add_argument("--no-mean-estimation", action="store_true", help="take the mean of each field as 0")
     output = parser.add_argument_group("output")
-    add_result_options(output, "the parameters")
-    add_running_options(output)
+    add_running_options(output, csv="the parameters")
     add_reading_options(parser)
 
 
 def run(arguments):
-    """The command ``estimate``; returns the text to print."""
+    """The command ``estimate``."""
     from ..estimation import MaternEstimate, configured_filter
 
     mesh = read_input_surface(arguments)
@@ -79,4 +77,4 @@ def run(arguments):
         operator_power=arguments.operator_power,
     )
     run_filter(algorithm, mesh, arguments)
-    return result_text(arguments, MaternEstimate(algorithm))
+    return result_outcome(arguments, MaternEstimate(algorithm))

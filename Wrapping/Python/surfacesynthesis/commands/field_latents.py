@@ -2,9 +2,8 @@
 """The commands ``encode-texture``, ``decode-texture`` and ``transfer-texture``."""
 
 import sys
-import time
 
-from .common import ProgressBar, UsageError, add_command, add_running_options, as_usage, set_threads, surface_summary
+from .common import ProgressBar, UsageError, add_command, add_running_options, as_usage, set_threads, written_outcome
 from .texture_atlas import add_resolution, resolution_of
 
 _ENCODE = """\
@@ -94,36 +93,33 @@ def _add_options(parser, encodes=False, decodes=False):
 
 
 def run_encode(arguments):
-    """The command ``encode-texture``; returns the line to print."""
+    """The command ``encode-texture``."""
     from .. import files
 
-    started = time.monotonic()
     if as_usage(files.extension, arguments.output) not in (".vtp", ".vtk"):
         raise UsageError(f"{arguments.output}: field latents are written to .vtp or .vtk")
     mesh, image = textured_input(arguments)
     as_usage(files.check_writable, mesh, arguments.output)
     (output,) = _with_bar(arguments, [lambda bar: _encoded(arguments, mesh, image, bar)])
     files.write_mesh(output, arguments.output)
-    return surface_summary(output, arguments.output, time.monotonic() - started)
+    return written_outcome(output, [arguments.output])
 
 
 def run_decode(arguments):
-    """The command ``decode-texture``; returns the line to print."""
+    """The command ``decode-texture``."""
     from .. import files
 
-    started = time.monotonic()
     check_texture_output(arguments)
     as_usage(files.extension, arguments.input)
     mesh = files.read_mesh(arguments.input)
     target = None if arguments.target is None else _target(arguments)
     (decoded,) = _with_bar(arguments, [lambda bar: _decoded(arguments, mesh, target, bar)])
     write_texture(*decoded, arguments.output)
-    return surface_summary(decoded[0], arguments.output, time.monotonic() - started)
+    return written_outcome(decoded[0], [arguments.output])
 
 
 def run_transfer(arguments):
-    """The command ``transfer-texture``; returns the line to print."""
-    started = time.monotonic()
+    """The command ``transfer-texture``."""
     check_texture_output(arguments)
     mesh, image = textured_input(arguments)
     target = _target(arguments)
@@ -134,7 +130,7 @@ def run_transfer(arguments):
     ]
     _, decoded = _with_bar(arguments, steps)
     write_texture(*decoded, arguments.output)
-    return surface_summary(decoded[0], arguments.output, time.monotonic() - started)
+    return written_outcome(decoded[0], [arguments.output])
 
 
 def textured_input(arguments):

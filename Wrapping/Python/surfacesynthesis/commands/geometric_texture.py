@@ -2,7 +2,6 @@
 """The command ``geometric-texture``."""
 
 import os
-import time
 
 from ..deprecation import add_former_option
 from .common import (
@@ -13,7 +12,7 @@ from .common import (
     as_usage,
     read_input_surface,
     run_filter,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -95,11 +94,10 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``geometric-texture``; returns the line to print."""
+    """The command ``geometric-texture``."""
     from .. import files
     from ..geometric_texture import configured_synthesizer
 
-    started = time.monotonic()
     algorithm = as_usage(
         configured_synthesizer,
         arguments.model,
@@ -126,15 +124,10 @@ def run(arguments):
         mesh = read_input_surface(arguments)
         as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
-    if not arguments.output_levels:
-        files.write_meshes([(output, arguments.output)])
-        return f"{algorithm.GetModelDescription()}: " + surface_summary(
-            output, arguments.output, time.monotonic() - started
-        )
-    written = _by_level(output, arguments.output)
+    written = _by_level(output, arguments.output) if arguments.output_levels else [(output, arguments.output)]
     files.write_meshes(written)
-    shown = f"{written[0][1]} ... {written[-1][1]}"
-    return f"{algorithm.GetModelDescription()}: " + surface_summary(written[-1][0], shown, time.monotonic() - started)
+    described = algorithm.GetModelDescription()
+    return written_outcome(written[-1][0], [path for _, path in written], f"{described}: ", model=described)
 
 
 def _by_level(output, path):

@@ -3,7 +3,7 @@
 
 from ..results import Result
 from ..vocabulary import snake
-from .common import add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
+from .common import add_command, add_running_options, as_usage, read_surface, result_outcome, run_filter
 
 _DESCRIPTION = """\
 Compares the geometric textures of two surfaces, whatever their shape: the sliced Wasserstein distance of the features
@@ -48,12 +48,11 @@ def add(commands):
     )
     comparison.add_argument("--seed", type=int, default=0, metavar="N", help="of the directions (default: 0)")
     output = parser.add_argument_group("output")
-    add_result_options(output, "the distance")
-    add_running_options(output)
+    add_running_options(output, csv="the distance")
 
 
 def run(arguments):
-    """The command ``geometric-texture-distance``; returns the text to print."""
+    """The command ``geometric-texture-distance``."""
     from .. import files
     from ..geometric_texture import configured_distance, give_reference
 
@@ -69,7 +68,7 @@ def run(arguments):
     mesh, reference = (_read(path) for path in (arguments.mesh, arguments.reference))
     give_reference(algorithm, reference)
     table = run_filter(algorithm, mesh, arguments)
-    return result_text(arguments, _Distance(table))
+    return result_outcome(arguments, _Distance(table))
 
 
 class _Distance(Result):

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``label-surfaces``."""
 
-import time
-
-from ..results import json_text
-from .common import UsageError, add_command, add_result_options, add_running_options, as_usage, run_filter
+from .common import Outcome, UsageError, add_command, add_running_options, as_usage, run_filter
 
 _DESCRIPTION = """\
 Makes a named surface of each label of a label map: the regions of an atlas or a segmentation. Touching labels share the
@@ -51,17 +48,14 @@ def add(commands):
     surfaces.add_argument(
         "--no-shared-borders", action="store_false", dest="shared_borders", help="smooth each label by itself"
     )
-    output = parser.add_argument_group("output")
-    add_result_options(output, "labels, names and volumes")
-    add_running_options(output)
+    add_running_options(parser.add_argument_group("output"), csv="labels, names and volumes")
 
 
 def run(arguments):
-    """The command ``label-surfaces``; returns the text to print."""
+    """The command ``label-surfaces``."""
     from .. import files
     from ..label_surfaces import configured_filter, labels_at_points, measures_of
 
-    started = time.monotonic()
     algorithm = as_usage(
         configured_filter,
         arguments.names,
@@ -82,10 +76,13 @@ def run(arguments):
     written = surfaces.GetBlock(0) if len(rows) == 1 and files.extension(arguments.output) != ".vtm" else surfaces
     as_usage(files.check_writable, written, arguments.output)
     files.write_mesh(written, arguments.output)
-    if arguments.json:
-        return json_text(rows)
-    if arguments.csv:
-        lines = [f'{row["label"]},"{row["name"]}",{row["points"]},{row["triangles"]},{row["volume"]!r}' for row in rows]
-        return "\n".join(["label,name,points,triangles,volume", *lines])
     points = sum(row["points"] for row in rows)
-    return f"{len(rows)} labels, {points:,} points, {time.monotonic() - started:.1f} s -> {arguments.output}"
+    table = _table(rows) if arguments.csv else None
+    text = f"{len(rows)} labels, {points:,} points"
+    return Outcome(text, {"labels": rows, "points": points}, [arguments.output], table=table)
+
+
+def _table(rows):
+    """The measures of the labels as comma-separated values."""
+    lines = [f'{row["label"]},"{row["name"]}",{row["points"]},{row["triangles"]},{row["volume"]!r}' for row in rows]
+    return "\n".join(["label,name,points,triangles,volume", *lines])

@@ -3,7 +3,6 @@
 
 import os
 import sys
-import time
 
 from .common import (
     ProgressBar,
@@ -12,7 +11,7 @@ from .common import (
     add_running_options,
     as_usage,
     set_threads,
-    surface_summary,
+    written_outcome,
 )
 from .field_latents import check_texture_output, color_of, textured_input, write_texture
 from .texture_atlas import add_resolution, resolution_of
@@ -73,10 +72,9 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``sample-texture``; returns the line to print."""
+    """The command ``sample-texture``."""
     from ..latent_diffusion import sample_texture
 
-    started = time.monotonic()
     check_texture_output(arguments)
     mesh, image = _input(arguments)
     set_threads(arguments.threads)
@@ -100,13 +98,14 @@ def run(arguments):
     finally:
         bar.clear()
     if arguments.samples is None and not arguments.trajectory:
-        write_texture(found.mesh, found.image, arguments.output)
-        return surface_summary(found.mesh, arguments.output, time.monotonic() - started)
-    stem, ending = os.path.splitext(arguments.output)
-    first = 0 if arguments.trajectory else arguments.first_sample
-    for number, sample in enumerate(found, first):
-        write_texture(sample.mesh, sample.image, f"{stem}_{number}{ending}")
-    return surface_summary(found[0].mesh, f"{stem}_{first}{ending} ...", time.monotonic() - started)
+        found, paths = [found], [arguments.output]
+    else:
+        stem, ending = os.path.splitext(arguments.output)
+        first = 0 if arguments.trajectory else arguments.first_sample
+        paths = [f"{stem}_{number}{ending}" for number in range(first, first + len(found))]
+    for sample, path in zip(found, paths):
+        write_texture(sample.mesh, sample.image, path)
+    return written_outcome(found[0].mesh, paths)
 
 
 def _input(arguments):

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``levels``."""
 
-import time
-
 from ..deprecation import add_former_option
-from .common import UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import Outcome, UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
 
 _DESCRIPTION = """\
 Makes meshes of one surface at several scales, which the command "train geometric-texture" learns a texture from: a
@@ -58,10 +56,9 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``levels``; returns the line to print."""
+    """The command ``levels``."""
     from ..geometric_texture_training import TEMPLATES, configured_fitter, fitted_levels
 
-    started = time.monotonic()
     template = arguments.template
     if template not in TEMPLATES:
         template = read_surface(template)
@@ -79,7 +76,7 @@ def run(arguments):
     run_filter(algorithm, reference, arguments)
     fit = fitted_levels(algorithm)
     distances = ", ".join(f"{distance:.3g}" for distance in fit.mean_distances)
-    return (
-        f"{len(fit.levels)} levels, {fit.levels[-1].GetNumberOfPolys():,} triangles, mean distances {distances}, "
-        f"{time.monotonic() - started:.1f} s -> {arguments.output}"
-    )
+    triangles = fit.levels[-1].GetNumberOfPolys()
+    values = {"levels": len(fit.levels), "triangles": triangles, "mean_distances": fit.mean_distances}
+    text = f"{len(fit.levels)} levels, {triangles:,} triangles, mean distances {distances}"
+    return Outcome(text, values, [arguments.output])

@@ -3,7 +3,7 @@
 
 import collections
 
-from .common import UsageError, add_command, add_result_options, add_running_options, as_usage, read_surface, result_text, run_filter
+from .common import UsageError, add_command, add_running_options, as_usage, read_surface, result_outcome, run_filter
 
 _DESCRIPTION = """\
 Compares a generated with a reference ensemble of shapes or signals on one triangulation: minimum matching
@@ -53,15 +53,14 @@ def add(commands):
         "--remove-centroid", action="store_true", help="compare samples less their mean value: up to translation"
     )
     output = parser.add_argument_group("output")
-    forms = add_result_options(output, "the metrics")
+    forms = add_running_options(output, csv="the metrics")
     forms.add_argument(
         "--nearest", action="store_true", help="as comma-separated values, the nearest reference of each generated sample"
     )
-    add_running_options(output)
 
 
 def run(arguments):
-    """The command ``metrics``; returns the text to print."""
+    """The command ``metrics``."""
     from .. import files
     from ..metrics import compare, configured_filter, metrics_of
 
@@ -74,7 +73,8 @@ def run(arguments):
     source = read_source(arguments.source) if arguments.source else reference.source
     compare(algorithm, generated.dataset, reference.dataset, source, lambda dataset: run_filter(algorithm, dataset, arguments))
     metrics = metrics_of(algorithm)
-    return metrics.nearest_to_csv().rstrip("\n") if arguments.nearest else result_text(arguments, metrics)
+    outcome = result_outcome(arguments, metrics)
+    return outcome._replace(table=metrics.nearest_to_csv().rstrip("\n")) if arguments.nearest else outcome
 
 
 #: An ensemble in files: its dataset; of a dataset file, the name of the array with the signal, or None for positions, and the

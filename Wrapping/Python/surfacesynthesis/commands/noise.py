@@ -2,10 +2,10 @@
 """The command ``noise``."""
 
 import os
-import time
 
 from ..deprecation import add_former_option
 from .common import (
+    Outcome,
     UsageError,
     add_command,
     add_reading_options,
@@ -14,6 +14,8 @@ from .common import (
     read_input_domain,
     read_observations,
     run_filter,
+    size_of,
+    size_text,
 )
 
 _DESCRIPTION = """\
@@ -193,11 +195,10 @@ def _add_observation_options(parser):
 
 
 def run(arguments):
-    """The command ``noise``; returns the line to print."""
+    """The command ``noise``."""
     from .. import files
     from ..noise import array_names
 
-    started = time.monotonic()
     _check_output(arguments, files)
     noise = _filter_of(arguments)
     mesh = read_input_domain(arguments)
@@ -207,7 +208,7 @@ def run(arguments):
     output = run_filter(noise, mesh, arguments)
     written = _outputs(output, arguments, array_names(noise))
     files.write_meshes(written)
-    return _summary(noise, output, [path for _, path in written], time.monotonic() - started)
+    return _outcome(noise, output, [path for _, path in written])
 
 
 def _filter_of(arguments):
@@ -278,15 +279,23 @@ def _outputs(output, arguments, names):
     return [(warped(output, name, arguments.warp), f"{stem}_{k}{kind}") for name, k in zip(names, numbers)]
 
 
-def _summary(noise, output, paths, seconds):
-    parts = [f"{output.GetNumberOfPoints():,} points", f"{output.GetNumberOfCells():,} cells"]
-    if noise.GetEffectiveScreening() > 0:
-        parts.append(f"tau {noise.GetEffectiveScreening():.4g}")
-        parts.append(f"range {noise.GetEffectiveCorrelationRange():.4g}")
-    if noise.GetRelativeResidual() > 0:
-        parts.append(f"residual {noise.GetRelativeResidual():.1e}")
-    if noise.GetNumberOfIterations() > 0:
-        parts.append(f"{noise.GetNumberOfIterations()} iterations of multigrid")
-    parts.append(f"{seconds:.1f} s")
-    shown = paths[0] if len(paths) == 1 else f"{paths[0]} ... {paths[-1]}"
-    return f"{', '.join(parts)} -> {shown}"
+def _outcome(noise, output, paths):
+    """The outcome; what the noise model has not is no part of the text, and null in JSON."""
+    screening, correlation_range = noise.GetEffectiveScreening(), noise.GetEffectiveCorrelationRange()
+    residual, iterations = noise.GetRelativeResidual(), noise.GetNumberOfIterations()
+    parts = [size_text(output)]
+    if screening > 0:
+        parts.append(f"tau {screening:.4g}")
+        parts.append(f"range {correlation_range:.4g}")
+    if residual > 0:
+        parts.append(f"residual {residual:.1e}")
+    if iterations > 0:
+        parts.append(f"{iterations} iterations of multigrid")
+    values = {
+        "samples": noise.GetNumberOfSamples(),
+        "effective_screening": screening if screening > 0 else None,
+        "effective_correlation_range": correlation_range if screening > 0 else None,
+        "relative_residual": residual if residual > 0 else None,
+        "iterations": iterations if iterations > 0 else None,
+    }
+    return Outcome(", ".join(parts), {**size_of(output), **values}, paths)

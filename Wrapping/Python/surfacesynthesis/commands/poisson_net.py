@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``poisson-net``."""
 
-import time
-
 from ..deprecation import add_former_option
 from .common import (
     UsageError,
@@ -12,7 +10,7 @@ from .common import (
     as_usage,
     read_input,
     run_filter,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -65,11 +63,10 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``poisson-net``; returns the line to print."""
+    """The command ``poisson-net``."""
     from .. import files
     from ..poisson_net import configured_filter
 
-    started = time.monotonic()
     if arguments.conditions is not None and arguments.condition_array is not None:
         raise UsageError("--conditions and --condition-array exclude each other")
     algorithm = as_usage(
@@ -96,7 +93,7 @@ def run(arguments):
         output = _moved(output, arguments, algorithm)
     files.write_mesh(output, arguments.output)
     described = algorithm.GetModelDescription()
-    return f"{described}: {surface_summary(output, arguments.output, time.monotonic() - started)}"
+    return written_outcome(output, [arguments.output], f"{described}: ", model=described)
 
 
 def _moved(output, arguments, algorithm):

@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``remesh``."""
 
-import time
-
 from .common import (
     add_command,
     add_reading_options,
     add_running_options,
-    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
-    summary_text,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -56,17 +52,15 @@ def add(commands):
     running.add_argument(
         "--maximum-points", type=int, default=10_000_000, metavar="N", help="limit of the output (default: 10000000)"
     )
-    add_summary_option(running)
     add_running_options(running)
     add_reading_options(parser)
 
 
 def run(arguments):
-    """The command ``remesh``; returns the line to print."""
+    """The command ``remesh``."""
     from .. import files
     from ..remeshing import configured_remesh
 
-    started = time.monotonic()
     algorithm = as_usage(
         configured_remesh,
         edge_length=arguments.edge_length,
@@ -84,5 +78,4 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    seconds = time.monotonic() - started
-    return summary_text(arguments, surface_summary(output, arguments.output, seconds), output, seconds)
+    return written_outcome(output, [arguments.output])

@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``repair``."""
 
-import time
-
 from ..deprecation import add_former_option
 from .common import (
     add_command,
     add_reading_options,
     add_running_options,
-    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
-    summary_text,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -71,7 +67,6 @@ def add(commands):
     orient = running.add_argument(
         "--no-orient-outward", action="store_true", help="leave the side to which closed surfaces are turned"
     )
-    add_summary_option(running)
     add_running_options(running)
     add_reading_options(parser)
     add_former_option(parser, "--no-merge", merge)
@@ -79,11 +74,10 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``repair``; returns the lines to print."""
+    """The command ``repair``."""
     from .. import files
     from ..remeshing import configured_repair
 
-    started = time.monotonic()
     algorithm = as_usage(
         configured_repair,
         merge_points=not arguments.no_merge_points,
@@ -103,10 +97,8 @@ def run(arguments):
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    done = algorithm.GetReport() + _outcome(algorithm) if algorithm.GetReport() else "the surface was valid\n"
-    seconds = time.monotonic() - started
-    text = done + surface_summary(output, arguments.output, seconds)
-    return summary_text(arguments, text, output, seconds, **_measures(algorithm))
+    done = algorithm.GetReport() + _losses(algorithm) if algorithm.GetReport() else "the surface was valid\n"
+    return written_outcome(output, [arguments.output], done, **_measures(algorithm))
 
 
 def _measures(algorithm):
@@ -120,7 +112,7 @@ def _measures(algorithm):
     }
 
 
-def _outcome(algorithm):
+def _losses(algorithm):
     """The line about what was lost and what is left."""
     return (
         f"lost: {100 * algorithm.GetAreaLoss():.3g} % of the area, {100 * algorithm.GetVolumeLoss():.3g} % of the volume; "

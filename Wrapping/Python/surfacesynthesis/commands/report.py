@@ -3,15 +3,13 @@
 
 from ..deprecation import add_former_option
 from .common import (
-    Outcome,
     add_command,
     add_reading_options,
-    add_result_options,
     add_running_options,
     as_usage,
     read_input,
     require_surface,
-    result_text,
+    result_outcome,
     run_filter,
 )
 from .wording import with_commands
@@ -38,7 +36,6 @@ def add(commands):
     parser.set_defaults(run=run)
     parser.add_argument("input", metavar="INPUT", help="surface to read: .stl .ply .obj .off .gii .glb .vtp .vtk .vtm")
     output = parser.add_argument_group("output")
-    add_result_options(output, "all rows")
     component_rows = output.add_argument(
         "--component-rows",
         type=int,
@@ -46,13 +43,13 @@ def add(commands):
         metavar="N",
         help="number of components that are described one by one, the largest first (default: 10)",
     )
-    add_running_options(output)
+    add_running_options(output, csv="all rows")
     add_reading_options(parser)
     add_former_option(parser, "--components", component_rows)
 
 
 def run(arguments):
-    """The command ``report``; returns the text to print and the exit status."""
+    """The command ``report``."""
     from .. import files
     from ..report import configured_filter, report_of_table
 
@@ -61,4 +58,4 @@ def run(arguments):
     mesh = read_input(arguments)
     require_surface(mesh, arguments.input)
     report = report_of_table(run_filter(algorithm, mesh, arguments), mesh)
-    return Outcome(result_text(arguments, report, with_commands(str(report))), 0 if report.valid else INVALID)
+    return result_outcome(arguments, report, with_commands(str(report)), status=0 if report.valid else INVALID)

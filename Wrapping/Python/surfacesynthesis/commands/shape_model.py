@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``shape-model``."""
 
-import time
-
-from .common import add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import Outcome, add_command, add_running_options, as_usage, read_surface, run_filter, size_of
 from .metrics import check_ensemble_names, read_ensemble
 
 _DESCRIPTION = """\
@@ -47,11 +45,10 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``shape-model``; returns the line to print."""
+    """The command ``shape-model``."""
     from .. import files
     from ..shape_statistics import configured_sampler
 
-    started = time.monotonic()
     sampler = as_usage(
         configured_sampler,
         arguments.samples,
@@ -73,7 +70,7 @@ def run(arguments):
         output = output.GetBlock(0)
     as_usage(files.check_writable, output, arguments.output)
     files.write_mesh(output, arguments.output)
-    return f"{shapes:,} shapes, {time.monotonic() - started:.1f} s -> {arguments.output}"
+    return Outcome(f"{shapes:,} shapes", {"shapes": shapes, **size_of(output)}, [arguments.output])
 
 
 def _array_of(model):

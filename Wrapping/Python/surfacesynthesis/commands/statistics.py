@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``statistics``."""
 
-from .common import add_command, add_result_options, add_running_options, as_usage, result_text, run_filter
+from .common import add_command, add_running_options, as_usage, result_outcome, run_filter, size_text
 from .metrics import check_ensemble_names, choose_array, read_ensemble
 
 _DESCRIPTION = """\
@@ -40,13 +40,11 @@ def add(commands):
         "--quantiles", nargs="+", type=float, default=[], metavar="P", help="probabilities of quantiles, from 0 to 1"
     )
     group.add_argument("--modes", type=int, default=0, metavar="K", help="number of modes; -1 for all (default: 0)")
-    output = parser.add_argument_group("output")
-    add_result_options(output, "the modes")
-    add_running_options(output)
+    add_running_options(parser.add_argument_group("output"), csv="the modes")
 
 
 def run(arguments):
-    """The command ``statistics``; returns the text to print."""
+    """The command ``statistics``."""
     from .. import files
     from ..shape_statistics import configured_filter, statistics_of
 
@@ -59,4 +57,4 @@ def run(arguments):
     statistics = statistics_of(algorithm)
     as_usage(files.check_writable, statistics.surface, arguments.output)
     files.write_mesh(statistics.surface, arguments.output)
-    return result_text(arguments, statistics, f"{statistics}\n-> {arguments.output}")
+    return result_outcome(arguments, statistics, f"{statistics}\n{size_text(statistics.surface)}", [arguments.output])

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``surface``."""
 
-import time
-
 from ..deprecation import add_former_option
 from .common import (
+    Outcome,
     UsageError,
     add_command,
     add_running_options,
-    add_summary_option,
     as_usage,
     require_surface,
     run_filter,
-    summary_text,
+    size_of,
 )
 
 _DESCRIPTION = """\
@@ -101,17 +99,15 @@ def _add_solid_options(parser):
     largest = solid.add_argument("--largest-component", action="store_true", help="keep the largest component only")
     solid.add_argument("--adaptivity", type=float, default=0.0, metavar="A", help="0 (default) to 1: larger triangles")
     solid.add_argument("--maximum-voxels", type=int, default=200_000_000, metavar="N", help="limit (default: 200000000)")
-    add_summary_option(solid)
     add_running_options(solid)
     add_former_option(parser, "--iterations", iterations)
     add_former_option(parser, "--largest", largest)
 
 
 def run(arguments):
-    """The command ``surface``; returns the line to print."""
+    """The command ``surface``."""
     from .. import files
 
-    started = time.monotonic()
     surface = _filter_of(arguments)
     as_usage(files.extension, arguments.output)
     is_volume = files.volume_extension(arguments.input) is not None
@@ -129,9 +125,8 @@ def run(arguments):
     parts = [f"{output.GetNumberOfPoints():,} points", f"{output.GetNumberOfCells():,} triangles"]
     if is_volume:
         parts.append(f"isovalue {surface.GetEffectiveIsoValue():.6g}")
-    seconds = time.monotonic() - started
-    values = {"iso_value": surface.GetEffectiveIsoValue()} if is_volume else {}
-    return summary_text(arguments, f"{', '.join(parts)}, {seconds:.1f} s -> {arguments.output}", output, seconds, **values)
+    values = {"iso_value": surface.GetEffectiveIsoValue() if is_volume else None, **size_of(output)}
+    return Outcome(", ".join(parts), values, [arguments.output])
 
 
 def _read_volume(files, arguments):

@@ -2,7 +2,6 @@
 """The command ``tetrahedralize``."""
 
 import os
-import time
 
 from ..deprecation import add_former_option
 from .common import (
@@ -10,12 +9,10 @@ from .common import (
     add_command,
     add_reading_options,
     add_running_options,
-    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
-    summary_text,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -72,7 +69,6 @@ def add(commands):
     )
     shape.add_argument("--surface-triangles", action="store_true", help="write the triangles of the surface as well")
     group = parser.add_argument_group("output")
-    add_summary_option(group)
     add_running_options(group)
     add_reading_options(parser)
     add_former_option(parser, "--ratio", ratio)
@@ -83,10 +79,9 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``tetrahedralize``; returns the line to print."""
+    """The command ``tetrahedralize``."""
     from .. import files
 
-    started = time.monotonic()
     algorithm = _filter_of(arguments)
     as_usage(files.extension, arguments.input)
     kind = os.path.splitext(arguments.output)[1].lower()
@@ -99,8 +94,7 @@ def run(arguments):
         raise UsageError(f"{arguments.output}: the tetrahedra of this input are written to {wanted}")
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
-    seconds = time.monotonic() - started
-    return summary_text(arguments, surface_summary(output, arguments.output, seconds), output, seconds)
+    return written_outcome(output, [arguments.output])
 
 
 def _filter_of(arguments):

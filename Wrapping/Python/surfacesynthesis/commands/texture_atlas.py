@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``texture-atlas``."""
 
-import time
-
 from .common import (
     UsageError,
     add_command,
     add_reading_options,
     add_running_options,
-    add_summary_option,
     as_usage,
     read_input_surface,
     run_filter,
-    summary_text,
-    surface_summary,
+    written_outcome,
 )
 
 _DESCRIPTION = """\
@@ -48,7 +44,6 @@ def add(commands):
         "--maximum-stretch", type=float, default=2.0, metavar="S", help="largest stretch of a triangle (default: 2)"
     )
     running = parser.add_argument_group("running")
-    add_summary_option(running)
     add_running_options(running)
 
 
@@ -72,11 +67,10 @@ def resolution_of(arguments):
 
 
 def run(arguments):
-    """The command ``texture-atlas``; returns the lines to print."""
+    """The command ``texture-atlas``."""
     from .. import files
     from ..atlases import configured_atlas
 
-    started = time.monotonic()
     algorithm = as_usage(configured_atlas, resolution_of(arguments), arguments.margin, arguments.maximum_stretch)
     as_usage(files.extension, arguments.input)
     if as_usage(files.extension, arguments.output) in (".stl", ".off"):
@@ -86,7 +80,6 @@ def run(arguments):
     output = run_filter(algorithm, mesh, arguments)
     files.write_mesh(output, arguments.output)
     charts, coverage, stretch = algorithm.GetNumberOfCharts(), algorithm.GetCoverage(), algorithm.GetRootMeanStretch()
-    seconds = time.monotonic() - started
     text = f"{charts:,} charts, {100 * coverage:.0f} % of the image covered, mean stretch {stretch:.3f}\n"
-    text += surface_summary(output, arguments.output, seconds)
-    return summary_text(arguments, text, output, seconds, charts=charts, coverage=coverage, root_mean_stretch=stretch)
+    values = {"charts": charts, "coverage": coverage, "root_mean_stretch": stretch}
+    return written_outcome(output, [arguments.output], text, **values)

@@ -2,12 +2,11 @@
 """The command ``train``."""
 
 import argparse
-import time
 
 from ..deprecation import add_former_option
 from . import train_field_latents, train_geometric_texture, train_latent_diffusion
-from .common import PROGRAM, UsageError, as_usage, read_surface
-from .training import add_training_options, checkpoint_of, summary, train_filter, training_parameters
+from .common import PROGRAM, Outcome, UsageError, as_usage, read_surface
+from .training import add_training_options, checkpoint_of, train_filter, training_outcome, training_parameters
 
 _DESCRIPTION = """\
 Trains a flow matching model on deformations of a surface, or on another signal on it. Everything random follows from
@@ -146,20 +145,19 @@ def _add_choices(groups):
 
 
 def run(arguments):
-    """The command ``train flow-matching``; returns the line to print."""
+    """The command ``train flow-matching``."""
     from ..flow_matching_training import COLUMNS
     from ..training import losses_of
 
-    started = time.monotonic()
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments, _checkpoints(algorithm))
     losses = losses_of(algorithm, COLUMNS)["loss"]
-    if len(losses) == 0 and algorithm.GetEncoderLoss() < 0:
-        return "nothing to train on"
+    encoder_loss = algorithm.GetEncoderLoss() if algorithm.GetEncoderLoss() >= 0 else None
     if len(losses) == 0:
-        return f"encoder loss {algorithm.GetEncoderLoss():.4g}, no model yet"
+        text = "nothing to train on" if encoder_loss is None else f"encoder loss {encoder_loss:.4g}, no model yet"
+        return Outcome(text, {"iterations": 0, "encoder_loss": encoder_loss})
     encoder = f"encoder loss {algorithm.GetEncoderLoss():.4g}, " if algorithm.GetEncoderIterations() > 0 else ""
-    return summary(algorithm, losses, "loss", time.monotonic() - started, encoder)
+    return training_outcome(algorithm, losses, "loss", encoder, encoder_loss=encoder_loss)
 
 
 def _filter_of(arguments):

@@ -2,10 +2,9 @@
 """The command ``train field-latents``."""
 
 import argparse
-import time
 
 from .common import PROGRAM, UsageError, as_usage
-from .training import add_training_options, summary, train_filter, training_parameters
+from .training import add_training_options, train_filter, training_outcome, training_parameters
 
 _DESCRIPTION = """\
 Trains the autoencoder of field latents, which encode-texture and decode-texture apply, on images. Everything random
@@ -73,15 +72,14 @@ def add(kinds):
 
 
 def run(arguments):
-    """The command ``train field-latents``; returns the line to print."""
+    """The command ``train field-latents``."""
     from ..field_latent_training import COLUMNS
     from ..training import losses_of
 
-    started = time.monotonic()
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
-    return summary(algorithm, losses, "reconstruction loss", time.monotonic() - started)
+    return training_outcome(algorithm, losses, "reconstruction loss")
 
 
 def _filter_of(arguments):

@@ -2,11 +2,10 @@
 """The command ``train geometric-texture``."""
 
 import argparse
-import time
 
 from ..deprecation import add_former_option
 from .common import PROGRAM, as_usage
-from .training import add_training_options, summary, train_filter, training_parameters
+from .training import add_training_options, train_filter, training_outcome, training_parameters
 
 _DESCRIPTION = """\
 Learns a geometric texture from one surface at several scales. Everything random follows from the seed. A training that
@@ -66,11 +65,10 @@ def add(kinds):
 
 
 def run(arguments):
-    """The command ``train geometric-texture``; returns the line to print."""
+    """The command ``train geometric-texture``."""
     from ..geometric_texture_training import COLUMNS, configured_trainer
     from ..training import losses_of
 
-    started = time.monotonic()
     algorithm = as_usage(
         configured_trainer,
         arguments.model,
@@ -80,4 +78,4 @@ def run(arguments):
     )
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
-    return summary(algorithm, losses, "reconstruction loss", time.monotonic() - started)
+    return training_outcome(algorithm, losses, "reconstruction loss")

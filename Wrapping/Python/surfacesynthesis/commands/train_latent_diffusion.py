@@ -3,10 +3,9 @@
 
 import argparse
 import os
-import time
 
 from .common import PROGRAM, UsageError, as_usage
-from .training import add_training_options, summary, train_filter, training_parameters
+from .training import add_training_options, train_filter, training_outcome, training_parameters
 
 _DESCRIPTION = """\
 Trains a diffusion model of field latents, with which sample-texture makes new textures, on one textured surface. Everything
@@ -107,15 +106,14 @@ def surface_parameters(arguments):
 
 
 def run(arguments):
-    """The command ``train latent-diffusion``; returns the line to print."""
+    """The command ``train latent-diffusion``."""
     from ..latent_diffusion_training import COLUMNS
     from ..training import losses_of
 
-    started = time.monotonic()
     algorithm = _filter_of(arguments)
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["loss"]
-    return summary(algorithm, losses, "loss", time.monotonic() - started)
+    return training_outcome(algorithm, losses, "loss")
 
 
 def _is_one_of(path, others):

@@ -5,7 +5,7 @@ import os
 import sys
 import warnings
 
-from .common import TrainingBar, add_running_options, printed_message, set_threads
+from .common import Outcome, TrainingBar, add_running_options, printed_message, set_threads
 
 #: Options with a number that all trainings have: name, type, default, metavariable, help.
 _SHARED_NUMBERS = (
@@ -85,10 +85,15 @@ def checkpoint_of(algorithm):
     return algorithm.GetCheckpointFileName() or algorithm.GetModelFileName() + ".checkpoint"
 
 
-def summary(algorithm, losses, name, seconds, before=""):
-    """The line about a training: iterations, the mean of the last twentieth of ``losses``, device, time and file."""
-    last = losses[-max(1, len(losses) // 20):].mean()
-    return (
-        f"{len(losses):,} iterations, {before}{name} {last:.4g}, {algorithm.GetDeviceInUse()}, {seconds:.1f} s"
-        f" -> {algorithm.GetModelFileName()}"
-    )
+def training_outcome(algorithm, losses, name, before="", **values):
+    """The outcome of a training: iterations, the mean of the last twentieth of ``losses``, the device and the files."""
+    last, device = losses[-max(1, len(losses) // 20) :].mean(), algorithm.GetDeviceInUse()
+    values.update({"iterations": len(losses), name.replace(" ", "_"): last, "device": device})
+    text = f"{len(losses):,} iterations, {before}{name} {last:.4g}, {device}"
+    return Outcome(text, {**values, **_files_of(algorithm)}, [algorithm.GetModelFileName()])
+
+
+def _files_of(algorithm):
+    """The files beside the model that were written, by name."""
+    files = {"checkpoint": checkpoint_of(algorithm), "losses": algorithm.GetLossTableFileName()}
+    return {name: path if path and os.path.exists(path) else None for name, path in files.items()}

@@ -2,9 +2,8 @@
 """The command ``view``."""
 
 import os
-import time
 
-from .common import UsageError, add_command, add_reading_options, add_running_options, as_usage, read_input
+from .common import Outcome, UsageError, add_command, add_reading_options, add_running_options, as_usage, read_input, size_of
 
 _DESCRIPTION = """\
 Writes one HTML page that shows a surface and its arrays in a browser, offline, to turn and to color: for sending a result
@@ -37,14 +36,13 @@ def add(commands):
 
 
 def run(arguments):
-    """The command ``view``; returns the line to print."""
+    """The command ``view``."""
     from ..pages import write_page
 
-    started = time.monotonic()
     if not arguments.output.lower().endswith((".html", ".htm")):
         raise UsageError(f"{arguments.output}: a page ends with .html")
     mesh = read_input(arguments)
     title = arguments.title if arguments.title is not None else os.path.basename(arguments.input)
     as_usage(write_page, mesh, arguments.output, color_by=arguments.color_by, title=title, vtk_js=arguments.vtk_js)
-    size = os.path.getsize(arguments.output) / 2**20
-    return f"{size:.1f} MiB, {time.monotonic() - started:.1f} s -> {arguments.output}"
+    size = os.path.getsize(arguments.output)
+    return Outcome(f"{size / 2**20:.1f} MiB", {"bytes": size, **size_of(mesh)}, [arguments.output])
