@@ -12,7 +12,7 @@ PROGRAM = "surfacesynthesis"
 
 
 class Outcome(typing.NamedTuple):
-    """What the function run() of a command returns: a text about what was done, the values that --json prints, the files
+    """Result of the function run() of a command: a text about what was done, the values that --json prints, the files
     that were written, the exit status, and with --csv a table, which is printed as it is."""
 
     text: str
@@ -22,7 +22,7 @@ class Outcome(typing.NamedTuple):
     table: typing.Optional[str] = None
 
     def printed(self, arguments, seconds):
-        """What the command prints after so many seconds: with --json one object for all commands."""
+        """Text that the command prints after so many seconds; with --json one object."""
         from ..results import json_text
 
         if arguments.json:
