@@ -284,6 +284,11 @@ def check_geometric_textures(folder):
         pairs = example.distances_on(target, example.reference_levels(texture), model, seed=2)
         print(texture, pairs)
         assert len(pairs) == 3 and all(textured < 0.5 * bare for textured, bare in pairs), (texture, pairs)
+    # the share of a perfect texture is 0, and that of none 1
+    ball = example.reference_levels("spikes")
+    pair = [(mesh[-1], example.mean_edge(mesh[0]) / 2 ** (example.LEVELS - 1)) for mesh in (ball, ball)]
+    for share in example.neighborhoods_on(target, pair, os.path.join(example.MODELS, "spikes.safetensors"), (2,)):
+        assert 0.0 < share[0] < 0.5, share
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 
