@@ -570,15 +570,25 @@ def example_of(command):
     return plain[0]
 
 
+_NUMBER = re.compile(r"\d[\d,]*\d(?:\.\d+)?(?:e[+-]?\d+)?|\d(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
 def numbers_of(value):
-    """All numbers in a JSON value, those in texts too."""
+    """All numbers in a JSON value, those in names and texts and the lengths of lists too."""
     if isinstance(value, dict):
-        return [number for one in value.values() for number in numbers_of(one)]
+        return [number for name, one in value.items() for number in numbers_of(name) + numbers_of(one)]
     if isinstance(value, list):
-        return [number for one in value for number in numbers_of(one)]
+        return [float(len(value)), *(number for one in value for number in numbers_of(one))]
     if isinstance(value, str):
-        return [float(number.replace(",", "")) for number in re.findall(r"\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?", value)]
+        return [float(number.replace(",", "")) for number in _NUMBER.findall(value)]
     return [] if value is None or isinstance(value, bool) else [float(value)]
+
+
+def rounds_to(value, printed):
+    """True when ``printed`` is a number, its share in per cent or its bytes in MiB, to the digits of the text."""
+    digits, _, exponent = printed.replace(",", "").partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
+    return any(abs(float(printed.replace(",", "")) - value * scale) <= 0.51 * unit for scale in (1, 100, 2**-20))
 
 
 @pytest.mark.parametrize("command", commands_of(build_parser()))
@@ -608,9 +618,8 @@ def test_commands_print_one_json_object(command, tmp_path, monkeypatch, capfd):
     known = numbers_of(found)
     assert known, "no numbers at all"
     (text,) = texts
-    for number in numbers_of(text):
-        units = (number, number / 100, number * 2**20)  # as it is, per cent, MiB
-        assert any(abs(a - b) <= 0.05 * abs(b) for a in units for b in known), f"{number} of {text!r} is not in {found}"
+    for number in _NUMBER.findall(text):
+        assert any(rounds_to(value, number) for value in known), f"{number} of {text!r} is not in {found}"
 
 
 # -- README files ------------------------------------------------------------------------------------------------------

@@ -161,10 +161,11 @@ class MaternEstimate(Result, collections.abc.Mapping):
         return text.getvalue()
 
     def to_dict(self):
-        """The parameters, each with its estimate, standard error and interval, the likelihood and the counts, as to_json()
-        writes them."""
+        """The parameters, each with its estimate, standard error and interval, the confidence of the intervals, the
+        likelihood and the counts, as to_json() writes them."""
         return {
             "parameters": {name: value._asdict() for name, value in self.items()},
+            "confidence": 0.95,
             "log_likelihood": self.log_likelihood,
             "number_of_observations": self.number_of_observations,
             "number_of_fields": self.number_of_fields,

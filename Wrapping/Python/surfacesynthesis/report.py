@@ -176,13 +176,14 @@ class TopologyReport(Result, collections.abc.Mapping):
         return _csv(self._rows)
 
     def to_dict(self):
-        """The properties by name, the defects with their first cell or point and their repair, and the components, as
-        to_json() writes them."""
+        """The properties by name, the first cell or point of those that have one, the defects with their first cell or point
+        and their repair, and the components, as to_json() writes them."""
         defects = {
             name: {"count": count, "first": self.first(name), "remark": self.remark(name)}
             for name, count in self.defects.items()
         }
-        return {"properties": dict(self), "defects": defects, "components": self.components}
+        firsts = {name: first for name, first in self._firsts.items() if first is not None}
+        return {"properties": dict(self), "firsts": firsts, "defects": defects, "components": self.components}
 
     def _lines(self):
         """Name, value, first cell or point and remark of each property that the table shows."""

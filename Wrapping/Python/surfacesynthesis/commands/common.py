@@ -146,15 +146,22 @@ def add_printing_options(group, csv=None):
     return forms
 
 
-def result_outcome(arguments, result, text=None, outputs=(), status=0):
+def result_outcome(arguments, result, text=None, status=0):
     """The Outcome of a command whose result is a Result; ``text`` in place of its own."""
     table = result.to_csv().rstrip("\n") if arguments.csv else None
-    return Outcome(str(result) if text is None else text, result.to_dict(), outputs, status, table)
+    return Outcome(str(result) if text is None else text, result.to_dict(), status=status, table=table)
 
 
 def written_outcome(dataset, outputs, text="", **values):
     """The Outcome of a command that has written a dataset, or several alike: its size after ``text`` and ``values``."""
     return Outcome(text + size_text(dataset), {**values, **size_of(dataset)}, outputs)
+
+
+def result_and_written_outcome(arguments, result, dataset, output):
+    """The Outcome of a command whose result is a Result, with a dataset that was written."""
+    outcome = result_outcome(arguments, result)
+    values = {**outcome.values, **size_of(dataset)}
+    return outcome._replace(text=f"{outcome.text}\n{size_text(dataset)}", values=values, outputs=[output])
 
 
 def size_of(dataset):

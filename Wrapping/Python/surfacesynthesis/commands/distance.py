@@ -1,7 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``distance``."""
 
-from .common import add_command, add_running_options, as_usage, read_surface, result_outcome, run_filter, size_text
+from .common import (
+    add_command,
+    add_running_options,
+    as_usage,
+    read_surface,
+    result_and_written_outcome,
+    result_outcome,
+    run_filter,
+)
 
 _DESCRIPTION = """\
 Measures the distance of two surfaces, whatever their triangulations are: mean, RMS, 95th percentile and Hausdorff
@@ -47,7 +55,7 @@ def run(arguments):
         return result_outcome(arguments, distance)
     as_usage(files.check_writable, distance.surface, arguments.output)
     files.write_mesh(distance.surface, arguments.output)
-    return result_outcome(arguments, distance, f"{distance}\n{size_text(distance.surface)}", [arguments.output])
+    return result_and_written_outcome(arguments, distance, distance.surface, arguments.output)
 
 
 def _surface(path):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``statistics``."""
 
-from .common import add_command, add_running_options, as_usage, result_outcome, run_filter, size_text
+from .common import add_command, add_running_options, as_usage, result_and_written_outcome, run_filter
 from .metrics import check_ensemble_names, choose_array, read_ensemble
 
 _DESCRIPTION = """\
@@ -57,4 +57,4 @@ def run(arguments):
     statistics = statistics_of(algorithm)
     as_usage(files.check_writable, statistics.surface, arguments.output)
     files.write_mesh(statistics.surface, arguments.output)
-    return result_outcome(arguments, statistics, f"{statistics}\n{size_text(statistics.surface)}", [arguments.output])
+    return result_and_written_outcome(arguments, statistics, statistics.surface, arguments.output)
