@@ -163,12 +163,12 @@ const std::vector<Index>& CholeskySolver::Order() const { return this->Impl->Ord
 
 void CholeskySolver::Internals::RequireOrdered(const Eigen::Ref<RowMatrix>& rightHandSides) const
 {
-  if (rightHandSides.rows() != this->Matrix->rows() || rightHandSides.cols() % ColumnGranularity != 0 ||
-    rightHandSides.outerStride() != rightHandSides.cols())
+  const bool fits = rightHandSides.cols() == 1 || rightHandSides.cols() % ColumnGranularity == 0;
+  if (rightHandSides.rows() != this->Matrix->rows() || !fits || rightHandSides.outerStride() != rightHandSides.cols())
   {
     throw InvalidInput("CholeskySolver: right-hand sides are " + std::to_string(rightHandSides.rows()) + " by " +
       std::to_string(rightHandSides.cols()) + "; expected " + std::to_string(this->Matrix->rows()) +
-      " contiguous rows and a multiple of " + std::to_string(ColumnGranularity) + " columns.");
+      " contiguous rows and one column or a multiple of " + std::to_string(ColumnGranularity) + ".");
   }
 }
 
@@ -227,7 +227,8 @@ void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
   ParallelTasks(blocks, [&](std::int64_t k) {
     const Eigen::Index first = k * BlockColumns;
     const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
-    const Eigen::Index padded = (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
+    const Eigen::Index padded =
+      count == 1 ? 1 : (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
     LargeArray<double> memory(static_cast<std::size_t>(this->Size() * padded));
     Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
     for (Index row = 0; row < this->Size(); ++row)

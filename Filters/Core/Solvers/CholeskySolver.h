@@ -47,8 +47,8 @@ public:
 
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions, without copying: the number
   /// of the vertex in row r is Order()[r]. Made for callers that fill many right-hand sides themselves.
-  /// @param rightHandSides [V, K] with K a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not checked
-  /// for finite entries.
+  /// @param rightHandSides [V, K] with K 1 or a multiple of ColumnGranularity (pad with zeros), rows contiguous. Not
+  /// checked for finite entries.
   /// @throws InvalidInput when the shape is wrong; Cancelled.
   void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const override;
   /// Solves L^T x = b with the factor A = P^T L L^T P, for right-hand sides as those of SolveOrderedInPlace(): the

@@ -29,11 +29,11 @@ public:
   /// Order of the solver's rows, [V]: the vertex of each row.
   virtual const std::vector<Index>& Order() const = 0;
   /// Replaces right-hand sides whose rows are in the solver's own order by the solutions.
-  /// @param rightHandSides [V, K] with K a multiple of Granularity(), rows contiguous
+  /// @param rightHandSides [V, K] with K 1 or a multiple of Granularity(), rows contiguous
   virtual void SolveOrderedInPlace(Eigen::Ref<RowMatrix> rightHandSides, const Progress& progress = {}) const = 0;
   /// Does the same for any number of right-hand sides, [V, K], whose rows are in the order of vertices.
   virtual void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const = 0;
-  /// Divisor of the number of right-hand sides that SolveOrderedInPlace() takes.
+  /// Divisor of the number of right-hand sides that SolveOrderedInPlace() takes, unless that is 1.
   virtual Index Granularity() const = 0;
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   virtual double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const = 0;

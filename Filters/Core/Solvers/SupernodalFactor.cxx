@@ -228,9 +228,10 @@ TaskTree SplitIntoSubtrees(const SupernodalAnalysis& analysis)
 
 SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress)
   : Symbolic(std::move(analysis))
-  , Values(static_cast<std::size_t>(this->Symbolic.ValueStart.back()))
+  , Values(static_cast<std::size_t>(this->Symbolic.ValueStart.back() + PanelPadding))
   , InverseDiagonal(static_cast<std::size_t>(this->Symbolic.Size))
 {
+  std::fill_n(this->Values.data() + this->Symbolic.ValueStart.back(), PanelPadding, 0.0);
   const SingleThreadedBlas blas;
   const TaskTree tree = SplitIntoSubtrees(this->Symbolic);
   Multifrontal fronts(this->Symbolic, matrix, this->Values.data());

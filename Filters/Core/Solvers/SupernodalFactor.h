@@ -24,7 +24,7 @@ public:
   /// @throws SolverFailure when a pivot is not positive; Cancelled.
   SupernodalFactor(SupernodalAnalysis analysis, const SparseMatrix& matrix, const Progress& progress);
 
-  /// Solves for @p count right-hand sides, a multiple of 8, in place: row-major [n, count], rows in elimination order.
+  /// Solves for @p count right-hand sides, 1 or a multiple of 8, in place: row-major [n, count], rows in elimination order.
   /// A column's result has the same bits for every count and place.
   /// @throws Cancelled; the right-hand sides are then overwritten in part.
   void SolveInPlace(double* rightHandSides, std::int64_t count, const Progress& progress) const;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Inner loops of triangular solves with one supernode, for many right-hand sides. Private to the solvers.
+/// Inner loops of triangular solves with one supernode, for one or many right-hand sides. Private to the solvers.
 #pragma once
 
 #include <cstdint>
 
 namespace surfsynth
 {
+
+/// Values behind a panel that the kernels may read and drop; initialized memory.
+constexpr int PanelPadding = 7;
 
 /// One panel of a supernodal factor.
 struct SupernodalPanel
@@ -18,8 +21,9 @@ struct SupernodalPanel
   const double* InverseDiagonal; ///< [Columns]
 };
 
-/// Triangular solves with one panel, on right-hand sides that are row-major with @p count columns, a multiple of 8.
-/// Every column goes through the same operations in the same order whatever the count.
+/// Triangular solves with one panel, on right-hand sides that are row-major with @p count columns, 1 or a multiple of 8.
+/// Every column goes through the same operations in the same order whatever the count: vectors hold right-hand sides, or
+/// the rows of a single one.
 struct SupernodalKernels
 {
   /// Solves for the supernode's rows and subtracts their effect from the rows below.

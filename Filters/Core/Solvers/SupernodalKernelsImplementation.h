@@ -68,7 +68,7 @@ void BackwardTriangle(const SupernodalPanel& panel, int first, int last, double*
     {
       value[w] = Load(own + w * VectorDoubles);
     }
-    for (int i = j + 1; i < last; ++i)
+    for (int i = last - 1; i > j; --i)
     {
       const double* other = x + panel.RowIds[i] * count;
       for (int w = 0; w < W; ++w)
@@ -204,11 +204,156 @@ void BackwardTile(const SupernodalPanel& panel, double* x, std::int64_t count)
   }
 }
 
+/// ForwardTriangle for one right-hand side: the same operations on each number.
+void ForwardTriangleOfOne(const SupernodalPanel& panel, int first, int last, double* x)
+{
+  double* own = x + panel.RowIds[0]; // those of the supernode's own columns are consecutive
+  for (int j = first; j < last; ++j)
+  {
+    const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+    const double value = own[j] * panel.InverseDiagonal[j];
+    own[j] = value;
+    for (int i = j + 1; i < last; ++i)
+    {
+      own[i] -= column[i] * value;
+    }
+  }
+}
+
+void BackwardTriangleOfOne(const SupernodalPanel& panel, int first, int last, double* x)
+{
+  double* own = x + panel.RowIds[0];
+  for (int j = last - 1; j >= first; --j)
+  {
+    const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+    double value = own[j];
+    for (int i = last - 1; i > j; --i)
+    {
+      value -= column[i] * own[i];
+    }
+    own[j] = value * panel.InverseDiagonal[j];
+  }
+}
+
+/// SubtractFromRows for one right-hand side, the rows [row, row + W vectors) side by side in vectors. Those from the end
+/// of the panel on are read, up to PanelPadding values of what follows, and dropped.
+template <int W>
+void SubtractFromRowsOfOne(const SupernodalPanel& panel, int first, int last, int row, double* x)
+{
+  Vector sum[W] = {};
+  const double* column = panel.Values + std::int64_t(first) * panel.Rows + row;
+  const double* own = x + panel.RowIds[0];
+  for (int j = first; j < last; ++j, column += panel.Rows)
+  {
+    for (int w = 0; w < W; ++w)
+    {
+      sum[w] += Load(column + w * VectorDoubles) * own[j];
+    }
+  }
+  double sums[W * VectorDoubles];
+  for (int w = 0; w < W; ++w)
+  {
+    Store(sums + w * VectorDoubles).Value = sum[w];
+  }
+  const int rows = row + W * VectorDoubles < panel.Rows ? W * VectorDoubles : panel.Rows - row;
+  for (int r = 0; r < rows; ++r)
+  {
+    x[panel.RowIds[row + r]] -= sums[r];
+  }
+}
+
+/// SubtractFromColumns for one right-hand side: R chains of additions at a time.
+template <int R>
+void SubtractFromColumnsOfOne(const SupernodalPanel& panel, int j, int first, double* x)
+{
+  double sum[R] = {};
+  const double* column = panel.Values + std::int64_t(j) * panel.Rows;
+  for (int i = first; i < panel.Rows; ++i)
+  {
+    const double value = x[panel.RowIds[i]];
+    for (int r = 0; r < R; ++r)
+    {
+      sum[r] += column[std::int64_t(r) * panel.Rows + i] * value;
+    }
+  }
+  for (int r = 0; r < R; ++r)
+  {
+    x[panel.RowIds[0] + j + r] -= sum[r];
+  }
+}
+
+template <int R>
+void SubtractFromAllColumnsOfOne(const SupernodalPanel& panel, int j, int last, double* x)
+{
+  const int below = last;
+  for (; j + R <= last; j += R)
+  {
+    SubtractFromColumnsOfOne<R>(panel, j, below, x);
+  }
+  if constexpr (R > 1)
+  {
+    SubtractFromAllColumnsOfOne<R / 2>(panel, j, last, x);
+  }
+}
+
+/// Asks for the memory @p distance values behind each value of the panel: solves for one right-hand side wait for memory,
+/// and small panels in descending order are no stream that the processor foresees.
+void Prefetch(const SupernodalPanel& panel, std::int64_t distance)
+{
+  constexpr std::int64_t CacheLine = 8;
+  const std::int64_t size = std::int64_t(panel.Rows) * panel.Columns;
+  const auto begin = reinterpret_cast<std::uintptr_t>(panel.Values);
+  for (std::int64_t k = 0; k < size; k += CacheLine)
+  {
+    const auto offset = static_cast<std::uintptr_t>((k + distance) * std::int64_t(sizeof(double)));
+    __builtin_prefetch(reinterpret_cast<const void*>(begin + offset));
+  }
+}
+
+/// Values between the panel in use and the memory that is asked for.
+constexpr std::int64_t PrefetchDistance = 2048;
+
+void ForwardOne(const SupernodalPanel& panel, double* x)
+{
+  Prefetch(panel, PrefetchDistance);
+  constexpr int Most = 16 / VectorDoubles;
+  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first))
+  {
+    const int last = BlockEnd(panel, first);
+    ForwardTriangleOfOne(panel, first, last, x);
+    int row = last;
+    for (; row + 8 < panel.Rows; row += 2 * 8)
+    {
+      SubtractFromRowsOfOne<Most>(panel, first, last, row, x);
+    }
+    if (row < panel.Rows)
+    {
+      SubtractFromRowsOfOne<Most / 2>(panel, first, last, row, x);
+    }
+  }
+}
+
+void BackwardOne(const SupernodalPanel& panel, double* x)
+{
+  Prefetch(panel, -PrefetchDistance);
+  for (int first = (panel.Columns - 1) / BlockColumns * BlockColumns; first >= 0; first -= BlockColumns)
+  {
+    const int last = BlockEnd(panel, first);
+    SubtractFromAllColumnsOfOne<8>(panel, first, last, x);
+    BackwardTriangleOfOne(panel, first, last, x);
+  }
+}
+
 /// Vectors in a tile of 8 right-hand sides.
 constexpr int Narrow = 8 / VectorDoubles;
 
 void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
 {
+  if (count == 1)
+  {
+    ForwardOne(panel, x);
+    return;
+  }
   std::int64_t done = 0;
 #if SURFSYNTH_VECTOR_DOUBLES == 8
   for (; done + 32 <= count; done += 32)
@@ -228,6 +373,11 @@ void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
 
 void Backward(const SupernodalPanel& panel, double* x, std::int64_t count)
 {
+  if (count == 1)
+  {
+    BackwardOne(panel, x);
+    return;
+  }
   std::int64_t done = 0;
 #if SURFSYNTH_VECTOR_DOUBLES == 8
   for (; done + 32 <= count; done += 32)
