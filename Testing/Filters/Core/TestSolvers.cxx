@@ -2,6 +2,7 @@
 #include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/InstructionSet.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Solvers/CholeskySolver.h"
 
@@ -216,6 +217,29 @@ TEST(CholeskySolver, AColumnHasTheSameBitsAtEveryPlaceOfABatch)
   }
 }
 
+TEST(CholeskySolver, AColumnHasTheSameBitsAloneWithEveryInstructionSet)
+{
+  const SparseMatrix matrix = ScreenedLaplacian(test::BumpySurface(4));
+  const RowMatrix sides = RandomRightHandSides(matrix.rows(), 3);
+  const InstructionSet before = CurrentInstructionSet();
+  const CholeskySolver solver(matrix);
+  for (const InstructionSet set : { InstructionSet::Generic, InstructionSet::Avx2, InstructionSet::Avx512 })
+  {
+    if (!HasInstructionSet(set))
+    {
+      continue;
+    }
+    SetInstructionSet(set);
+    RowMatrix together = sides;
+    solver.SolveInPlace(together);
+    for (Eigen::Index j = 0; j < sides.cols(); ++j)
+    {
+      EXPECT_TRUE(SameBits(together.col(j), solver.Solve(sides.col(j)))) << "column " << j;
+    }
+  }
+  SetInstructionSet(before);
+}
+
 TEST(CholeskySolver, SolvesBlocksOfALargerMatrixInPlace)
 {
   const SparseMatrix matrix = ScreenedLaplacian(test::Icosphere(2));
@@ -243,7 +267,7 @@ TEST(CholeskySolver, OrderedSolvesHaveTheSameBits)
   {
     ASSERT_EQ(sorted[static_cast<std::size_t>(v)], v) << "not a permutation";
   }
-  for (const Eigen::Index columns : { 8, 32, 40 })
+  for (const Eigen::Index columns : { 1, 8, 32, 40 })
   {
     const RowMatrix sides = RandomRightHandSides(matrix.rows(), columns);
     RowMatrix expected = sides;
