@@ -16,6 +16,7 @@
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/LatentDiffusionTrainer.h"
+#include "Learning/Training/SampleGradients.h"
 
 #include <ATen/Parallel.h>
 #include <benchmark/benchmark.h>
@@ -106,25 +107,26 @@ void LatentDiffusionStep(benchmark::State& state, const LatentDiffusionOptions& 
 }
 
 /// Seconds of a step by the clock on some threads.
-double StepSeconds(LatentDiffusionTrainer& trainer, int threads)
+template <typename Training>
+double StepSeconds(Training& training, int threads)
 {
   at::set_num_threads(threads);
   const auto start = std::chrono::steady_clock::now();
-  trainer.Step();
+  training.Step();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// Steps on one and on two threads in turn, by the clock: so both see the same load of the machine. OfProductRate1 and
 /// OfProductRate2 are shares of the shortest steps in the rate of sgemm on as many threads, SpeedUp is the ratio of the medians, BestSpeedUp
 /// that of the shortest steps.
-void LatentDiffusionThreads(benchmark::State& state, const LatentDiffusionOptions& network)
+template <typename Training>
+void CompareThreads(benchmark::State& state, Training& training, double operations)
 {
-  LatentDiffusionTrainer trainer = DiffusionTraining(network);
   std::array<std::vector<double>, 2> seconds;
   for ([[maybe_unused]] auto step : state)
   {
-    seconds[0].push_back(StepSeconds(trainer, 1));
-    seconds[1].push_back(StepSeconds(trainer, 2));
+    seconds[0].push_back(StepSeconds(training, 1));
+    seconds[1].push_back(StepSeconds(training, 2));
   }
   at::set_num_threads(1);
   for (std::vector<double>& times : seconds)
@@ -136,11 +138,16 @@ void LatentDiffusionThreads(benchmark::State& state, const LatentDiffusionOption
   for (int threads = 1; threads <= 2; ++threads)
   {
     const double shortest = seconds[static_cast<std::size_t>(threads - 1)].front();
-    state.counters["OfProductRate" + std::to_string(threads)] = DiffusionStepOperations(network) /
-      (shortest * threads * rate);
+    state.counters["OfProductRate" + std::to_string(threads)] = operations / (shortest * threads * rate);
   }
   state.counters["SpeedUp"] = median(seconds[0]) / median(seconds[1]);
   state.counters["BestSpeedUp"] = seconds[0].front() / seconds[1].front();
+}
+
+void LatentDiffusionThreads(benchmark::State& state, const LatentDiffusionOptions& network)
+{
+  LatentDiffusionTrainer trainer = DiffusionTraining(network);
+  CompareThreads(state, trainer, DiffusionStepOperations(network));
 }
 
 /// Real multiplications and additions of one evaluation of a velocity field with extra features, in matrix products.
@@ -163,50 +170,100 @@ PoissonNetOperations OperationsOf(const PoissonNetOptions& options, double verti
   return { square * (blocks * block + complexLayers), square * (blocks * (atFaces + mlp) + complexLayers) };
 }
 
-/// Forward and backward pass of a network of three blocks on four signals on a sphere of 5,120 triangles.
-/// @param fused false for the plain expressions, with LibTorch's own derivatives
+/// A network of three blocks and four samples on a sphere of 5,120 triangles.
+class FlowMatchingBatch
+{
+public:
+  /// @param fused false for the plain expressions, with LibTorch's own derivatives
+  FlowMatchingBatch(std::int64_t width, bool fused)
+    : Sphere(test::Scaled(test::IrregularSphere(3), 0.28))
+    , Mesh(BuildPoissonOperators(this->Sphere, MeshTopology(this->Sphere)), torch::kFloat32, this->Sphere.Points)
+    , Fused(fused)
+  {
+    if (!fused)
+    {
+      this->Mesh.Tables.reset();
+      this->Mesh.Incidence.reset();
+    }
+    this->Options.Width = width;
+    this->Options.Blocks = 3;
+    this->Options.ExtraFeatures = 4;
+    this->Network = MakePoissonNet(InitialPoissonNet(this->Options, 1));
+    const Index vertices = this->Sphere.NumberOfPoints();
+    this->X = torch::randn({ Samples, vertices, 3 });
+    this->Condition = torch::randn({ Samples, vertices, 4 });
+    this->Delta = torch::randn({ Samples, vertices, 3 });
+  }
+
+  /// Forward and backward pass, as the training has them: each sample on one thread, the plain expressions all at once.
+  void Step()
+  {
+    this->Network->zero_grad();
+    if (!this->Fused)
+    {
+      this->Loss(0, Samples).mean().backward();
+      return;
+    }
+    AddSampleGradients(this->Network->parameters(), Samples,
+      [this](std::int64_t sample) { return this->Loss(sample, 1).sum() / static_cast<double>(Samples); });
+  }
+
+  /// Counted operations of Step().
+  double Operations() const
+  {
+    const PoissonNetOperations counted = OperationsOf(this->Options, static_cast<double>(this->Sphere.NumberOfPoints()),
+      static_cast<double>(this->Sphere.NumberOfTriangles()));
+    return static_cast<double>(Samples) * (3.0 * counted.Forward + counted.Repeated);
+  }
+
+private:
+  static constexpr std::int64_t Samples = 4;
+
+  torch::Tensor Loss(std::int64_t first, std::int64_t count)
+  {
+    const auto part = [&](const torch::Tensor& tensor) { return tensor.narrow(0, first, count); };
+    const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
+      this->Mesh, this->Network->forward(this->Mesh, part(this->X), part(this->Condition)), part(this->Delta));
+    return loss.Vertex + loss.Jacobian;
+  }
+
+  TriangleMesh Sphere;
+  MeshTensors Mesh;
+  bool Fused;
+  PoissonNetOptions Options;
+  PoissonNet Network{ nullptr };
+  torch::Tensor X;
+  torch::Tensor Condition;
+  torch::Tensor Delta;
+};
+
+/// Steps of FlowMatchingBatch.
 void FlowMatchingStep(benchmark::State& state, std::int64_t width, bool fused)
 {
-  const TriangleMesh sphere = test::Scaled(test::IrregularSphere(3), 0.28);
-  const PoissonOperators operators = BuildPoissonOperators(sphere, MeshTopology(sphere));
-  MeshTensors mesh(operators, torch::kFloat32, sphere.Points);
-  if (!fused)
-  {
-    mesh.Tables.reset();
-    mesh.Incidence.reset();
-  }
-  PoissonNetOptions options;
-  options.Width = width;
-  options.Blocks = 3;
-  options.ExtraFeatures = 4;
-  const std::int64_t batch = 4;
-  PoissonNet network = MakePoissonNet(InitialPoissonNet(options, 1));
-  const torch::Tensor x = torch::randn({ batch, sphere.NumberOfPoints(), 3 });
-  const torch::Tensor condition = torch::randn({ batch, sphere.NumberOfPoints(), 4 });
-  const torch::Tensor delta = torch::randn({ batch, sphere.NumberOfPoints(), 3 });
-  const auto run = [&] {
-    network->zero_grad();
-    const FlowMatchingLoss loss = ComputeFlowMatchingLoss(mesh, network->forward(mesh, x, condition), delta);
-    (loss.Vertex + loss.Jacobian).mean().backward();
-  };
-  run();
+  FlowMatchingBatch batch(width, fused);
+  batch.Step();
   const double start = ProcessorSeconds();
   for ([[maybe_unused]] auto step : state)
   {
-    run();
+    batch.Step();
   }
   const double seconds = (ProcessorSeconds() - start) / static_cast<double>(state.iterations());
-  const PoissonNetOperations counted = OperationsOf(
-    options, static_cast<double>(sphere.NumberOfPoints()), static_cast<double>(sphere.NumberOfTriangles()));
-  const double operations = static_cast<double>(batch) * (3.0 * counted.Forward + counted.Repeated);
-  state.counters["GFLOP"] = 1e-9 * operations;
-  state.counters["OfProductRate"] = operations / seconds / ProductRate();
+  state.counters["GFLOP"] = 1e-9 * batch.Operations();
+  state.counters["OfProductRate"] = batch.Operations() / seconds / ProductRate();
+}
+
+/// Steps of FlowMatchingBatch on one and on two threads in turn, counted as LatentDiffusionThreads().
+void FlowMatchingThreads(benchmark::State& state, std::int64_t width)
+{
+  FlowMatchingBatch batch(width, true);
+  batch.Step();
+  CompareThreads(state, batch, batch.Operations());
 }
 
 } // namespace
 } // namespace surfsynth::bench
 
-/// On one thread, OMP_NUM_THREADS=1, but for LatentDiffusionThreads.
+/// On one thread, OMP_NUM_THREADS=1, but for LatentDiffusionThreads and FlowMatchingThreads.
 int main(int argc, char** argv)
 {
   using namespace surfsynth;
@@ -245,6 +302,9 @@ int main(int argc, char** argv)
         [width, fused](benchmark::State& state) { bench::FlowMatchingStep(state, width, fused); })
         ->Unit(benchmark::kMillisecond);
     }
+    benchmark::RegisterBenchmark(("FlowMatchingThreads/width:" + std::to_string(width)).c_str(),
+      [width](benchmark::State& state) { bench::FlowMatchingThreads(state, width); })
+      ->Unit(benchmark::kMillisecond);
   }
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -9,6 +9,7 @@
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
+#include "Learning/Training/SampleGradients.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingSources.h"
 
@@ -72,7 +73,36 @@ struct Batch
   torch::Tensor Target;    ///< of the network's output, [B, V, C]
   torch::Tensor Factors;   ///< of the squared error of the output, which make it that of the velocity in its units, [B]
   torch::Tensor Weights;   ///< of the loss of the velocity, [B]
+
+  /// The batch of sample @p k alone.
+  Batch Sample(std::int64_t k) const
+  {
+    const auto part = [&](const torch::Tensor& tensor) { return tensor.narrow(0, k, 1); };
+    return { part(this->Times), part(this->Input), part(this->Condition), part(this->Target), part(this->Factors),
+      part(this->Weights) };
+  }
 };
+
+/// Losses of samples in velocities, [B] each.
+struct SampleLosses
+{
+  torch::Tensor Vertex;
+  torch::Tensor Jacobian;
+  torch::Tensor Sum; ///< by the weights of the recipe
+};
+
+/// The losses of several batches as those of one.
+SampleLosses Joined(const std::vector<SampleLosses>& batches)
+{
+  std::vector<torch::Tensor> parts[3];
+  for (const SampleLosses& losses : batches)
+  {
+    parts[0].push_back(losses.Vertex);
+    parts[1].push_back(losses.Jacobian);
+    parts[2].push_back(losses.Sum);
+  }
+  return { torch::cat(parts[0]), torch::cat(parts[1]), torch::cat(parts[2]) };
+}
 
 /// Sorts the losses of samples into the parts of the time.
 void AddByTime(const torch::Tensor& times, const torch::Tensor& losses, TimeLosses& sorted)
@@ -130,6 +160,8 @@ public:
 private:
   NormalKey KeyOf(std::int64_t slot) const;
   double GradientSquares() const;
+  SampleLosses LossesOf(const MeshTensors& mesh, const Batch& batch);
+  SampleLosses AddGradients(const MeshTensors& mesh, const Batch& batch, double share);
   Batch MakeBatch(std::size_t source, std::int64_t first, std::int64_t count) const;
   void SetTargets(Batch& batch, const torch::Tensor& start, const torch::Tensor& end, const torch::Tensor& time,
     const torch::Tensor& condition) const;
@@ -278,6 +310,38 @@ void FlowMatchingTrainer::Internals::SetTargets(Batch& batch, const torch::Tenso
   }
 }
 
+/// Losses of the network on a batch.
+SampleLosses FlowMatchingTrainer::Internals::LossesOf(const MeshTensors& mesh, const Batch& batch)
+{
+  const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
+    mesh, this->Training.Network().forward(mesh, batch.Input, batch.Condition), batch.Target);
+  SampleLosses losses = { loss.Vertex * batch.Factors, loss.Jacobian * batch.Factors * this->JacobianFactor, {} };
+  losses.Sum = this->Options.VertexWeight * losses.Vertex + this->Options.JacobianWeight * losses.Jacobian;
+  return losses;
+}
+
+/// Adds the gradient of the mean loss of a batch, times @p share, to that of the parameters. Samples of networks with dropout,
+/// whose random numbers come from a sequence, stay together.
+SampleLosses FlowMatchingTrainer::Internals::AddGradients(const MeshTensors& mesh, const Batch& batch, double share)
+{
+  PoissonNetImpl& network = this->Training.Network();
+  const std::int64_t size = batch.Times.size(0);
+  if (network.Options().Dropout > 0.0 || !ServesSampleGradients(this->Training.Device(), size))
+  {
+    const SampleLosses losses = this->LossesOf(mesh, batch);
+    ((losses.Sum * batch.Weights).mean() * share).backward();
+    return losses;
+  }
+  std::vector<SampleLosses> losses(static_cast<std::size_t>(size));
+  AddSampleGradients(network.parameters(), size, [&](std::int64_t k) {
+    const Batch sample = batch.Sample(k);
+    const SampleLosses own = this->LossesOf(mesh, sample);
+    losses[static_cast<std::size_t>(k)] = { own.Vertex.detach(), own.Jacobian.detach(), own.Sum.detach() };
+    return (own.Sum * sample.Weights).sum() * (share / static_cast<double>(size));
+  });
+  return Joined(losses);
+}
+
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
 void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
 {
@@ -289,16 +353,10 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
     const auto source = static_cast<std::size_t>(
       UniformIndex(this->KeyOf(group), 0, static_cast<std::int64_t>(this->Data.Sources.size())));
     const Batch batch = this->MakeBatch(source, group * size, size);
-    const MeshTensors& mesh = this->Meshes[source];
-    FlowMatchingLoss loss = ComputeFlowMatchingLoss(
-      mesh, this->Training.Network().forward(mesh, batch.Input, batch.Condition), batch.Target);
-    loss.Vertex = loss.Vertex * batch.Factors;
-    loss.Jacobian = loss.Jacobian * batch.Factors * this->JacobianFactor;
-    const torch::Tensor sum = this->Options.VertexWeight * loss.Vertex + this->Options.JacobianWeight * loss.Jacobian;
-    ((sum * batch.Weights).mean() * share).backward();
-    losses.Vertex += share * loss.Vertex.mean().item<double>();
-    losses.Jacobian += share * loss.Jacobian.mean().item<double>();
-    AddByTime(batch.Times, sum, losses.ByTime);
+    const SampleLosses own = this->AddGradients(this->Meshes[source], batch, share);
+    losses.Vertex += share * own.Vertex.mean().item<double>();
+    losses.Jacobian += share * own.Jacobian.mean().item<double>();
+    AddByTime(batch.Times, own.Sum, losses.ByTime);
   }
   losses.Total = this->Options.VertexWeight * losses.Vertex + this->Options.JacobianWeight * losses.Jacobian;
 }

@@ -62,6 +62,7 @@ void CheckOptions(const FlowMatchingTrainingOptions& options);
 ///
 /// Everything random is a pure function of the seed and the iteration, so that a training that was interrupted and
 /// resumed gives the weights of one that was not, bit for bit with the same number of threads on the same machine.
+/// On the processor each thread computes samples of its own, where a surface's part of the batch has one for each thread.
 class FlowMatchingTrainer : public ModelTrainer
 {
 public:

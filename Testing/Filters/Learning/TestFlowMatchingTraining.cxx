@@ -241,7 +241,8 @@ TEST_F(FlowMatchingTraining, OneSignalIsLearntByPredictionsOfIt)
 
 TEST_F(FlowMatchingTraining, OneShapeAndOneSignalAreLearntByPreconditionedPredictions)
 {
-  const FlowMatchingTrainingOptions options = QuickRecipeOf(FlowPrediction::Preconditioned);
+  FlowMatchingTrainingOptions options = QuickRecipeOf(FlowPrediction::Preconditioned);
+  options.Iterations = 600; // after 400 rounding decides: errors of shapes are 0.029 to 0.031
   EXPECT_LT(ErrorOfOneSample(DeformedSpheres(1, 2), options), 0.03);
   EXPECT_LT(ErrorOfOneSample(HeatOnSphere(1, 2), options), 0.05);
 }

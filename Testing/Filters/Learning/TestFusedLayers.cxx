@@ -10,9 +10,11 @@
 #include "Learning/Layers/MeshTensors.h"
 #include "Learning/Losses/FlowMatchingLoss.h"
 #include "Learning/Networks/InitialWeights.h"
+#include "Learning/Training/SampleGradients.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -242,6 +244,59 @@ TEST_F(FusedLayers, HaveTheSameBitsForEveryNumberOfThreads)
     return torch::cat(gradients);
   };
   EXPECT_TRUE(torch::equal(derivatives(1), derivatives(2)));
+}
+
+/// Gradients of a network by its samples on threads of their own are those of the batch, and have the same bits for every
+/// number of threads.
+TEST_F(FusedLayers, GradientsOfSamplesAddUpToThoseOfTheBatch)
+{
+  const MeshTensors mesh = Mesh(torch::kFloat32);
+  PoissonNetOptions options;
+  options.Width = 16;
+  options.Blocks = 2;
+  const std::int64_t samples = 5;
+  const torch::Tensor x = this->Numbers({ samples, this->Vertices, 3 }).to(torch::kFloat32);
+  const auto gradients = [&](int threads) {
+    const int before = torch::get_num_threads();
+    torch::set_num_threads(std::max(threads, 1));
+    PoissonNet network = MakePoissonNet(InitialPoissonNet(options, 5));
+    if (threads == 0) // the batch as a whole
+    {
+      network->forward(mesh, x).Values.square().sum().backward();
+    }
+    for (int twice = 0; threads > 0 && twice < 2; ++twice) // gradients are added to what is there
+    {
+      AddSampleGradients(network->parameters(), samples,
+        [&](std::int64_t k) { return network->forward(mesh, x.narrow(0, k, 1)).Values.square().sum(); });
+    }
+    EXPECT_EQ(torch::get_num_threads(), std::max(threads, 1));
+    torch::set_num_threads(before);
+    std::vector<torch::Tensor> all;
+    for (const torch::Tensor& parameter : network->parameters())
+    {
+      all.push_back(parameter.grad().flatten());
+    }
+    return torch::cat(all);
+  };
+  const torch::Tensor one = gradients(1);
+  EXPECT_TRUE(torch::equal(one, gradients(2)));
+  EXPECT_TRUE(torch::equal(one, gradients(3)));
+  const torch::Tensor whole = gradients(0);
+  EXPECT_LT(((one - 2.0 * whole).norm() / whole.norm()).item<double>(), 1e-4);
+}
+
+TEST_F(FusedLayers, ErrorsOfSamplesArePassedOn)
+{
+  const torch::Tensor parameter = torch::ones({ 2 }).requires_grad_(true);
+  const auto loss = [&](std::int64_t k) {
+    if (k == 2)
+    {
+      throw InvalidInput("sample 2");
+    }
+    return parameter.sum();
+  };
+  EXPECT_THROW(AddSampleGradients({ parameter }, 4, loss), InvalidInput);
+  EXPECT_FALSE(parameter.grad().defined());
 }
 
 TEST_F(FusedLayers, RefuseSecondDerivatives)
