@@ -270,7 +270,7 @@ def test_the_command_takes_a_file_or_text_and_further_values(checkpoint, tmp_pat
         assert main([*arguments, "--set", "extra_features=1", "--set", "input_normalisation=unit_sphere"]) == 0
         assert contents(target)[0]["input_normalisation"] == "unit_sphere"
         printed = capsys.readouterr().out
-        assert printed.startswith("2 blocks, width 8, head njf -> ") and printed.rstrip().endswith(str(target))
+        assert printed.startswith("2 blocks, width 8, head njf, ") and printed.rstrip().endswith(str(target))
 
 
 @pytest.mark.parametrize(
