@@ -532,6 +532,12 @@ def test_former_spellings_of_options_work():
     assert (parsed.normalization, parsed.remarks) == ("none", ["--normalisation is deprecated: use --normalization"])
 
 
+@pytest.mark.parametrize("number", ["-1", "-0.5", "-.5", "-2.", "-1e-3", "-1.5E+2", "-inf"])
+def test_negative_numbers_are_values_of_options(number):
+    parsed = build_parser().parse_args(["noise", "a", "b", "--warp", number])
+    assert parsed.warp == float(number)
+
+
 def test_former_flags_stand_for_a_value():
     parsed = build_parser().parse_args(["surface", "a", "b", "--below", "--largest", "--iterations", "2", "--iso", "1"])
     assert (parsed.inside, parsed.largest_component) == ("below", True)

@@ -3,6 +3,7 @@
 
 import argparse
 import os
+import re
 import signal
 import sys
 import time
@@ -18,6 +19,11 @@ _DESCRIPTION = "Generative filters on surfaces, from file to file."
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        # argparse takes -1 and -0.5 for numbers, and -1e-3 for an option
+        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$|-(inf|nan)$")
+
     def error(self, message):
         raise UsageError(f"{message} (see {self.prog} --help)")
 
