@@ -271,7 +271,7 @@ SURFSYNTH_INLINE void ComplexGeluWithSlopesRow(const float* __restrict__ x, cons
     outY[c] = y[c] * factor;
     factors[c] = factor;
     byBias[c] = slope * inverse;
-    byModulus[c] = (slope - factor) * inverse / modulus;
+    byModulus[c] = (slope - factor) * inverse * inverse;
   }
 }
 
