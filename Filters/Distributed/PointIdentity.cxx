@@ -141,7 +141,7 @@ PointIdentity IdentifyByIds(const RankGroup& ranks, const PointMatrix& points, c
     std::int64_t next = ranks.Before(distinct);
     identity.NumberOfWholePoints = ranks.Total(distinct);
     EachGroup(received, places, less, [&](std::size_t first, std::size_t last) {
-      const bool shared = places[first].Rank != places[last - 1].Rank;
+      const bool shared = last - first > 1;
       const Coordinates point = received[places[first].Rank][places[first].Entry].Point;
       for (std::size_t k = first; k < last; ++k)
       {
@@ -186,8 +186,8 @@ std::vector<std::vector<PlaceReply>> AnswerPlaces(const std::vector<std::vector<
     {
       // Points of one piece are different points; those of later pieces are the first one.
       const PlaceQuery& query = received[places[k].Rank][places[k].Entry];
-      const bool isLater = places[k].Rank != lowest || k == first;
-      replies[places[k].Rank][places[k].Entry] = isLater
+      const bool isOther = places[k].Rank == lowest && k > first;
+      replies[places[k].Rank][places[k].Entry] = !isOther
         ? shared
         : PlaceReply{ static_cast<std::int64_t>(lowest), query.Number, 0 };
     }

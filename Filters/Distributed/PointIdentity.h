@@ -16,7 +16,7 @@ namespace surfsynth
 struct PointIdentity
 {
   std::vector<std::int64_t> WholeIds;    ///< [V], id in the whole
-  std::vector<bool> Shared;              ///< [V], true for points that other ranks hold, too
+  std::vector<bool> Shared;              ///< [V], true for points that other points of the pieces are, too
   PointMatrix Points;                    ///< [V, 3], coordinates in the piece of the lowest rank that holds the point
   std::int64_t NumberOfWholePoints = 0;  ///< of all pieces together
 };
