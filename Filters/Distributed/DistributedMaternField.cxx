@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -117,14 +118,12 @@ public:
     DistributedRows rows = AssembleRows(*this->Owners, CotangentStiffness(merged.Mesh, *topology));
     topology.reset();
     merged = {};
-    ranks.Together([&] {
-      Report(progress, 0.3);
-      this->ChooseScreening(rows, ownMass);
-      this->ChooseAmplitude(components, parts);
-    });
+    ranks.Together([&] { Report(progress, 0.3); });
+    this->ChooseScreening(rows, ownMass);
+    this->ChooseAmplitude(components, parts);
     AddToDiagonal(rows, ownMass, this->Tau);
     ranks.Together([&] { Report(progress, 0.4); });
-    this->System.emplace(ranks, rows);
+    this->System.emplace(ranks, std::move(rows));
     ranks.Together([&] { Report(progress, 1.0); });
   }
 
@@ -174,7 +173,7 @@ private:
     }
   }
 
-  /// Collective: the sums are over all ranks.
+  /// Collective; what it throws, it throws on all ranks.
   void ChooseScreening(const DistributedRows& stiffness, const Eigen::VectorXd& mass)
   {
     this->Gamma = std::sqrt(this->Ranks.Sum(SquaredLaplacian(stiffness, mass)));
@@ -188,7 +187,7 @@ private:
       this->Tau, "a finite number above 0");
   }
 
-  /// Factors of the vertices of this rank, used or shared.
+  /// Factors of the vertices of this rank, used or shared. Collective.
   void ChooseAmplitude(const MeshComponents& components, const ComponentParts& parts)
   {
     const double smoothness = this->Options.OperatorPower - 1.0;

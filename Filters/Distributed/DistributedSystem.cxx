@@ -134,13 +134,14 @@ public:
     }
   }
 
-  void Build(const DistributedRows& rows)
+  void Build(DistributedRows rows)
   {
     const QuietErrors quiet;
     const auto own = static_cast<PetscInt>(rows.Starts.size()) - 1;
     const auto total = static_cast<PetscInt>(rows.NumberOfRows);
     Require(MatCreateMPIAIJWithArrays(this->Communicator, own, own, total, total, rows.Starts.data(),
       rows.Columns.data(), rows.Values.data(), &this->Matrix));
+    rows = {}; // PETSc has copied them
     Require(MatSetOption(this->Matrix, MAT_SPD, PETSC_TRUE));
     Require(MatCreateVecs(this->Matrix, &this->Solution, &this->RightHandSide));
     Require(KSPCreate(this->Communicator, &this->Solver));
@@ -225,7 +226,7 @@ private:
   KSP Solver = nullptr;
 };
 
-DistributedSystem::DistributedSystem(const RankGroup& ranks, const DistributedRows& rows)
+DistributedSystem::DistributedSystem(const RankGroup& ranks, DistributedRows rows)
   : Impl(std::make_unique<Internals>(ranks))
 {
   if (rows.NumberOfRows > std::numeric_limits<PetscInt>::max())
@@ -234,7 +235,7 @@ DistributedSystem::DistributedSystem(const RankGroup& ranks, const DistributedRo
       std::to_string(std::numeric_limits<PetscInt>::max()) + ", which this PETSc counts.");
   }
   InitializePetsc();
-  this->Impl->Build(rows);
+  this->Impl->Build(std::move(rows));
 }
 
 DistributedSystem::~DistributedSystem() = default;

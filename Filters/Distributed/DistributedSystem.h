@@ -31,10 +31,10 @@ struct DistributedRows
 class DistributedSystem
 {
 public:
-  /// Copies the rows and builds the multigrid hierarchy.
+  /// Takes the rows and builds the multigrid hierarchy.
   /// @throws InvalidInput for more rows than PETSc's integers count.
   /// @throws SolverFailure with PETSc's words.
-  DistributedSystem(const RankGroup& ranks, const DistributedRows& rows);
+  DistributedSystem(const RankGroup& ranks, DistributedRows rows);
   ~DistributedSystem();
   DistributedSystem(const DistributedSystem&) = delete;
   DistributedSystem& operator=(const DistributedSystem&) = delete;
