@@ -31,7 +31,7 @@ const RankGroup& Ranks()
 TriangleMesh Whole()
 {
   return test::WithUnreferencedPoints(
-    test::Join(test::BumpySurface(4), test::Translated(test::PlanePatch(30, 20, 1.0, 1.0, 0.2), { 4.0, 0.0, 0.0 })));
+    test::Join(test::BumpySurface(3), test::Translated(test::PlanePatch(15, 10, 1.0, 1.0, 0.2), { 4.0, 0.0, 0.0 })));
 }
 
 /// Rank that holds triangle @p f: sectors around an axis through both parts of the mesh.
