@@ -65,7 +65,7 @@ struct GradientKernels
   /// With r = sqrt(|z|^2 + 1e-8): out = z GELU(r + bias) / (r + 1e-8), bias [width].
   void (*ComplexGelu)(const float* z, const float* bias, std::int64_t rows, std::int64_t width, float* out);
   /// The same, and the numbers of ComplexGeluBackward(): slopes [rows, 3 width], z's factor f = GELU(r + bias) / (r + 1e-8),
-  /// and its derivatives by the bias, and by r over r.
+  /// and its derivatives by the bias, and by r, divided by r.
   void (*ComplexGeluWithSlopes)(
     const float* z, const float* bias, std::int64_t rows, std::int64_t width, float* out, float* slopes);
   /// Replaces @p gradient, of the output, by the derivative by z, and adds that by the bias to @p byBias.
