@@ -46,7 +46,9 @@ void GeluOf(const float* __restrict__ in, Size count, float* __restrict__ out)
 
 void GeluWithSlopes(const float* in, Size count, float* __restrict__ out, float* slopes)
 {
+#ifndef __clang__ // which takes no such hint
 #pragma GCC ivdep
+#endif
   for (Size k = 0; k < count; ++k)
   {
     float value;
