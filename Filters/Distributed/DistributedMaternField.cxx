@@ -247,8 +247,7 @@ void DistributedMaternField::SampleInto(
       request.FirstSample + std::uint64_t(request.NumberOfSamples) * request.SampleStep > 0x100000000ULL)
     {
       throw InvalidInput("DistributedMaternField: no component, or a sample beyond number 4294967295, asked for; "
-                         "expected at least one, and "
-                         "lower numbers.");
+                         "expected at least one, and lower numbers.");
     }
     for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
     {

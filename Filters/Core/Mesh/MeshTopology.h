@@ -5,6 +5,8 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 namespace surfsynth
@@ -33,6 +35,13 @@ public:
   /// Number of triangles on the edge to that neighbour (1 = boundary, 2 = inside, 3 or more = non-manifold),
   /// saturated at 255.
   std::vector<std::uint8_t> EdgeTriangles; ///< [2 E]
+
+  /// True for vertices with an edge of a single triangle.
+  bool IsOnBoundary(Index v) const
+  {
+    const auto first = this->EdgeTriangles.begin();
+    return std::count(first + this->NeighborStart[v], first + this->NeighborStart[v + 1], 1) > 0;
+  }
 
   /// Number of vertices, V.
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexTriangleStart.size()) - 1; }

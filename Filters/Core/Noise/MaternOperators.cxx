@@ -53,13 +53,6 @@ void RequireSize(const char* name, Eigen::Index size, Eigen::Index expected, con
       std::to_string(expected) + ", one for each " + of + ".");
   }
 }
-
-bool IsBoundaryVertex(const MeshTopology& topology, Index v)
-{
-  const auto first = topology.EdgeTriangles.begin() + topology.NeighborStart[v];
-  const auto last = topology.EdgeTriangles.begin() + topology.NeighborStart[v + 1];
-  return std::find(first, last, 1) != last;
-}
 } // namespace
 
 bool MaternFieldArrays::operator==(const MaternFieldArrays& other) const
@@ -167,7 +160,7 @@ std::vector<bool> PinnedVertices(const MeshTopology& topology, const MaternField
   }
   for (Index v = 0; v < topology.NumberOfPoints(); ++v)
   {
-    pinned.push_back(IsBoundaryVertex(topology, v));
+    pinned.push_back(topology.IsOnBoundary(v));
   }
   return pinned;
 }

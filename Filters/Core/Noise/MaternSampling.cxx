@@ -297,9 +297,8 @@ void MaternField::Internals::SolvePowers(Block& block, const Progress& progress)
 void MaternField::Internals::SampleBySolve(const SampleRequest& request, const std::vector<MaternColumn>& columns,
   LargeArray<double>& scratch, const Progress& progress)
 {
-  const Eigen::Index granularity = this->InUse()->Granularity();
   const auto count = static_cast<Eigen::Index>(columns.size());
-  const Eigen::Index padded = count == 1 ? 1 : (count + granularity - 1) / granularity * granularity;
+  const Eigen::Index padded = this->InUse()->PaddedCount(count);
   const Eigen::Index points = this->Mass.size();
   const auto size = static_cast<std::size_t>(points * padded);
   if (scratch.size() < size)

@@ -2,7 +2,9 @@
 #include "Core/Operators/RingFeatures.h"
 
 #include "Core/Common/Parallel.h"
+#include "Core/Common/Quantiles.h"
 #include "Core/Common/ScratchPool.h"
+#include "Core/Operators/SurfaceOperators.h"
 
 #include <Eigen/Geometry>
 
@@ -31,38 +33,11 @@ PointMatrix AreaVectors(const TriangleMesh& mesh, const MeshTopology& topology)
     {
       for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
       {
-        const auto corners = mesh.Triangles.row(topology.VertexTriangles[k]);
-        const Eigen::RowVector3d first = mesh.Points.row(corners(0));
-        const Eigen::RowVector3d side = mesh.Points.row(corners(1)) - first;
-        const Eigen::RowVector3d other = mesh.Points.row(corners(2)) - first;
-        vectors.row(v) += 0.5 * side.cross(other);
+        vectors.row(v) += 0.5 * AreaVector(mesh, topology.VertexTriangles[k]).transpose();
       }
     }
   });
   return vectors;
-}
-
-/// 1 for vertices with an edge that has no second triangle.
-std::vector<std::uint8_t> OnBoundary(const MeshTopology& topology)
-{
-  std::vector<std::uint8_t> found(static_cast<std::size_t>(topology.NumberOfPoints()), 0);
-  for (Index v = 0; v < topology.NumberOfPoints(); ++v)
-  {
-    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
-    {
-      found[v] |= topology.EdgeTriangles[k] == 1 ? 1 : 0;
-    }
-  }
-  return found;
-}
-
-/// The quantile of ascending numbers, interpolated linearly.
-double QuantileOf(const std::vector<double>& ascending, double fraction)
-{
-  const double place = fraction * static_cast<double>(ascending.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, ascending.size() - 1);
-  return ascending[below] + (place - static_cast<double>(below)) * (ascending[above] - ascending[below]);
 }
 
 /// Rings around one vertex, and the memory to find them.
@@ -112,7 +87,7 @@ struct RingFeatureMaker
   const MeshTopology& Topology;
   int Rings;
   PointMatrix Areas;
-  std::vector<std::uint8_t> Boundary;
+  std::vector<std::uint8_t> Boundary; ///< [V], 1 for vertices on a boundary
 
   /// Fills the 6 R features of vertex @p v. @return true when its rings are whole
   bool Fill(Index v, Neighborhood& near, float* out) const
@@ -159,7 +134,8 @@ private:
     std::sort(near.Heights.begin(), near.Heights.end());
     for (int quarter = 0; quarter <= 4; ++quarter)
     {
-      out[quarter] = static_cast<float>(QuantileOf(near.Heights, 0.25 * quarter));
+      out[quarter] = static_cast<float>(
+        QuantileOfSorted(near.Heights.data(), static_cast<Eigen::Index>(near.Heights.size()), 0.25 * quarter));
     }
     out[5] = static_cast<float>(distances / static_cast<double>(near.Heights.size()));
   }
@@ -188,7 +164,11 @@ RingFeatureMatrix ComputeRingFeatures(
   const TriangleMesh& mesh, const MeshTopology& topology, int rings, const Progress& progress)
 {
   const Index count = mesh.NumberOfPoints();
-  const RingFeatureMaker maker{ mesh, topology, rings, AreaVectors(mesh, topology), OnBoundary(topology) };
+  RingFeatureMaker maker{ mesh, topology, rings, AreaVectors(mesh, topology), {} };
+  for (Index v = 0; v < count; ++v)
+  {
+    maker.Boundary.push_back(topology.IsOnBoundary(v) ? 1 : 0);
+  }
   RingFeatureMatrix features(count, FeaturesOfRing * static_cast<Eigen::Index>(rings));
   std::vector<std::uint8_t> whole(static_cast<std::size_t>(count), 0), used(static_cast<std::size_t>(count), 0);
   ScratchPool<Neighborhood> pool;

@@ -17,14 +17,6 @@ namespace
 {
 Eigen::Vector3d Point(const TriangleMesh& mesh, Index v) { return mesh.Points.row(v).transpose(); }
 
-/// Twice the area times the unit normal of triangle @p f.
-Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
-{
-  const auto t = mesh.Triangles.row(f);
-  const Eigen::Vector3d p = Point(mesh, t(0));
-  return (Point(mesh, t(1)) - p).cross(Point(mesh, t(2)) - p);
-}
-
 Eigen::Index Faces(const TriangleMesh& mesh) { return mesh.Triangles.rows(); }
 
 /// Contribution of a triangle to the row of the stiffness matrix that belongs to one of its corners.
@@ -119,6 +111,13 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
   return pattern;
 }
 } // namespace
+
+Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
+{
+  const auto t = mesh.Triangles.row(f);
+  const Eigen::Vector3d p = Point(mesh, t(0));
+  return (Point(mesh, t(1)) - p).cross(Point(mesh, t(2)) - p);
+}
 
 Eigen::VectorXd FaceAreas(const TriangleMesh& mesh)
 {

@@ -227,8 +227,7 @@ void CholeskySolver::SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const
   ParallelTasks(blocks, [&](std::int64_t k) {
     const Eigen::Index first = k * BlockColumns;
     const Eigen::Index count = std::min<Eigen::Index>(BlockColumns, columns - first);
-    const Eigen::Index padded = count == 1 ? 1
-                                           : (count + ColumnGranularity - 1) / ColumnGranularity * ColumnGranularity;
+    const Eigen::Index padded = this->PaddedCount(count);
     LargeArray<double> memory(static_cast<std::size_t>(this->Size() * padded));
     Eigen::Map<RowMatrix> block(memory.data(), this->Size(), padded);
     for (Index row = 0; row < this->Size(); ++row)

@@ -35,6 +35,12 @@ public:
   virtual void SolveInPlace(Eigen::Ref<RowMatrix> rightHandSides) const = 0;
   /// Divisor of the number of right-hand sides that SolveOrderedInPlace() takes, unless that is 1.
   virtual Index Granularity() const = 0;
+  /// Number of right-hand sides, zeros included, in which SolveOrderedInPlace() takes @p count of them.
+  Eigen::Index PaddedCount(Eigen::Index count) const
+  {
+    const Eigen::Index granularity = this->Granularity();
+    return count == 1 ? 1 : (count + granularity - 1) / granularity * granularity;
+  }
   /// || A x - b || / || b || in the Euclidean norm (0 when b = 0), for checking a solution.
   virtual double RelativeResidual(const Eigen::VectorXd& solution, const Eigen::VectorXd& rightHandSide) const = 0;
 

@@ -5,6 +5,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/Quantiles.h"
 #include "Core/Common/SharedProgress.h"
 
 #include <Eigen/Eigenvalues>
@@ -108,11 +109,10 @@ private:
   std::pair<std::int64_t, std::int64_t> First{ std::numeric_limits<std::int64_t>::max(), 0 };
 };
 
-/// Quantiles of each column: the value at place p (N - 1) of the sorted samples, linear in between.
+/// Quantiles of each column.
 void FillQuantiles(
   const TileValues& values, const std::vector<double>& probabilities, std::int64_t begin, Eigen::MatrixXd& quantiles)
 {
-  const Eigen::Index last = values.rows() - 1;
   Eigen::VectorXd sorted(values.rows());
   for (Eigen::Index column = 0; column < values.cols(); ++column)
   {
@@ -120,11 +120,8 @@ void FillQuantiles(
     std::sort(sorted.begin(), sorted.end());
     for (std::size_t q = 0; q < probabilities.size(); ++q)
     {
-      const double place = probabilities[q] * static_cast<double>(last);
-      const auto below = std::min(static_cast<Eigen::Index>(place), last);
-      const double above = sorted[std::min(below + 1, last)];
-      quantiles(begin + column, static_cast<Eigen::Index>(q)) = sorted[below] +
-        (place - static_cast<double>(below)) * (above - sorted[below]);
+      quantiles(begin + column, static_cast<Eigen::Index>(q)) = QuantileOfSorted(
+        sorted.data(), sorted.size(), probabilities[q]);
     }
   }
 }

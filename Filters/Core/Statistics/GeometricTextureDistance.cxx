@@ -164,6 +164,7 @@ private:
     return sum / static_cast<double>(std::max<std::int64_t>(edges, 1));
   }
 };
+
 template <typename Matrix>
 Eigen::VectorXd DistancesAlongDirections(
   const Matrix& features, const Matrix& reference, int projections, std::uint64_t seed, const Progress& progress)

@@ -38,9 +38,9 @@ struct TextureDistance
 /// Computes the sliced Wasserstein-1 distance [Rabin2011] of the edge features of two meshes, lengths over UnitLength, or,
 /// with Rings above 1, of their ring features.
 ///
-/// Edge features see a triangle and its three neighbors. A triangle with its 12 features (see ComputeEdgeFeatures()), in each of the three orders of its edges around it,
-/// gives three points of R^12. Their distribution does not depend on the choice of the first corner, and differs from
-/// that of a mirror image. For random directions of unit length the points are projected on the direction; the mean of
+/// Edge features see a triangle and its three neighbors. A triangle with its 12 features (see ComputeEdgeFeatures()), in
+/// each of the three orders of its edges around it, gives three points of R^12. Their distribution does not depend on the
+/// choice of the first corner, and differs from that of a mirror image. For random directions of unit length the points are projected on the direction; the mean of
 /// |a - b| over equal quantiles a, b of both meshes is exact for any numbers of triangles. The distance is its mean
 /// over the directions. For features that differ by one vector s, the same for the three edges, the mean over all
 /// directions is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s|.

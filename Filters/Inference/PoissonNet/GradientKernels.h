@@ -32,7 +32,7 @@ struct GradientKernels
 
   /// out = GELU(in).
   void (*Gelu)(const float* in, std::int64_t count, float* out);
-  /// The same, and the derivatives, by which a gradient of the output is multiplied. @p slopes may be @p in
+  /// The same, and the derivatives, by which a gradient of the output is multiplied. @p slopes may be @p in.
   void (*GeluWithSlopes)(const float* in, std::int64_t count, float* out, float* slopes);
   /// values *= factors.
   void (*Scale)(const float* factors, std::int64_t count, float* values);

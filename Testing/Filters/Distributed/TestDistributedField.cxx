@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fields on surfaces in pieces on ranks: what MaternField makes of the whole.
 #include "ExampleMeshes.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Noise/MaternField.h"
@@ -17,6 +18,7 @@
 #include <vector>
 
 using namespace surfsynth;
+using surfsynthtest::TextOf;
 
 namespace
 {
@@ -121,19 +123,6 @@ Eigen::MatrixXd RowsOf(const Eigen::MatrixXd& whole, const std::vector<std::int6
     rows.row(static_cast<Eigen::Index>(k)) = whole.row(ids[k]);
   }
   return rows;
-}
-
-std::string TextOf(const std::function<void()>& call)
-{
-  try
-  {
-    call();
-  }
-  catch (const Error& error)
-  {
-    return error.what();
-  }
-  return "nothing thrown";
 }
 
 std::vector<MaternFieldOptions> Cases()
@@ -293,7 +282,7 @@ TEST(DistributedField, ErrorsOfOneRankAreThoseOfAll)
     flat.Mesh.Points.row(flat.Mesh.Triangles(0, 1)) = flat.Mesh.Points.row(flat.Mesh.Triangles(0, 0));
   }
   flat.GlobalIds.clear();
-  const std::string text = TextOf([&] { DistributedMaternField(Ranks(), flat, {}); });
+  const std::string text = TextOf<Error>([&] { DistributedMaternField(Ranks(), flat, {}); });
   EXPECT_THAT(text, testing::HasSubstr("degenerate"));
   if (last > 0)
   {
@@ -304,8 +293,8 @@ TEST(DistributedField, ErrorsOfOneRankAreThoseOfAll)
   {
     wrong.GlobalIds.pop_back();
   }
-  EXPECT_THAT(
-    TextOf([&] { DistributedMaternField(Ranks(), wrong, {}); }), testing::HasSubstr("expected as many ids as points"));
+  EXPECT_THAT(TextOf<Error>([&] { DistributedMaternField(Ranks(), wrong, {}); }),
+    testing::HasSubstr("expected as many ids as points"));
 }
 
 TEST(DistributedField, AnEdgeOfThreeTrianglesOnDifferentRanksIsRefused)
@@ -317,7 +306,7 @@ TEST(DistributedField, AnEdgeOfThreeTrianglesOnDifferentRanksIsRefused)
   fin.Triangles << 0, 1, 2, 1, 0, 3, 0, 1, 4;
   const MeshPiece piece = PieceOf(
     fin, [](Index f) { return f % Ranks().Count() == Ranks().Rank(); }, false);
-  const std::string text = TextOf([&] { DistributedMaternField(Ranks(), piece, {}); });
+  const std::string text = TextOf<Error>([&] { DistributedMaternField(Ranks(), piece, {}); });
   EXPECT_THAT(text, testing::HasSubstr("non-manifold edge"));
   EXPECT_THAT(text, testing::HasSubstr("0"));
 }
@@ -328,7 +317,7 @@ TEST(DistributedField, OptionsThatNeedTheWholeFactorAreRefused)
   const auto textFor = [&](const std::function<void(MaternFieldOptions&)>& change) {
     MaternFieldOptions options;
     change(options);
-    return TextOf([&] { DistributedMaternField(Ranks(), piece, options); });
+    return TextOf<Error>([&] { DistributedMaternField(Ranks(), piece, options); });
   };
   EXPECT_THAT(textFor([](auto& o) { o.Model = NoiseModel::White; }), testing::HasSubstr("noise model"));
   EXPECT_THAT(textFor([](auto& o) { o.OperatorPower = 3; }), testing::HasSubstr("operator power"));
