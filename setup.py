@@ -13,6 +13,7 @@ from skbuild import setup
 ROOT = pathlib.Path(__file__).resolve().parent
 #: Extension modules lie in the package, libraries and models below it.
 OPTIONS = [
+    "-DSURFACE_SYNTHESIS_PETSC=OFF",
     "-DSURFACE_SYNTHESIS_TESTING=OFF",
     "-DSURFACE_SYNTHESIS_BENCHMARKS=OFF",
     "-DSURFACE_SYNTHESIS_EXAMPLES=OFF",

@@ -124,8 +124,10 @@ public:
   ~Internals()
   {
     PetscBool finalized = PETSC_FALSE;
+    int ended = 0;
     PetscFinalized(&finalized);
-    if (!finalized)
+    MPI_Finalized(&ended);
+    if (!finalized && !ended)
     {
       KSPDestroy(&this->Solver);
       VecDestroy(&this->RightHandSide);

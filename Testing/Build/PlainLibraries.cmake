@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 #
-# The plain libraries without VTK, CHOLMOD and LibTorch, and their tests.
+# The plain libraries without VTK, CHOLMOD, PETSc and LibTorch, and their tests.
 include("${CMAKE_CURRENT_LIST_DIR}/NestedBuild.cmake")
 
 set(build "${WORK_DIR}/Source/build/dev")
 copy_sources("${WORK_DIR}/Source" CMakeLists.txt Filters IO Wrapping Testing Examples LICENSE)
 configure_and_build("${WORK_DIR}/Source" "${build}"
-  -DSURFACE_SYNTHESIS_VTK=OFF -DSURFACE_SYNTHESIS_CHOLMOD=OFF -DSURFACE_SYNTHESIS_LEARNING=OFF
+  -DSURFACE_SYNTHESIS_VTK=OFF -DSURFACE_SYNTHESIS_CHOLMOD=OFF -DSURFACE_SYNTHESIS_PETSC=OFF -DSURFACE_SYNTHESIS_LEARNING=OFF
   -DSURFACE_SYNTHESIS_CGAL=OFF -DSURFACE_SYNTHESIS_OPENVDB=OFF -DSURFACE_SYNTHESIS_TETGEN=OFF
   -DSURFACE_SYNTHESIS_BENCHMARKS=OFF "-DSURFACE_SYNTHESIS_WERROR=${WERROR}")
-forbid_libraries("${build}/lib" libvtk libcholmod libtorch)
+forbid_libraries("${build}/lib" libvtk libcholmod libtorch libpetsc libmpi)
 
 cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
 # Statistics are tested once, in the outer build.

@@ -138,11 +138,10 @@ std::string TextOf(const std::function<void()>& call)
 
 std::vector<MaternFieldOptions> Cases()
 {
-  std::vector<MaternFieldOptions> cases(4);
+  std::vector<MaternFieldOptions> cases(3);
   cases[1].OperatorPower = 4;
   cases[1].CorrelationRange = 0.5;
-  cases[2].Mode = ScaleMode::Screening;
-  cases[3].Mode = ScaleMode::NormalizedScreening;
+  cases[2].Mode = ScaleMode::NormalizedScreening;
   return cases;
 }
 
