@@ -153,8 +153,7 @@ int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, 
     internals.AddField(surface, output, progress);
   };
   const auto isHeld = [&internals](const Surface& surface) { return internals.Find(surface) != nullptr; };
-  const int success = ProcessSurfaces(
-    self, inputVector, outputVector, MeshRequirements(), addField, isHeld,
+  const int success = ProcessSurfaces(self, inputVector, outputVector, MeshRequirements(), addField, isHeld,
     parts > 0 ? parts : series.NumberOfSamples, pieceWorker);
   if (success && !self->GetAbortExecute())
   {

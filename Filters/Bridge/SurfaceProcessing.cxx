@@ -93,8 +93,7 @@ public:
       const auto geometry = GeometryOf(input);
       if (CountOwners(ranks, geometry) > 1)
       {
-        return this->Conclude(
-          this->WorkInPieces(ranks, input, geometry, outputs.front(), at, progress), at, outputs);
+        return this->Conclude(this->WorkInPieces(ranks, input, geometry, outputs.front(), at, progress), at, outputs);
       }
     }
     const GatheredSurface gathered = GatherPieces(ranks, input);

@@ -41,8 +41,8 @@ MeshTopology CheckPiece(const MergedPiece& piece)
   }
   if (!findings.empty())
   {
-    throw InvalidInput(DescribeFindings(
-      findings, [&](std::int64_t f) { return piece.CellOfTriangle[static_cast<std::size_t>(f)]; }));
+    throw InvalidInput(
+      DescribeFindings(findings, [&](std::int64_t f) { return piece.CellOfTriangle[static_cast<std::size_t>(f)]; }));
   }
   return MeshTopology(piece.Mesh);
 }
@@ -81,7 +81,8 @@ void RequireDistributedOptions(const MaternFieldOptions& options)
     if (isRefused)
     {
       throw InvalidInput(std::string("DistributedMaternField: ") + text +
-        "; expected what a surface in pieces is solved with: the model Matern of operator power 2 or 4, with the boundary "
+        "; expected what a surface in pieces is solved with: the model Matern of operator power 2 or 4, with the "
+        "boundary "
         "condition Neumann and without arrays, variance correction and coherent noise.");
     }
   }
@@ -168,7 +169,8 @@ private:
     if (!(residual <= LargestResidual))
     {
       throw SolverFailure("DistributedMaternField: the relative residual of the solve is " + FormatNumber(residual) +
-        "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make the "
+        "; expected at most 1e-8. Needle triangles, or a screening term that is tiny for the size of the mesh, make "
+        "the "
         "system ill-conditioned: remesh, or use a smaller correlation range.");
     }
   }
@@ -241,11 +243,12 @@ void DistributedMaternField::SampleInto(
   const std::size_t components = request.NumberOfComponents;
   std::vector<double*> samples;
   this->Impl->Ranks.Together([&] {
-    if (components < 1 || request.FirstSample + std::uint64_t(request.NumberOfSamples) * request.SampleStep > 0x100000000ULL)
+    if (components < 1 ||
+      request.FirstSample + std::uint64_t(request.NumberOfSamples) * request.SampleStep > 0x100000000ULL)
     {
-      throw InvalidInput(
-        "DistributedMaternField: no component, or a sample beyond number 4294967295, asked for; expected at least one, and "
-        "lower numbers.");
+      throw InvalidInput("DistributedMaternField: no component, or a sample beyond number 4294967295, asked for; "
+                         "expected at least one, and "
+                         "lower numbers.");
     }
     for (std::uint32_t k = 0; k < request.NumberOfSamples; ++k)
     {

@@ -55,8 +55,8 @@ void InitializePetsc()
     Require(PetscInitializeNoArguments());
   }
   // Coarsening and interpolation of low complexity: two thirds of the memory of the default ones [DeSterck2006].
-  const std::pair<const char*, const char*> options[] = {
-    { "coarsen_type", "HMIS" }, { "interp_type", "ext+i" }, { "P_max", "4" }, { "strong_threshold", "0.25" } };
+  const std::pair<const char*, const char*> options[] = { { "coarsen_type", "HMIS" }, { "interp_type", "ext+i" },
+    { "P_max", "4" }, { "strong_threshold", "0.25" } };
   for (const auto& option : options)
   {
     const std::string name = std::string("-") + Prefix + "pc_hypre_boomeramg_" + option.first;
@@ -70,8 +70,8 @@ struct SolveState
   MPI_Comm Communicator;
   const Progress* Report;
   double First = 0.0;
-  bool Stopped = false;       ///< on some rank
-  std::exception_ptr Thrown;  ///< by the report of this rank
+  bool Stopped = false;      ///< on some rank
+  std::exception_ptr Thrown; ///< by the report of this rank
 };
 
 /// Reports the digits gained, and returns whether to go on.
@@ -183,7 +183,8 @@ public:
     {
       throw SolverFailure("DistributedSystem: conjugate gradients end after " + std::to_string(iterations) +
         " iterations without a solution (PETSc's reason " + std::to_string(reason) +
-        "); expected a relative residual of 1e-12. Needle triangles, or a screening term that is tiny for the size of the "
+        "); expected a relative residual of 1e-12. Needle triangles, or a screening term that is tiny for the size of "
+        "the "
         "mesh, make the equations ill-conditioned: remesh, or use a smaller correlation range.");
     }
     this->MostIterations = std::max(this->MostIterations, static_cast<int>(iterations));
@@ -233,8 +234,8 @@ DistributedSystem::DistributedSystem(const RankGroup& ranks, DistributedRows row
 {
   if (rows.NumberOfRows > std::numeric_limits<PetscInt>::max())
   {
-    throw InvalidInput("DistributedSystem: there are " + std::to_string(rows.NumberOfRows) + " rows; expected at most " +
-      std::to_string(std::numeric_limits<PetscInt>::max()) + ", which this PETSc counts.");
+    throw InvalidInput("DistributedSystem: there are " + std::to_string(rows.NumberOfRows) +
+      " rows; expected at most " + std::to_string(std::numeric_limits<PetscInt>::max()) + ", which this PETSc counts.");
   }
   InitializePetsc();
   this->Impl->Build(std::move(rows));

@@ -18,11 +18,11 @@ namespace surfsynth
 /// Rows of a sparse matrix on one rank, in compressed form.
 struct DistributedRows
 {
-  std::int64_t FirstRow = 0;          ///< row of the first of them
-  std::int64_t NumberOfRows = 0;      ///< of all ranks
-  std::vector<std::int32_t> Starts;   ///< [own rows + 1]
-  std::vector<std::int32_t> Columns;  ///< in the numbers of all ranks, ascending in each row
-  std::vector<double> Values;         ///< of the entries
+  std::int64_t FirstRow = 0;         ///< row of the first of them
+  std::int64_t NumberOfRows = 0;     ///< of all ranks
+  std::vector<std::int32_t> Starts;  ///< [own rows + 1]
+  std::vector<std::int32_t> Columns; ///< in the numbers of all ranks, ascending in each row
+  std::vector<double> Values;        ///< of the entries
 };
 
 /// Solver of A x = b for a symmetric positive definite A by conjugate gradients of PETSc, preconditioned by the algebraic

@@ -15,7 +15,7 @@ namespace surfsynth
 /// that several ranks hold counts once.
 struct MeshPiece
 {
-  TriangleMesh Mesh;                       ///< points and triangles, without ghost cells; may be empty
+  TriangleMesh Mesh;                        ///< points and triangles, without ghost cells; may be empty
   std::vector<std::int64_t> CellOfTriangle; ///< [F], cells that triangles are parts of; empty when triangle f is cell f
   /// [V], ids in the whole surface; empty for none. Used where all pieces with points have them; else points with the same
   /// coordinates on several ranks are one.

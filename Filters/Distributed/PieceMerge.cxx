@@ -44,15 +44,16 @@ void RequireShapes(const MeshPiece& piece)
   {
     throw InvalidInput("MergePiece: the piece has " + std::to_string(points) + " points, " +
       std::to_string(piece.GlobalIds.size()) + " global ids, " + std::to_string(triangles) + " triangles and " +
-      std::to_string(piece.CellOfTriangle.size()) + " cells; expected as many ids as points, and a cell for each triangle.");
+      std::to_string(piece.CellOfTriangle.size()) +
+      " cells; expected as many ids as points, and a cell for each triangle.");
   }
   for (Eigen::Index f = 0; f < piece.Mesh.Triangles.rows(); ++f)
   {
     if (piece.Mesh.Triangles.row(f).minCoeff() < 0 ||
       piece.Mesh.Triangles.row(f).maxCoeff() >= piece.Mesh.NumberOfPoints())
     {
-      throw InvalidInput("MergePiece: triangle " + std::to_string(f) + " names a point that does not exist; expected ids below " +
-        std::to_string(points) + ".");
+      throw InvalidInput("MergePiece: triangle " + std::to_string(f) +
+        " names a point that does not exist; expected ids below " + std::to_string(points) + ".");
     }
   }
 }

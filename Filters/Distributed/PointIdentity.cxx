@@ -16,10 +16,7 @@ namespace
 {
 using Coordinates = std::array<double, 3>;
 
-Coordinates PointOf(const PointMatrix& points, Eigen::Index k)
-{
-  return { points(k, 0), points(k, 1), points(k, 2) };
-}
+Coordinates PointOf(const PointMatrix& points, Eigen::Index k) { return { points(k, 0), points(k, 1), points(k, 2) }; }
 
 struct IdQuery
 {
@@ -67,8 +64,7 @@ std::vector<Place> Sorted(const std::vector<std::vector<Query>>& received, const
     }
   }
   const auto at = [&received](const Place& place) -> const Query& { return received[place.Rank][place.Entry]; };
-  std::stable_sort(
-    places.begin(), places.end(), [&](const Place& a, const Place& b) { return less(at(a), at(b)); });
+  std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) { return less(at(a), at(b)); });
   return places;
 }
 
@@ -248,8 +244,8 @@ PointIdentity IdentifyByCoordinates(const RankGroup& ranks, const PointMatrix& p
   {
     first[static_cast<std::size_t>(queries[k].Number)] = replies[k];
   }
-  const std::int64_t own =
-    std::count_if(first.begin(), first.end(), [&](const PlaceReply& place) { return place.Rank == ranks.Rank(); });
+  const std::int64_t own = std::count_if(
+    first.begin(), first.end(), [&](const PlaceReply& place) { return place.Rank == ranks.Rank(); });
   std::int64_t next = ranks.Before(own);
   PointIdentity identity;
   for (const PlaceReply& place : first)

@@ -15,10 +15,10 @@ namespace surfsynth
 /// The points of a piece as points of the whole.
 struct PointIdentity
 {
-  std::vector<std::int64_t> WholeIds;    ///< [V], id in the whole
-  std::vector<bool> Shared;              ///< [V], true for points that other points of the pieces are, too
-  PointMatrix Points;                    ///< [V, 3], coordinates in the piece of the lowest rank that holds the point
-  std::int64_t NumberOfWholePoints = 0;  ///< of all pieces together
+  std::vector<std::int64_t> WholeIds;   ///< [V], id in the whole
+  std::vector<bool> Shared;             ///< [V], true for points that other points of the pieces are, too
+  PointMatrix Points;                   ///< [V, 3], coordinates in the piece of the lowest rank that holds the point
+  std::int64_t NumberOfWholePoints = 0; ///< of all pieces together
 };
 
 /// Finds which points of the pieces are the same, and numbers the points of the whole: by their global ids, in the order of

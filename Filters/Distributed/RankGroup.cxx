@@ -212,14 +212,15 @@ void RankGroup::ExchangeItems(const void* sent, const std::vector<std::int64_t>&
   MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_MIN, this->Shared->Communicator);
   if (!fits)
   {
-    throw InvalidInput("RankGroup: a rank has more than 2147483647 items to send or to receive; expected fewer, on more "
-                       "ranks.");
+    throw InvalidInput(
+      "RankGroup: a rank has more than 2147483647 items to send or to receive; expected fewer, on more "
+      "ranks.");
   }
   MPI_Datatype item = MPI_DATATYPE_NULL;
   MPI_Type_contiguous(static_cast<int>(itemSize), MPI_BYTE, &item);
   MPI_Type_commit(&item);
-  MPI_Alltoallv(sent, from.Counts.data(), from.Offsets.data(), item, received, to.Counts.data(), to.Offsets.data(), item,
-    this->Shared->Communicator);
+  MPI_Alltoallv(sent, from.Counts.data(), from.Offsets.data(), item, received, to.Counts.data(), to.Offsets.data(),
+    item, this->Shared->Communicator);
   MPI_Type_free(&item);
 }
 

@@ -42,8 +42,7 @@ std::vector<RowEntry> EntriesOfOthers(const VertexOwners& owners, const SparseMa
   {
     entries.insert(entries.end(), ofRank.begin(), ofRank.end());
   }
-  std::stable_sort(
-    entries.begin(), entries.end(), [](const RowEntry& a, const RowEntry& b) { return a.Row < b.Row; });
+  std::stable_sort(entries.begin(), entries.end(), [](const RowEntry& a, const RowEntry& b) { return a.Row < b.Row; });
   return entries;
 }
 

@@ -105,8 +105,9 @@ std::size_t RootOf(std::vector<std::size_t>& parents, std::size_t k)
 }
 
 /// Corrects what the ranks count of edges and vertices on seams, so that the sum over ranks counts each once.
-void CountSeamsOnce(const VertexOwners& owners, const std::vector<EdgeQuery>& edges, const std::vector<EdgeReply>& replies,
-  const MeshTopology& topology, const MeshComponents& components, ComponentParts& parts)
+void CountSeamsOnce(const VertexOwners& owners, const std::vector<EdgeQuery>& edges,
+  const std::vector<EdgeReply>& replies, const MeshTopology& topology, const MeshComponents& components,
+  ComponentParts& parts)
 {
   for (Index c = 0; c < components.Count; ++c)
   {
@@ -164,8 +165,7 @@ std::vector<Junction> JunctionsOf(const VertexOwners& owners, const MeshComponen
   {
     if (components.OfVertex[v] >= 0 && !owners.IsOwn(static_cast<Index>(v)))
     {
-      junctions.insert(
-        { owners.Group().Rank(), components.OfVertex[v], owners.Owners[v], owners.OwnerComponents[v] });
+      junctions.insert({ owners.Group().Rank(), components.OfVertex[v], owners.Owners[v], owners.OwnerComponents[v] });
     }
   }
   return { junctions.begin(), junctions.end() };
@@ -236,8 +236,8 @@ void SumOverJunctions(
 }
 } // namespace
 
-ComponentParts JoinComponents(const VertexOwners& owners, const MergedPiece& piece, const MeshTopology& topology,
-  const MeshComponents& components)
+ComponentParts JoinComponents(
+  const VertexOwners& owners, const MergedPiece& piece, const MeshTopology& topology, const MeshComponents& components)
 {
   const RankGroup& ranks = owners.Group();
   const std::vector<EdgeQuery> edges = EdgesOnSeams(piece, topology, components);

@@ -15,7 +15,7 @@ namespace surfsynth
 /// A rank's components as parts of those of the whole.
 struct ComponentParts
 {
-  std::vector<double> Area;                      ///< [components of the rank], of the whole component, square world units
+  std::vector<double> Area; ///< [components of the rank], of the whole component, square world units
   std::vector<std::int64_t> EulerCharacteristic; ///< likewise
   std::vector<bool> Closed;                      ///< likewise
 };
@@ -24,7 +24,7 @@ struct ComponentParts
 /// @param topology tables of the rank's mesh
 /// @param components of the rank's mesh
 /// @throws InvalidInput on all ranks when three or more triangles, of any ranks, share an edge.
-ComponentParts JoinComponents(const VertexOwners& owners, const MergedPiece& piece, const MeshTopology& topology,
-  const MeshComponents& components);
+ComponentParts JoinComponents(
+  const VertexOwners& owners, const MergedPiece& piece, const MeshTopology& topology, const MeshComponents& components);
 
 } // namespace surfsynth

@@ -43,8 +43,7 @@ public:
   };
 
   /// Finds the field of an earlier update, when all ranks hold it; null otherwise. Collective.
-  DistributedMaternField* Find(
-    const SurfacePiece& piece, const MaternFieldOptions& options, const SameOperators& same)
+  DistributedMaternField* Find(const SurfacePiece& piece, const MaternFieldOptions& options, const SameOperators& same)
   {
     const auto isCurrent = [&](const Prepared& held) {
       return same(held.Options, options) && held.GlobalIds == piece.GlobalIds;
@@ -55,8 +54,7 @@ public:
   }
 
   /// Assembles the field of this block in place of what was held. Collective.
-  DistributedMaternField& Build(
-    const SurfacePiece& piece, const MaternFieldOptions& options, const Progress& progress)
+  DistributedMaternField& Build(const SurfacePiece& piece, const MaternFieldOptions& options, const Progress& progress)
   {
     this->Blocks.Drop(piece.Local);
     const MeshPiece mesh{ piece.Local.Mesh, piece.Local.CellOfTriangle, piece.GlobalIds };
@@ -109,8 +107,9 @@ void PieceNoise::DropUnused() {}
 PieceNoiseResults PieceNoise::AddSamples(const SurfacePiece&, const MaternFieldOptions&, const SameOperators&,
   const SampleRequest&, const SampleSeries&, vtkDataSet*, const Progress&)
 {
-  throw InvalidInput("GatherPieces is off, and the library was built without PETSc (option SURFACE_SYNTHESIS_PETSC), which "
-                     "solves on a surface in pieces on several MPI ranks; switch GatherPieces on.");
+  throw InvalidInput(
+    "GatherPieces is off, and the library was built without PETSc (option SURFACE_SYNTHESIS_PETSC), which "
+    "solves on a surface in pieces on several MPI ranks; switch GatherPieces on.");
 }
 
 #endif

@@ -14,7 +14,7 @@
 namespace surfsynth
 {
 
-/// What was found on the way to the samples, of the whole surface.
+/// Properties of the whole surface and of its field.
 struct PieceNoiseResults
 {
   double EffectiveScreening = 0.0;        ///< see MaternField
@@ -24,7 +24,7 @@ struct PieceNoiseResults
   double LongestEdge = 0.0;               ///< world units
   double LongestSide = 0.0;               ///< of the box around the surface, world units
   int Iterations = 0;                     ///< see MaternField
-  bool IsNew = false;                     ///< false when operators and multigrid hierarchy are those of an earlier update
+  bool IsNew = false; ///< false when operators and multigrid hierarchy are those of an earlier update
 };
 
 /// True for two options with the same operators.

@@ -160,13 +160,12 @@ public:
   }
 
   /// AddField() for a surface that stays in its pieces. Collective.
-  void AddFieldInPieces(
-    const surfsynth::SurfacePiece& piece, vtkPolyData* output, const surfsynth::Progress& progress)
+  void AddFieldInPieces(const surfsynth::SurfacePiece& piece, vtkPolyData* output, const surfsynth::Progress& progress)
   {
     this->RequirePieces();
     const Surface& surface = piece.Local;
-    const surfsynth::PieceNoiseResults results = this->Pieces.AddSamples(piece, this->Options(surface, nullptr),
-      HaveSameFactor, this->Request(surface), this->Series(), output, progress);
+    const surfsynth::PieceNoiseResults results = this->Pieces.AddSamples(
+      piece, this->Options(surface, nullptr), HaveSameFactor, this->Request(surface), this->Series(), output, progress);
     if (results.IsNew)
     {
       ++this->NumberOfPieceFactorizations;
@@ -202,8 +201,8 @@ public:
       this->AddFieldInPieces(piece, output, progress);
     };
     return surfsynth::ProcessAsSurface(inputVector, outputVector, [&](vtkInformationVector* outputs) {
-      return surfsynth::ProcessRandomFields(
-        this->Self, &inputs, outputs, this->Series(), *this, this->IsWhole() ? 1 : this->Self->NumberOfSamples,
+      return surfsynth::ProcessRandomFields(this->Self, &inputs, outputs, this->Series(), *this,
+        this->IsWhole() ? 1 : this->Self->NumberOfSamples,
         this->Self->GatherPieces ? surfsynth::PieceWorker() : addInPieces);
     });
   }
@@ -360,9 +359,9 @@ private:
     {
       if (isRefused)
       {
-        throw surfsynth::InvalidInput(
-          std::string("GatherPieces is off, and ") + text +
-          ", which a surface in pieces on several MPI ranks cannot be solved with; switch GatherPieces on.");
+        throw surfsynth::InvalidInput(std::string("GatherPieces is off, and ") + text +
+          ", which a surface in pieces on several MPI ranks cannot be solved with; change it, or switch GatherPieces "
+          "on.");
       }
     }
   }
@@ -412,8 +411,7 @@ private:
       }
       else
       {
-        text << "The longest edge is " << longestEdge << ", more than a third of the correlation range "
-             << range;
+        text << "The longest edge is " << longestEdge << ", more than a third of the correlation range " << range;
       }
       text << ": the mesh is too coarse to carry the field. "
            << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; "

@@ -37,8 +37,8 @@ TriangleMesh Whole()
 /// Rank that holds triangle @p f: sectors around an axis through both parts of the mesh.
 int OwnerOf(const TriangleMesh& mesh, Index f, int count)
 {
-  const Eigen::RowVector3d center =
-    (mesh.Points.row(mesh.Triangles(f, 0)) + mesh.Points.row(mesh.Triangles(f, 1)) + mesh.Points.row(mesh.Triangles(f, 2))) /
+  const Eigen::RowVector3d center = (mesh.Points.row(mesh.Triangles(f, 0)) + mesh.Points.row(mesh.Triangles(f, 1)) +
+                                      mesh.Points.row(mesh.Triangles(f, 2))) /
     3.0;
   const double x = center[0] > 2.5 ? center[0] - 4.4 : center[0];
   const double angle = std::atan2(center[1] - (center[0] > 2.5 ? 0.4 : 0.0), x) + std::acos(-1.0);
@@ -155,7 +155,8 @@ TEST(DistributedField, SamplesAreThoseOfTheWholeTo1em8)
     DistributedMaternField field(Ranks(), piece, options);
     const Eigen::MatrixXd expected = whole.Sample(Request(2));
     const Eigen::MatrixXd values = Sample(field, piece, Request(2));
-    EXPECT_LE((values - RowsOf(expected, piece.GlobalIds)).cwiseAbs().maxCoeff(), 1e-8 * expected.cwiseAbs().maxCoeff());
+    EXPECT_LE(
+      (values - RowsOf(expected, piece.GlobalIds)).cwiseAbs().maxCoeff(), 1e-8 * expected.cwiseAbs().maxCoeff());
     EXPECT_EQ(field.NumberOfPoints(), mesh.NumberOfPoints());
     EXPECT_NEAR(field.EffectiveScreening(), whole.EffectiveScreening(), 1e-12 * whole.EffectiveScreening());
     EXPECT_NEAR(field.EffectiveCorrelationRange(), whole.EffectiveCorrelationRange(), 1e-12);
@@ -257,8 +258,7 @@ TEST(DistributedField, SeamsHaveOneValueAndARankMayHoldNothing)
   const int rank = Ranks().Rank();
   const bool single = last == 0;
   const MeshPiece piece = PieceOf(
-    mesh,
-    [&](Index f) { return single || (rank < last && OwnerOf(mesh, f, last) == rank); }, rank == 0);
+    mesh, [&](Index f) { return single || (rank < last && OwnerOf(mesh, f, last) == rank); }, rank == 0);
   DistributedMaternField field(Ranks(), piece, {});
   const Eigen::MatrixXd values = Sample(field, piece, Request());
   EXPECT_EQ(values.rows() > 0, single || rank < last);
@@ -304,7 +304,8 @@ TEST(DistributedField, ErrorsOfOneRankAreThoseOfAll)
   {
     wrong.GlobalIds.pop_back();
   }
-  EXPECT_THAT(TextOf([&] { DistributedMaternField(Ranks(), wrong, {}); }), testing::HasSubstr("expected as many ids as points"));
+  EXPECT_THAT(
+    TextOf([&] { DistributedMaternField(Ranks(), wrong, {}); }), testing::HasSubstr("expected as many ids as points"));
 }
 
 TEST(DistributedField, AnEdgeOfThreeTrianglesOnDifferentRanksIsRefused)
@@ -332,7 +333,8 @@ TEST(DistributedField, OptionsThatNeedTheWholeFactorAreRefused)
   EXPECT_THAT(textFor([](auto& o) { o.Model = NoiseModel::White; }), testing::HasSubstr("noise model"));
   EXPECT_THAT(textFor([](auto& o) { o.OperatorPower = 3; }), testing::HasSubstr("operator power"));
   EXPECT_THAT(textFor([](auto& o) { o.VarianceCorrection = true; }), testing::HasSubstr("variance is corrected"));
-  EXPECT_THAT(textFor([](auto& o) { o.Boundary = BoundaryCondition::Robin; }), testing::HasSubstr("boundary condition"));
+  EXPECT_THAT(
+    textFor([](auto& o) { o.Boundary = BoundaryCondition::Robin; }), testing::HasSubstr("boundary condition"));
   EXPECT_THAT(textFor([](auto& o) { o.CoherentNoise = true; }), testing::HasSubstr("coherent"));
   EXPECT_THAT(textFor([](auto& o) { o.Arrays.Barrier.push_back(true); }), testing::HasSubstr("arrays"));
   EXPECT_THAT(textFor([](auto& o) { o.CorrelationRange = -1.0; }), testing::HasSubstr("the correlation range is -1"));
@@ -352,7 +354,9 @@ TEST(DistributedField, StopsOnAllRanksWhenOneAsks)
     before = fraction;
     return ++reports < 5 || !asks;
   };
-  EXPECT_THROW(field.SampleInto(Request(), [&](std::uint32_t) { return values.data(); }, stop), Cancelled);
+  EXPECT_THROW(field.SampleInto(
+                 Request(), [&](std::uint32_t) { return values.data(); }, stop),
+    Cancelled);
   EXPECT_EQ(reports, 5);
   EXPECT_GT(Sample(field, piece, Request()).cwiseAbs().maxCoeff(), 0.1); // and goes on
 }
