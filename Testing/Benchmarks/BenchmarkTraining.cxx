@@ -170,7 +170,7 @@ PoissonNetOperations OperationsOf(const PoissonNetOptions& options, double verti
   return { square * (blocks * block + complexLayers), square * (blocks * (atFaces + mlp) + complexLayers) };
 }
 
-/// A network of three blocks and four samples on a sphere of 5,120 triangles.
+/// A network of three blocks and four samples on a sphere of 6,802 triangles.
 class FlowMatchingBatch
 {
 public:

@@ -32,8 +32,10 @@ struct GradientKernels
 
   /// out = GELU(in).
   void (*Gelu)(const float* in, std::int64_t count, float* out);
-  /// Multiplies @p gradient, of GELU's output, by the derivative at @p in.
-  void (*GeluBackward)(const float* in, std::int64_t count, float* gradient);
+  /// The same, and the derivatives, by which a gradient of the output is multiplied. @p slopes may be @p in
+  void (*GeluWithSlopes)(const float* in, std::int64_t count, float* out, float* slopes);
+  /// values *= factors.
+  void (*Scale)(const float* factors, std::int64_t count, float* values);
 
   /// values += scale * terms, scale [width].
   void (*AddScaled)(const float* terms, const float* scale, std::int64_t rows, std::int64_t width, float* values);
@@ -51,15 +53,24 @@ struct GradientKernels
 
   /// out = z exp(i p) (softplus(s) + 1e-8), (p, s) = phaseAndScale, [rows, 2 width].
   void (*Modulate)(const float* phaseAndScale, const float* z, std::int64_t rows, std::int64_t width, float* out);
-  /// Replaces @p phaseAndScale by the derivative by it, and @p gradient, of the output, by that by z.
+  /// The same; replaces (p, s) by the real and imaginary parts of z's factor, and sets slopes [rows, width], the derivatives of
+  /// the logarithm of its modulus by s.
+  void (*ModulateWithSlopes)(
+    float* phaseAndScale, const float* z, std::int64_t rows, std::int64_t width, float* out, float* slopes);
+  /// Replaces the factors, which ModulateWithSlopes() left with @p slopes, by the derivative by (p, s), and @p gradient, of
+  /// the output @p out, by that by z.
   void (*ModulateBackward)(
-    const float* z, std::int64_t rows, std::int64_t width, float* phaseAndScale, float* gradient);
+    const float* out, const float* slopes, std::int64_t rows, std::int64_t width, float* factors, float* gradient);
 
   /// With r = sqrt(|z|^2 + 1e-8): out = z GELU(r + bias) / (r + 1e-8), bias [width].
   void (*ComplexGelu)(const float* z, const float* bias, std::int64_t rows, std::int64_t width, float* out);
+  /// The same, and the numbers of ComplexGeluBackward(): slopes [rows, 3 width], z's factor f = GELU(r + bias) / (r + 1e-8),
+  /// and its derivatives by the bias, and by r, divided by r.
+  void (*ComplexGeluWithSlopes)(
+    const float* z, const float* bias, std::int64_t rows, std::int64_t width, float* out, float* slopes);
   /// Replaces @p gradient, of the output, by the derivative by z, and adds that by the bias to @p byBias.
   void (*ComplexGeluBackward)(
-    const float* z, const float* bias, std::int64_t rows, std::int64_t width, float* gradient, float* byBias);
+    const float* z, const float* slopes, std::int64_t rows, std::int64_t width, float* gradient, float* byBias);
 
   /// Adds area (bx re + by im) and area (by re - bx im) to the complex rows of @p sums at the corners, (bx, by) the
   /// corner's basis gradient: the divergence of a complex map of z is a real map of these sums.

@@ -44,14 +44,26 @@ void GeluOf(const float* __restrict__ in, Size count, float* __restrict__ out)
   }
 }
 
-void GeluBackward(const float* __restrict__ in, Size count, float* __restrict__ gradient)
+void GeluWithSlopes(const float* in, Size count, float* __restrict__ out, float* slopes)
 {
+#ifndef __clang__ // which takes no such hint
+#pragma GCC ivdep
+#endif
   for (Size k = 0; k < count; ++k)
   {
     float value;
-    float derivative;
-    GeluAndDerivative(in[k], value, derivative);
-    gradient[k] *= derivative;
+    float slope;
+    GeluAndDerivative(in[k], value, slope);
+    out[k] = value;
+    slopes[k] = slope;
+  }
+}
+
+void Scale(const float* __restrict__ factors, Size count, float* __restrict__ values)
+{
+  for (Size k = 0; k < count; ++k)
+  {
+    values[k] *= factors[k];
   }
 }
 
@@ -173,8 +185,9 @@ void Modulate(const float* phaseAndScale, const float* z, Size rows, Size width,
   }
 }
 
-SURFSYNTH_INLINE void ModulateBackwardRow(const float* __restrict__ x, const float* __restrict__ y, Size width,
-  float* __restrict__ phases, float* __restrict__ scales, float* __restrict__ byX, float* __restrict__ byY)
+SURFSYNTH_INLINE void ModulateWithSlopesRow(const float* __restrict__ x, const float* __restrict__ y, Size width,
+  float* __restrict__ phases, float* __restrict__ scales, float* __restrict__ outX, float* __restrict__ outY,
+  float* __restrict__ slopes)
 {
   for (Size c = 0; c < width; ++c)
   {
@@ -182,23 +195,45 @@ SURFSYNTH_INLINE void ModulateBackwardRow(const float* __restrict__ x, const flo
     float cosine;
     SinCos(phases[c], sine, cosine);
     const float scale = Softplus(scales[c]) + 1e-8F;
-    const float gx = byX[c];
-    const float gy = byY[c];
-    const float turnedX = x[c] * cosine - y[c] * sine;
-    const float turnedY = x[c] * sine + y[c] * cosine;
-    byX[c] = (gx * cosine + gy * sine) * scale;
-    byY[c] = (gy * cosine - gx * sine) * scale;
-    phases[c] = (gy * turnedX - gx * turnedY) * scale;
     // The slope of softplus is the logistic function.
-    scales[c] = (gx * turnedX + gy * turnedY) / (1.0F + Exp(-scales[c]));
+    slopes[c] = 1.0F / ((1.0F + Exp(-scales[c])) * scale);
+    const float re = cosine * scale;
+    const float im = sine * scale;
+    phases[c] = re;
+    scales[c] = im;
+    outX[c] = x[c] * re - y[c] * im;
+    outY[c] = x[c] * im + y[c] * re;
   }
 }
 
-void ModulateBackward(const float* z, Size rows, Size width, float* phaseAndScale, float* gradient)
+void ModulateWithSlopes(float* phaseAndScale, const float* z, Size rows, Size width, float* out, float* slopes)
 {
-  for (Size row = 0; row < rows; ++row, phaseAndScale += 2 * width, z += 2 * width, gradient += 2 * width)
+  for (Size row = 0; row < rows; ++row, phaseAndScale += 2 * width, z += 2 * width, out += 2 * width, slopes += width)
   {
-    ModulateBackwardRow(z, z + width, width, phaseAndScale, phaseAndScale + width, gradient, gradient + width);
+    ModulateWithSlopesRow(z, z + width, width, phaseAndScale, phaseAndScale + width, out, out + width, slopes);
+  }
+}
+
+SURFSYNTH_INLINE void ModulateBackwardRow(const float* __restrict__ outX, const float* __restrict__ outY,
+  const float* __restrict__ slopes, Size width, float* __restrict__ re, float* __restrict__ im, float* __restrict__ byX,
+  float* __restrict__ byY)
+{
+  for (Size c = 0; c < width; ++c)
+  {
+    const float gx = byX[c];
+    const float gy = byY[c];
+    byX[c] = gx * re[c] + gy * im[c];
+    byY[c] = gy * re[c] - gx * im[c];
+    re[c] = gy * outX[c] - gx * outY[c];
+    im[c] = (gx * outX[c] + gy * outY[c]) * slopes[c];
+  }
+}
+
+void ModulateBackward(const float* out, const float* slopes, Size rows, Size width, float* factors, float* gradient)
+{
+  for (Size row = 0; row < rows; ++row, out += 2 * width, slopes += width, factors += 2 * width, gradient += 2 * width)
+  {
+    ModulateBackwardRow(out, out + width, slopes, width, factors, factors + width, gradient, gradient + width);
   }
 }
 
@@ -222,9 +257,9 @@ void ComplexGelu(const float* z, const float* bias, Size rows, Size width, float
   }
 }
 
-SURFSYNTH_INLINE void ComplexGeluBackwardRow(const float* __restrict__ x, const float* __restrict__ y,
-  const float* __restrict__ bias, Size width, float* __restrict__ byX, float* __restrict__ byY,
-  float* __restrict__ byBias)
+SURFSYNTH_INLINE void ComplexGeluWithSlopesRow(const float* __restrict__ x, const float* __restrict__ y,
+  const float* __restrict__ bias, Size width, float* __restrict__ outX, float* __restrict__ outY,
+  float* __restrict__ factors, float* __restrict__ byBias, float* __restrict__ byModulus)
 {
   for (Size c = 0; c < width; ++c)
   {
@@ -234,20 +269,41 @@ SURFSYNTH_INLINE void ComplexGeluBackwardRow(const float* __restrict__ x, const 
     float slope;
     GeluAndDerivative(modulus + bias[c], gelu, slope);
     const float factor = gelu * inverse;
-    const float dot = byX[c] * x[c] + byY[c] * y[c];
-    const float here = dot * slope * inverse;
-    const float along = (here - dot * factor * inverse) / modulus;
-    byX[c] = byX[c] * factor + along * x[c];
-    byY[c] = byY[c] * factor + along * y[c];
-    byBias[c] += here;
+    outX[c] = x[c] * factor;
+    outY[c] = y[c] * factor;
+    factors[c] = factor;
+    byBias[c] = slope * inverse;
+    byModulus[c] = (slope - factor) * inverse * inverse;
   }
 }
 
-void ComplexGeluBackward(const float* z, const float* bias, Size rows, Size width, float* gradient, float* byBias)
+void ComplexGeluWithSlopes(const float* z, const float* bias, Size rows, Size width, float* out, float* slopes)
 {
-  for (Size row = 0; row < rows; ++row, z += 2 * width, gradient += 2 * width)
+  for (Size row = 0; row < rows; ++row, z += 2 * width, out += 2 * width, slopes += 3 * width)
   {
-    ComplexGeluBackwardRow(z, z + width, bias, width, gradient, gradient + width, byBias);
+    ComplexGeluWithSlopesRow(z, z + width, bias, width, out, out + width, slopes, slopes + width, slopes + 2 * width);
+  }
+}
+
+SURFSYNTH_INLINE void ComplexGeluBackwardRow(const float* __restrict__ x, const float* __restrict__ y,
+  const float* __restrict__ slopes, Size width, float* __restrict__ byX, float* __restrict__ byY,
+  float* __restrict__ byBias)
+{
+  for (Size c = 0; c < width; ++c)
+  {
+    const float dot = byX[c] * x[c] + byY[c] * y[c];
+    const float along = dot * slopes[2 * width + c];
+    byX[c] = byX[c] * slopes[c] + along * x[c];
+    byY[c] = byY[c] * slopes[c] + along * y[c];
+    byBias[c] += dot * slopes[width + c];
+  }
+}
+
+void ComplexGeluBackward(const float* z, const float* slopes, Size rows, Size width, float* gradient, float* byBias)
+{
+  for (Size row = 0; row < rows; ++row, z += 2 * width, slopes += 3 * width, gradient += 2 * width)
+  {
+    ComplexGeluBackwardRow(z, z + width, slopes, width, gradient, gradient + width, byBias);
   }
 }
 
@@ -333,9 +389,9 @@ void DotsBackward(const float* bySums, const float* __restrict__ b, const FaceRo
 }
 } // namespace
 
-extern const GradientKernels SURFSYNTH_KERNELS = { FillRows, AddColumnSums, GeluOf, GeluBackward, AddScaled,
-  AddScaledBackward, Gradient, CornerMean, AddTransposed, Modulate, ModulateBackward, ComplexGelu, ComplexGeluBackward,
-  AddDivergence, DivergenceTransposed, AddDots, DotsBackward };
+extern const GradientKernels SURFSYNTH_KERNELS = { FillRows, AddColumnSums, GeluOf, GeluWithSlopes, Scale, AddScaled,
+  AddScaledBackward, Gradient, CornerMean, AddTransposed, Modulate, ModulateWithSlopes, ModulateBackward, ComplexGelu,
+  ComplexGeluWithSlopes, ComplexGeluBackward, AddDivergence, DivergenceTransposed, AddDots, DotsBackward };
 
 } // namespace surfsynth
 

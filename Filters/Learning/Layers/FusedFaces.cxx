@@ -51,16 +51,18 @@ struct FaceTransposes
 class FaceTile
 {
 public:
-  /// @param transposes for Backward()
-  FaceTile(const PoissonTables& tables, const variable_list& in, const FaceTransposes& transposes = {})
+  /// @param transposes for Backward(), or null; with them Forward() keeps the slopes of activations
+  FaceTile(const PoissonTables& tables, const variable_list& in, const FaceTransposes* transposes = nullptr)
     : Patches(tables.Patches)
     , Width(in[FaceX].size(-1))
     , Layers(in[FaceLayers].size(0))
     , Weights{ DataOf(in[FaceModulator]), DataOf(in[FaceModulatorBias]), DataOf(in[FaceLayers]),
       DataOf(in[FaceBiases]) }
-    , Transposes{ DataOf(transposes.Modulator), nullptr, DataOf(transposes.Layers), nullptr }
+    , Transposes{ transposes ? DataOf(transposes->Modulator) : nullptr, nullptr,
+      transposes ? DataOf(transposes->Layers) : nullptr, nullptr }
     , Kernels(BestGradientKernels())
-    , Scratch(StepTileRows * this->Width * (2 * (2 * this->Layers + 6) + 2))
+    , KeepsSlopes(transposes != nullptr)
+    , Scratch(StepTileRows * this->Width * (2 * (2 * this->Layers + 6) + 3 + 3 * this->Layers))
   {
     const std::int64_t complexRows = 2 * StepTileRows * this->Width;
     this->Gradient = this->Scratch.Take(complexRows);
@@ -72,7 +74,9 @@ public:
     for (std::int64_t k = 0; k < this->Layers; ++k)
     {
       this->Products.push_back(this->Scratch.Take(complexRows));
+      this->Slopes.push_back(this->Scratch.Take(3 * StepTileRows * this->Width));
     }
+    this->ModulationSlopes = this->Scratch.Take(StepTileRows * this->Width);
     this->Derivative = this->Scratch.Take(complexRows);
     this->Other = this->Scratch.Take(complexRows);
     this->Third = this->Scratch.Take(complexRows);
@@ -85,23 +89,28 @@ public:
   {
     this->First = first;
     this->Rows = rows;
+    const std::int64_t width = this->Width;
     const FaceRows faces = this->Of(this->Patches.Corners);
-    this->Kernels.Gradient(x, faces, this->Width, this->Gradient);
+    this->Kernels.Gradient(x, faces, width, this->Gradient);
     if (this->Weights.Modulator)
     {
-      this->Kernels.CornerMean(hidden, faces, this->Width, this->Mean);
-      this->Kernels.Gelu(this->Mean, rows * this->Width, this->Activated);
-      this->Kernels.FillRows(this->Weights.ModulatorBias, rows, 2 * this->Width, this->PhaseAndScale);
-      MultiplyInCache({ this->Activated, this->Width }, { this->Weights.Modulator, 2 * this->Width },
-        this->PhaseAndScale, 2 * this->Width, rows, this->Width, 2 * this->Width, true);
-      this->Kernels.Modulate(this->PhaseAndScale, this->Gradient, rows, this->Width, this->States[0]);
+      this->Kernels.CornerMean(hidden, faces, width, this->Mean);
+      this->ModulateGradient();
     }
     for (std::int64_t k = 0; k < this->Layers; ++k)
     {
-      MultiplyInCache({ this->States[k], 2 * this->Width }, { this->LayerOf(this->Weights, k), 2 * this->Width },
-        this->Products[k], 2 * this->Width, rows, 2 * this->Width, 2 * this->Width);
-      this->Kernels.ComplexGelu(
-        this->Products[k], this->Weights.Biases + k * this->Width, rows, this->Width, this->States[k + 1]);
+      float* const product = this->Products[k];
+      const float* const bias = this->Weights.Biases + k * width;
+      MultiplyInCache({ this->States[k], 2 * width }, { this->LayerOf(this->Weights, k), 2 * width }, product,
+        2 * width, rows, 2 * width, 2 * width);
+      if (this->KeepsSlopes)
+      {
+        this->Kernels.ComplexGeluWithSlopes(product, bias, rows, width, this->States[k + 1], this->Slopes[k]);
+      }
+      else
+      {
+        this->Kernels.ComplexGelu(product, bias, rows, width, this->States[k + 1]);
+      }
     }
   }
 
@@ -130,8 +139,8 @@ public:
     float* next = this->Other;
     for (std::int64_t k = this->Layers - 1; k >= 0; --k)
     {
-      this->Kernels.ComplexGeluBackward(this->Products[k], this->Weights.Biases + k * width, rows, width, derivative,
-        weights.Of(FaceBiases, part) + k * width);
+      this->Kernels.ComplexGeluBackward(
+        this->Products[k], this->Slopes[k], rows, width, derivative, weights.Of(FaceBiases, part) + k * width);
       MultiplyInCache({ this->States[k], 2 * width, true }, { derivative, 2 * width },
         weights.Of(FaceLayers, part) + 4 * k * width * width, 2 * width, 2 * width, rows, 2 * width, true);
       MultiplyInCache({ derivative, 2 * width }, { this->LayerOf(this->Transposes, k), 2 * width }, next, 2 * width,
@@ -164,18 +173,47 @@ private:
     return matrices.Layers + 4 * k * this->Width * this->Width;
   }
 
+  /// Sets the first state to the gradients times the factors of the corners' mean, in whose place the slopes of its activation
+  /// are left if they are kept.
+  void ModulateGradient()
+  {
+    const std::int64_t width = this->Width;
+    const std::int64_t rows = this->Rows;
+    if (this->KeepsSlopes)
+    {
+      this->Kernels.GeluWithSlopes(this->Mean, rows * width, this->Activated, this->Mean);
+    }
+    else
+    {
+      this->Kernels.Gelu(this->Mean, rows * width, this->Activated);
+    }
+    this->Kernels.FillRows(this->Weights.ModulatorBias, rows, 2 * width, this->PhaseAndScale);
+    MultiplyInCache({ this->Activated, width }, { this->Weights.Modulator, 2 * width }, this->PhaseAndScale, 2 * width,
+      rows, width, 2 * width, true);
+    if (this->KeepsSlopes)
+    {
+      this->Kernels.ModulateWithSlopes(
+        this->PhaseAndScale, this->Gradient, rows, width, this->States[0], this->ModulationSlopes);
+    }
+    else
+    {
+      this->Kernels.Modulate(this->PhaseAndScale, this->Gradient, rows, width, this->States[0]);
+    }
+  }
+
   /// Replaces the derivative by the modulated gradients by that by the gradients; returns that by the corners' mean.
   const float* ModulationBackward(const PartSums& weights, std::int64_t part, float* derivative)
   {
     const std::int64_t width = this->Width;
     const std::int64_t rows = this->Rows;
-    this->Kernels.ModulateBackward(this->Gradient, rows, width, this->PhaseAndScale, derivative);
+    this->Kernels.ModulateBackward(
+      this->States[0], this->ModulationSlopes, rows, width, this->PhaseAndScale, derivative);
     this->Kernels.AddColumnSums(this->PhaseAndScale, rows, 2 * width, weights.Of(FaceModulatorBias, part));
     MultiplyInCache({ this->Activated, width, true }, { this->PhaseAndScale, 2 * width },
       weights.Of(FaceModulator, part), 2 * width, width, rows, 2 * width, true);
     MultiplyInCache({ this->PhaseAndScale, 2 * width }, { this->Transposes.Modulator, width }, this->Activated, width,
       rows, 2 * width, width);
-    this->Kernels.GeluBackward(this->Mean, rows * width, this->Activated);
+    this->Kernels.Scale(this->Mean, rows * width, this->Activated);
     return this->Activated;
   }
 
@@ -185,11 +223,14 @@ private:
   Matrices Weights;
   Matrices Transposes;
   const GradientKernels& Kernels;
+  bool KeepsSlopes;
   TileScratch Scratch;
   float* Gradient;
   float* PhaseAndScale;
   std::vector<float*> States;
   std::vector<float*> Products;
+  std::vector<float*> Slopes; ///< of the activations of each layer, [rows, 3 W]
+  float* ModulationSlopes;
   float* Derivative;
   float* Other;
   float* Third;
@@ -290,7 +331,7 @@ variable_list FaceDerivatives(const PoissonTables& tables, const variable_list& 
   ForStepTasks(batch * patches.Count(), [&](std::int64_t part, std::int64_t task) {
     const std::int64_t b = task / patches.Count();
     const std::int64_t p = task % patches.Count();
-    FaceTile tile(tables, in, transposes);
+    FaceTile tile(tables, in, &transposes);
     TileScratch scratch(points * stride);
     float* sums = scratch.Take(patches.Points(p) * stride);
     std::fill_n(sums, patches.Points(p) * stride, 0.0F);

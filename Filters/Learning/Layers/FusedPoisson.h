@@ -3,7 +3,8 @@
 /// Parts of a PoissonNet [Maesumi2025] on the processor in float32, each a single differentiable step. Private to Learning.
 ///
 /// The steps work on tiles of faces or vertices that stay in cache, and keep their inputs only: the backward pass computes
-/// the rest again, one tile at a time, so that no array of all faces exists. A complex map is one real matrix product on
+/// the rest again, one tile at a time, so that no array of all faces exists. With the values it then computes the slopes of
+/// activations: an exponential serves both, and the way back through an activation is a product. A complex map is one real matrix product on
 /// rows of real parts and imaginary parts. Results and derivatives have the same bits for every number of threads. Second
 /// derivatives are refused.
 #pragma once

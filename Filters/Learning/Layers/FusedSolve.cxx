@@ -38,11 +38,9 @@ public:
     for (Eigen::Index row = 0; row < this->Rows.rows(); ++row)
     {
       const float* from = values + order[static_cast<std::size_t>(row)] * channels + first;
-      for (std::int64_t c = 0; c < this->Count; ++c)
-      {
-        this->Rows(row, c) = static_cast<double>(from[c]);
-        check += this->Rows(row, c);
-      }
+      auto to = this->Rows.row(row).head(this->Count);
+      to = Eigen::Map<const Eigen::RowVectorXf>(from, this->Count).cast<double>();
+      check += to.sum();
     }
     if (!std::isfinite(check))
     {
@@ -89,10 +87,7 @@ public:
     for (Eigen::Index row = 0; row < this->Rows.rows(); ++row)
     {
       float* to = values + order[static_cast<std::size_t>(row)] * channels + first;
-      for (std::int64_t c = 0; c < this->Count; ++c)
-      {
-        to[c] = static_cast<float>(this->Rows(row, c));
-      }
+      Eigen::Map<Eigen::RowVectorXf>(to, this->Count) = this->Rows.row(row).head(this->Count).cast<float>();
     }
     for (const Index vertex : this->Tables.Unused)
     {

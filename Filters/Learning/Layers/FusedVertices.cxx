@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace surfsynth
 {
@@ -54,12 +55,12 @@ public:
       MultiplyInCache({ this->Row(k, first), width }, { this->FirstTransposed(k), width }, this->Arrays[Hidden1], width,
         rows, width, width, true);
     }
-    this->Kernels.Gelu(this->Arrays[Hidden1], rows * width, this->Arrays[Active1]);
+    this->Activate(Hidden1, rows, Active1);
     this->Affine(1, this->Arrays[Active1], rows, this->Arrays[Terms1]);
     std::copy_n(this->Row(0, first), rows * width, this->Arrays[Middle]);
     this->Kernels.AddScaled(this->Arrays[Terms1], this->Weight(VertexScales), rows, width, this->Arrays[Middle]);
     this->Affine(2, this->Arrays[Middle], rows, this->Arrays[Hidden2]);
-    this->Kernels.Gelu(this->Arrays[Hidden2], rows * width, this->Arrays[Active2]);
+    this->Activate(Hidden2, rows, Active2);
     this->Affine(3, this->Arrays[Active2], rows, this->Arrays[Terms2]);
   }
 
@@ -100,7 +101,7 @@ public:
 private:
   enum Array
   {
-    Hidden1,
+    Hidden1, ///< hidden values, then slopes of their activation
     Active1,
     Terms1,
     Middle,
@@ -134,6 +135,12 @@ private:
     MultiplyInCache({ in, this->Width }, { this->Transposes[k].data_ptr<float>(), this->Width }, out, this->Width, rows,
       this->Width, this->Width, true);
   }
+  /// Leaves the slopes in place of the hidden values.
+  void Activate(Array hidden, std::int64_t rows, Array active)
+  {
+    float* const values = this->Arrays[hidden];
+    this->Kernels.GeluWithSlopes(values, rows * this->Width, this->Arrays[active], values);
+  }
   /// Adds derivatives by map and bias @p k from those by its result in Other.
   void WeightGradient(std::size_t k, const float* in, std::int64_t rows, const PartSums& sums, std::int64_t part)
   {
@@ -153,8 +160,8 @@ private:
       gradient, this->Arrays[terms], this->Weight(scale), rows, width, other, sums.Of(scale, part));
     this->WeightGradient(k + 1, this->Arrays[k == 0 ? Active1 : Active2], rows, sums, part);
     MultiplyInCache({ other, width }, { this->Weight(k + 1), width }, this->Arrays[terms], width, rows, width, width);
-    this->Kernels.GeluBackward(this->Arrays[k == 0 ? Hidden1 : Hidden2], rows * width, this->Arrays[terms]);
-    std::copy_n(this->Arrays[terms], rows * width, other);
+    this->Kernels.Scale(this->Arrays[k == 0 ? Hidden1 : Hidden2], rows * width, this->Arrays[terms]);
+    std::swap(this->Arrays[terms], this->Arrays[Other]);
   }
 
   const variable_list& Inputs;

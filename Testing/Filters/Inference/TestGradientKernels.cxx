@@ -68,6 +68,15 @@ double Dot(const Floats& a, const Floats& b)
   return sum;
 }
 
+void ExpectNear(const Floats& found, const Floats& expected, double limit)
+{
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k)
+  {
+    EXPECT_NEAR(found[k], expected[k], limit * (1.0 + std::abs(static_cast<double>(expected[k])))) << k;
+  }
+}
+
 /// The derivative of <f(x), weights> along @p direction by central differences.
 double Slope(
   const std::function<Floats(const Floats&)>& f, const Floats& x, const Floats& direction, const Floats& weights)
@@ -113,8 +122,12 @@ TEST_P(GradientKernelsOf, GeluHasItsDerivative)
   }
   const Floats direction = Numbers(Complex, 2);
   const Floats weights = Numbers(Complex, 3);
+  Floats again(x.size());
+  Floats slopes = x; // in place
+  this->Kernels.GeluWithSlopes(slopes.data(), static_cast<std::int64_t>(x.size()), again.data(), slopes.data());
+  ExpectNear(again, values, 1e-6);
   Floats gradient = weights;
-  this->Kernels.GeluBackward(x.data(), static_cast<std::int64_t>(x.size()), gradient.data());
+  this->Kernels.Scale(slopes.data(), static_cast<std::int64_t>(x.size()), gradient.data());
   EXPECT_NEAR(Dot(gradient, direction), Slope(gelu, x, direction, weights), 1e-3);
 }
 
@@ -136,7 +149,11 @@ TEST_P(GradientKernelsOf, ComplexGeluHasItsDerivatives)
   const Floats weights = Numbers(Complex, 7);
   Floats gradient = weights;
   Floats byBias(Width, 1.0F);
-  this->Kernels.ComplexGeluBackward(z.data(), bias.data(), Rows, Width, gradient.data(), byBias.data());
+  Floats again(Complex);
+  Floats slopes(3 * Plain);
+  this->Kernels.ComplexGeluWithSlopes(z.data(), bias.data(), Rows, Width, again.data(), slopes.data());
+  ExpectNear(again, out, 1e-6);
+  this->Kernels.ComplexGeluBackward(z.data(), slopes.data(), Rows, Width, gradient.data(), byBias.data());
   const Floats direction = Numbers(Complex, 2);
   EXPECT_NEAR(
     Dot(gradient, direction), Slope([&](const Floats& at) { return evaluate(at, bias); }, z, direction, weights), 2e-3);
@@ -162,7 +179,11 @@ TEST_P(GradientKernelsOf, ModulationHasItsDerivatives)
     2e-6);
   Floats byPhases = phases;
   Floats byZ = weights;
-  this->Kernels.ModulateBackward(z.data(), Rows, Width, byPhases.data(), byZ.data());
+  Floats again(Complex);
+  Floats slopes(Plain);
+  this->Kernels.ModulateWithSlopes(byPhases.data(), z.data(), Rows, Width, again.data(), slopes.data());
+  ExpectNear(again, evaluate(phases, z), 1e-6);
+  this->Kernels.ModulateBackward(again.data(), slopes.data(), Rows, Width, byPhases.data(), byZ.data());
   const Floats direction = Numbers(Complex, 4);
   EXPECT_NEAR(Dot(byPhases, direction),
     Slope([&](const Floats& at) { return evaluate(at, z); }, phases, direction, weights), 2e-3);
