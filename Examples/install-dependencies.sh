@@ -32,8 +32,8 @@ packages=(
 )
 testing_packages=(
   clang clang-format clang-tidy libbenchmark-dev libclang-rt-14-dev libgmock-dev libgtest-dev python3-pytest python3-scipy
-  # fields on meshes in pieces: PETSc (BSD-2-Clause) with hypre (Apache-2.0 or MIT), and OpenMPI (BSD-3-Clause)
-  libpetsc-real-dev openmpi-bin
+  # meshes distributed over ranks: PETSc (BSD-2-Clause) with hypre (Apache-2.0 or MIT), Open MPI (BSD-3-Clause)
+  libopenmpi-dev libpetsc-real-dev openmpi-bin pkg-config
   # packages and wheels, before a release
   debootstrap dpkg-dev python3-pip python3-skbuild python3-venv
 )

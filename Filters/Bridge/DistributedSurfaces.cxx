@@ -135,43 +135,6 @@ bool Fits(vtkDataArray* array, vtkIdType tuples)
   return array && array->GetNumberOfTuples() == tuples && array->GetNumberOfComponents() == 1;
 }
 
-/// Points, polygons and strips without ghosts, with global ids where they are there.
-vtkSmartPointer<vtkPolyData> Geometry(vtkPolyData* piece)
-{
-  auto geometry = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkCellArray> polys;
-  vtkNew<vtkCellArray> strips;
-  geometry->SetPolys(polys);
-  geometry->SetStrips(strips);
-  if (!piece || !piece->GetPoints())
-  {
-    return geometry;
-  }
-  geometry->SetPoints(piece->GetPoints());
-  vtkUnsignedCharArray* ghosts = piece->GetCellGhostArray();
-  ghosts = Fits(ghosts, piece->GetNumberOfCells()) ? ghosts : nullptr;
-  vtkDataArray* cellIds = piece->GetCellData()->GetGlobalIds();
-  cellIds = Fits(cellIds, piece->GetNumberOfCells()) ? cellIds : nullptr;
-  vtkNew<vtkIdTypeArray> keptIds;
-  keptIds->SetName("GlobalCellIds");
-  const vtkIdType firstPoly = piece->GetNumberOfVerts() + piece->GetNumberOfLines();
-  CopyCells(piece->GetPolys(), firstPoly, ghosts, cellIds, polys, keptIds);
-  CopyCells(piece->GetStrips(), firstPoly + piece->GetNumberOfPolys(), ghosts, cellIds, strips, keptIds);
-  if (cellIds)
-  {
-    geometry->GetCellData()->SetGlobalIds(keptIds);
-  }
-  vtkDataArray* pointIds = piece->GetPointData()->GetGlobalIds();
-  if (Fits(pointIds, piece->GetNumberOfPoints()))
-  {
-    vtkNew<vtkIdTypeArray> ids;
-    ids->DeepCopy(pointIds);
-    ids->SetName("GlobalPointIds");
-    geometry->GetPointData()->SetGlobalIds(ids);
-  }
-  return geometry;
-}
-
 std::int64_t Surfaces(vtkPolyData* piece) { return piece->GetNumberOfPolys() + piece->GetNumberOfStrips(); }
 
 using PieceList = std::vector<vtkSmartPointer<vtkPolyData>>;
@@ -343,6 +306,48 @@ PieceList GatherAll(const Ranks& ranks, vtkPolyData* geometry)
 }
 } // namespace
 
+vtkSmartPointer<vtkPolyData> GeometryOf(vtkPolyData* piece)
+{
+  auto geometry = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkCellArray> polys;
+  vtkNew<vtkCellArray> strips;
+  geometry->SetPolys(polys);
+  geometry->SetStrips(strips);
+  if (!piece || !piece->GetPoints())
+  {
+    return geometry;
+  }
+  geometry->SetPoints(piece->GetPoints());
+  vtkUnsignedCharArray* ghosts = piece->GetCellGhostArray();
+  ghosts = Fits(ghosts, piece->GetNumberOfCells()) ? ghosts : nullptr;
+  vtkDataArray* cellIds = piece->GetCellData()->GetGlobalIds();
+  cellIds = Fits(cellIds, piece->GetNumberOfCells()) ? cellIds : nullptr;
+  vtkNew<vtkIdTypeArray> keptIds;
+  keptIds->SetName("GlobalCellIds");
+  const vtkIdType firstPoly = piece->GetNumberOfVerts() + piece->GetNumberOfLines();
+  CopyCells(piece->GetPolys(), firstPoly, ghosts, cellIds, polys, keptIds);
+  CopyCells(piece->GetStrips(), firstPoly + piece->GetNumberOfPolys(), ghosts, cellIds, strips, keptIds);
+  if (cellIds)
+  {
+    geometry->GetCellData()->SetGlobalIds(keptIds);
+  }
+  vtkDataArray* pointIds = piece->GetPointData()->GetGlobalIds();
+  if (Fits(pointIds, piece->GetNumberOfPoints()))
+  {
+    vtkNew<vtkIdTypeArray> ids;
+    ids->DeepCopy(pointIds);
+    ids->SetName("GlobalPointIds");
+    geometry->GetPointData()->SetGlobalIds(ids);
+  }
+  return geometry;
+}
+
+int CountOwners(const Ranks& ranks, vtkPolyData* geometry)
+{
+  const auto owns = ranks.Gather({ Surfaces(geometry) > 0 });
+  return static_cast<int>(std::count_if(owns.begin(), owns.end(), [](const auto& of) { return of[0] != 0; }));
+}
+
 bool RepeatsGlobalIds(vtkPolyData* piece)
 {
   vtkDataArray* ids = piece->GetPointData()->GetGlobalIds();
@@ -361,7 +366,7 @@ bool RepeatsGlobalIds(vtkPolyData* piece)
 
 GatheredSurface GatherPieces(const Ranks& ranks, vtkPolyData* piece)
 {
-  const vtkSmartPointer<vtkPolyData> geometry = Geometry(piece);
+  const vtkSmartPointer<vtkPolyData> geometry = GeometryOf(piece);
   const bool hasPoints = geometry->GetNumberOfPoints() > 0;
   const auto facts = ranks.Gather({ Surfaces(geometry), hasPoints && !geometry->GetPointData()->GetGlobalIds(),
     Surfaces(geometry) > 0 && !geometry->GetCellData()->GetGlobalIds(), RepeatsGlobalIds(geometry) });

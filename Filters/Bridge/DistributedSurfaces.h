@@ -56,6 +56,12 @@ struct GatheredSurface
   int TakenFrom = -1;                     ///< the rank whose piece is the whole surface as it is; -1 when there is none
 };
 
+/// Points, polygons and strips of a piece without its ghost cells, with global ids where they are there.
+vtkSmartPointer<vtkPolyData> GeometryOf(vtkPolyData* piece);
+
+/// Number of ranks whose @p geometry has polygons or strips. Collective.
+int CountOwners(const Ranks& ranks, vtkPolyData* geometry);
+
 /// Puts the pieces of all ranks together, so that every rank has the same.
 ///
 ///  - Cells that are marked as ghosts are left out, and so are cells that several pieces hold.

@@ -139,9 +139,10 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT bool RequireSeries(vtkAlgorithm* self, const Sa
 /// @param internals has Begin(), AddField(surface, output, progress), Find(surface) for the field held, and Fields, a
 /// RandomFieldCache.
 /// @param parts things that ranks share: see ProcessSurfaces(); 0 for the samples
+/// @param pieceWorker work on surfaces that stay in pieces: see ProcessSurfaces()
 template <typename Internals>
 int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const SampleSeries& series, Internals& internals, int parts = 0)
+  const SampleSeries& series, Internals& internals, int parts = 0, const PieceWorker& pieceWorker = {})
 {
   if (!RequireSeries(self, series, inputVector, outputVector))
   {
@@ -152,8 +153,8 @@ int ProcessRandomFields(vtkAlgorithm* self, vtkInformationVector** inputVector, 
     internals.AddField(surface, output, progress);
   };
   const auto isHeld = [&internals](const Surface& surface) { return internals.Find(surface) != nullptr; };
-  const int success = ProcessSurfaces(
-    self, inputVector, outputVector, MeshRequirements(), addField, isHeld, parts > 0 ? parts : series.NumberOfSamples);
+  const int success = ProcessSurfaces(self, inputVector, outputVector, MeshRequirements(), addField, isHeld,
+    parts > 0 ? parts : series.NumberOfSamples, pieceWorker);
   if (success && !self->GetAbortExecute())
   {
     internals.Fields.DropUnused();

@@ -93,6 +93,19 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT PointMatrix ConvertPoints(vtkPolyData* input);
 /// Work of a filter on one surface: fills @p output, which already holds a shallow copy of the input.
 using SurfaceWorker = std::function<void(const Surface& surface, vtkPolyData* output, const Progress& progress)>;
 
+/// One rank's piece of a surface of which several ranks hold a piece.
+struct SurfacePiece
+{
+  Surface Local; ///< all points of the piece, and its triangles without ghost cells; no tables; may be empty
+  std::vector<std::int64_t> GlobalIds; ///< of the points; empty for none
+};
+
+/// Work of a filter on one surface that stays in its pieces: called on all ranks, throws on all ranks what it throws on one.
+using PieceWorker = std::function<void(const SurfacePiece& piece, vtkPolyData* output, const Progress& progress)>;
+
+/// Returns the number that each rank of the pipeline gives, in the order of ranks. Collective.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<std::int64_t> GatherFromRanks(std::int64_t number);
+
 /// Work of a filter with several outputs on one surface. @p outputs holds a shallow copy of the input for each output
 /// of the series; those with an index k for which k % surface.Part.Count == surface.Part.Index are to be filled.
 using SurfaceSeriesWorker =
@@ -128,12 +141,13 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT int AcceptSurfaces(vtkInformation* info);
 ///    point arrays and the field data back to the pieces, and reports an error on all ranks. New cell arrays are an
 ///    error there; the arrays of pieces are not gathered. Work of one part is done where a surface lies whole. Points
 ///    of different pieces are the same when their global ids are, or else their coordinates; with global ids of points
-///    and cells the result has the same bits as on one rank.
+///    and cells the result has the same bits as on one rank;
+///  - leaves a surface of which several ranks hold pieces in these pieces where there is a @p pieceWorker.
 /// @return 0 when a polydata input failed, else 1: in a composite input a failed block is reported and left empty, and
 /// the others are kept. An abort is no failure: the output is empty, and the next update runs again.
 VTKSURFACESYNTHESISBRIDGE_EXPORT int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector,
   vtkInformationVector* outputVector, const MeshRequirements& requirements, const SurfaceWorker& worker,
-  const ValidSurface& isKnownValid = {}, int parts = 1);
+  const ValidSurface& isKnownValid = {}, int parts = 1, const PieceWorker& pieceWorker = {});
 
 /// The same for a filter that makes several outputs of each surface, which are arranged as OutputSeries says. On
 /// several MPI ranks the parts that ranks share are the outputs.

@@ -48,13 +48,14 @@ class Processing
 {
 public:
   Processing(vtkAlgorithm* self, const MeshRequirements& requirements, const SurfaceSeries& series,
-    const ValidSurface& isKnownValid, int parts)
+    const ValidSurface& isKnownValid, int parts, const PieceWorker& pieceWorker)
     : Steps(self)
     , Self(self)
     , Requirements(requirements)
     , Series(series)
     , IsKnownValid(isKnownValid)
     , Parts(parts)
+    , OfPieces(pieceWorker)
   {}
 
   PipelineProgress Steps;
@@ -86,6 +87,14 @@ public:
     if (!error.empty())
     {
       return this->Conclude(error, at, outputs);
+    }
+    if (this->OfPieces && several)
+    {
+      const auto geometry = GeometryOf(input);
+      if (CountOwners(ranks, geometry) > 1)
+      {
+        return this->Conclude(this->WorkInPieces(ranks, input, geometry, outputs.front(), at, progress), at, outputs);
+      }
     }
     const GatheredSurface gathered = GatherPieces(ranks, input);
     if (gathered.Owners == 0)
@@ -274,6 +283,59 @@ private:
     return inPlace ? error : this->HandBackAll(ranks, gathered, wholes, outputs);
   }
 
+  /// This rank's piece as the core sees it.
+  static SurfacePiece ConvertPiece(vtkPolyData* geometry, const BlockPlace& at)
+  {
+    SurfacePiece piece;
+    if (geometry->GetNumberOfPolys() + geometry->GetNumberOfStrips() > 0)
+    {
+      piece.Local = ConvertSurface(geometry);
+    }
+    else if (geometry->GetNumberOfPoints() > 0)
+    {
+      piece.Local.Mesh.Points = ConvertPoints(geometry);
+    }
+    piece.Local.FlatIndex = at.FlatIndex;
+    piece.Local.Where = at.Name;
+    vtkDataArray* ids = geometry->GetPointData()->GetGlobalIds();
+    for (vtkIdType k = 0; ids && k < ids->GetNumberOfTuples(); ++k)
+    {
+      piece.GlobalIds.push_back(static_cast<std::int64_t>(ids->GetTuple1(k)));
+    }
+    return piece;
+  }
+
+  /// Work on a surface that stays in its pieces. Collective.
+  /// @return the text of what went wrong on some rank; empty when nothing did.
+  std::string WorkInPieces(const Ranks& ranks, vtkPolyData* input, vtkPolyData* geometry, vtkPolyData* output,
+    const BlockPlace& at, const Progress& progress) const
+  {
+    SurfacePiece piece;
+    const auto convert = [&] {
+      output->ShallowCopy(input);
+      piece = ConvertPiece(geometry, at);
+    };
+    std::string error = ranks.FirstText(Attempt(input, convert));
+    if (!error.empty())
+    {
+      return error;
+    }
+    bool cancelled = false;
+    const auto work = [&] {
+      try
+      {
+        this->OfPieces(piece, output, progress);
+      }
+      catch (const Cancelled&)
+      {
+        cancelled = true;
+      }
+    };
+    error = Attempt(input, work);
+    CancelTogether(ranks, cancelled);
+    return ranks.FirstText(error);
+  }
+
   /// Gives each rank its part of what the workers have made of the whole surface, and finishes it. Collective.
   /// @return the text of what went wrong on some rank.
   std::string HandBackAll(
@@ -377,6 +439,7 @@ private:
   const SurfaceSeries& Series;
   const ValidSurface& IsKnownValid;
   int Parts;
+  const PieceWorker& OfPieces;
 };
 
 /// Throws Cancelled; reports inputs of another type.
@@ -411,10 +474,11 @@ bool Process(
 }
 
 int ProcessParts(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const MeshRequirements& requirements, const SurfaceSeries& series, const ValidSurface& isKnownValid, int parts)
+  const MeshRequirements& requirements, const SurfaceSeries& series, const ValidSurface& isKnownValid, int parts,
+  const PieceWorker& pieceWorker = {})
 {
   return RunGuarded(self, outputVector, [&] {
-    Processing processing(self, requirements, series, isKnownValid, parts);
+    Processing processing(self, requirements, series, isKnownValid, parts, pieceWorker);
     const auto input = AsSurfaces(vtkDataObject::GetData(inputVector[0]));
     return Process(processing, self, series.Outputs, input, vtkDataObject::GetData(outputVector));
   });
@@ -430,13 +494,24 @@ int AcceptSurfaces(vtkInformation* info)
   return 1;
 }
 
+std::vector<std::int64_t> GatherFromRanks(std::int64_t number)
+{
+  std::vector<std::int64_t> numbers;
+  for (const auto& ofRank : Ranks(Ranks::Several()).Gather({ number }))
+  {
+    numbers.push_back(ofRank.front());
+  }
+  return numbers;
+}
+
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,
-  const MeshRequirements& requirements, const SurfaceWorker& worker, const ValidSurface& isKnownValid, int parts)
+  const MeshRequirements& requirements, const SurfaceWorker& worker, const ValidSurface& isKnownValid, int parts,
+  const PieceWorker& pieceWorker)
 {
   SurfaceSeries single;
   single.Worker = [&worker](const Surface& surface, const std::vector<vtkPolyData*>& outputs,
                     const Progress& progress) { worker(surface, outputs.front(), progress); };
-  return ProcessParts(self, inputVector, outputVector, requirements, single, isKnownValid, parts);
+  return ProcessParts(self, inputVector, outputVector, requirements, single, isKnownValid, parts, pieceWorker);
 }
 
 int ProcessSurfaces(vtkAlgorithm* self, vtkInformationVector** inputVector, vtkInformationVector* outputVector,

@@ -6,7 +6,7 @@
 #include <mpi.h>
 
 #include <algorithm>
-#include <array>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <numeric>
@@ -48,6 +48,17 @@ bool IsInitialized()
   int initialized = 0;
   MPI_Initialized(&initialized);
   return initialized != 0;
+}
+
+/// Ends what World() has begun.
+void FinalizeMpi()
+{
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (!finalized)
+  {
+    MPI_Finalize();
+  }
 }
 
 enum class Failure : std::int64_t
@@ -138,6 +149,7 @@ RankGroup RankGroup::World()
   if (!IsInitialized())
   {
     MPI_Init(nullptr, nullptr);
+    std::atexit(FinalizeMpi);
   }
   MPI_Comm own = MPI_COMM_NULL;
   MPI_Comm_dup(MPI_COMM_WORLD, &own);

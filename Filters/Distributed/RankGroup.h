@@ -20,7 +20,7 @@ namespace surfsynth
 class RankGroup
 {
 public:
-  /// All ranks of the job. Initializes MPI where the program has not.
+  /// All ranks of the job. Initializes MPI where the program has not, and finalizes it at the end of the program then.
   static RankGroup World();
   /// The ranks with these numbers in World(), in this order; only they call.
   /// @throws InvalidInput when the numbers repeat, as those of ranks of several jobs do.

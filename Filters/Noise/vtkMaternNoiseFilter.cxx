@@ -6,6 +6,7 @@
 #include "DisplacementNoise.h"
 #include "FieldArrays.h"
 #include "FilterSupport.h"
+#include "PieceNoise.h"
 #include "RandomFields.h"
 #include "Reporting.h"
 #include "SurfaceBridge.h"
@@ -28,6 +29,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 using surfsynth::MaternField;
@@ -101,6 +103,7 @@ public:
     this->NumberOfIterations = 0;
     this->EffectiveScreening = this->EffectiveCorrelationRange = this->Gamma = this->RelativeResidual = 0.0;
     this->Fields.Begin();
+    this->Pieces.Begin();
     this->Displaced.Begin(this->Directions());
   }
 
@@ -156,6 +159,28 @@ public:
     this->RelativeResidual = std::max(this->RelativeResidual, field.RelativeResidual());
   }
 
+  /// AddField() for a surface that stays in its pieces. Collective.
+  void AddFieldInPieces(const surfsynth::SurfacePiece& piece, vtkPolyData* output, const surfsynth::Progress& progress)
+  {
+    this->RequirePieces();
+    const Surface& surface = piece.Local;
+    const surfsynth::PieceNoiseResults results = this->Pieces.AddSamples(
+      piece, this->Options(surface, nullptr), HaveSameFactor, this->Request(surface), this->Series(), output, progress);
+    if (results.IsNew)
+    {
+      ++this->NumberOfPieceFactorizations;
+      const double range = results.EffectiveCorrelationRange;
+      this->WarnOfLongEdges(surface, range, range > 0.0 ? results.LongestEdge / range : 0.0, results.LongestEdge);
+      this->WarnOfLongRange(surface, range, results.LongestSide);
+    }
+    this->EffectiveScreening = results.EffectiveScreening;
+    this->EffectiveCorrelationRange = results.EffectiveCorrelationRange;
+    this->Gamma = results.Gamma;
+    this->SolverName = "BoomerAMG";
+    this->NumberOfIterations = results.Iterations;
+    this->RelativeResidual = std::max(this->RelativeResidual, results.RelativeResidual);
+  }
+
   surfsynth::SampleSeries Series() const
   {
     return { this->Self->OutputArrayName, this->Self->Seed, this->Self->FirstSample, this->Self->NumberOfSamples,
@@ -171,9 +196,14 @@ public:
   {
     vtkNew<vtkInformationVector> refined;
     vtkInformationVector* inputs = this->Refine(inputVector[0], refined) ? refined.Get() : inputVector[0];
+    const surfsynth::PieceWorker addInPieces = [this](const surfsynth::SurfacePiece& piece, vtkPolyData* output,
+                                                 const surfsynth::Progress& progress) {
+      this->AddFieldInPieces(piece, output, progress);
+    };
     return surfsynth::ProcessAsSurface(inputVector, outputVector, [&](vtkInformationVector* outputs) {
-      return surfsynth::ProcessRandomFields(
-        this->Self, &inputs, outputs, this->Series(), *this, this->IsWhole() ? 1 : this->Self->NumberOfSamples);
+      return surfsynth::ProcessRandomFields(this->Self, &inputs, outputs, this->Series(), *this,
+        this->IsWhole() ? 1 : this->Self->NumberOfSamples,
+        this->Self->GatherPieces ? surfsynth::PieceWorker() : addInPieces);
     });
   }
 
@@ -227,6 +257,8 @@ public:
   }
 
   surfsynth::ConditionedNoise Conditioned;
+  surfsynth::PieceNoise Pieces;
+  vtkTypeInt64 NumberOfPieceFactorizations = 0;
   surfsynth::DisplacementNoise Displaced;
   surfsynth::RandomFieldCache<MaternField, MaternFieldOptions, HaveSameFactor> Fields;
   double EffectiveScreening = 0.0;
@@ -311,6 +343,29 @@ private:
     return request;
   }
 
+  /// Throws for properties that a surface in pieces is not solved with.
+  void RequirePieces() const
+  {
+    const vtkMaternNoiseFilter& self = *this->Self;
+    const std::pair<bool, const char*> refused[] = { { self.NoiseModel != MATERN, "NoiseModel is another than MATERN" },
+      { self.OperatorPower != 2.0 && self.OperatorPower != 4.0, "OperatorPower is another than 2 and 4" },
+      { self.VarianceCorrection, "VarianceCorrection is on" },
+      { self.BoundaryCondition != NEUMANN, "BoundaryCondition is another than NEUMANN" },
+      { self.Refinement, "Refinement is on" }, { self.CoherentNoise, "CoherentNoise is on" },
+      { self.Displacement != NO_DISPLACEMENT, "there is a Displacement" },
+      { this->Conditioned.HasObservations(), "there are observations" },
+      { this->Names().Any(), "arrays vary the field" } };
+    for (const auto& [isRefused, text] : refused)
+    {
+      if (isRefused)
+      {
+        throw surfsynth::InvalidInput(std::string("GatherPieces is off, and ") + text +
+          ", which a surface in pieces on several MPI ranks cannot be solved with; change it, or switch GatherPieces "
+          "on.");
+      }
+    }
+  }
+
   void RequireMatern() const
   {
     if (this->Conditioned.HasObservations() && this->Self->NoiseModel != MATERN)
@@ -335,15 +390,17 @@ private:
   {
     this->Conditioned.Drop(surface);
     const MaternField& field = this->Fields.Build(surface, options, progress);
-    this->WarnOfLongEdges(field, surface);
-    this->WarnOfLongRange(field, surface);
+    const double range = field.EffectiveCorrelationRange();
+    this->WarnOfLongEdges(surface, range, field.LongestEdgeOverRange(), field.LongestEdge());
+    this->WarnOfLongRange(surface, range,
+      (surface.Volume ? surfsynth::ComputeBoundingBox(*surface.Volume) : surfsynth::ComputeBoundingBox(surface.Mesh))
+        .LongestSide());
     return field;
   }
 
-  void WarnOfLongEdges(const MaternField& field, const Surface& surface) const
+  /// @param ratio largest length of an edge over the range at its place
+  void WarnOfLongEdges(const Surface& surface, double range, double ratio, double longestEdge) const
   {
-    const double range = field.EffectiveCorrelationRange();
-    const double ratio = field.LongestEdgeOverRange(); // of the range at the place of the edge
     if (this->Self->ScaleMode == CORRELATION_RANGE && ratio > 1.0 / 3.0)
     {
       std::ostringstream text;
@@ -354,8 +411,7 @@ private:
       }
       else
       {
-        text << "The longest edge is " << field.LongestEdge() << ", more than a third of the correlation range "
-             << range;
+        text << "The longest edge is " << longestEdge << ", more than a third of the correlation range " << range;
       }
       text << ": the mesh is too coarse to carry the field. "
            << (surface.Volume ? "Fill the volume with smaller tetrahedra (TargetEdgeLength of vtkTetrahedralizeFilter; "
@@ -367,12 +423,9 @@ private:
   }
 
   /// A range of several times the surface is mostly one in other units: the field is then nearly constant.
-  void WarnOfLongRange(const MaternField& field, const Surface& surface) const
+  /// @param side longest side of the box around the surface
+  void WarnOfLongRange(const Surface& surface, double range, double side) const
   {
-    const double range = field.EffectiveCorrelationRange();
-    const double side = (surface.Volume ? surfsynth::ComputeBoundingBox(*surface.Volume)
-                                        : surfsynth::ComputeBoundingBox(surface.Mesh))
-                          .LongestSide();
     const char* const what = surface.Volume ? "volume" : "surface";
     if (this->Self->ScaleMode == CORRELATION_RANGE && range > LongestRange * side)
     {
@@ -462,6 +515,7 @@ int vtkMaternNoiseFilter::RequestData(
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Conditioned.DropUnused();
+    this->Impl->Pieces.DropUnused();
     this->Impl->Displaced.DropUnused();
     this->Impl->MovePoints(vtkDataObject::GetData(outputVector));
   }
@@ -482,7 +536,7 @@ vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfIterations() const { return this->
 
 vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfFactorizations() const
 {
-  return this->Impl->Fields.NumberOfFactorizations();
+  return this->Impl->Fields.NumberOfFactorizations() + this->Impl->NumberOfPieceFactorizations;
 }
 
 vtkTypeInt64 vtkMaternNoiseFilter::GetNumberOfInvertedTriangles() const
@@ -518,6 +572,7 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "Refinement: " << this->Refinement << "\n";
   os << indent << "ActiveResult: " << this->ActiveResult << "\n";
+  os << indent << "GatherPieces: " << this->GatherPieces << "\n";
   os << indent << "CoherentNoise: " << this->CoherentNoise << "\n";
   os << indent << "ObservationArray: " << this->ObservationArray << "\n";
   os << indent << "ObservationDeviationArray: " << this->ObservationDeviationArray << "\n";

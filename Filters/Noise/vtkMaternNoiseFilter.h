@@ -371,6 +371,20 @@ public:
 
   ///@{
   /**
+   * Gathering of a surface whose pieces lie on several MPI ranks. On (the default): each rank that draws samples holds the
+   * whole surface. Off: the equations are solved where the pieces lie, by conjugate gradients with algebraic multigrid of
+   * PETSc and hypre to a relative residual of 1e-12, so that the memory of a rank decreases with the number of ranks; the
+   * noise is that of the gathered surface to 1e-8. Takes MATERN noise with an OperatorPower of 2 or 4 and NEUMANN
+   * boundaries, without VarianceCorrection, Refinement, CoherentNoise, Displacement, observations and arrays that vary the
+   * field; others are an error on all ranks, as is a library without PETSc. Changes nothing for a surface on one rank.
+   */
+  vtkSetMacro(GatherPieces, bool);
+  vtkGetMacro(GatherPieces, bool);
+  vtkBooleanMacro(GatherPieces, bool);
+  ///@}
+
+  ///@{
+  /**
    * Noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise, up to
    * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or
    * remeshed and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is
@@ -505,8 +519,8 @@ public:
   ///@{
   /**
    * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for
-   * conjugate gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "None" for models
-   * without a solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
+   * conjugate gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "BoomerAMG" for those
+   * of a surface in pieces (GatherPieces); "None" for models without a solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
    * without iterations.
    */
   const char* GetSolverName() const;
@@ -568,6 +582,7 @@ private:
   int MemoryLimit = 0;
   bool Refinement = false;
   bool ActiveResult = false;
+  bool GatherPieces = true;
   bool CoherentNoise = false;
   int Displacement = NO_DISPLACEMENT;
   bool MovedPoints = false;

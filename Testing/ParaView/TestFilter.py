@@ -39,6 +39,7 @@ PROPERTIES = {
     "DirectionArrayName": ("", "Fibers", "Fibers"),
     "AnisotropyRatio": (4.0, 2.5, 2.5),
     "BarrierArrayName": ("", "Barrier", "Barrier"),
+    "GatherPieces": (1, 0, False),
     "CoherentNoise": (0, 1, True),
     "Displacement": ("No Displacement", "Normal", 2),
     "MovedPoints": (0, 1, True),

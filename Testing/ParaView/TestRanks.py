@@ -16,12 +16,14 @@ from rank_parameters import FITTED, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, 
 
 TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
 WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
+WITH_PETSC = os.environ.get("SURFACE_SYNTHESIS_PETSC") == "1"
 NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
                  "trained", "textured", "textured_blocks", "template_textured", "fitted", "texture_trained",
                  "textures_compared")
 VALID_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
+               *(("solved_in_pieces",) if WITH_PETSC else ()),
                *(NETWORK_CASES if WITH_NETWORKS else ()))
-CASES = (*VALID_CASES, "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
+CASES = (*VALID_CASES, "corrected_in_pieces", "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
          "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
          "texture_trained_in_pieces", "textures_compared_in_pieces")
 
@@ -241,12 +243,15 @@ def errors_of(output, filter_name):
 def check_refusals(ranks):
     """Refusals are told once by every rank, in the same words. Each case is of another filter, or of a block: one run
     for all."""
-    cases = ["bad_block", "bad_piece", "mesh_on_one_rank", "mesh_in_pieces", "posed_in_pieces"]
+    cases = ["bad_block", "bad_piece", "corrected_in_pieces", "mesh_on_one_rank", "mesh_in_pieces", "posed_in_pieces"]
     if WITH_NETWORKS:
         cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces"]
         cases += ["texture_trained_in_pieces", "textures_compared_in_pieces"]
     output = mpi_run(ranks, cases)
     of_noise = errors_of(output, "vtkMaternNoiseFilter")
+    in_pieces = [error for error in of_noise if "GatherPieces is off" in error or "Gather Pieces is off" in error]
+    expect_errors(in_pieces, "vtkMaternNoiseFilter", ranks if ranks > 1 else 0, "Correction" if WITH_PETSC else "PETSc")
+    of_noise = [error for error in of_noise if error not in in_pieces]
     of_block = [error for error in of_noise if "lock 4" in error]
     assert of_block and len(set(of_block)) == 1 and "non-manifold edge" in of_block[0], of_noise
     expect_errors([error for error in of_noise if error not in of_block], "vtkMaternNoiseFilter", ranks,

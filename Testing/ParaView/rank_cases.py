@@ -318,6 +318,27 @@ def bad_piece(case, ranks):
     assert found.GetNumberOfPoints() == 0, "an error leaves the output empty"
 
 
+def solved_in_pieces(case, ranks):
+    """Solved where the pieces lie: the noise of the whole to 1e-8, on one rank its bits."""
+    whole = np.load("whole.npy")
+    for name in ("quarters", "with_empty"):
+        made = pv.MaternNoise(Input=read_pieces(name + ".pvtp"), GatherPieces=0, Refinement=0, **dict(NOISE, NumberOfSamples=2))
+        for seed in (12, NOISE["Seed"]):  # the second one on operators that are held
+            made.Seed = seed
+            found = update(made)
+        points = surfaces.array(found, "SerialPoint")
+        assert set(points) == set(range(whole.shape[1])), "a point is missing"
+        for k in range(2):
+            difference = np.abs(surfaces.array(found, f"MaternNoise_{k}") - whole[k][points]).max()
+            assert difference <= 1e-8 * np.abs(whole[k]).max(), f"{name}, sample {k}: {difference}"
+
+
+def corrected_in_pieces(case, ranks):
+    found = update(pv.MaternNoise(
+        Input=read_pieces("quarters.pvtp"), GatherPieces=0, Refinement=0, VarianceCorrection=1, CorrelationRange=24.0))
+    assert (found.GetNumberOfPoints() == 0) == (ranks > 1), "an error leaves the output empty"
+
+
 def bad_block(case, ranks):
     made = pv.MaternNoise(
         Input=pv.XMLMultiBlockDataReader(FileName=["bad_blocks.vtm"]), CorrelationRange=1.5, Seed=11)
@@ -375,6 +396,8 @@ CASES = {
     "textures_compared": textures_compared,
     "textures_compared_in_pieces": textures_compared,
     "cells_of_pieces": cells_of_pieces,
+    "solved_in_pieces": solved_in_pieces,
+    "corrected_in_pieces": corrected_in_pieces,
     "bad_piece": bad_piece,
     "bad_block": bad_block,
     "mesh_on_one_rank": mesh_on_one_rank,

@@ -60,6 +60,7 @@ TEST(MaternNoiseCaching, UnchangedParametersCostNoExecutionAndEachChangeExactlyO
     { "NumberOfSamples", [](Noise* f) { f->SetNumberOfSamples(2); } },
     { "FirstSample", [](Noise* f) { f->SetFirstSample(4); } },
     { "OutputArrayName", [](Noise* f) { f->SetOutputArrayName("Bumps"); } },
+    { "GatherPieces", [](Noise* f) { f->GatherPiecesOff(); } },
     { "CoherentNoise", [](Noise* f) { f->CoherentNoiseOn(); } },
     { "ObservationArray", [](Noise* f) { f->SetObservationArray("Value"); } },
     { "ObservationDeviationArray", [](Noise* f) { f->SetObservationDeviationArray("Error"); } },

@@ -76,6 +76,7 @@ def matern_noise(
     direction_array=None,
     anisotropy_ratio=None,
     barrier_array=None,
+    gather_pieces=True,
     coherent_noise=False,
     observations=None,
     observation_array=None,
@@ -182,6 +183,12 @@ def matern_noise(
     barrier_array : str, optional
         Name of a cell array, 1 component, of barriers: cells with a number other than 0, which the correlation does
         not cross but goes around. The boundary condition holds at their edges; points inside get 0.
+    gather_pieces : bool
+        True: a surface whose pieces lie on several MPI ranks is gathered on each of them. False: it is solved where the
+        pieces lie, by PETSc and hypre, in a memory for each rank that decreases with the number of ranks; the noise is that
+        of the gathered surface to 1e-8. Goes with the noise model "matern", an ``operator_power`` of 2 or 4 and the boundary
+        condition "neumann", without coherent noise, displacement, observations and arrays. Changes nothing for a surface
+        on one rank. Default True.
     coherent_noise : bool
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same
         noise, up to discretization, on all triangulations of one surface at the same place, with correlations above
@@ -263,6 +270,7 @@ def matern_noise(
         direction_array=direction_array,
         anisotropy_ratio=anisotropy_ratio,
         barrier_array=barrier_array,
+        gather_pieces=gather_pieces,
         coherent_noise=coherent_noise,
         observations=observations,
         observation_array=observation_array,
@@ -309,6 +317,7 @@ def configured_filter(
     direction_array=None,
     anisotropy_ratio=None,
     barrier_array=None,
+    gather_pieces=True,
     coherent_noise=False,
     observations=None,
     observation_array=None,
@@ -367,6 +376,7 @@ def configured_filter(
         array_name(key, value)
         set_name(value)
     _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
+    noise.SetGatherPieces(flag("gather_pieces", gather_pieces))
     noise.SetCoherentNoise(flag("coherent_noise", coherent_noise))
     if coherent_noise and operator_power in (1, 3):
         raise ValueError(f"coherent_noise goes with an operator_power other than 1 and 3, not {operator_power:g}")

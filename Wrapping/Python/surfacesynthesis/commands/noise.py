@@ -102,6 +102,12 @@ def add(commands):
     )
 
     noise.add_argument(
+        "--no-gather-pieces",
+        action="store_false",
+        dest="gather_pieces",
+        help="solve on a surface in pieces on several MPI ranks where they lie",
+    )
+    noise.add_argument(
         "--coherent-noise",
         action="store_true",
         help="noise that belongs to places in space: the same on all triangulations of one surface",
@@ -237,6 +243,7 @@ def _filter_of(arguments):
         direction_array=arguments.direction_array,
         anisotropy_ratio=arguments.anisotropy_ratio,
         barrier_array=arguments.barrier_array,
+        gather_pieces=arguments.gather_pieces,
         coherent_noise=arguments.coherent_noise,
         observations=read_observations(arguments),
         observation_array=arguments.observation_array,
