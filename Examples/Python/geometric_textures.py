@@ -158,12 +158,13 @@ def shares(distances, floor, bare):
     return (np.asarray(distances) - floor) / (bare - floor)
 
 
-def neighborhoods_on(target, pair, model, seeds):
+def neighborhoods_on(target, pair, model, seeds, norm_statistics):
     """For each of RINGS the shares of the samples of these seeds; ``pair`` are two references at their last levels with their
     units, the first of which the texture was learnt from."""
     (reference, unit), (other, other_unit) = pair
     bare = bare_levels(target, LEVELS - START)[-1]
-    found = [synthesized(target, model, start_level=START, seed=seed)[0] for seed in seeds]
+    how = {"start_level": START, "norm_statistics": norm_statistics}
+    found = [synthesized(target, model, seed=seed, **how)[0] for seed in seeds]
     own_unit = mean_edge(target) / 2 ** (LEVELS - START - 1)
 
     def distance(mesh, mesh_unit, rings):
@@ -188,7 +189,8 @@ def neighborhoods(options):
         pair = [(levels[-1], mean_edge(levels[0]) / 2 ** (LEVELS - 1)) for levels in balls]
         for name in TARGETS:
             target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
-            found = neighborhoods_on(target, pair, model_of(options, texture), range(options.seed, options.seed + 5))
+            seeds = range(options.seed, options.seed + 5)
+            found = neighborhoods_on(target, pair, model_of(options, texture), seeds, options.norm_statistics)
             values = " | ".join(f"{one.mean():.3f} ({one.min():.3f} to {one.max():.3f})" for one in found)
             print(f"| {texture} | {name} | {values} |", flush=True)
 
@@ -209,6 +211,7 @@ def main():
     parser.add_argument("--output", required=True, metavar="DIR")
     parser.add_argument("--only", nargs="+", choices=PICTURES, default=list(PICTURES)[:-1], help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
+    parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of neighborhoods")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)

@@ -55,7 +55,7 @@ bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureReque
 {
   return a.StartLevel == b.StartLevel && a.EndLevel == b.EndLevel && a.Seed == b.Seed && a.SecondSeed == b.SecondSeed &&
     a.Interpolation == b.Interpolation && a.Stream == b.Stream && a.NoiseAmplitude == b.NoiseAmplitude &&
-    a.LevelsWithoutNoise == b.LevelsWithoutNoise;
+    a.Statistics == b.Statistics && a.LevelsWithoutNoise == b.LevelsWithoutNoise;
 }
 } // namespace
 

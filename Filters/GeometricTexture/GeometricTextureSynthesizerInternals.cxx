@@ -37,15 +37,37 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->Time = time;
   this->FromTemplate = fromTemplate;
   this->Model.reset();
+  this->CheckNames();
+  this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
+  this->Model = this->ReadModel();
+  this->Targets.Begin();
+  this->Textures.Begin();
+}
+
+std::shared_ptr<const surfsynth::GeometricTextureModel> vtkGeometricTextureSynthesizer::Internals::ReadModel()
+{
   if (this->Self->ModelFileName.empty())
   {
     throw surfsynth::InvalidInput("ModelFileName is empty; the path of a geometric texture model is needed.");
   }
-  this->CheckNames();
-  this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
-  this->Model = this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
-  this->Targets.Begin();
-  this->Textures.Begin();
+  return this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+}
+
+void vtkGeometricTextureSynthesizer::Internals::WriteModelWithStatistics(const std::string& fileName, int samples)
+{
+  constexpr int MostSamples = 1000;
+  if (fileName.empty())
+  {
+    throw surfsynth::InvalidInput("The name of the file to write is empty; a path is needed.");
+  }
+  if (samples < 1 || samples > MostSamples)
+  {
+    throw surfsynth::InvalidInput("Statistics of " + std::to_string(samples) + " samples are asked for; 1 to " +
+      std::to_string(MostSamples) + " are possible.");
+  }
+  surfsynth::GeometricTextureModel model = *this->ReadModel();
+  model.Statistics = surfsynth::MeasureStatistics(model, samples);
+  surfsynth::WriteGeometricTexture(fileName, model);
 }
 
 void vtkGeometricTextureSynthesizer::Internals::End()
@@ -190,6 +212,8 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsig
                                                                  : self->Interpolation;
   request.Stream = flatIndex;
   request.NoiseAmplitude = self->NoiseAmplitude;
+  request.Statistics = self->NormStatistics == TARGET ? surfsynth::NormStatistics::Target
+                                                      : surfsynth::NormStatistics::Reference;
   return request;
 }
 

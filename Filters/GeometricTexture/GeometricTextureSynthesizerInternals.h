@@ -21,6 +21,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 class vtkPolyData;
@@ -52,6 +53,9 @@ public:
   /// @throws InvalidInput for levels that the model does not have.
   surfsynth::OutputSeries Series() const;
 
+  /// Writes the model with statistics of its channels. @throws the errors of reading and writing; InvalidInput.
+  void WriteModelWithStatistics(const std::string& fileName, int samples);
+
   /// Returns the times of the animation; none when the model cannot be read, which the next RequestData reports.
   std::vector<double> AnimationTimes();
 
@@ -64,6 +68,7 @@ public:
 
 private:
   void CheckNames() const;
+  std::shared_ptr<const surfsynth::GeometricTextureModel> ReadModel();
   surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
   surfsynth::GeometricTextureRequest Request(unsigned int flatIndex) const;
   void Check(surfsynth::Surface& surface) const;

@@ -163,6 +163,26 @@ bool vtkGeometricTextureSynthesizer::Synthesize(vtkInformationVector* targets, v
   return done != 0;
 }
 
+bool vtkGeometricTextureSynthesizer::WriteModelWithStatistics(const char* fileName, int samples)
+{
+  std::string problem;
+  try
+  {
+    this->Impl->WriteModelWithStatistics(fileName ? fileName : "", samples);
+    return true;
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "There is not enough memory for the samples.";
+  }
+  catch (const std::exception& error)
+  {
+    problem = error.what();
+  }
+  surfsynth::ReportError(this, "", problem);
+  return false;
+}
+
 std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
 {
   return this->Impl->Model ? this->Impl->Model->Description() : "";
@@ -191,6 +211,7 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "SecondSeed: " << this->SecondSeed << "\n";
   os << indent << "Interpolation: " << this->Interpolation << "\n";
   os << indent << "NoiseAmplitude: " << this->NoiseAmplitude << "\n";
+  os << indent << "NormStatistics: " << this->NormStatistics << "\n";
   os << indent << "LevelsWithoutNoise: " << this->LevelsWithoutNoise << "\n";
   os << indent << "TargetPreparation: " << this->TargetPreparation << "\n";
   os << indent << "TextureScale: " << this->TextureScale << "\n";

@@ -88,6 +88,13 @@ public:
     REMESH = 2     ///< remeshing with even triangles, of the size that TextureScale sets; needs CGAL
   };
 
+  /// Statistics that normalize the channels of the networks.
+  enum NormStatisticsChoices
+  {
+    TARGET = 0,   ///< those on the target, as published
+    REFERENCE = 1 ///< those on the reference of the training, which the model file holds
+  };
+
   /// Meanings of the time of the pipeline.
   enum Animations
   {
@@ -165,6 +172,20 @@ public:
    */
   vtkSetClampMacro(NoiseAmplitude, double, -1.0, 1e6);
   vtkGetMacro(NoiseAmplitude, double);
+  ///@}
+
+  ///@{
+  /**
+   * Statistics that normalize the channels of the networks. TARGET: means and variances over the whole target, as
+   * published; they suit targets that are curved otherwise than the reference. REFERENCE: means and variances on samples
+   * of the reference, which the training writes into the model file; the texture at a point depends on the target nearby
+   * alone, so that a mask, another component or a growing part changes nothing beyond a dozen edges of the coarsest level.
+   * A model without them is an error then: WriteModelWithStatistics() adds them. Default TARGET.
+   */
+  vtkSetClampMacro(NormStatistics, int, TARGET, REFERENCE);
+  vtkGetMacro(NormStatistics, int);
+  void SetNormStatisticsToTarget() { this->SetNormStatistics(TARGET); }
+  void SetNormStatisticsToReference() { this->SetNormStatistics(REFERENCE); }
   ///@}
 
   ///@{
@@ -264,6 +285,14 @@ public:
   ///@}
 
   /**
+   * Writes the model of ModelFileName to another file, with the statistics for REFERENCE measured on @p samples random
+   * samples of its template, 1 to 1000: for models of earlier versions, and converted ones. The same model gives the same
+   * file. Returns false after an error, which is reported: no model, a model without a template, a file that cannot be
+   * written.
+   */
+  bool WriteModelWithStatistics(const char* fileName, int samples = 8);
+
+  /**
    * Description of the model of the last update in one line: name, levels and channels. Empty before the first model.
    */
   std::string GetModelDescription() const;
@@ -319,6 +348,7 @@ private:
   int SecondSeed = 1;
   double Interpolation = 0.0;
   double NoiseAmplitude = -1.0;
+  int NormStatistics = TARGET;
   std::string LevelsWithoutNoise;
   int TargetPreparation = AS_IS;
   double TextureScale = 1.0;

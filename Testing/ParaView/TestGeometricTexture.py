@@ -26,6 +26,7 @@ SYNTHESIZER = {
     "SecondSeed": (1, 8, 8),
     "Interpolation": (0.0, 0.5, 0.5),
     "NoiseAmplitude": (-1.0, 0.2, 0.2),
+    "NormStatistics": ("Target", "Reference", vtkGeometricTextureSynthesizer.REFERENCE),
     "LevelsWithoutNoise": ("", "0 2", "0 2"),
     "TargetPreparation": ("Remesh", "Subdivide", vtkGeometricTextureSynthesizer.SUBDIVIDE),
     "TextureScale": (0.0, 0.5, 0.5),

@@ -90,6 +90,22 @@ def test_noise_can_be_left_out(ball, model):
     assert not np.array_equal(geometric_texture(ball, model, levels_without_noise=[0])[0], quiet)
 
 
+def test_statistics_of_the_norms_are_added_to_models(ball, model, tmp_path):
+    measured = tmp_path / "measured.safetensors"
+    surfacesynthesis.add_texture_statistics(model, measured, measured_samples=2)
+    published = geometric_texture(ball, model, seed=1)[0]
+    assert np.array_equal(geometric_texture(ball, measured, seed=1)[0], published)
+    local = geometric_texture(ball, measured, seed=1, norm_statistics="reference")[0]
+    assert np.abs(local - published).max() > 1e-4
+    with pytest.raises(SurfaceSynthesisError, match="texture-statistics"):
+        geometric_texture(ball, model, norm_statistics="reference")
+    with pytest.raises(SurfaceSynthesisError, match="No such file"):
+        surfacesynthesis.add_texture_statistics(tmp_path / "none.safetensors", measured)
+    for samples in (0, 1001):
+        with pytest.raises(ValueError, match="measured_samples must be"):
+            surfacesynthesis.add_texture_statistics(model, measured, measured_samples=samples)
+
+
 def test_levels_are_a_list_coarse_to_fine(ball, model):
     levels = geometric_texture(ball, model, output_levels=True)
     assert [len(triangles) for _, triangles in levels] == [len(ball[1]) * 4**k for k in range(LEVELS)]
@@ -190,6 +206,7 @@ def test_errors_are_exceptions(ball, model, tmp_path):
         ({"end_level": -1}, ValueError),
         ({"interpolation": 1.5}, ValueError),
         ({"noise_amplitude": -0.1}, ValueError),
+        ({"norm_statistics": "model"}, ValueError),
         ({"levels_without_noise": [-1]}, ValueError),
         ({"levels_without_noise": 3}, TypeError),
         ({"scale": 0}, ValueError),

@@ -21,7 +21,7 @@ from surfacesynthesis.command_line import build_parser
 from surfacesynthesis.commands.wording import COMMANDS_OF_CLASSES, PHRASES, in_words_of_commands
 from surfacesynthesis.field_latents import TEXTURE_WRAPS
 from surfacesynthesis.flow_matching import INTEGRATORS
-from surfacesynthesis.geometric_texture import PREPARATIONS
+from surfacesynthesis.geometric_texture import NORM_STATISTICS, PREPARATIONS
 from surfacesynthesis.latent_diffusion import SAMPLERS, TRIANGULATIONS
 from surfacesynthesis.layout import ARRANGEMENTS, PLANES, UNITS
 from surfacesynthesis.metrics import DISTANCES
@@ -50,6 +50,7 @@ COMMON = {
     "image": "picture of a texture",
     "json": "results, seconds and files written as one JSON object",
     "key": "place of the weights in a checkpoint",
+    "measured_samples": "samples of a template that are measured",
     "mesh_points": "points of a planar mesh of a dataset",
     "meshes": "planar meshes of a dataset",
     "nearest": "table of nearest references",
@@ -138,6 +139,7 @@ COMMANDS = {
     "sample-texture": ("sample_texture",),
     "shape-model": ("shape_model",),
     "statistics": ("ensemble_statistics",),
+    "texture-statistics": (),
     "surface": ("vdb_surface",),
     "tetrahedralize": ("tetrahedralize",),
     "texture-atlas": ("texture_atlas",),
@@ -153,6 +155,8 @@ OTHERWISE_IN_PYTHON = {"condition_array": "conditions", "features": "feature_ang
 
 #: The values of enumerations in Python: the dictionary, class and property. "given" is a mesh in Python.
 VALUES = [
+    (NORM_STATISTICS, "vtkGeometricTextureSynthesizer", "NormStatistics"),
+    (NORM_STATISTICS, "vtkGeometricTextureSynthesizer", "NormStatistics"),
     (INTEGRATORS, "vtkFlowMatchingSampler", "Integrator"),
     (INTEGRATORS, "vtkFlowMatchingDeformer", "Integrator"),
     (PREPARATIONS, "vtkGeometricTextureSynthesizer", "TargetPreparation"),

@@ -36,7 +36,8 @@ float* Scratch(std::int64_t size)
 }
 } // namespace
 
-FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers)
+FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers,
+  const std::map<std::string, ModelTensor>& statistics)
   : Kernels(BestFaceKernels())
 {
   for (std::int64_t j = 0; j < layers - 1; ++j)
@@ -62,6 +63,13 @@ FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std:
     }
     this->Layers.push_back(std::move(layer));
   }
+  for (std::int64_t j = 0; j < layers - 2 && !statistics.empty(); ++j)
+  {
+    const GeometricTextureStatisticsNames names = NamesOfStatistics(level, j);
+    const std::vector<float>& means = statistics.at(names.Mean).Values;
+    const std::vector<float>& variances = statistics.at(names.Variance).Values;
+    this->Given.push_back(NormOf({ { means.begin(), means.end() }, { variances.begin(), variances.end() } }));
+  }
 }
 
 FaceNetwork::Moments FaceNetwork::FirstMoments(const EdgeFeatureMatrix& features) const
@@ -80,22 +88,51 @@ FaceNetwork::Moments FaceNetwork::FirstMoments(const EdgeFeatureMatrix& features
   return moments;
 }
 
-FaceNetwork::Norm FaceNetwork::Summarise(const Moments& moments, std::int64_t faces, std::int64_t width)
+ChannelStatistics FaceNetwork::Summarise(const Moments& moments, std::int64_t faces, std::int64_t width)
 {
   std::vector<double> total(static_cast<std::size_t>(2 * width), 0.0);
   for (std::size_t k = 0; k < moments.size(); ++k)
   {
     total[k % total.size()] += moments[k];
   }
-  Norm norm;
+  ChannelStatistics statistics;
   for (std::int64_t c = 0; c < width; ++c)
   {
     const double mean = total[c] / static_cast<double>(faces);
-    const double variance = std::max(total[width + c] / static_cast<double>(faces) - mean * mean, 0.0);
-    norm.Mean.push_back(static_cast<float>(mean));
-    norm.Scale.push_back(static_cast<float>(1.0 / std::sqrt(variance + Epsilon)));
+    statistics.Mean.push_back(mean);
+    statistics.Variance.push_back(std::max(total[width + c] / static_cast<double>(faces) - mean * mean, 0.0));
+  }
+  return statistics;
+}
+
+FaceNetwork::Norm FaceNetwork::NormOf(const ChannelStatistics& statistics)
+{
+  Norm norm;
+  for (std::size_t c = 0; c < statistics.Mean.size(); ++c)
+  {
+    norm.Mean.push_back(static_cast<float>(statistics.Mean[c]));
+    norm.Scale.push_back(static_cast<float>(1.0 / std::sqrt(statistics.Variance[c] + Epsilon)));
   }
   return norm;
+}
+
+template <typename Compute>
+FaceNetwork::Norm FaceNetwork::NormAfter(
+  std::size_t layer, std::int64_t faces, NetworkStatistics* found, const Compute& compute) const
+{
+  const bool isLast = layer + 1 == this->Layers.size();
+  const bool needsMoments = !isLast && (this->Given.empty() || found);
+  const Moments moments = compute(needsMoments);
+  if (!needsMoments)
+  {
+    return isLast ? Norm() : this->Given[layer];
+  }
+  const ChannelStatistics statistics = Summarise(moments, faces, this->Layers[layer].Width);
+  if (found)
+  {
+    found->push_back(statistics);
+  }
+  return this->Given.empty() ? NormOf(statistics) : this->Given[layer];
 }
 
 void FaceNetwork::MultiplyFeatures(const EdgeFeatureMatrix& features, const Norm& norm, float* products) const
@@ -124,12 +161,17 @@ void FaceNetwork::MultiplyCompleted(
   });
 }
 
-FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMatrix& neighbors, float* products) const
+FaceNetwork::Moments FaceNetwork::Complete(
+  const Layer& layer, const TriangleMatrix& neighbors, bool withMoments, float* products) const
 {
   const std::int64_t faces = neighbors.rows();
-  Moments moments(static_cast<std::size_t>((faces + TileRows - 1) / TileRows * 2 * layer.Width));
+  Moments moments(static_cast<std::size_t>(withMoments ? (faces + TileRows - 1) / TileRows * 2 * layer.Width : 0));
   ForTiles(faces, TileRows, [&](std::int64_t tile, std::int64_t first, std::int64_t rows) {
     this->Kernels.GatherMax(neighbors.data(), layer.Bias.data(), first, rows, layer.Width, products);
+    if (!withMoments)
+    {
+      return;
+    }
     double* sums = moments.data() + tile * 2 * layer.Width;
     std::fill_n(sums, 2 * layer.Width, 0.0);
     this->Kernels.AddMoments(
@@ -138,12 +180,13 @@ FaceNetwork::Moments FaceNetwork::Complete(const Layer& layer, const TriangleMat
   return moments;
 }
 
-FaceNetwork::Output FaceNetwork::Run(
-  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors, const Progress& progress) const
+FaceNetwork::Output FaceNetwork::Run(const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors,
+  const Progress& progress, NetworkStatistics* found) const
 {
   const std::int64_t faces = features.rows();
   const auto layers = static_cast<double>(this->Layers.size());
-  Norm norm = Summarise(this->FirstMoments(features), faces, this->Layers.front().Width);
+  Norm norm = this->NormAfter(
+    0, faces, found, [&](bool withMoments) { return withMoments ? this->FirstMoments(features) : Moments(); });
   Report(progress, 1.0 / layers);
   LargeArray<float> products;
   for (std::size_t j = 1; j < this->Layers.size(); ++j)
@@ -160,7 +203,8 @@ FaceNetwork::Output FaceNetwork::Run(
     }
     products = std::move(next);
     Report(progress, (static_cast<double>(j) + 0.5) / layers);
-    norm = Summarise(this->Complete(layer, neighbors, products.data()), faces, layer.Width);
+    norm = this->NormAfter(j, faces, found,
+      [&](bool withMoments) { return this->Complete(layer, neighbors, withMoments, products.data()); });
     Report(progress, (static_cast<double>(j) + 1.0) / layers);
   }
   const std::int64_t outputs = this->Layers.back().Width;

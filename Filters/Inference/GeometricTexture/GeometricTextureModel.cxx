@@ -25,6 +25,7 @@ constexpr const char* GeometricTextureArchitecture = "geometric_texture";
 constexpr const char* TextureKey = "geometric_texture";
 constexpr const char* Kind = "a geometric texture, as vtkGeometricTextureTrainer writes it";
 constexpr const char* DiscriminatorPrefix = "discriminator.";
+constexpr const char* StatisticsPrefix = "statistics.";
 constexpr const char* PointsName = "template.points";
 constexpr const char* TrianglesName = "template.triangles";
 constexpr const char* NoiseName = "reconstruction_noise";
@@ -55,10 +56,9 @@ GeometricTextureChannels ChannelsOf(const GeometricTextureOptions& options, std:
   return channels;
 }
 
-bool HasDiscriminator(const SafetensorsFile& file)
+bool HasTensorsOf(const SafetensorsFile& file, const std::string& prefix)
 {
-  const auto first = file.Tensors().lower_bound(DiscriminatorPrefix);
-  const std::string prefix = DiscriminatorPrefix;
+  const auto first = file.Tensors().lower_bound(prefix);
   return first != file.Tensors().end() && first->first.compare(0, prefix.size(), prefix) == 0;
 }
 
@@ -66,13 +66,14 @@ bool HasDiscriminator(const SafetensorsFile& file)
 TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureOptions& options)
 {
   TensorShapes expected = ExpectedGeometricTextureTensors(options, false);
-  if (HasDiscriminator(file))
-  {
-    for (const auto& [name, shape] : ExpectedGeometricTextureTensors(options, true))
+  const auto add = [&](const char* prefix, const TensorShapes& shapes) {
+    for (const auto& [name, shape] : HasTensorsOf(file, prefix) ? shapes : TensorShapes())
     {
-      expected[DiscriminatorPrefix + name] = shape;
+      expected[prefix + name] = shape;
     }
-  }
+  };
+  add(DiscriminatorPrefix, ExpectedGeometricTextureTensors(options, true));
+  add(StatisticsPrefix, ExpectedGeometricTextureStatistics(options));
   if (file.Contains(PointsName) || file.Contains(TrianglesName) || file.Contains(NoiseName))
   {
     const auto rows = [&](const char* name) {
@@ -147,7 +148,8 @@ void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
     noise.data(), static_cast<Eigen::Index>(noise.size() / 3), 3);
 }
 
-void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const TensorShapes& expected, const char* network)
+void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const TensorShapes& expected, const char* network,
+  const char* expectedNames = "ExpectedGeometricTextureTensors()")
 {
   TensorShapes found;
   for (const auto& [name, tensor] : tensors)
@@ -158,7 +160,7 @@ void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const Tenso
   if (!differences.empty())
   {
     RefuseTexture(std::string("the tensors of the ") + network + " are not those of the options: " + differences,
-      "those of ExpectedGeometricTextureTensors()");
+      std::string("those of ") + expectedNames);
   }
   for (const auto& [name, tensor] : tensors)
   {
@@ -174,6 +176,24 @@ void CheckTensors(const std::map<std::string, ModelTensor>& tensors, const Tenso
       RefuseTexture("\"" + name + "\" of the " + network + " has " + std::to_string(tensor.Values.size()) + " numbers" +
           (finite ? "" : ", not all finite"),
         std::to_string(count) + " finite ones");
+    }
+  }
+}
+
+void CheckStatistics(const GeometricTextureModel& model)
+{
+  CheckTensors(model.Statistics, ExpectedGeometricTextureStatistics(model.Options), "normalized channels",
+    "ExpectedGeometricTextureStatistics()");
+  for (std::int64_t level = 0; level < model.Options.Levels; ++level)
+  {
+    for (std::int64_t j = 0; j < model.Options.Layers - 2; ++j)
+    {
+      const std::string name = NamesOfStatistics(level, j).Variance;
+      const std::vector<float>& variances = model.Statistics.at(name).Values;
+      if (*std::min_element(variances.begin(), variances.end()) < 0.0F)
+      {
+        RefuseTexture("\"" + name + "\" has a number below 0", "variances");
+      }
     }
   }
 }
@@ -284,6 +304,28 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureTensors
   return shapes;
 }
 
+GeometricTextureStatisticsNames NamesOfStatistics(std::int64_t level, std::int64_t convolution)
+{
+  const std::string name = "levels." + std::to_string(level) + ".layers." + std::to_string(convolution);
+  return { name + ".mean", name + ".variance" };
+}
+
+std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureStatistics(
+  const GeometricTextureOptions& options)
+{
+  TensorShapes shapes;
+  for (std::int64_t level = 0; level < options.Levels; ++level)
+  {
+    const GeometricTextureChannels channels = options.GeneratorChannels(level);
+    for (std::int64_t j = 0; j < options.Layers - 2; ++j)
+    {
+      const GeometricTextureStatisticsNames names = NamesOfStatistics(level, j);
+      shapes[names.Mean] = shapes[names.Variance] = { channels[j + 1] };
+    }
+  }
+  return shapes;
+}
+
 std::string GeometricTextureModel::Description() const
 {
   const GeometricTextureChannels channels = this->Options.GeneratorChannels(this->Options.Levels - 1);
@@ -306,7 +348,11 @@ GeometricTextureModel ReadGeometricTexture(const std::string& path)
     CheckOptions(model.Options); // before anything is as large as they say
     RequireTensors(file, model.Options);
     model.Generator = ReadTensors(file, ExpectedGeometricTextureTensors(model.Options, false), "");
-    if (HasDiscriminator(file))
+    if (HasTensorsOf(file, StatisticsPrefix))
+    {
+      model.Statistics = ReadTensors(file, ExpectedGeometricTextureStatistics(model.Options), StatisticsPrefix);
+    }
+    if (HasTensorsOf(file, DiscriminatorPrefix))
     {
       model.Discriminator = ReadTensors(
         file, ExpectedGeometricTextureTensors(model.Options, true), DiscriminatorPrefix);
@@ -336,6 +382,10 @@ void CheckModel(const GeometricTextureModel& model)
   {
     CheckTensors(model.Discriminator, ExpectedGeometricTextureTensors(model.Options, true), "discriminator");
   }
+  if (!model.Statistics.empty())
+  {
+    CheckStatistics(model);
+  }
   CheckTemplate(model);
 }
 
@@ -345,6 +395,7 @@ void WriteGeometricTexture(const std::string& path, const GeometricTextureModel&
   std::map<std::string, TensorData> tensors;
   AddTensors(model.Generator, "", tensors);
   AddTensors(model.Discriminator, DiscriminatorPrefix, tensors);
+  AddTensors(model.Statistics, StatisticsPrefix, tensors);
   if (model.Template.NumberOfTriangles() > 0)
   {
     AddTemplate(model, tensors);

@@ -50,6 +50,20 @@ struct GeometricTextureTensorNames
 /// @param convolution 0 to layers - 2
 GeometricTextureTensorNames NamesOfConvolution(std::int64_t level, std::int64_t convolution, std::int64_t layers);
 
+/// Names of the statistics of the channels after one convolution, which normalize them.
+struct GeometricTextureStatisticsNames
+{
+  std::string Mean;     ///< name of the means
+  std::string Variance; ///< name of the variances
+};
+/// Names of the statistics of the channels after a convolution: levels.L.layers.J.mean and .variance.
+/// @param convolution 0 to layers - 3
+GeometricTextureStatisticsNames NamesOfStatistics(std::int64_t level, std::int64_t convolution);
+
+/// Shapes of the statistics of all channels of a generator that are normalized, [C'] each, by their names.
+std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureStatistics(
+  const GeometricTextureOptions& options);
+
 /// Shapes of all tensors of a generator or discriminator, by their published names: levels.L.layers.J.0.conv.weight
 /// [C', C, 1] and .bias [C'], and levels.L.layers.J.conv.* of the last convolution. Input channels of the first are 4,
 /// of the others twice the channels before.
@@ -63,6 +77,10 @@ struct GeometricTextureModel
   std::map<std::string, ModelTensor>
     Generator; ///< by published names; exactly those of ExpectedGeometricTextureTensors()
   std::map<std::string, ModelTensor> Discriminator; ///< by published names, or empty: only continued training needs it
+  /// Mean and variance of each channel of the generator on surfaces like the reference, by the names of
+  /// ExpectedGeometricTextureStatistics(): they normalize the channels on any other surface. Empty in files without them,
+  /// as published: channels are then normalized by what they are on the surface itself.
+  std::map<std::string, ModelTensor> Statistics;
   /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
   /// ones). Meets GeometricTextureSampler::Requirements().
   TriangleMesh Template;
@@ -76,8 +94,8 @@ struct GeometricTextureModel
 /// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1"),
 /// `geometric_texture` (a JSON object with the numbers levels, layers, start_channels, least_channels, most_channels,
 /// noise_amplitude and the string name) and the tensors levels.* of the generator under their published names,
-/// discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and reconstruction_noise [V,
-/// 3], of which the last four may be absent, the three of the template together.
+/// statistics.levels.*, discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and
+/// reconstruction_noise [V, 3], of which all but the first may be absent, the three of the template together.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is
 /// not finite; ModelMismatch when it is another kind of model.
 GeometricTextureModel ReadGeometricTexture(const std::string& path);

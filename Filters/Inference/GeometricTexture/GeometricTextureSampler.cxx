@@ -19,6 +19,8 @@ namespace
 {
 /// The noise of a generator level on so many vertices; no rows for none.
 using NoiseSource = std::function<SinglePoints(int level, int step, Index points)>;
+/// Receives the statistics of the channels of a generator level.
+using StatisticsObserver = std::function<void(int level, const NetworkStatistics& found)>;
 
 [[noreturn]] void RefuseSample(const std::string& found, const std::string& expected)
 {
@@ -72,9 +74,16 @@ NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfMo
   };
 }
 
-void CheckRequest(
-  const GeometricTextureRequest& request, const TriangleMesh& mesh, const GeometricTextureLevelRange& levels)
+void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequest& request, const TriangleMesh& mesh,
+  const GeometricTextureLevelRange& levels)
 {
+  if (request.Statistics == NormStatistics::Reference && model.Statistics.empty())
+  {
+    RefuseSample("the model has no statistics of its reference, which are to normalize its channels",
+      "a model that its training wrote with them, or one that WriteModelWithStatistics() or the command "
+      "texture-statistics "
+      "has added them to");
+  }
   if (!(request.Interpolation >= 0.0) || !(request.Interpolation <= 1.0))
   {
     RefuseSample("the interpolation is " + FormatNumber(request.Interpolation), "0 to 1");
@@ -106,8 +115,25 @@ void CheckRequest(
   }
 }
 
+void RequireTemplate(const GeometricTextureModel& model, const std::string& expected)
+{
+  if (model.Template.NumberOfTriangles() == 0)
+  {
+    RefuseSample("the model has no template", expected);
+  }
+}
+
+GeometricTextureSynthesis OnTemplate(const GeometricTextureModel& model, const GeometricTextureRequest& request)
+{
+  const MeshTopology topology = RequireValidMesh(model.Template, GeometricTextureSampler::Requirements());
+  GeometricTextureFrame frame = FrameOf(model.Template, topology);
+  frame.Unit = 1.0; // the template comes in the units of the training
+  return GeometricTextureSynthesis(model, model.Template, topology, frame, request.Mask, request.Statistics);
+}
+
 GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const GeometricTextureLevelRange& levels,
-  const NoiseSource& noise, const GeometricTextureSampler::Observer& observe, const Progress& progress)
+  const NoiseSource& noise, const GeometricTextureSampler::Observer& observe, const Progress& progress,
+  const StatisticsObserver& observeStatistics = {})
 {
   // Work is proportional to triangles, of which each level has four times as many.
   const double total = std::pow(4.0, levels.Count()) - 1.0;
@@ -123,7 +149,13 @@ GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const G
       growth.Refine();
       Report(part, 0.1);
     }
-    growth.Displace(level, noise(level, step, growth.NumberOfPoints()), SubProgress(part, 0.15, 1.0));
+    NetworkStatistics statistics;
+    growth.Displace(level, noise(level, step, growth.NumberOfPoints()), SubProgress(part, 0.15, 1.0),
+      observeStatistics ? &statistics : nullptr);
+    if (observeStatistics)
+    {
+      observeStatistics(level, statistics);
+    }
     if (observe || level == levels.Last)
     {
       result = growth.Result(level);
@@ -158,38 +190,112 @@ GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& me
   const GeometricTextureRequest& request, const Observer& observe, const Progress& progress) const
 {
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, this->Model->Options.Levels);
-  CheckRequest(request, mesh, levels);
+  CheckRequest(*this->Model, request, mesh, levels);
   const MeshTopology topology = RequireValidMesh(mesh, Requirements());
   return SynthesizeLevels(
-    GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask), levels,
-    NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
+    GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask, request.Statistics),
+    levels, NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
 }
 
 GeometricTextureLevel GeometricTextureSampler::Generate(
   int randomFrom, const GeometricTextureRequest& request, const Observer& observe, const Progress& progress) const
 {
   const GeometricTextureModel& model = *this->Model;
-  const TriangleMesh& mesh = model.Template;
-  if (mesh.NumberOfTriangles() == 0)
-  {
-    RefuseSample("the model has no template", "one, or a mesh to grow on");
-  }
+  RequireTemplate(model, "one, or a mesh to grow on");
   if (randomFrom < 0 || randomFrom > model.Options.Levels)
   {
     RefuseSample("noise is to be random from level " + std::to_string(randomFrom) + " on",
       "0 to " + std::to_string(model.Options.Levels));
   }
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
-  CheckRequest(request, mesh, levels);
-  const MeshTopology topology = RequireValidMesh(mesh, Requirements());
-  GeometricTextureFrame frame = FrameOf(mesh, topology);
-  frame.Unit = 1.0; // the template comes in the units of the training
+  CheckRequest(model, request, model.Template, levels);
   const NoiseSource random = NoiseOf(request, model.Options.NoiseAmplitude);
   const NoiseSource noise = [&](int level, int step, Index points) {
     return level >= randomFrom ? random(level, step, points) : level == 0 ? model.ReconstructionNoise : SinglePoints();
   };
-  return SynthesizeLevels(
-    GeometricTextureSynthesis(model, mesh, topology, frame, request.Mask), levels, noise, observe, progress);
+  return SynthesizeLevels(OnTemplate(model, request), levels, noise, observe, progress);
+}
+
+namespace
+{
+/// Means of statistics over samples.
+class StatisticsMeans
+{
+public:
+  /// Adds those of one sample of a level.
+  void Add(int level, const NetworkStatistics& found)
+  {
+    for (std::size_t j = 0; j < found.size(); ++j)
+    {
+      const GeometricTextureStatisticsNames names = NamesOfStatistics(level, static_cast<std::int64_t>(j));
+      const auto width = static_cast<Eigen::Index>(found[j].Mean.size());
+      const Eigen::Map<const Eigen::ArrayXd> mean(found[j].Mean.data(), width);
+      const Eigen::Map<const Eigen::ArrayXd> variance(found[j].Variance.data(), width);
+      Sum& sum = this->Sums[names.Mean];
+      sum.Variance = names.Variance;
+      sum.First = sum.Count == 0 ? mean : Eigen::ArrayXd(sum.First + mean);
+      sum.Second = sum.Count == 0 ? variance + mean.square() : Eigen::ArrayXd(sum.Second + variance + mean.square());
+      ++sum.Count;
+    }
+  }
+
+  std::map<std::string, ModelTensor> Tensors() const
+  {
+    std::map<std::string, ModelTensor> tensors;
+    for (const auto& [name, sum] : this->Sums)
+    {
+      const Eigen::ArrayXd mean = sum.First / sum.Count;
+      tensors[name] = Tensor(mean);
+      tensors[sum.Variance] = Tensor((sum.Second / sum.Count - mean.square()).max(0.0));
+    }
+    return tensors;
+  }
+
+private:
+  struct Sum
+  {
+    std::string Variance; ///< its name
+    Eigen::ArrayXd First;
+    Eigen::ArrayXd Second;
+    int Count = 0;
+  };
+
+  static ModelTensor Tensor(const Eigen::ArrayXd& values)
+  {
+    ModelTensor tensor;
+    tensor.Shape = { values.size() };
+    for (const double value : values)
+    {
+      tensor.Values.push_back(static_cast<float>(value));
+    }
+    return tensor;
+  }
+
+  std::map<std::string, Sum> Sums; ///< by the names of the means
+};
+} // namespace
+
+std::map<std::string, ModelTensor> MeasureStatistics(
+  const GeometricTextureModel& model, int samples, const Progress& progress)
+{
+  CheckModel(model);
+  RequireTemplate(model, "one, to measure the statistics of its channels on");
+  if (samples < 1)
+  {
+    RefuseSample("statistics of " + std::to_string(samples) + " samples are asked for", "at least 1");
+  }
+  StatisticsMeans means;
+  for (int k = 0; k < samples; ++k)
+  {
+    GeometricTextureRequest request;
+    request.Seed = static_cast<std::uint64_t>(k);
+    const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
+    CheckRequest(model, request, model.Template, levels);
+    SynthesizeLevels(OnTemplate(model, request), levels, NoiseOf(request, model.Options.NoiseAmplitude), {},
+      SubProgress(progress, static_cast<double>(k) / samples, (k + 1.0) / samples),
+      [&](int level, const NetworkStatistics& found) { means.Add(level, found); });
+  }
+  return means.Tensors();
 }
 
 MeshRequirements GeometricTextureSampler::Requirements()

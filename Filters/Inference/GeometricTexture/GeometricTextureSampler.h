@@ -18,6 +18,13 @@
 namespace surfsynth
 {
 
+/// Statistics that normalize the channels of the networks.
+enum class NormStatistics
+{
+  Target,   ///< those of the channels on the target, as published
+  Reference ///< those of the model, GeometricTextureModel::Statistics
+};
+
 /// Texture to synthesize: levels, noise and mask.
 struct GeometricTextureRequest
 {
@@ -27,7 +34,8 @@ struct GeometricTextureRequest
   std::uint64_t SecondSeed = 0; ///< noise = cos(a) first + sin(a) second with a = Interpolation pi / 2: same variance
   double Interpolation = 0.0;   ///< in [0, 1]; 0 and 1 are the noise of the first and of the second seed, bit for bit
   std::uint32_t Stream = 0;     ///< see NormalKey::Stream
-  double NoiseAmplitude = -1.0; ///< standard deviation, in mean edge lengths; below 0: the model's
+  NormStatistics Statistics = NormStatistics::Target; ///< statistics of the norms
+  double NoiseAmplitude = -1.0;         ///< standard deviation, in mean edge lengths; below 0: the model's
   std::vector<bool> LevelsWithoutNoise; ///< by step, true for a level without noise; missing steps have noise
   /// [V] of the mesh, in [0, 1]: factor of the displacements, interpolated linearly on finer levels; empty: 1. Vertices
   /// with 0 keep their place to the last bit.
@@ -77,7 +85,7 @@ public:
   /// the texture.
   /// @return the last level.
   /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0,
-  /// the mask has the wrong size or it or the interpolation a value outside [0, 1], the finest mesh would have too many
+  /// the model has no statistics that are asked for, the mask has the wrong size or it or the interpolation a value outside [0, 1], the finest mesh would have too many
   /// triangles, or the result is not finite; Cancelled.
   GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
     const Observer& observe = {}, const Progress& progress = {}) const;
@@ -97,5 +105,12 @@ public:
 private:
   std::shared_ptr<const GeometricTextureModel> Model;
 };
+
+/// Measures the statistics of the channels of a generator on random samples of the reference: means over the triangles
+/// of @p samples samples with the seeds 0, 1, ..., each normalized by itself.
+/// @return GeometricTextureModel::Statistics
+/// @throws InvalidInput as GeometricTextureSampler::Generate(), and for less than one sample; Cancelled.
+std::map<std::string, ModelTensor> MeasureStatistics(
+  const GeometricTextureModel& model, int samples = 8, const Progress& progress = {});
 
 } // namespace surfsynth

@@ -68,13 +68,14 @@ GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topo
 }
 
 GeometricTextureSynthesis::GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh,
-  const MeshTopology& topology, const GeometricTextureFrame& frame, Eigen::VectorXf mask)
+  const MeshTopology& topology, const GeometricTextureFrame& frame, Eigen::VectorXf mask, NormStatistics statistics)
   : Model(model)
   , Frame(frame)
   , Base(mesh)
   , Offset(PointMatrix::Zero(mesh.NumberOfPoints(), 3))
   , LastOffset(this->Offset)
   , Mask(std::move(mask))
+  , Statistics(statistics)
   , Neighbors(ComputeFaceNeighbors(mesh, topology))
 {}
 
@@ -84,7 +85,8 @@ SinglePoints GeometricTextureSynthesis::LevelPoints() const
   return ((this->Base.Points.rowwise() - this->Frame.Center) * scale + this->Offset).cast<float>();
 }
 
-void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress)
+void GeometricTextureSynthesis::Displace(
+  int level, const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
 {
   const SinglePoints points = this->LevelPoints();
   EdgeFeatureMatrix features;
@@ -97,10 +99,12 @@ void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, c
     features = ComputeEdgeFeatures(points, this->Base.Triangles, this->Neighbors);
   }
   Report(progress, 0.1);
-  const FaceNetwork network(this->Model.Generator, level, this->Model.Options.Layers);
+  const bool byReference = this->Statistics == NormStatistics::Reference;
+  const FaceNetwork network(this->Model.Generator, level, this->Model.Options.Layers,
+    byReference ? this->Model.Statistics : std::map<std::string, ModelTensor>());
   {
     const SingleThreadedBlas blas;
-    this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9));
+    this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9), found);
   }
   this->LastOffset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
   if (this->Mask.size() > 0)

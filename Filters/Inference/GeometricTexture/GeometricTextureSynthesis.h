@@ -6,6 +6,7 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Operators/EdgeFeatures.h"
+#include "Inference/GeometricTexture/FaceNetwork.h"
 #include "Inference/GeometricTexture/GeometricTextureModel.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
@@ -31,15 +32,18 @@ class GeometricTextureSynthesis
 public:
   /// Begins with @p mesh.
   /// @param mask [V], or empty for 1
+  /// @param statistics see GeometricTextureRequest
   GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh, const MeshTopology& topology,
-    const GeometricTextureFrame& frame, Eigen::VectorXf mask = {});
+    const GeometricTextureFrame& frame, Eigen::VectorXf mask = {}, NormStatistics statistics = NormStatistics::Target);
 
   /// Number of vertices, V, of the present level.
   Index NumberOfPoints() const { return this->Base.NumberOfPoints(); }
   /// Displaces the mesh by generator level @p level.
   /// @param noise [V, 3] in the level's units, or empty for none
   /// @throws InvalidInput when a displacement is not finite.
-  void Displace(int level, const SinglePoints& noise, const Progress& progress = {});
+  /// @param found see FaceNetwork::Run()
+  void Displace(
+    int level, const SinglePoints& noise, const Progress& progress = {}, NetworkStatistics* found = nullptr);
   /// Cuts triangles into four and doubles all coordinates.
   void Refine();
 
@@ -47,7 +51,6 @@ public:
   SinglePoints LevelPoints() const;
   /// Displacements of the triangles in the frames of their edges, [F, 3], by the last Displace().
   const SinglePoints& LocalDisplacement() const { return this->Local; }
-  /// Mesh after generator level @p level, in the caller's units.
   /// Mesh after generator level @p level, in the caller's units.
   GeometricTextureLevel Result(int level) const;
 
@@ -60,6 +63,7 @@ private:
   PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace()
   SinglePoints Local;
   Eigen::VectorXf Mask;
+  NormStatistics Statistics;
   FaceNeighbors Neighbors;
 };
 

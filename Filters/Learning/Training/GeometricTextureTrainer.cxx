@@ -375,6 +375,7 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
   model.Template = this->Impl->Levels.Template;
   model.ReconstructionNoise = this->Impl->ReconstructionNoise;
+  model.Statistics = MeasureStatistics(model);
   return model;
 }
 

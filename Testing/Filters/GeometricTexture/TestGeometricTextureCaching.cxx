@@ -75,12 +75,16 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
   EXPECT_TRUE(filter->UpdateTimeStep(0.5));
   EXPECT_EQ(events.Executions, 0) << "without an animation, time is of no interest";
   WriteRandomGeometricTexture("two.model", 2);
+  vtkNew<Filter> measuring;
+  measuring->SetModelFileName("two.model");
+  ASSERT_TRUE(measuring->WriteModelWithStatistics("two.model", 1));
   const PropertyChanges<Filter> changes = {
     { "ModelFileName", [](Filter* f) { f->SetModelFileName("two.model"); } },
     { "Seed", [](Filter* f) { f->SetSeed(3); } },
     { "SecondSeed", [](Filter* f) { f->SetSecondSeed(3); } },
     { "Interpolation", [](Filter* f) { f->SetInterpolation(0.5); } },
     { "NoiseAmplitude", [](Filter* f) { f->SetNoiseAmplitude(0.2); } },
+    { "NormStatistics", [](Filter* f) { f->SetNormStatisticsToReference(); } },
     { "LevelsWithoutNoise", [](Filter* f) { f->SetLevelsWithoutNoise("0"); } },
     { "EndLevel", [](Filter* f) { f->SetEndLevel(0); } },
     { "StartLevel", [](Filter* f) { f->SetStartLevel(1); } },

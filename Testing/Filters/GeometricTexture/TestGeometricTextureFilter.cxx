@@ -3,6 +3,7 @@
 // Output of vtkGeometricTextureSynthesizer for a target: the numbers of the plain sampler, the target's arrays on finer
 // meshes, masks, subdivision, levels as blocks, time, the template.
 #include "GeometricTexturePipelines.h"
+#include "RandomGeometricTexture.h"
 
 #include "SurfaceBridge.h"
 
@@ -185,6 +186,49 @@ TEST(GeometricTextureFilter, EachLevelCanDoWithoutNoise)
   last.StartLevel = 1;
   last.LevelsWithoutNoise = { true };
   EXPECT_EQ(Distance(PointsOf(SurfaceOf(filter)), sampler.Synthesize(mesh, last).Mesh.Points), 0.0);
+}
+
+TEST(GeometricTextureFilter, StatisticsOfTheNormsAreThoseOfTheModel)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("plain-norms.model"));
+  const auto plain = SurfaceOf(filter);
+  ASSERT_TRUE(filter->WriteModelWithStatistics("norms.model", 2));
+  filter->SetModelFileName("norms.model");
+  EXPECT_TRUE(SameBits(SurfaceOf(filter)->GetPoints()->GetData(), plain->GetPoints()->GetData()))
+    << "those of the target by default";
+  const vtkTypeInt64 before = filter->GetNumberOfSyntheses();
+  filter->SetNormStatisticsToReference();
+  const auto normalized = SurfaceOf(filter);
+  EXPECT_GT(LargestDifference(normalized->GetPoints()->GetData(), plain->GetPoints()->GetData()), 1e-4);
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), before + 1);
+  GeometricTextureRequest request;
+  request.Statistics = surfsynth::NormStatistics::Reference;
+  const GeometricTextureLevel expected = PlainSampler("norms.model").Synthesize(ConvertSurface(target).Mesh, request);
+  EXPECT_EQ(Distance(PointsOf(normalized), expected.Mesh.Points), 0.0);
+}
+
+TEST(GeometricTextureFilter, AModelThatCannotBeMeasuredIsReported)
+{
+  vtkNew<vtkGeometricTextureSynthesizer> filter;
+  const auto message = [&](const char* file, int samples) {
+    EventRecorder events(filter);
+    EXPECT_FALSE(filter->WriteModelWithStatistics(file, samples));
+    return events.AllErrors();
+  };
+  EXPECT_THAT(message("measured.model", 2), HasSubstr("ModelFileName is empty"));
+  filter->SetModelFileName(WriteRandomGeometricTexture("unmeasured.model").c_str());
+  EXPECT_THAT(message("", 2), HasSubstr("the file to write is empty"));
+  EXPECT_THAT(message(nullptr, 2), HasSubstr("the file to write is empty"));
+  EXPECT_THAT(message("measured.model", 0), HasSubstr("of 0 samples"));
+  EXPECT_THAT(message("measured.model", 1001), HasSubstr("1 to 1000"));
+  EXPECT_THAT(message("no/such/folder/measured.model", 1), HasSubstr("no/such/folder"));
+  GeometricTextureModel bare = surfsynth::test::RandomGeometricTexture();
+  bare.Template = {};
+  bare.ReconstructionNoise.resize(0, 3);
+  surfsynth::WriteGeometricTexture("bare.model", bare);
+  filter->SetModelFileName("bare.model");
+  EXPECT_THAT(message("measured.model", 1), HasSubstr("no template"));
 }
 
 TEST(GeometricTextureFilter, SubdividingTheTargetMakesTheTextureSmaller)
@@ -555,6 +599,8 @@ TEST(GeometricTextureFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   EXPECT_EQ(filter->GetMaskFalloff(), 0.0);
   filter->SetRandomFromLevel(-1);
   EXPECT_EQ(filter->GetRandomFromLevel(), 0);
+  filter->SetNormStatistics(9);
+  EXPECT_EQ(filter->GetNormStatistics(), vtkGeometricTextureSynthesizer::REFERENCE);
   filter->SetAnimation(9);
   EXPECT_EQ(filter->GetAnimation(), vtkGeometricTextureSynthesizer::SEEDS);
   filter->SetTargetPreparation(9);
@@ -575,12 +621,12 @@ TEST(GeometricTextureFilter, PrintsEveryProperty)
   OutputOf(filter);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line :
-    { "ModelFileName: print.model", "StartLevel: 0", "EndLevel: -1", "Seed: 0", "SecondSeed: 1", "Interpolation: 0",
-      "NoiseAmplitude: -1", "LevelsWithoutNoise: \n", "TargetPreparation: 0", "TextureScale: 1", "MaskArrayName: \n",
-      "MaskFalloff: 0", "RandomFromLevel: 0", "OutputLevels: 0", "Animation: 0", "DisplacementArrayName: Displacement",
-      "LevelArrayName: Level", "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1",
-      "NumberOfSyntheses: 1", "NumberOfRemeshings: 0" })
+  for (const char* line : { "ModelFileName: print.model", "StartLevel: 0", "EndLevel: -1", "Seed: 0", "SecondSeed: 1",
+         "Interpolation: 0", "NoiseAmplitude: -1", "NormStatistics: 0", "LevelsWithoutNoise: \n",
+         "TargetPreparation: 0", "TextureScale: 1", "MaskArrayName: \n", "MaskFalloff: 0", "RandomFromLevel: 0",
+         "OutputLevels: 0", "Animation: 0", "DisplacementArrayName: Displacement", "LevelArrayName: Level",
+         "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1", "NumberOfSyntheses: 1",
+         "NumberOfRemeshings: 0" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

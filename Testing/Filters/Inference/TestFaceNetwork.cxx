@@ -33,13 +33,14 @@ Eigen::RowVectorXd BiasOf(const std::map<std::string, ModelTensor>& tensors, con
   return Eigen::Map<const Eigen::RowVectorXf>(bias.data(), static_cast<Eigen::Index>(bias.size())).cast<double>();
 }
 
-/// Instance norm and leaky ReLU as their definitions say.
-void NormalizeAsDefined(Rows& values)
+/// Instance norm, or norm by given statistics, and leaky ReLU as their definitions say.
+void NormalizeAsDefined(Rows& values, const ChannelStatistics* given)
 {
   for (Eigen::Index c = 0; c < values.cols(); ++c)
   {
-    const double mean = values.col(c).mean();
-    const double variance = (values.col(c).array() - mean).square().mean();
+    const auto channel = static_cast<std::size_t>(c);
+    const double mean = given ? given->Mean[channel] : values.col(c).mean();
+    const double variance = given ? given->Variance[channel] : (values.col(c).array() - mean).square().mean();
     values.col(c) = ((values.col(c).array() - mean) / std::sqrt(variance + 1e-5)).eval();
   }
   values = values.unaryExpr([](double x) { return x > 0.0 ? x : 0.2 * x; }).eval();
@@ -47,7 +48,7 @@ void NormalizeAsDefined(Rows& values)
 
 /// The network as the paper writes it: one affine map of [neighbour, self], the largest over the neighbours.
 Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers,
-  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors)
+  const EdgeFeatureMatrix& features, const TriangleMatrix& neighbors, const NetworkStatistics* given = nullptr)
 {
   Rows values;
   for (std::int64_t j = 0; j < layers - 1; ++j)
@@ -75,7 +76,7 @@ Rows Defined(const std::map<std::string, ModelTensor>& tensors, std::int64_t lev
     values = std::move(out);
     if (j < layers - 2)
     {
-      NormalizeAsDefined(values);
+      NormalizeAsDefined(values, given ? &(*given)[static_cast<std::size_t>(j)] : nullptr);
     }
   }
   return values;
@@ -119,6 +120,35 @@ TEST(FaceNetwork, IsWhatItsDefinitionSays)
       EXPECT_LE((found - expected).norm(), 1e-5 * expected.norm()) << mesh.NumberOfTriangles();
     }
   }
+}
+
+TEST(FaceNetwork, GivenStatisticsTakeThePlaceOfThoseOfTheMesh)
+{
+  const GeometricTextureModel model = test::RandomGeometricTexture();
+  const SingleThreadedBlas blas;
+  const Case input(test::BumpySurface(3));
+  const Case other(test::PlanePatch(5, 4, 1.0, 1.0, 0.2));
+  NetworkStatistics found;
+  const FaceNetwork plain(model.Generator, 1, model.Options.Layers);
+  const FaceNetwork::Output output = plain.Run(input.Features, input.Neighbors.Faces, {}, &found);
+  ASSERT_EQ(found.size(), 3U) << "after each convolution but the last";
+  EXPECT_EQ(output, OutputOf(model, 1, input)) << "looking changes nothing";
+  std::map<std::string, ModelTensor> statistics;
+  for (std::size_t j = 0; j < found.size(); ++j)
+  {
+    const GeometricTextureStatisticsNames names = NamesOfStatistics(1, static_cast<std::int64_t>(j));
+    const auto width = static_cast<std::int64_t>(found[j].Mean.size());
+    statistics[names.Mean] = { { width }, { found[j].Mean.begin(), found[j].Mean.end() } };
+    statistics[names.Variance] = { { width }, { found[j].Variance.begin(), found[j].Variance.end() } };
+  }
+  const FaceNetwork given(model.Generator, 1, model.Options.Layers, statistics);
+  const Rows same = given.Run(input.Features, input.Neighbors.Faces).cast<double>();
+  EXPECT_LE((same - output.cast<double>()).norm(), 1e-5 * same.norm()) << "on the mesh that they were measured on";
+  const Rows elsewhere = given.Run(other.Features, other.Neighbors.Faces).cast<double>();
+  const Rows expected = Defined(
+    model.Generator, 1, model.Options.Layers, other.Features, other.Neighbors.Faces, &found);
+  EXPECT_LE((elsewhere - expected).norm(), 1e-5 * expected.norm());
+  EXPECT_GT((elsewhere - OutputOf(model, 1, other).cast<double>()).norm(), 1e-2 * expected.norm());
 }
 
 TEST(FaceNetwork, DiscriminatorsHaveOneOutput)

@@ -4,6 +4,7 @@
 #include "ModelFileChecks.h"
 #include "RandomGeometricTexture.h"
 #include "SparseModels.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 
@@ -14,6 +15,7 @@
 #include <limits>
 
 using namespace surfsynth;
+using surfsynthtest::MessageOf;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -127,6 +129,33 @@ TEST(GeometricTextureModel, AGeneratorAloneIsAModel)
   EXPECT_TRUE(read.Discriminator.empty());
   EXPECT_EQ(read.Template.NumberOfTriangles(), 0);
   EXPECT_THAT(read.Description(), HasSubstr("without a template"));
+}
+
+TEST(GeometricTextureModel, StatisticsOfChannelsBelongToAModelOrNot)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  const auto shapes = ExpectedGeometricTextureStatistics(model.Options);
+  EXPECT_EQ(shapes.size(), 12U) << "mean and variance after three convolutions of two levels";
+  EXPECT_THAT(shapes.at("levels.1.layers.0.mean"), ElementsAre(8));
+  for (const auto& [name, shape] : shapes)
+  {
+    model.Statistics[name] = { shape, std::vector<float>(static_cast<std::size_t>(shape[0]), 0.5F) };
+  }
+  WriteGeometricTexture(Path, model);
+  ExpectSameTensors(ReadGeometricTexture(Path).Statistics, model.Statistics);
+  WriteGeometricTexture(Path, test::RandomGeometricTexture());
+  EXPECT_TRUE(ReadGeometricTexture(Path).Statistics.empty());
+
+  GeometricTextureModel broken = model;
+  broken.Statistics.at("levels.0.layers.1.variance").Values[2] = -1.0F;
+  EXPECT_THAT(MessageOf([&] { CheckModel(broken); }), HasSubstr("\"levels.0.layers.1.variance\" has a number below 0"));
+  broken = model;
+  broken.Statistics.erase("levels.0.layers.2.mean");
+  EXPECT_THAT(MessageOf([&] { CheckModel(broken); }),
+    AllOf(HasSubstr("\"levels.0.layers.2.mean\" [6] is missing"), HasSubstr("of the normalized channels")));
+  EXPECT_THAT(
+    MessageWithTensor("statistics.levels.0.layers.0.mean", TensorData::FromFloat32({ 6 }, std::vector<float>(6))),
+    HasSubstr("\"statistics.levels.0.layers.0.variance\" [6] is missing"));
 }
 
 TEST(GeometricTextureModel, MetadataAreChecked) { test::ExpectMetadataAreChecked(Kind); }

@@ -19,6 +19,7 @@
 
 using namespace surfsynth;
 using surfsynthtest::MessageOf;
+using testing::AllOf;
 using testing::HasSubstr;
 
 namespace
@@ -57,6 +58,17 @@ GeometricTextureRequest WithoutNoise()
   GeometricTextureRequest request;
   request.NoiseAmplitude = 0.0;
   return request;
+}
+
+/// A sampler whose channels are normalized by the statistics of the template.
+const GeometricTextureSampler& NormalizedSampler()
+{
+  static const GeometricTextureSampler sampler = [] {
+    GeometricTextureModel model = test::RandomGeometricTexture();
+    model.Statistics = MeasureStatistics(model, 2);
+    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model));
+  }();
+  return sampler;
 }
 
 TriangleMesh Finer(TriangleMesh mesh, int times)
@@ -283,6 +295,87 @@ TEST(GeometricTextureSampler, AMaskIsInterpolatedOnFinerLevels)
     const Index v = Surface().NumberOfPoints() + static_cast<Index>(e);
     EXPECT_GT(grown.Displacement.row(v).norm(), 0.0) << "beside the vertex it is a half";
   }
+}
+
+// --- Statistics -----------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureSampler, ATextureDependsOnTheTargetNearbyAlone)
+{
+  // A mask of a tenth of a plane, which is far wider than what the convolutions of both levels reach.
+  const TriangleMesh plane = test::PlanePatch(120, 120, 120.0, 120.0, 0.3);
+  GeometricTextureRequest request = Seeded(3);
+  GeometricTextureRequest whole = Seeded(3);
+  const auto within = [&](Index v, double half) {
+    return (plane.Points.row(v).head<2>().array() - 60.0).abs().maxCoeff() <= half;
+  };
+  request.Mask.resize(plane.NumberOfPoints());
+  for (Index v = 0; v < plane.NumberOfPoints(); ++v)
+  {
+    request.Mask[v] = within(v, 19.0) ? 1.0F : 0.0F;
+  }
+  const auto difference = [&](NormStatistics statistics) {
+    request.Statistics = whole.Statistics = statistics;
+    const PointMatrix masked = NormalizedSampler().Synthesize(plane, request).Mesh.Points;
+    const PointMatrix unmasked = NormalizedSampler().Synthesize(plane, whole).Mesh.Points;
+    double largest = 0.0;
+    for (Index v = 0; v < plane.NumberOfPoints(); ++v)
+    {
+      largest = within(v, 12.0) ? std::max(largest, (masked.row(v) - unmasked.row(v)).cwiseAbs().maxCoeff()) : largest;
+    }
+    return largest;
+  };
+  EXPECT_LE(difference(NormStatistics::Reference), 1e-5);
+  EXPECT_GT(difference(NormStatistics::Target), 1e-5) << "instance norms see the whole";
+}
+
+TEST(GeometricTextureSampler, ComponentsDoNotChangeEachOther)
+{
+  GeometricTextureRequest request;
+  request.Statistics = NormStatistics::Reference;
+  request.LevelsWithoutNoise = { false, true }; // numbers of finer vertices are others, and so is their noise
+  const TriangleMesh& first = Surface();
+  TriangleMesh two = first;
+  const TriangleMesh second = test::Translated(first, { 50.0, 0.0, 0.0 });
+  two.Points.conservativeResize(2 * first.NumberOfPoints(), 3);
+  two.Points.bottomRows(first.NumberOfPoints()) = second.Points;
+  two.Triangles.conservativeResize(2 * first.NumberOfTriangles(), 3);
+  two.Triangles.bottomRows(first.NumberOfTriangles()) = second.Triangles.array() + first.NumberOfPoints();
+  const Index coarse = first.NumberOfPoints();
+  const auto alone = NormalizedSampler().Synthesize(first, request).Mesh.Points;
+  const auto beside = NormalizedSampler().Synthesize(two, request).Mesh.Points;
+  EXPECT_LE((beside.topRows(coarse) - alone.topRows(coarse)).cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(GeometricTextureSampler, StatisticsAreThoseOfTheTargetUnlessTheReferencesAreAskedFor)
+{
+  GeometricTextureRequest request = Seeded(1);
+  const PointMatrix own = Synthesized(Surface(), request).Mesh.Points;
+  EXPECT_EQ(NormalizedSampler().Synthesize(Surface(), request).Mesh.Points, own);
+  request.Statistics = NormStatistics::Reference;
+  EXPECT_GT((NormalizedSampler().Synthesize(Surface(), request).Mesh.Points - own).norm(), 1e-3);
+  EXPECT_THAT(MessageOf([&] { Synthesized(Surface(), request); }),
+    AllOf(HasSubstr("has no statistics"), HasSubstr("texture-statistics")));
+  EXPECT_THAT(MessageOf([&] { Sampler().Generate(0, request); }), HasSubstr("has no statistics"));
+}
+
+TEST(GeometricTextureSampler, StatisticsAreMeanAndVarianceOverSamples)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  const auto one = MeasureStatistics(model, 1);
+  const auto two = MeasureStatistics(model, 2);
+  model.Statistics = two;
+  EXPECT_NO_THROW(CheckModel(model));
+  EXPECT_EQ(MeasureStatistics(model, 2).at("levels.1.layers.2.mean").Values, two.at("levels.1.layers.2.mean").Values)
+    << "those that the model has are of no account";
+  EXPECT_NE(one.at("levels.0.layers.0.mean").Values, two.at("levels.0.layers.0.mean").Values);
+  // The last norm has inputs of many triangles: the same within their scatter.
+  const float first = one.at("levels.1.layers.2.variance").Values[0];
+  EXPECT_NEAR(two.at("levels.1.layers.2.variance").Values[0], first, 0.5F * first);
+  EXPECT_THAT(MessageOf([&] { MeasureStatistics(model, 0); }), HasSubstr("of 0 samples"));
+  model.Template = {};
+  model.ReconstructionNoise.resize(0, 3);
+  EXPECT_THAT(MessageOf([&] { MeasureStatistics(model); }), HasSubstr("no template"));
+  EXPECT_THROW(MeasureStatistics(test::RandomGeometricTexture(), 2, [](double) { return false; }), Cancelled);
 }
 
 // --- The template ---------------------------------------------------------------------------------------------------

@@ -45,7 +45,13 @@ from .files import read_mesh, read_volume, write_mesh
 from .files.volumes import volume_from_numpy
 from .flow_matching import INTEGRATORS, deform, sample_signal
 from .gaussian_mixtures import gaussian_mixtures
-from .geometric_texture import PREPARATIONS, geometric_texture, geometric_texture_distance
+from .geometric_texture import (
+    NORM_STATISTICS,
+    PREPARATIONS,
+    add_texture_statistics,
+    geometric_texture,
+    geometric_texture_distance,
+)
 from .label_surfaces import label_surfaces
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
@@ -94,6 +100,7 @@ __all__ = [
     "MaternEstimate",
     "NOISE_MODELS",
     "NORMALIZATIONS",
+    "NORM_STATISTICS",
     "NetworkOutput",
     "PREPARATIONS",
     "ParameterEstimate",
@@ -106,6 +113,7 @@ __all__ = [
     "TRIANGULATIONS",
     "TextureDataset",
     "__version__",
+    "add_texture_statistics",
     "convert_checkpoint",
     "decode_texture",
     "deform",

@@ -24,7 +24,7 @@ from .arguments import (
 from .datasets import as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
-from .pipeline import apply_filter
+from .pipeline import apply_filter, call_method
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisStatistics import vtkGeometricTextureDistance
 
@@ -33,6 +33,12 @@ PREPARATIONS = {
     "as_is": vtkGeometricTextureSynthesizer.AS_IS,
     "subdivide": vtkGeometricTextureSynthesizer.SUBDIVIDE,
     "remesh": vtkGeometricTextureSynthesizer.REMESH,
+}
+
+#: The statistics that normalize the channels of the networks, by the name that ``norm_statistics`` takes.
+NORM_STATISTICS = {
+    "target": vtkGeometricTextureSynthesizer.TARGET,
+    "reference": vtkGeometricTextureSynthesizer.REFERENCE,
 }
 
 
@@ -56,6 +62,7 @@ def geometric_texture(
     displacement_name="Displacement",
     level_name="Level",
     progress=None,
+    norm_statistics="target",
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -109,6 +116,12 @@ def geometric_texture(
         "Displacement" and "Level".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    norm_statistics : str
+        The statistics that normalize the channels of the networks: "target", those over the whole target, as published,
+        which suit targets that are curved otherwise than the reference; "reference", those on samples of the reference,
+        which the training writes into the model file (add_texture_statistics() for others): the texture at a point depends
+        on the target nearby alone, so that a mask or another component changes nothing beyond a dozen edges. Default
+        "target".
 
     Returns
     -------
@@ -145,6 +158,7 @@ def geometric_texture(
         output_levels=output_levels,
         displacement_name=displacement_name,
         level_name=level_name,
+        norm_statistics=norm_statistics,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -172,6 +186,7 @@ def configured_synthesizer(
     output_levels=False,
     displacement_name="Displacement",
     level_name="Level",
+    norm_statistics="target",
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -182,6 +197,7 @@ def configured_synthesizer(
     algorithm.SetEndLevel(-1 if end_level is None else integer("end_level", end_level, 0))
     amplitude = -1.0 if noise_amplitude is None else in_range("noise_amplitude", noise_amplitude, 0.0, 1e6)
     algorithm.SetNoiseAmplitude(amplitude)
+    algorithm.SetNormStatistics(choice("norm_statistics", norm_statistics, NORM_STATISTICS))
     without_noise = [integer("levels_without_noise", level, 0) for level in levels_without_noise]
     algorithm.SetLevelsWithoutNoise(" ".join(map(str, without_noise)))
     algorithm.SetSecondSeed(integer("second_seed", second_seed, INT_MIN))
@@ -201,6 +217,32 @@ def configured_synthesizer(
     algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
     algorithm.SetLevelArrayName(array_name("level_name", level_name))
     return algorithm
+
+
+def add_texture_statistics(model, output, measured_samples=8):
+    """Writes a model of a geometric texture with the statistics that normalize its channels (``norm_statistics``).
+
+    Trainings write them; this is for models of earlier versions, and for converted ones. The same model gives the same file.
+
+    Parameters
+    ----------
+    model : path
+        The model file; it needs a template.
+    output : path
+        The file to write; ``model`` itself is possible.
+    measured_samples : int
+        Number of random samples of the template that are measured, from 1 to 1000. Default 8.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The model cannot be read or has no template, or the file cannot be written.
+    ValueError, TypeError
+        An argument has a value out of its range or is of a wrong type.
+    """
+    algorithm = configured_synthesizer(model)
+    count = at_most("measured_samples", integer("measured_samples", measured_samples, 1), 1000)
+    call_method(algorithm, "WriteModelWithStatistics", os.fsdecode(output), count)
 
 
 def geometric_texture_distance(

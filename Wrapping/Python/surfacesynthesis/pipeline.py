@@ -138,6 +138,14 @@ def run_algorithm(algorithm, progress=None, time=None, message=_log.warning):
     return [plain_message(text) for text in messages.warnings]
 
 
+def call_method(algorithm, method, *arguments):
+    """Calls ``method`` of ``algorithm``, which reports errors by events. Raises SurfaceSynthesisError with their texts."""
+    with _Messages(algorithm) as messages:
+        getattr(algorithm, method)(*arguments)
+    if messages.errors:
+        raise SurfaceSynthesisError(*messages.what_failed())
+
+
 def apply_filter(algorithm, dataset, progress=None, message=_log.warning):
     """The output of a filter for a dataset that stays untouched, or None for a filter that needs none, and the texts of
     the filter's warnings. ``progress`` and ``message`` as those of run_algorithm().

@@ -27,6 +27,7 @@ from . import (
     surface,
     tetrahedralize,
     texture_atlas,
+    texture_statistics,
     train,
     view,
 )
@@ -45,7 +46,7 @@ COMMANDS = [
     )
     if hasattr(_meshing, needed)
 ] + [noise, estimate, dataset, poisson_net, deform, metrics, distance, statistics, shape_model]
-COMMANDS += [geometric_texture, geometric_texture_distance, field_latents]
+COMMANDS += [geometric_texture, geometric_texture_distance, texture_statistics, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]

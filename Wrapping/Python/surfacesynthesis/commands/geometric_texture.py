@@ -59,6 +59,14 @@ def add(commands):
         "--noise-amplitude", type=float, metavar="A", help="in mean edge lengths (default: that of the training)"
     )
     texture.add_argument(
+        "--norm-statistics",
+        choices=["target", "reference"],
+        default="target",
+        metavar="OF",
+        help="statistics that normalize the networks: target (default), those on the whole input, as published; "
+        "reference, those of the training, in the model file: the texture depends on what is nearby alone",
+    )
+    texture.add_argument(
         "--levels-without-noise", type=int, nargs="+", default=[], metavar="L", help="levels that get no noise"
     )
     texture.add_argument(
@@ -105,6 +113,7 @@ def run(arguments):
         start_level=arguments.start_level,
         end_level=arguments.end_level,
         noise_amplitude=arguments.noise_amplitude,
+        norm_statistics=arguments.norm_statistics,
         levels_without_noise=arguments.levels_without_noise,
         second_seed=arguments.second_seed,
         interpolation=arguments.interpolation,
