@@ -20,7 +20,7 @@ math(EXPR next_minor "${CMAKE_MATCH_2} + 1")
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "${library} (${version}), paraview (>= ${paraview_series}), \
 paraview (<< ${CMAKE_MATCH_1}.${next_minor}), libc6, libgcc-s1, libstdc++6")
 foreach (script IN ITEMS postinst prerm)
-  configure_file("${CMAKE_CURRENT_LIST_DIR}/paraview-surfacesynthesis.${script}.in" "${CMAKE_BINARY_DIR}/Debian/${script}" @ONLY
+  configure_file("${CMAKE_CURRENT_LIST_DIR}/paraview-surfacesynthesis.${script}" "${CMAKE_BINARY_DIR}/Debian/${script}" @ONLY
     FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
   list(APPEND CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA "${CMAKE_BINARY_DIR}/Debian/${script}")
 endforeach ()
