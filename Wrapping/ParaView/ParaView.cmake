@@ -84,7 +84,7 @@ surfsynth_set_warnings(${surfsynth_plugin_modules})
 # The folder of the plugin's libraries, below the build folder and below the installation prefix. PV_PLUGIN_PATH may
 # name it.
 set(surfsynth_plugin_destination "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/SurfaceSynthesis")
-# The list of plugins from which ParaView knows this one by its name, without loading it: PV_PLUGIN_CONFIG_FILE may name it.
+# The list of plugins that names this one: in paraview.conf ParaView knows it by its name, as PV_PLUGIN_CONFIG_FILE loads it.
 set(surfsynth_plugins_file "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/surfacesynthesis.plugins.xml")
 
 # ----------------------------------------------------------------------------------------------------------------------
