@@ -65,7 +65,8 @@ public:
 private:
   void CheckNames() const;
   surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
-  surfsynth::GeometricTextureRequest Request(unsigned int flatIndex) const;
+  surfsynth::GeometricTextureRequest Request(
+    unsigned int flatIndex, const surfsynth::GeometricTextureModel& model) const;
   void Check(surfsynth::Surface& surface) const;
   double TextureScale(const surfsynth::TriangleMesh& target) const;
   bool Remeshes() const;

@@ -82,7 +82,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
     { "Interpolation", [](Filter* f) { f->SetInterpolation(0.5); } },
     { "NoiseAmplitude", [](Filter* f) { f->SetNoiseAmplitude(0.2); } },
     { "LevelsWithoutNoise", [](Filter* f) { f->SetLevelsWithoutNoise("0"); } },
-    { "EndLevel", [](Filter* f) { f->SetEndLevel(0); } },
+    { "EndLevel", [](Filter* f) { f->SetEndLevel(1); } },
     { "StartLevel", [](Filter* f) { f->SetStartLevel(1); } },
     { "TargetPreparation", [](Filter* f) { f->SetTargetPreparationToSubdivide(); } },
     { "TextureScale", [](Filter* f) { f->SetTextureScale(0.5); } },
