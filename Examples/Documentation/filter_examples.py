@@ -1,149 +1,177 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Gives the page of each filter, beside its documentation in the sources: when to use it, its picture, and one example.
 
-The example in C++ and in ParaView is made of ``properties`` (names of the server-manager XML); the one in Python and the
-command say the same. The test Python.FilterPages compares all four with what there is.
+The example in C++ and in ParaView is made of ``file``, ``inputs`` and ``properties`` (names of the server-manager XML); the one
+in Python and the command say the same. The tests Python.FilterPages and Build.PageExamples compare them with what there is;
+ParaView.PageExamples runs those in ParaView.
 """
 
 import collections
 
-#: when: a sentence or two; picture: a file below Examples; properties: of the XML; inputs: names of further inputs.
-Example = collections.namedtuple("Example", "when picture properties python command inputs", defaults=((),))
+#: when: a sentence or two; picture: a file below Examples; file: that the filter reads, of a format that VTK, ParaView and
+#: surfacesynthesis read; properties: of the XML; inputs: pairs of the name of a further input and its file.
+Example = collections.namedtuple("Example", "when picture file properties python command inputs", defaults=((),))
 
 _PARAVIEW = "ParaView/Pictures/"
 
 FILTERS = {
     "vtkTopologyReport": Example(
         "Before anything else: to know whether a surface is closed and valid, and which filter repairs it.",
-        _PARAVIEW + "TopologyReport.png", {},
-        'report = ss.topology_report(mesh)', "report scan.stl"),
+        _PARAVIEW + "TopologyReport.png", "scan.stl", {},
+        'mesh = ss.read_mesh("scan.stl")\nreport = ss.topology_report(mesh)\nprint(report)', "report scan.stl"),
     "vtkVDBSurfaceFilter": Example(
         "For scans and for surfaces that nothing else repairs: the result is always closed and manifold, at the resolution of "
-        "the voxels.", _PARAVIEW + "VDBSurface.png", {"LargestComponent": 1, "FillCavities": 1},
-        'mesh = ss.vdb_surface(ss.read_volume("head.nii.gz"), largest_component=True, fill_cavities=True)',
-        "surface head.nii.gz skin.vtp --largest-component --fill-cavities"),
+        "the voxels.", _PARAVIEW + "VDBSurface.png", "head.mha", {"LargestComponent": 1, "FillCavities": 1},
+        'volume = ss.read_volume("head.mha")\nmesh = ss.vdb_surface(volume, largest_component=True, fill_cavities=True)\n'
+        'ss.write_mesh(mesh, "skin.vtp")', "surface head.mha skin.vtp --largest-component --fill-cavities"),
     "vtkLabelSurfaceFilter": Example(
         "To make surfaces of the regions of an atlas or a segmentation.",
-        "Gallery/atlas.png", {"SmoothingIterations": 30},
-        'regions = ss.label_surfaces(volume, names="aal.nii.txt")',
-        "label-surfaces aal.nii.gz atlas.vtm --names aal.nii.txt"),
+        "Gallery/atlas.png", "labels.mha", {"NamesFileName": "names.txt"},
+        'volume = ss.read_volume("labels.mha")\nregions = ss.label_surfaces(volume, names="names.txt")\n'
+        'ss.write_mesh(regions, "regions.vtm")', "label-surfaces labels.mha regions.vtm --names names.txt"),
     "vtkSurfaceRepairFilter": Example(
         "When the points that are good must stay where they are. Where too much is broken, use vtkVDBSurfaceFilter.",
-        _PARAVIEW + "SurfaceRepair.png", {"HoleFilling": 2, "KeepLargestComponent": 1},
-        'mesh = ss.repair(mesh, holes="all", largest_component=True)',
-        "repair scan.stl valid.stl --holes all --largest-component"),
+        _PARAVIEW + "SurfaceRepair.png", "scan.stl", {"HoleFilling": 2, "KeepLargestComponent": 1},
+        'mesh = ss.read_mesh("scan.stl")\nmesh = ss.repair(mesh, holes="all", largest_component=True)\n'
+        'ss.write_mesh(mesh, "valid.stl")', "repair scan.stl valid.stl --holes all --largest-component"),
     "vtkIsotropicRemeshFilter": Example(
         "Before filters that assume even triangles, before tetrahedra, and to choose the resolution of a result.",
-        _PARAVIEW + "IsotropicRemesh.png", {"TargetNumberOfPoints": 20000},
-        "mesh = ss.remesh(mesh, points=20000)", "remesh scan.ply even.ply --points 20000"),
+        _PARAVIEW + "IsotropicRemesh.png", "scan.ply", {"TargetNumberOfPoints": 20000},
+        'mesh = ss.read_mesh("scan.ply")\nmesh = ss.remesh(mesh, points=20000)\nss.write_mesh(mesh, "even.ply")',
+        "remesh scan.ply even.ply --points 20000"),
     "vtkTextureAtlasFilter": Example(
         "When a texture image is to be made for a surface without texture coordinates.",
-        _PARAVIEW + "TextureAtlas.png", {"Resolution": [2048, 2048]},
-        "mesh = ss.texture_atlas(mesh, resolution=2048)", "texture-atlas scan.stl scan.obj --resolution 2048"),
+        _PARAVIEW + "TextureAtlas.png", "scan.stl", {"Resolution": [2048, 2048]},
+        'mesh = ss.read_mesh("scan.stl")\nmesh = ss.texture_atlas(mesh, resolution=2048)\nss.write_mesh(mesh, "scan.obj")',
+        "texture-atlas scan.stl scan.obj --resolution 2048"),
     "vtkTetrahedralizeFilter": Example(
-        "For finite elements inside a closed surface.", _PARAVIEW + "TetrahedralizeSurface.png", {"QualityRatio": 1.5},
-        "grid = ss.tetrahedralize(mesh, quality_ratio=1.5)", "tetrahedralize in.stl out.vtu --quality-ratio 1.5"),
+        "For finite elements inside a closed surface.", _PARAVIEW + "TetrahedralizeSurface.png", "part.stl", {"QualityRatio": 1.5},
+        'mesh = ss.read_mesh("part.stl")\ngrid = ss.tetrahedralize(mesh, quality_ratio=1.5)\nss.write_mesh(grid, "part.vtu")',
+        "tetrahedralize part.stl part.vtu --quality-ratio 1.5"),
     "vtkMaternNoiseFilter": Example(
         "For random fields on surfaces: material properties, rough surfaces, uncertain shapes, and the noise from which "
         "generative models start. The correlation range is in the units of the mesh.",
-        "Gallery/triangulations.png", {"CorrelationRange": 5.0, "NumberOfSamples": 8, "Seed": 1},
-        "mesh = ss.matern_noise(mesh, range=5.0, samples=8, seed=1)", "noise in.stl out.vtp --range 5 --samples 8 --seed 1"),
+        "Gallery/triangulations.png", "part.stl", {"CorrelationRange": 5.0, "NumberOfSamples": 8, "Seed": 1},
+        'mesh = ss.read_mesh("part.stl")\nmesh = ss.matern_noise(mesh, range=5.0, samples=8, seed=1)\n'
+        'ss.write_mesh(mesh, "fields.vtp")', "noise part.stl fields.vtp --range 5 --samples 8 --seed 1"),
     "vtkMaternParameterEstimator": Example(
         "When fields were measured and others like them are wanted: it gives the range and the deviation for "
-        "vtkMaternNoiseFilter, with intervals.", _PARAVIEW + "MaternParameterEstimator.png", {"ObservationArray": "Thickness"},
-        'estimate = ss.estimate_matern(mesh, observation_array="Thickness")',
-        "estimate cortex.vtp --observation-array Thickness"),
+        "vtkMaternNoiseFilter, with intervals.", _PARAVIEW + "MaternParameterEstimator.png", "cortex.vtp",
+        {"ObservationArray": "Thickness"},
+        'mesh = ss.read_mesh("cortex.vtp")\nestimate = ss.estimate_matern(mesh, observation_array="Thickness")\n'
+        'for name, parameter in estimate.items():\n    print(name, parameter)', "estimate cortex.vtp --observation-array Thickness"),
     "vtkPoissonNetFilter": Example(
         "To apply a trained network to a surface: labels of parts, predicted fields or shapes.",
-        "Gallery/predicted_curvature.png", {"ModelFileName": "smoothed_curvature"},
-        'mesh = ss.poisson_net(mesh, "smoothed_curvature")', "poisson-net body.ply curvature.vtp --model smoothed_curvature"),
+        "Gallery/predicted_curvature.png", "body.ply", {"ModelFileName": "smoothed_curvature"},
+        'mesh = ss.read_mesh("body.ply")\nmesh = ss.poisson_net(mesh, "smoothed_curvature")\n'
+        'ss.write_mesh(mesh, "curvature.vtp")', "poisson-net body.ply curvature.vtp --model smoothed_curvature"),
     "vtkFlowMatchingDeformer": Example(
         "For new shapes like those of a training: poses of one body, variants of one organ.",
-        "Gallery/deformations.png", {"ModelFileName": "armadillo_poses", "NumberOfSamples": 4, "Seed": 3},
-        'poses = ss.deform(mesh, "armadillo_poses", samples=4, seed=3)',
-        "deform body.ply poses.vtm --model armadillo_poses --samples 4 --seed 3"),
+        "Gallery/deformations.png", "armadillo.ply", {"ModelFileName": "armadillo_poses", "NumberOfSamples": 4, "Seed": 3},
+        'mesh = ss.read_mesh("armadillo.ply")\nposes = ss.deform(mesh, "armadillo_poses", samples=4, seed=3)\n'
+        'ss.write_mesh(poses, "poses.vtm")', "deform armadillo.ply poses.vtm --model armadillo_poses --samples 4 --seed 3"),
     "vtkFlowMatchingSampler": Example(
         "For new fields like those of a training, where a Gaussian random field is not enough.",
-        "Gallery/signals.png", {"ModelFileName": "bunny_mixtures", "Seed": 3},
-        'mesh = ss.sample_signal(mesh, "bunny_mixtures", seed=3)', "sample heart.vtp heat.vtp --model bunny_mixtures --seed 3"),
+        "Gallery/signals.png", "bunny.ply", {"ModelFileName": "bunny_mixtures", "Seed": 3},
+        'mesh = ss.read_mesh("bunny.ply")\nmesh = ss.sample_signal(mesh, "bunny_mixtures", seed=3)\n'
+        'ss.write_mesh(mesh, "mixture.vtp")', "sample bunny.ply mixture.vtp --model bunny_mixtures --seed 3"),
     "vtkGeometricTextureSynthesizer": Example(
         "To give a smooth surface the relief of another one.",
-        "Gallery/textures.png", {"ModelFileName": "spikes", "StartLevel": 1, "Seed": 1},
-        'mesh = ss.geometric_texture(mesh, "spikes", start_level=1, seed=1)',
-        "geometric-texture bunny.ply spiky.ply --model spikes --start-level 1 --seed 1"),
+        "Gallery/textures.png", "bunny.ply", {"ModelFileName": "spikes", "StartLevel": 1, "Seed": 1},
+        'mesh = ss.read_mesh("bunny.ply")\nmesh = ss.geometric_texture(mesh, "spikes", start_level=1, seed=1)\n'
+        'ss.write_mesh(mesh, "spiky.ply")', "geometric-texture bunny.ply spiky.ply --model spikes --start-level 1 --seed 1"),
     "vtkFieldLatentEncoder": Example(
         "To carry a texture to another triangulation, and to prepare one for training.",
-        _PARAVIEW + "FieldLatentEncoder.png", {"ModelFileName": "field_latents"},
-        'mesh = ss.encode_texture(mesh, image, model="field_latents")', "encode-texture duck.obj duck.vtp --model field_latents",
-        ("TextureImage",)),
+        _PARAVIEW + "FieldLatentEncoder.png", "duck.obj", {"ModelFileName": "field_latents"},
+        'mesh, image = ss.read_textured_mesh("duck.obj")  # and duck.png, which it names\n'
+        'mesh = ss.encode_texture(mesh, image, model="field_latents")\nss.write_mesh(mesh, "latents.vtp")',
+        "encode-texture duck.obj latents.vtp --model field_latents", (("TextureImage", "duck.png"),)),
     "vtkFieldLatentDecoder": Example(
         "To make a texture image of latent vectors, at any resolution.",
-        _PARAVIEW + "FieldLatentDecoder.png", {"ModelFileName": "field_latents", "Resolution": [2048, 2048]},
-        'texture = ss.decode_texture(mesh, model="field_latents", resolution=2048)',
-        "decode-texture duck.vtp duck.obj --model field_latents --resolution 2048"),
+        _PARAVIEW + "FieldLatentDecoder.png", "latents.vtp", {"ModelFileName": "field_latents", "Resolution": [2048, 2048]},
+        'mesh = ss.read_mesh("latents.vtp")  # of encode_texture()\n'
+        'mesh, image = ss.decode_texture(mesh, model="field_latents", resolution=2048)\n'
+        'ss.write_textured_mesh(mesh, image, "decoded.obj")',
+        "decode-texture latents.vtp decoded.obj --model field_latents --resolution 2048"),
     "vtkFieldLatentTextureFilter": Example(
         "For new textures like that of one textured surface, on any surface.",
-        "Gallery/latent_textures.png", {"ModelFileName": "coat", "Seed": 1},
-        'texture = ss.sample_texture(mesh, "coat", seed=1)', "sample-texture duck.off coat.obj --model coat --seed 1"),
+        "Gallery/latent_textures.png", "bunny.ply", {"ModelFileName": "coat", "Seed": 1},
+        'mesh = ss.read_mesh("bunny.ply")\nmesh, image, latents = ss.sample_texture(mesh, "coat", seed=1)\n'
+        'ss.write_textured_mesh(mesh, image, "spotted.obj")', "sample-texture bunny.ply spotted.obj --model coat --seed 1"),
     "vtkFlowMatchingTrainer": Example(
         "When there are tens to thousands of samples of shapes or fields on one or several surfaces.",
-        _PARAVIEW + "FlowMatchingTrainer.png", {"DatasetFileName": "poses.safetensors", "ModelFileName": "model.safetensors",
-                                                "Iterations": 3000},
+        _PARAVIEW + "FlowMatchingTrainer.png", None,
+        {"DatasetFileName": "poses.safetensors", "ModelFileName": "model.safetensors", "Iterations": 3000},
         'ss.train_flow_matching(dataset="poses.safetensors", model="model.safetensors", iterations=3000)',
         "train flow-matching poses.safetensors model.safetensors --iterations 3000"),
     "vtkMultiscaleMeshFitter": Example(
         "Before vtkGeometricTextureTrainer: it makes the levels from which a relief is learned.",
-        _PARAVIEW + "MultiscaleMeshFitter.png", {"NumberOfLevels": 5, "DatasetFileName": "levels.safetensors"},
-        "fitted = ss.fit_levels(mesh, levels=5)", "levels bark.ply levels.safetensors --levels 5"),
+        _PARAVIEW + "MultiscaleMeshFitter.png", "bark.ply", {"NumberOfLevels": 5, "DatasetFileName": "levels.safetensors"},
+        'mesh = ss.read_mesh("bark.ply")\nfitted = ss.fit_levels(mesh, levels=5, dataset="levels.safetensors")',
+        "levels bark.ply levels.safetensors --levels 5"),
     "vtkGeometricTextureTrainer": Example(
         "To learn the relief of one surface, of which a patch of a few wavelengths is enough.",
-        _PARAVIEW + "GeometricTextureTrainer.png", {"DatasetFileName": "levels.safetensors", "ModelFileName": "bark.safetensors"},
+        _PARAVIEW + "GeometricTextureTrainer.png", None,
+        {"DatasetFileName": "levels.safetensors", "ModelFileName": "bark.safetensors"},
         'ss.train_geometric_texture(dataset="levels.safetensors", model="bark.safetensors")',
         "train geometric-texture levels.safetensors bark.safetensors"),
     "vtkFieldLatentTrainer": Example(
         "Seldom: the installed autoencoder field_latents serves for all textures. For images of another kind, train one.",
-        _PARAVIEW + "FieldLatentTrainer.png", {"DatasetFileName": "textures.safetensors", "ModelFileName": "latents.safetensors"},
+        _PARAVIEW + "FieldLatentTrainer.png", None,
+        {"DatasetFileName": "textures.safetensors", "ModelFileName": "latents.safetensors"},
         'ss.train_field_latents(dataset="textures.safetensors", model="latents.safetensors")',
         "train field-latents textures.safetensors latents.safetensors"),
     "vtkLatentDiffusionTrainer": Example(
         "To learn the texture of one surface, with labels and directions where the texture follows some.",
-        _PARAVIEW + "LatentDiffusionTrainer.png", {"ModelFileName": "bark.safetensors", "NumberOfTriangulations": 64},
-        'ss.train_latent_diffusion(mesh, image, model="bark.safetensors", triangulations=64)',
-        "train latent-diffusion duck.obj bark.safetensors --triangulations 64", ("TextureImage",)),
+        _PARAVIEW + "LatentDiffusionTrainer.png", "duck.obj", {"ModelFileName": "feathers.safetensors", "NumberOfTriangulations": 64},
+        'mesh, image = ss.read_textured_mesh("duck.obj")  # and duck.png, which it names\n'
+        'ss.train_latent_diffusion(mesh, image, model="feathers.safetensors", triangulations=64)',
+        "train latent-diffusion duck.obj feathers.safetensors --triangulations 64", (("TextureImage", "duck.png"),)),
     "vtkPoseEnsembleFilter": Example(
         "For training data without a data set: random poses of one shape.",
-        "Gallery/poses.png", {"NumberOfSamples": 100, "Seed": 1},
-        "ensemble = ss.poses(mesh, samples=100, seed=1)", "dataset poses armadillo.off poses.safetensors --samples 100 --seed 1"),
+        "Gallery/poses.png", "armadillo.ply", {"NumberOfSamples": 100, "Seed": 1},
+        'mesh = ss.read_mesh("armadillo.ply")\nposes = ss.poses(mesh, samples=100, seed=1)\n'
+        'ss.write_signal_dataset("poses.safetensors", [(mesh, poses)], "Position")',
+        "dataset poses armadillo.ply poses.safetensors --samples 100 --seed 1"),
     "vtkGaussianMixtureFilter": Example(
         "For training data of signals with a known distribution, to test a training.",
-        "Gallery/mixtures.png", {"NumberOfSamples": 100, "Seed": 1},
-        "signals = ss.gaussian_mixtures(mesh, samples=100, seed=1)",
-        "dataset mixtures bunny.off mixtures.safetensors --samples 100 --seed 1"),
+        "Gallery/mixtures.png", "bunny.ply", {"NumberOfSamples": 100, "Seed": 1},
+        'mesh = ss.read_mesh("bunny.ply")\nsignals = ss.gaussian_mixtures(mesh, samples=100, seed=1)\n'
+        'ss.write_signal_dataset("mixtures.safetensors", [(mesh, signals)], "Mixture")',
+        "dataset mixtures bunny.ply mixtures.safetensors --samples 100 --seed 1"),
     "vtkEnsembleLayoutFilter": Example(
         "To look at the samples of an ensemble side by side.",
-        _PARAVIEW + "EnsembleLayout.png", {"Spacing": 0.2}, "ensemble = ss.ensemble_layout(ensemble, spacing=0.2)", None),
+        _PARAVIEW + "EnsembleLayout.png", "poses.vtm", {"Spacing": 0.2},
+        'ensemble = ss.read_mesh("poses.vtm")\nensemble = ss.ensemble_layout(ensemble, spacing=0.2)\n'
+        'ss.write_mesh(ensemble, "row.vtm")', None),
     "vtkEnsembleMetrics": Example(
         "To judge generated samples against samples that were held back from the training.",
-        _PARAVIEW + "EnsembleMetrics.png", {"ArrayName": "Field"},
-        'metrics = ss.ensemble_metrics(generated, reference, array="Field")',
-        "metrics --generated generated.vtm --reference reference.vtm --array Field", ("Reference",)),
+        _PARAVIEW + "EnsembleMetrics.png", "generated.vtm", {"ArrayName": "Field"},
+        'generated = ss.read_mesh("generated.vtm")\nreference = ss.read_mesh("reference.vtm")\n'
+        'metrics = ss.ensemble_metrics(generated, reference, array="Field")\nprint(metrics)',
+        "metrics --generated generated.vtm --reference reference.vtm --array Field", (("Reference", "reference.vtm"),)),
     "vtkEnsembleStatistics": Example(
         "To describe how the shapes or signals of a group vary: mean, deviation, quantiles and modes.",
-        "Gallery/shape_model.png", {"NumberOfModes": 5},
-        "statistics = ss.ensemble_statistics(ensemble, modes=5)", "statistics shapes.vtm model.vtp --modes 5"),
+        "Gallery/shape_model.png", "shapes.vtm", {"NumberOfModes": 5},
+        'shapes = ss.read_mesh("shapes.vtm")\nstatistics = ss.ensemble_statistics(shapes, modes=5)\n'
+        'ss.write_mesh(statistics.surface, "model.vtp")', "statistics shapes.vtm model.vtp --modes 5"),
     "vtkShapeModelSampler": Example(
         "To make random shapes of a group, and to find the coefficients of a new one.",
-        "Gallery/shape_model.png", {"NumberOfSamples": 12, "Seed": 1},
-        "shapes = ss.shape_model(model, samples=12, seed=1)", "shape-model model.vtp random.vtm --samples 12 --seed 1"),
+        "Gallery/shape_model.png", "model.vtp", {"NumberOfSamples": 12, "Seed": 1},
+        'model = ss.read_mesh("model.vtp")  # of ensemble_statistics()\nshapes = ss.shape_model(model, samples=12, seed=1)\n'
+        'ss.write_mesh(shapes, "random.vtm")', "shape-model model.vtp random.vtm --samples 12 --seed 1"),
     "vtkSurfaceDistance": Example(
         "To compare a segmentation with a reference, or a surface with its simplification.",
-        _PARAVIEW + "SurfaceDistance.png", {"NumberOfSamples": 100000},
-        "distance = ss.surface_distance(mesh, reference)", "distance segmented.stl reference.ply", ("Second",)),
+        _PARAVIEW + "SurfaceDistance.png", "segmented.stl", {"NumberOfSamples": 100000},
+        'mesh = ss.read_mesh("segmented.stl")\nreference = ss.read_mesh("reference.ply")\n'
+        'distance = ss.surface_distance(mesh, reference)\nprint(distance)',
+        "distance segmented.stl reference.ply", (("Second", "reference.ply"),)),
     "vtkGeometricTextureDistance": Example(
         "To compare the relief of a synthesized surface with the one that was learned.",
-        _PARAVIEW + "GeometricTextureDistance.png", {"NumberOfProjections": 256},
-        "distance = ss.geometric_texture_distance(mesh, reference, projections=256)",
-        "geometric-texture-distance synthesized.ply original.ply --projections 256", ("Reference",)),
+        _PARAVIEW + "GeometricTextureDistance.png", "synthesized.ply", {"NumberOfProjections": 256},
+        'mesh = ss.read_mesh("synthesized.ply")\nreference = ss.read_mesh("original.ply")\n'
+        'distance = ss.geometric_texture_distance(mesh, reference, projections=256)\nprint(distance)',
+        "geometric-texture-distance synthesized.ply original.ply --projections 256", (("Reference", "original.ply"),)),
 }  # fmt: skip
 
 #: What was measured of accuracy, bias and time, and where: files of the sources.

@@ -5,6 +5,7 @@ generate.py <folder>
 """
 
 import inspect
+import json
 import pathlib
 import re
 import shutil
@@ -108,6 +109,11 @@ def groups_of_readme():
 # -- examples ----------------------------------------------------------------------------------------------------------
 
 
+#: Readers of VTK by the end of a file's name.
+READERS = {".mha": "vtkMetaImageReader", ".obj": "vtkOBJReader", ".ply": "vtkPLYReader", ".png": "vtkPNGReader",
+           ".stl": "vtkSTLReader", ".vtm": "vtkXMLMultiBlockDataReader", ".vtp": "vtkXMLPolyDataReader"}  # fmt: skip
+
+
 def _in_cxx(value):
     if isinstance(value, str):
         return f'"{value}"'
@@ -116,24 +122,36 @@ def _in_cxx(value):
 
 def example_in_cxx(name, proxy, example):
     command = {element.get("name"): element.get("command") for element in proxy}
-    is_source = "Input" not in command or "DatasetFileName" in example.properties
-    lines = [f"#include <{name}.h>", "#include <vtkNew.h>", "", f"vtkNew<{name}> filter;"]
-    if not is_source or name == "vtkMultiscaleMeshFitter":
-        lines.append("filter->SetInputConnection(reader->GetOutputPort());")
-    for port, other in enumerate(example.inputs, 1):
-        ports = {element.get("name"): element.get("port_index", str(port)) for element in proxy}
-        lines.append(f"filter->SetInputConnection({ports[other]}, {other[0].lower() + other[1:]}->GetOutputPort());")
+    ports = {element.get("name"): element.get("port_index") for element in proxy}
+    files = [("reader", "0", example.file)] if example.file else []
+    files += [(other[0].lower() + other[1:], ports[other], file) for other, file in example.inputs]
+    readers = [(variable, port, file, READERS[pathlib.Path(file).suffix]) for variable, port, file in files]
+    lines = [f"#include <{header}.h>" for header in sorted({name, "vtkNew", *(reader for *_, reader in readers)})] + [""]
+    for variable, _, file, reader in readers:
+        lines += [f"vtkNew<{reader}> {variable};", f'{variable}->SetFileName("{file}");']
+    lines.append(f"vtkNew<{name}> filter;")
+    for variable, port, *_ in readers:
+        lines.append(f"filter->SetInputConnection({'' if port == '0' else port + ', '}{variable}->GetOutputPort());")
     lines += [f"filter->{command[key]}({_in_cxx(value)});" for key, value in example.properties.items()]
     return "\n".join([*lines, "filter->Update();"])
 
 
 def example_in_paraview(name, proxy, example):
-    names = [element.get("name") for element in proxy]
-    words = [] if "DatasetFileName" in example.properties and name != "vtkMultiscaleMeshFitter" else ["Input=surface"]
-    words = [word for word in words if "Input" in names]
-    words += [f"{other}={other.lower()}" for other in example.inputs]
-    words += [f"{key}={value!r}" for key, value in example.properties.items()]
-    return f"from paraview.simple import *\n\nresult = {function_name(proxy)}({', '.join(words)})\nresult.UpdatePipeline()"
+    """Arguments that ParaView's Python does not choose as one would: a number of minutes for trainers, the active source as input,
+    GDAL as reader of images; it knows the arrays of a file that has been read only."""
+    kind = {".mha": "volume", ".vtm": "ensemble"}
+    variable = kind.get(pathlib.Path(example.file).suffix, "surface") if example.file else None
+    files = [("Input", variable, example.file)] if example.file else []
+    files += [(other, re.sub(r"(?<=[a-z])(?=[A-Z])", "_", other).lower(), file) for other, file in example.inputs]
+    words = [f"{other}={variable}" for other, variable, _ in files] or ["Input=None"]
+    words += [f"{key}={json.dumps(value)}" for key, value in example.properties.items()]
+    if any(element.get("name") == "TimeBudget" for element in proxy):
+        words.append("TimeBudget=0")
+    lines = ["from paraview.simple import *", "", 'LoadDistributedPlugin("SurfaceSynthesis", ns=globals())']
+    for _, variable, file in files:
+        reader = f'PNGSeriesReader(FileNames=["{file}"])' if file.endswith(".png") else f'OpenDataFile("{file}")'
+        lines += [f"{variable} = {reader}", *([f"{variable}.UpdatePipeline()"] if variable == "volume" else [])]
+    return "\n".join([*lines, f"result = {function_name(proxy)}({', '.join(words)})", "result.UpdatePipeline()"])
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------

@@ -40,6 +40,7 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->CheckNames();
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
   this->Model = this->ReadModel();
+  static_cast<void>(this->Range(*this->Model)); // throws once, and not for each block
   this->Targets.Begin();
   this->Textures.Begin();
 }
@@ -197,15 +198,18 @@ std::vector<double> vtkGeometricTextureSynthesizer::Internals::AnimationTimes()
 surfsynth::GeometricTextureLevelRange vtkGeometricTextureSynthesizer::Internals::Range(
   const surfsynth::GeometricTextureModel& model) const
 {
-  return surfsynth::LevelsToSynthesize(this->Request(0), model.Options.Levels);
+  return surfsynth::LevelsToSynthesize(this->Request(0, model), model.Options.Levels);
 }
 
-GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(unsigned int flatIndex) const
+GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(
+  unsigned int flatIndex, const surfsynth::GeometricTextureModel& model) const
 {
   vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureRequest request;
-  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel : std::min(1, self->GetNumberOfInputConnections(0));
   request.EndLevel = self->EndLevel;
+  const int last = surfsynth::LevelsToSynthesize(request, model.Options.Levels).Last;
+  const int automatic = std::min({ 1, self->GetNumberOfInputConnections(0), last });
+  request.StartLevel = self->StartLevel >= 0 ? self->StartLevel : automatic;
   request.Seed = static_cast<std::uint64_t>(self->Seed);
   request.SecondSeed = static_cast<std::uint64_t>(self->SecondSeed);
   request.Interpolation = self->Animation == SEEDS && this->Time ? std::clamp(*this->Time, 0.0, 1.0)
@@ -262,7 +266,7 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
 {
   const vtkGeometricTextureSynthesizer* self = this->Self;
   GeometricTextureSettings settings;
-  settings.Request = this->Request(surface.FlatIndex);
+  settings.Request = this->Request(surface.FlatIndex, *this->Model);
   const surfsynth::GeometricTextureLevelRange range = this->Range(*this->Model);
   for (int level = range.First; level <= range.Last; ++level)
   {

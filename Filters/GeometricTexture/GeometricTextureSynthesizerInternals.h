@@ -70,7 +70,8 @@ private:
   void CheckNames() const;
   std::shared_ptr<const surfsynth::GeometricTextureModel> ReadModel();
   surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
-  surfsynth::GeometricTextureRequest Request(unsigned int flatIndex) const;
+  surfsynth::GeometricTextureRequest Request(
+    unsigned int flatIndex, const surfsynth::GeometricTextureModel& model) const;
   void Check(surfsynth::Surface& surface) const;
   double TextureScale(const surfsynth::TriangleMesh& target) const;
   bool Remeshes() const;

@@ -123,9 +123,9 @@ public:
 
   ///@{
   /**
-   * Generator level that works on the target at its own resolution, at least -1; values above the last level stand for
-   * the last level. Coarse levels make large shapes: begin above 0 to keep the shape of the target. -1
-   * stands for level 1 on a target, and for level 0 without input. Default 0.
+   * Generator level that works on the target at its own resolution, at least -1; one above the last level is an error
+   * that names the levels. Coarse levels make large shapes: begin above 0 to keep the shape of the target. -1 stands for
+   * level 1 on a target, or for the last level where that is 0, and for level 0 without input. Default 0.
    */
   vtkSetClampMacro(StartLevel, int, -1, VTK_INT_MAX);
   vtkGetMacro(StartLevel, int);

@@ -109,7 +109,8 @@ public:
 
   ///@{
   /**
-   * Side of the voxels of the level set, world units, at least 0; it is the size of the smallest features and of the
+   * Side of the voxels of the level set, world units, at least 0 and at most the longest side of the bounding box of
+   * the surface, or of the solid in an image, moved by Offset; it is the size of the smallest features and of the
    * triangles of the output. Time and memory are proportional to its inverse square. 0 (the default) stands for the
    * smallest spacing of an image, and for 1/128 of the longest side of the bounding box of a surface.
    */

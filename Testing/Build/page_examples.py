@@ -13,15 +13,13 @@ import sys
 
 
 def source_of(examples):
-    """One source with a function for each example, in which readers of the inputs are given."""
-    includes, functions = {"#include <vtkAlgorithm.h>"}, []
+    """One source with a function for each example."""
+    includes, functions = set(), []
     for name, text in examples.items():
         lines = text.splitlines()
         includes.update(line for line in lines if line.startswith("#include"))
         body = "\n".join(line for line in lines if not line.startswith("#include"))
-        inputs = sorted(set(re.findall(r"(\w+)->GetOutputPort", body)))
-        parameters = ", ".join(f"vtkAlgorithm* {one}" for one in inputs)
-        functions.append(f"void Example{name}({parameters})\n{{\n{body.strip()}\n}}\n")
+        functions.append(f"void Example{name}()\n{{\n{body.strip()}\n}}\n")
     return "\n".join([*sorted(includes), "", *functions])
 
 

@@ -1,23 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The examples in ParaView on the pages of all filters: each makes its filter with the values that it names, and those of
-filters that need no model, no measured data and no minutes are run."""
+"""The examples in ParaView on the pages of all filters are run, as scripts of their own: each makes its filter with the values
+that it names, and a result. Values that need minutes are replaced by small ones, and the files that are read are small."""
 
 import os
+import pathlib
 import sys
 
+import page_inputs
 import surfaces
-from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 
-LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 sys.path.append(os.path.join(os.environ["SURFACE_SYNTHESIS_EXAMPLES"], os.pardir, "Documentation"))
 import generate  # noqa: E402
 from filter_examples import FILTERS  # noqa: E402
 
-#: Filters whose input is an image.
-OF_IMAGES = ("vtkLabelSurfaceFilter",)
-#: Those that run on a sphere in a second.
-QUICK = ("vtkTopologyReport", "vtkVDBSurfaceFilter", "vtkSurfaceRepairFilter", "vtkTextureAtlasFilter", "vtkMaternNoiseFilter",
-         "vtkGaussianMixtureFilter", "vtkSurfaceDistance", "vtkTetrahedralizeFilter")
+PROXIES = generate.proxies()
+#: What a test cannot wait for: sizes and numbers of iterations.
+SMALL = {
+    "vtkIsotropicRemeshFilter": {"TargetNumberOfPoints": 2000},
+    "vtkTextureAtlasFilter": {"Resolution": [256, 256]},
+    "vtkFieldLatentDecoder": {"Resolution": [128, 128]},
+    "vtkFieldLatentTextureFilter": {"Resolution": [128, 128], "NumberOfPoints": 300, "NumberOfSteps": 3},
+    "vtkFlowMatchingTrainer": {"Iterations": 2, "Width": 8, "Blocks": 2, "BatchSize": 2},
+    "vtkMultiscaleMeshFitter": {"NumberOfLevels": 2, "IcosphereLevel": 1, "Iterations": 3, "Samples": 300},
+    "vtkGeometricTextureTrainer": {"IterationsPerLevel": 2, "StartChannels": 8, "MinimumChannels": 8, "MaximumChannels": 8},
+    "vtkFieldLatentTrainer": {"Iterations": 2, "BatchSize": 4, "Channels": 8, "DecoderWidth": 16},
+    "vtkLatentDiffusionTrainer": {"Iterations": 2, "BatchSize": 1, "NumberOfTriangulations": 1, "NumberOfPoints": 200,
+                                  "Channels": 8, "CoarseChannels": 8},
+    "vtkPoseEnsembleFilter": {"NumberOfSamples": 2},
+    "vtkGaussianMixtureFilter": {"NumberOfSamples": 3},
+}  # fmt: skip
 
 
 def elements_of(result, key):
@@ -26,34 +37,65 @@ def elements_of(result, key):
     return [found.GetElement(k) for k in range(found.GetNumberOfElements())]
 
 
-def example_of(name, last_line):
-    """The result of an example, with or without its last line, which updates it."""
-    proxy = generate.proxies()[name]
-    code = generate.example_in_paraview(name, proxy, FILTERS[name])
-    lines = code.splitlines()
-    assert lines[-1] == "result.UpdatePipeline()"
-    sphere = Sphere(ThetaResolution=24, PhiResolution=24)
-    given = {other.lower(): Sphere(ThetaResolution=24, PhiResolution=24, Radius=0.6) for other in FILTERS[name].inputs}
-    names = {**globals(), **given, "surface": Wavelet() if name in OF_IMAGES else sphere}
-    exec("\n".join(lines if last_line else lines[:-1]), names)
-    return names["result"]
+def size_of(result, port):
+    """Rows of a table, points of anything else."""
+    information = result[port].GetDataInformation()
+    return information.GetNumberOfRows() if information.GetDataSetTypeAsString() == "vtkTable" else information.GetNumberOfPoints()
 
 
-def each_example_makes_its_filter():
-    assert len(FILTERS) > 20
+def faults_of(name, example):
+    """Runs an example; returns what is wrong."""
+    lines = generate.example_in_paraview(name, PROXIES[name], example).splitlines()
+    if lines[-1] != "result.UpdatePipeline()":
+        return ["the last line does not update the result"]
+    model = example.properties.get("ModelFileName", "")
+    if model.endswith(".safetensors"):
+        pathlib.Path(model).unlink(missing_ok=True)
+    names, errors = {"__name__": "__main__"}, []
+
+    def note(_caller, _event, text):
+        errors.append(text)
+
+    note.CallDataType = "string0"
+    exec("\n".join(lines[:-1]), names)
+    result = names["result"]
+    result.GetClientSideObject().AddObserver("ErrorEvent", note)
+    exec(lines[-1], names)
+    for key, value in example.properties.items():
+        wanted = list(value) if isinstance(value, (list, tuple)) else [value]
+        if elements_of(result, key) != wanted:
+            errors.append(f"{key} is {elements_of(result, key)}, not {wanted}")
+    if model.endswith(".safetensors") and not os.path.isfile(model):
+        errors.append(f"{model} was not written")
+    if size_of(result, 0) == 0:
+        errors.append("the result is empty")
+    return errors
+
+
+def each_filter_of_the_menu_has_an_example():
+    assert set(FILTERS) == set(PROXIES) and len(FILTERS) > 20
+    assert set(SMALL) <= set(FILTERS)
+
+
+def all_examples_run():
+    page_inputs.write_inputs(surfaces.ball(12), surfaces.ball(6), surfaces.armadillo())
+    faults = {}
     for name, example in FILTERS.items():
-        result = example_of(name, False)
-        for key, value in example.properties.items():
-            wanted = list(value) if isinstance(value, (list, tuple)) else [value]
-            assert elements_of(result, key) == wanted, (name, key, elements_of(result, key), value)
+        found = faults_of(name, example._replace(properties={**example.properties, **SMALL.get(name, {})}))
+        if found:
+            faults[name] = found
+    assert not faults, faults
 
 
-def quick_examples_run():
-    for name in QUICK:
-        result = example_of(name, True)
-        information = result.GetDataInformation()
-        rows = information.GetNumberOfRows() if name in ("vtkTopologyReport",) else information.GetNumberOfPoints()
-        assert rows > 0, name
+def an_example_that_fails_is_found():
+    assert faults_of("vtkPoissonNetFilter", FILTERS["vtkPoissonNetFilter"]._replace(properties={"ModelFileName": "none"}))
+    example = FILTERS["vtkFieldLatentTrainer"]
+    assert faults_of("vtkFieldLatentTrainer", example._replace(properties={**example.properties, "DatasetFileName": "none"}))
+    try:
+        faults_of("vtkTopologyReport", FILTERS["vtkTopologyReport"]._replace(file="missing.stl"))
+    except RuntimeError:
+        return
+    raise AssertionError("a file that is missing is not found")
 
 
-surfaces.run(each_example_makes_its_filter, quick_examples_run)
+surfaces.run(each_filter_of_the_menu_has_an_example, all_examples_run, an_example_that_fails_is_found)

@@ -58,14 +58,19 @@ def test_examples_name_what_there_is(name):
     assert (ROOT / "Examples" / example.picture).is_file()
     settable = {element.get("name") for element in generate.properties_of(proxy)}
     assert set(example.properties) <= settable
-    assert set(example.inputs) <= {element.get("name") for element in proxy if element.tag == "InputProperty"}
+    inputs = {element.get("name") for element in proxy if element.tag == "InputProperty"}
+    assert {other for other, _ in example.inputs} <= inputs
+    assert example.file or "DatasetFileName" in example.properties
+    files = [file for file in (example.file, *(file for _, file in example.inputs)) if file]
+    assert all(file in example.python for file in files)
     instance = getattr(surfacesynthesis, name)()
     for setter in re.findall(r"filter->(\w+)\(", generate.example_in_cxx(name, proxy, example)):
         assert hasattr(instance, setter), setter
     calls = check_calls(example.python)
-    assert calls and calls[0].func.attr == generate.rows_of_readme()[name][0]
+    assert generate.rows_of_readme()[name][0] in [call.func.attr for call in calls]
     if example.command:
         check_command(["python3", "-m", "surfacesynthesis", *shlex.split(example.command)])
+        assert all(file in example.command for file in files if not file.endswith(".png"))
         assert shlex.split(example.command)[0] == (generate.rows_of_readme()[name][1] or "").split()[0]
     ast.parse(generate.example_in_paraview(name, proxy, example))
 

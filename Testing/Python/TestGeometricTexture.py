@@ -265,6 +265,8 @@ def test_the_command_refuses_wrong_usage(ball, model, tmp_path, capsys):
     assert "interpolation" in capsys.readouterr().err
     assert main(["geometric-texture", out, "--model", str(model), "--mask", "Upper"]) == 2
     assert "INPUT" in capsys.readouterr().err
+    assert main(["geometric-texture", *files, "--model", str(model), "--start-level", "99"]) == 1
+    assert "--start-level is 99; expected 0 to 2, the levels of the model." in capsys.readouterr().err
     assert main(["geometric-texture", str(tmp_path / "ball.ply"), out, "--model", str(tmp_path / "none")]) == 1
 
 

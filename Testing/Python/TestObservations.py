@@ -6,7 +6,7 @@ import pytest
 from conftest import add_array, icosphere, point_array, points_of, polydata_of
 from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, estimate_matern, matern_noise, read_mesh, write_mesh
 from surfacesynthesis.command_line import main
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
 PLACES = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [-0.6, 0.8, 0]])
 VALUES = np.array([-1.5, 0.0, 1.0, 2.0])
@@ -176,3 +176,16 @@ def test_commands(pair, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "parameter,estimate,standard_error,lower,upper"
     assert lines[1].startswith("correlation_range,0.") and len(lines) == 4
+
+
+@pytest.mark.parametrize("options", [["in.vtm"], ["in.vtp", "--observations", "in.vtm"]])
+def test_the_estimate_of_several_blocks_is_refused_once(pair, tmp_path, capsys, monkeypatch, options):
+    monkeypatch.chdir(tmp_path)
+    surface, blocks = matern_noise(polydata_of(*pair), range=0.7), vtkMultiBlockDataSet()
+    for k in range(3):
+        blocks.SetBlock(k, surface)
+    write_mesh(surface, "in.vtp")
+    write_mesh(blocks, "in.vtm")
+    assert main(["estimate", *options, "--observation-array", "MaternNoise"]) == 1
+    wanted = "surface" if len(options) == 1 else "set of points"
+    assert capsys.readouterr().err == f"surfacesynthesis: in.vtm: one {wanted} is needed, not a vtkMultiBlockDataSet\n"

@@ -116,6 +116,11 @@ def test_errors_warnings_and_cancellation(pair):
         vdb_surface(labels, array="Labels")
     with pytest.raises(SurfaceSynthesisError, match="A VoxelSize of .* fits"):
         vdb_surface(pair, voxel_size=1e-6)
+    for size in (1e30, 2.5):
+        with pytest.raises(SurfaceSynthesisError, match="larger than the surface, which spans a box of longest side"):
+            vdb_surface(pair, voxel_size=size)
+    with pytest.raises(SurfaceSynthesisError, match="larger than the surface, which spans a box of longest side"):
+        vdb_surface(ball_image(), voxel_size=1e3)
     with pytest.raises(Cancelled):
         vdb_surface(ball_image(), progress=lambda fraction: False)
 

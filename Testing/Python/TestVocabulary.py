@@ -488,6 +488,11 @@ def test_messages_name_options_that_there_are():
         quoted = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; EdgeLength.'
         expected = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; --edge-length.'
         assert in_words_of_commands(quoted, dict(parsers())["remesh"]) == expected
+        limit = "at most 1e+07 (MaximumNumberOfPoints) are allowed (PoissonNet)."
+        expected = "at most 1e+07 (--maximum-points) are allowed (PoissonNet)."
+        assert in_words_of_commands(limit, dict(parsers())["remesh"]) == expected
+        expected = "at most 1e+07 are allowed (PoissonNet)."
+        assert in_words_of_commands(limit, dict(parsers())["dataset mixtures"]) == expected
 
 
 def test_former_words_are_hidden_and_end_nowhere():

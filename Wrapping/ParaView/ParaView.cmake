@@ -76,6 +76,7 @@ endforeach ()
 paraview_plugin_build(
   PLUGINS ${plugins}
   LIBRARY_SUBDIRECTORY "${PARAVIEW_PLUGIN_SUBDIR}"
+  PLUGINS_FILE_NAME surfacesynthesis.plugins.xml
   INSTALL_HEADERS OFF
   DISABLE_XML_DOCUMENTATION ON)
 surfsynth_set_warnings(${surfsynth_plugin_modules})
@@ -83,6 +84,8 @@ surfsynth_set_warnings(${surfsynth_plugin_modules})
 # The folder of the plugin's libraries, below the build folder and below the installation prefix. PV_PLUGIN_PATH may
 # name it.
 set(surfsynth_plugin_destination "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/SurfaceSynthesis")
+# The list of plugins that names this one: in paraview.conf ParaView knows it by its name, as PV_PLUGIN_CONFIG_FILE loads it.
+set(surfsynth_plugins_file "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/surfacesynthesis.plugins.xml")
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The Python package, for pvpython.

@@ -171,13 +171,15 @@ GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const G
 
 GeometricTextureLevelRange LevelsToSynthesize(const GeometricTextureRequest& request, std::int64_t levelsOfModel)
 {
-  if (request.StartLevel < 0)
-  {
-    RefuseSample("the first level is " + std::to_string(request.StartLevel), "0 or above");
-  }
   const int last = static_cast<int>(levelsOfModel) - 1;
   const int end = request.EndLevel < 0 ? last : std::min(request.EndLevel, last);
-  return { std::min(request.StartLevel, end), end };
+  if (request.StartLevel < 0 || request.StartLevel > end)
+  {
+    const std::string why = end < last ? " (EndLevel); the model has the levels 0 to " + std::to_string(last)
+                                       : ", the levels of the model";
+    RefuseSample("StartLevel is " + std::to_string(request.StartLevel), "0 to " + std::to_string(end) + why);
+  }
+  return { request.StartLevel, end };
 }
 
 GeometricTextureSampler::GeometricTextureSampler(std::shared_ptr<const GeometricTextureModel> model)

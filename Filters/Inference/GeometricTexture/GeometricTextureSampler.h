@@ -28,7 +28,7 @@ enum class NormStatistics
 /// Texture to synthesize: levels, noise and mask.
 struct GeometricTextureRequest
 {
-  int StartLevel = 0;           ///< first generator level, for the mesh itself, >= 0; above EndLevel: EndLevel
+  int StartLevel = 0;           ///< first generator level, for the mesh itself, from 0 to the last
   int EndLevel = -1;            ///< last generator level; below 0 or too large: the model's last
   std::uint64_t Seed = 0;       ///< seed of the noise
   std::uint64_t SecondSeed = 0; ///< noise = cos(a) first + sin(a) second with a = Interpolation pi / 2: same variance
@@ -53,7 +53,7 @@ struct GeometricTextureLevelRange
 };
 
 /// Finds the levels of a request in a model of @p levelsOfModel levels.
-/// @throws InvalidInput when the first level is below 0.
+/// @throws InvalidInput when the first level is below 0 or above the last.
 GeometricTextureLevelRange LevelsToSynthesize(const GeometricTextureRequest& request, std::int64_t levelsOfModel);
 
 /// The mesh after one generator level.
@@ -84,9 +84,10 @@ public:
   /// @param mesh target; its edges should have about the same length everywhere. The mean edge length sets the scale of
   /// the texture.
   /// @return the last level.
-  /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0,
-  /// the model has no statistics that are asked for, the mask has the wrong size or it or the interpolation a value outside [0, 1], the finest mesh would have too many
-  /// triangles, or the result is not finite; Cancelled.
+  /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0 or
+  /// above the last, the model lacks the statistics that are asked for, the mask has the wrong size or it or the
+  /// interpolation a value outside [0, 1], the finest mesh would have too many triangles, or the result is not finite;
+  /// Cancelled.
   GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
     const Observer& observe = {}, const Progress& progress = {}) const;
 

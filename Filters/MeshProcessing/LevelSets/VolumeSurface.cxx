@@ -117,6 +117,19 @@ void RequireFewVoxels(
     " are allowed. A VoxelSize of " + FormatNumber(fitting) + " fits; MaximumNumberOfVoxels raises the limit.");
 }
 
+/// Throws when a voxel of the size that is asked for is larger than @p mesh with its offset, of which a box would be left.
+void RequireSmallVoxels(const TriangleMesh& mesh, const LevelSetOptions& options)
+{
+  const double outwards = std::max(options.Offset, 0.0);
+  const double side = ComputeBoundingBox(mesh).LongestSide() + 2.0 * outwards;
+  if (options.VoxelSize > side)
+  {
+    throw InvalidInput("VoxelSize is " + FormatNumber(options.VoxelSize) +
+      ", larger than the surface, which spans a box of longest side " + FormatNumber(side) +
+      (outwards > 0.0 ? " with its Offset" : "") + "; a size below that is needed, in the units of the surface.");
+  }
+}
+
 TriangleMesh Mapped(TriangleMesh mesh, const Eigen::RowVector3d& scale, const Eigen::RowVector3d& offset)
 {
   mesh.Points = (mesh.Points.array().rowwise() * scale.array()).rowwise() + offset.array();
@@ -256,6 +269,7 @@ TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions
     {
       return surface;
     }
+    RequireSmallVoxels(surface, options);
     options = WithBoundedOffset(options, surface);
     RequireFewVoxels(surface, voxelSize, HalfWidth, MotionOf(options, options.Closing), options);
     interrupter.Check();
@@ -278,6 +292,7 @@ TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& give
       FormatNumber(SmallestLength) + " to " + FormatNumber(LargestLength) +
       " are needed. vtkTransformPolyDataFilter scales the surface.");
   }
+  RequireSmallVoxels(mesh, options);
   const double closing = options.Closing / voxelSize;
   RequireFewVoxels(mesh, voxelSize, std::max<double>(HalfWidth, closing), MotionOf(options, 0.0), options);
   return WithThreads([&]() -> TriangleMesh {

@@ -60,12 +60,12 @@ using StopFlag = std::atomic<bool>;
 
 /// Extracts the surface of the region of negative @p samples, capped half a sample beyond the outermost ones. Closed,
 /// manifold, wound outwards; empty when there is no such region.
-/// @throws InvalidInput when the voxels would be too many, Cancelled
+/// @throws InvalidInput when the voxels would be too many or larger than the surface, Cancelled
 TriangleMesh SurfaceOfVolume(const VolumeSamples& samples, const LevelSetOptions& options, const StopFlag& stop);
 
 /// Extracts the surface of the solid that @p mesh bounds, and of a plate two voxels thick around parts that bound none.
 /// @param mesh any triangles with finite points and ids in range.
-/// @throws InvalidInput when the mesh has no extent or the voxels would be too many, Cancelled
+/// @throws InvalidInput when the mesh has no extent or the voxels would be too many or larger than it, Cancelled
 TriangleMesh SurfaceOfMesh(const TriangleMesh& mesh, const LevelSetOptions& options, const StopFlag& stop);
 
 } // namespace surfsynth

@@ -86,7 +86,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
     { "NoiseAmplitude", [](Filter* f) { f->SetNoiseAmplitude(0.2); } },
     { "NormStatistics", [](Filter* f) { f->SetNormStatisticsToReference(); } },
     { "LevelsWithoutNoise", [](Filter* f) { f->SetLevelsWithoutNoise("0"); } },
-    { "EndLevel", [](Filter* f) { f->SetEndLevel(0); } },
+    { "EndLevel", [](Filter* f) { f->SetEndLevel(1); } },
     { "StartLevel", [](Filter* f) { f->SetStartLevel(1); } },
     { "TargetPreparation", [](Filter* f) { f->SetTargetPreparationToSubdivide(); } },
     { "TextureScale", [](Filter* f) { f->SetTextureScale(0.5); } },

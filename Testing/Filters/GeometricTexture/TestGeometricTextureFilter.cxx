@@ -147,9 +147,6 @@ TEST(GeometricTextureFilter, LevelsAreThoseWithWhichPointsCame)
   const auto last = SurfaceOf(filter);
   EXPECT_EQ(last->GetNumberOfPoints(), target->GetNumberOfPoints()) << "one level subdivides nothing";
   EXPECT_EQ(PointArray(last, "Level")->GetTuple1(0), 1);
-  filter->SetStartLevel(7);
-  const auto beyond = SurfaceOf(filter);
-  EXPECT_TRUE(SameBits(beyond->GetPoints()->GetData(), last->GetPoints()->GetData())) << "the last level";
   filter->SetStartLevel(0);
   filter->SetEndLevel(0);
   EXPECT_GT(LargestDifference(SurfaceOf(filter)->GetPoints()->GetData(), last->GetPoints()->GetData()), 1e-4);

@@ -190,6 +190,25 @@ TEST(GeometricTextureMessages, NumbersThatAreNone)
   OutputOf(filter);
 }
 
+TEST(GeometricTextureMessages, StartLevelsAboveTheLastNameTheLevelsOnce)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, Icosphere(1).ToPolyData());
+  blocks->SetBlock(1, Icosphere(1).ToPolyData());
+  const auto filter = SynthesizerOn(blocks, WriteRandomGeometricTexture("levels.model"));
+  filter->SetStartLevel(99);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("StartLevel is 99; expected 0 to 1, the levels of the model."));
+  filter->SetStartLevel(1);
+  filter->SetEndLevel(0);
+  EXPECT_THAT(
+    ErrorOf(filter), HasSubstr("StartLevel is 1; expected 0 to 0 (EndLevel); the model has the levels 0 to 1."));
+  filter->SetStartLevel(-1);
+  OutputOf(filter);
+  filter->SetStartLevel(1);
+  filter->SetEndLevel(99);
+  OutputOf(filter);
+}
+
 TEST(GeometricTextureMessages, ListsOfLevels)
 {
   const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("list.model"));

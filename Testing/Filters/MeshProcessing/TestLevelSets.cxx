@@ -6,6 +6,7 @@
 #include "MeshChecks.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshStatistics.h"
 #include "MeshProcessing/LevelSets/LevelSets.h"
 #include "MeshProcessing/LevelSets/VolumeSurface.h"
@@ -217,6 +218,26 @@ TEST(SurfaceOfMesh, UnusableMeshesAndTooManyVoxelsAreInvalid)
   EXPECT_THAT([&] { SurfaceOfMesh(Icosphere(3), options, GoOn); },
     ThrowsMessage<InvalidInput>(AllOf(HasSubstr("voxels of size 0.001"), HasSubstr("at most 1e+06"),
       HasSubstr("MaximumNumberOfVoxels raises the limit"))));
+}
+
+TEST(SurfaceOfMesh, AVoxelLargerThanTheSurfaceIsInvalid)
+{
+  const auto larger = [](double size) {
+    return AllOf(HasSubstr("VoxelSize is " + FormatNumber(size) + ", larger than the surface"),
+      HasSubstr("spans a box of longest side "));
+  };
+  const TriangleMesh sphere = Icosphere(3);
+  for (const double size : { 2.001, 1e30, 1e300 })
+  {
+    EXPECT_THAT([&] { SurfaceOfMesh(sphere, WithVoxels(size), GoOn); }, ThrowsMessage<InvalidInput>(larger(size)));
+  }
+  EXPECT_GT(SurfaceOfMesh(sphere, WithVoxels(1.0), GoOn).NumberOfTriangles(), 0);
+  LevelSetOptions moved = WithVoxels(4.0);
+  moved.Offset = 20.0;
+  EXPECT_GT(SurfaceOfMesh(sphere, moved, GoOn).NumberOfTriangles(), 100) << "the sphere of radius 21";
+  const VolumeSamples samples = SamplesOf({ 20, 20, 20 }, Eigen::Vector3d::Ones(), Ball({ 10, 10, 10 }, 7.0));
+  EXPECT_THAT([&] { SurfaceOfVolume(samples, WithVoxels(16.0), GoOn); }, ThrowsMessage<InvalidInput>(larger(16.0)));
+  EXPECT_GT(SurfaceOfVolume(samples, WithVoxels(3.0), GoOn).NumberOfTriangles(), 0);
 }
 
 TEST(SurfaceOfMesh, StopIsCancelled)

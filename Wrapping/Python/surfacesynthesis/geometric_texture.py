@@ -80,9 +80,9 @@ def geometric_texture(
     seed : int
         Any integer of 32 bits with sign; each gives another sample of the texture. Default 0.
     start_level : int
-        The generator level that works on the target as it is, at least 0. Default 0.
+        The generator level that works on the target as it is, from 0 to the last. Default 0.
     end_level : int, optional
-        The last generator level, at least 0. Default: the model's last.
+        The last generator level, at least 0; above the model's last: that one. Default: the model's last.
     noise_amplitude : float, optional
         Standard deviation of the noise on each coordinate, in mean edge lengths of a level, from 0, no noise, to 1e6.
         Default: that of the training.

@@ -69,8 +69,9 @@ def vdb_surface(
     inside : str
         The solid side of the isovalue: "above" (default) or "below".
     voxel_size : float, optional
-        Side of the voxels of the level set, world units, larger than 0: the size of the smallest features that stay, and
-        of the triangles. Default: the smallest spacing of an image, 1/128 of the longest side of a surface.
+        Side of the voxels of the level set, world units, larger than 0 and at most the longest side of the surface, or of
+        the solid in an image: the size of the smallest features that stay, and of the triangles. Default: the smallest
+        spacing of an image, 1/128 of the longest side of a surface.
     closing : float
         Radius of a morphological closing, world units: gaps and holes narrower than twice this are filled. Default 0.
     smoothing : str

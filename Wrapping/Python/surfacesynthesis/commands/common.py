@@ -244,7 +244,9 @@ def read_observations(arguments):
     if arguments.observations is None:
         return None
     as_usage(files.extension, arguments.observations)
-    return files.read_mesh(arguments.observations)
+    points = files.read_mesh(arguments.observations)
+    require_single(points, arguments.observations, "set of points")
+    return points
 
 
 def read_surface(path):
@@ -252,6 +254,24 @@ def read_surface(path):
     from .. import files
 
     return _surface_in(files.read_mesh(path), path)
+
+
+def read_single_surface(path):
+    """The vtkPolyData in a file, which must hold one."""
+    from ..errors import FormatError
+
+    mesh = read_surface(path)
+    if not mesh.IsA("vtkPolyData"):
+        raise FormatError(f"{path}: one surface is needed, not a {mesh.GetClassName()}")
+    return mesh
+
+
+def require_single(mesh, path, wanted="surface"):
+    """Raises FormatError when the mesh from a file is a composite dataset."""
+    from ..errors import FormatError
+
+    if mesh.IsA("vtkCompositeDataSet"):
+        raise FormatError(f"{path}: one {wanted} is needed, not a {mesh.GetClassName()}")
 
 
 def _surface_in(mesh, path):

@@ -16,7 +16,7 @@ from .common import (
     add_command,
     add_running_options,
     as_usage,
-    read_surface,
+    read_single_surface,
     set_threads,
 )
 from .field_latents import color_of, textured_input
@@ -198,7 +198,7 @@ def run_poses(arguments):
     as_usage(configured_poses, seed=arguments.seed, **options)
 
     def make(mesh, **running):
-        template = None if arguments.template is None else read_surface(arguments.template)
+        template = None if arguments.template is None else read_single_surface(arguments.template)
         return poses(mesh, template=template, **options, **running)
 
     return _run(arguments, "Position", make)
@@ -264,7 +264,7 @@ def _run(arguments, signal, make):
     if number_of_points is not None:
         as_usage(remeshing.configured_remesh, points=number_of_points)
     set_threads(arguments.threads)
-    mesh = _single_surface(arguments.input)
+    mesh = read_single_surface(arguments.input)
     if number_of_points is not None:
         mesh = remeshing.remesh(mesh, points=number_of_points, feature_angle=None)
     bar = ProgressBar(sys.stderr, not (arguments.no_progress or arguments.quiet))
@@ -282,10 +282,3 @@ def _run(arguments, signal, make):
     write_signal_dataset(arguments.output, [(mesh, samples)], signal)
     counts = {"signal": signal, "samples": len(samples), "points": samples.shape[1]}
     return Outcome(f"{len(samples):,} samples on {samples.shape[1]:,} points", counts, [arguments.output])
-
-
-def _single_surface(path):
-    mesh = read_surface(path)
-    if not mesh.IsA("vtkPolyData"):
-        raise UsageError(f"{path}: one surface is needed, and the file holds a {mesh.GetClassName()}")
-    return mesh

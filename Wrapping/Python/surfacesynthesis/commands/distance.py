@@ -5,7 +5,7 @@ from .common import (
     add_command,
     add_running_options,
     as_usage,
-    read_surface,
+    read_single_surface,
     result_and_written_outcome,
     result_outcome,
     run_filter,
@@ -47,7 +47,7 @@ def run(arguments):
     algorithm = as_usage(configured_filter, arguments.samples, arguments.seed)
     for path in [arguments.first, arguments.second, *([arguments.output] if arguments.output else [])]:
         as_usage(files.extension, path)
-    first, second = (_surface(path) for path in (arguments.first, arguments.second))
+    first, second = (read_single_surface(path) for path in (arguments.first, arguments.second))
     algorithm.SetInputDataObject(1, second)
     run_filter(algorithm, first, arguments)
     distance = distance_of(algorithm)
@@ -56,14 +56,3 @@ def run(arguments):
     as_usage(files.check_writable, distance.surface, arguments.output)
     files.write_mesh(distance.surface, arguments.output)
     return result_and_written_outcome(arguments, distance, distance.surface, arguments.output)
-
-
-def _surface(path):
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-
-    from ..errors import FormatError
-
-    mesh = read_surface(path)
-    if not isinstance(mesh, vtkPolyData):
-        raise FormatError(f"{path}: one surface is needed, not a {mesh.GetClassName()}")
-    return mesh

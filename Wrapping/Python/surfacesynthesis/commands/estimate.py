@@ -8,6 +8,7 @@ from .common import (
     as_usage,
     read_input_surface,
     read_observations,
+    require_single,
     result_outcome,
     run_filter,
 )
@@ -67,6 +68,7 @@ def run(arguments):
     from ..estimation import MaternEstimate, configured_filter
 
     mesh = read_input_surface(arguments)
+    require_single(mesh, arguments.input)
     algorithm = as_usage(
         configured_filter,
         observation_array=arguments.observation_array,

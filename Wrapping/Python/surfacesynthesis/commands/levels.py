@@ -2,7 +2,7 @@
 """The command ``levels``."""
 
 from ..deprecation import add_former_option
-from .common import Outcome, UsageError, add_command, add_running_options, as_usage, read_surface, run_filter
+from .common import Outcome, add_command, add_running_options, as_usage, read_single_surface, run_filter
 
 _DESCRIPTION = """\
 Makes meshes of one surface at several scales, which the command "train geometric-texture" learns a texture from: a
@@ -61,7 +61,7 @@ def run(arguments):
 
     template = arguments.template
     if template not in TEMPLATES:
-        template = read_surface(template)
+        template = read_single_surface(template)
     numbers = {name.replace("-", "_"): getattr(arguments, name.replace("-", "_")) for name, *_ in _NUMBERS}
     algorithm = as_usage(
         configured_fitter,
@@ -70,9 +70,7 @@ def run(arguments):
         dataset=arguments.output,
         **numbers,
     )
-    reference = read_surface(arguments.reference)
-    if not reference.IsA("vtkPolyData"):
-        raise UsageError(f"{arguments.reference}: a single surface is needed, not a {reference.GetClassName()}")
+    reference = read_single_surface(arguments.reference)
     run_filter(algorithm, reference, arguments)
     fit = fitted_levels(algorithm)
     distances = ", ".join(f"{distance:.3g}" for distance in fit.mean_distances)

@@ -51,15 +51,18 @@ _READING = {
 # Names in quotes and in paths are the user's own.
 _BEFORE, _AFTER = r"(?<![\w/\"'.-])", r"(?![\w/\"']|\.\w)"
 _PROPERTY = re.compile(_BEFORE + r"(?:[A-Z][a-z]+){2,}" + _AFTER)
+_ASIDE = re.compile(r" \((?!LibTorch|ParaView|PoissonNet|PyTorch|TetGen)((?:[A-Z][a-z]+){2,})\)" + _AFTER)
 _CLASS = re.compile(_BEFORE + r"(vtk[A-Z]\w+)" + _AFTER + r"(?: with ([A-Z]\w+(?: [A-Z_]{2,}|\(\))?|a [A-Z]\w+))?")
 
 
 def in_words_of_commands(text, parser):
-    """``text`` with the options of the command that ``parser`` reads, and the commands for other classes."""
+    """``text`` with the options of the command that ``parser`` reads, and the commands for other classes. A property in
+    parentheses goes where the command has no option for it, as for the limits of a filter that the command runs first."""
     texts = [text for action in parser._actions for text in action.option_strings]
     for function, option in _READING.items() if "--seams" in texts else ():
         text = text.replace(function, option)
     offered = {text.lstrip("-").replace("-", "_"): text for text in texts}
+    text = _ASIDE.sub(lambda match: match[0] if _option(match[1], offered) in texts else "", text)
     return _PROPERTY.sub(lambda match: _option(match[0], offered), with_commands(text))
 
 
