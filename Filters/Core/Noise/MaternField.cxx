@@ -358,6 +358,13 @@ MaternField& MaternField::operator=(MaternField&&) noexcept = default;
 void MaternField::SampleInto(
   const SampleRequest& request, const Destination& destination, const Progress& progress) const
 {
+  ScratchPool<LargeArray<double>> scratch;
+  this->Impl->SampleInto(request, destination, scratch, progress);
+}
+
+void MaternField::Internals::SampleInto(const SampleRequest& request, const Destination& destination,
+  ScratchPool<LargeArray<double>>& scratch, const Progress& progress)
+{
   if (request.NumberOfComponents < 1)
   {
     throw InvalidInput("MaternField: 0 components asked for; expected at least 1.");
@@ -382,15 +389,13 @@ void MaternField::SampleInto(
   const std::int64_t fewest = (count + CholeskySolver::BlockColumns - 1) / CholeskySolver::BlockColumns;
   const std::int64_t granules = (count + CholeskySolver::ColumnGranularity - 1) / CholeskySolver::ColumnGranularity;
   const std::int64_t threads = MaximumThreads();
-  const bool together = this->Impl->IsIterative();
+  const bool together = this->IsIterative();
   const std::int64_t blocks = together ? granules : std::min((fewest + threads - 1) / threads * threads, granules);
   const auto firstOf = [&](std::int64_t block) {
     return std::min(count, granules * block / std::max<std::int64_t>(blocks, 1) * CholeskySolver::ColumnGranularity);
   };
 
-  this->Impl->ResetResidual();
-  // Large arrays are made once for each thread: the system hands out fresh pages slowly.
-  ScratchPool<LargeArray<double>> scratch;
+  this->ResetResidual();
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<std::int64_t> done{ 0 };
   const auto sampleBlock = [&](std::int64_t k) {
@@ -402,7 +407,7 @@ void MaternField::SampleInto(
       };
     }
     LargeArray<double> memory = scratch.Borrow();
-    this->Impl->SampleColumns(
+    this->SampleColumns(
       request, { columns.begin() + firstOf(k), columns.begin() + firstOf(k + 1) }, memory, blockProgress);
     scratch.Return(std::move(memory));
     ++done;
@@ -425,14 +430,16 @@ void MaternField::Sample(const SampleRequest& request, const Consumer& consume, 
     1, std::max<std::int64_t>(samples, 1));
   const Eigen::Index points = this->Impl->Mesh.Points.rows();
   LargeArray<double> group(static_cast<std::size_t>(points * together * components));
+  // Large arrays are made once for each thread, not for each group: the system hands out fresh pages slowly.
+  ScratchPool<LargeArray<double>> scratch;
   for (std::int64_t begin = 0; begin < samples; begin += together)
   {
     SampleRequest part = request;
     part.FirstSample = request.FirstSample + static_cast<std::uint32_t>(begin) * request.SampleStep;
     part.NumberOfSamples = static_cast<std::uint32_t>(std::min(together, samples - begin));
     double* next = group.data();
-    this->SampleInto(
-      part, [&](std::uint32_t) { return std::exchange(next, next + points * components); },
+    this->Impl->SampleInto(
+      part, [&](std::uint32_t) { return std::exchange(next, next + points * components); }, scratch,
       SubProgress(progress, static_cast<double>(begin) / static_cast<double>(samples),
         static_cast<double>(begin + part.NumberOfSamples) / static_cast<double>(samples)));
     for (std::uint32_t k = 0; k < part.NumberOfSamples; ++k)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "Core/Common/LargeArray.h"
+#include "Core/Common/ScratchPool.h"
 #include "Core/Noise/FieldDomain.h"
 #include "Core/Noise/FractionalSolver.h"
 #include "Core/Noise/LatticeNoise.h"
@@ -84,6 +85,10 @@ public:
   Internals(
     TriangleMesh mesh, const MeshTopology& topology, const MaternFieldOptions& options, const Progress& progress);
   Internals(const TetrahedralMesh& mesh, const MaternFieldOptions& options, const Progress& progress);
+
+  /// Does what MaternField::SampleInto() says. @p scratch is worth keeping from call to call.
+  void SampleInto(const SampleRequest& request, const Destination& destination,
+    ScratchPool<LargeArray<double>>& scratch, const Progress& progress);
 
   /// Samples @p columns of the request. @p scratch is enlarged as needed and is worth keeping from call to call.
   void SampleColumns(const SampleRequest& request, const std::vector<MaternColumn>& columns,
