@@ -112,6 +112,10 @@ def test_the_surface_is_drawn_and_colors_follow_the_arrays(browser, page):
     top, bottom = heights[260, 600], heights[590, 600]
     assert top[0] > top[2] and bottom[2] > bottom[1], f"viridis: yellow above, blue below, not {top} and {bottom}"
 
+    turned = browser.picture(page, "#up=-z", "turned")
+    above, below = turned[260, 600], turned[590, 600]
+    assert above[2] > above[1] and below[1] > below[2], f"upside down: blue above, green below, not {above} and {below}"
+
     red = surface_of(browser.picture(page, "#array=Red", "red"))
     assert (red[:, 0] > 80).all() and (red[:, 1:] < 12).all()
 

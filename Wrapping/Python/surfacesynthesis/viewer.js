@@ -11,6 +11,8 @@ const MAPS = {
   Plasma: ["#0d0887", "#4c02a1", "#7e03a8", "#aa2395", "#cc4778", "#e66c5c", "#f89540", "#fdc527", "#f0f921"],
   Gray: ["#202020", "#f8f8f8"],
 };
+// Axes that may point upwards.
+const UPWARDS = { z: [0, 0, 1], y: [0, 1, 0], x: [1, 0, 0], "-z": [0, 0, -1], "-y": [0, -1, 0], "-x": [-1, 0, 0] };
 // Colors of labels, in the order of their values.
 const LABEL_COLORS = ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#9c755f", "#ff9da7", "#86bcb6",
   "#d37295", "#8cd17d", "#b6992d", "#499894", "#a0cbe8", "#ffbe7d"];
@@ -245,12 +247,15 @@ class Viewer {
     this.window.getRenderWindow().render();
   }
 
+  // The whole surface, slightly from above, with an axis upwards.
   reset() {
+    const up = UPWARDS[element("up").value];
+    const right = up[0] === 0 ? [1, 0, 0] : [0, 1, 0];
+    const toward = [0, 1, 2].map((x) => right[(x + 1) % 3] * up[(x + 2) % 3] - right[(x + 2) % 3] * up[(x + 1) % 3]);
     const camera = this.window.getRenderer().getActiveCamera();
-    const isYUp = new URLSearchParams(location.hash.slice(1)).get("up") === "y";
     camera.setFocalPoint(0, 0, 0);
-    camera.setPosition(...(isYUp ? [0.5, 0.35, 1] : [0.5, -1, 0.35]));
-    camera.setViewUp(...(isYUp ? [0, 1, 0] : [0, 0, 1]));
+    camera.setPosition(...[0, 1, 2].map((x) => 0.5 * right[x] + 0.35 * up[x] + toward[x]));
+    camera.setViewUp(...up);
     this.window.getRenderer().resetCamera();
     camera.zoom(1.25);
     this.window.getRenderer().resetCameraClippingRange();
@@ -269,6 +274,7 @@ class Panel {
     const names = this.scene.arrays.map((array) => array.name + (array.kind === "cell" ? " (cells)" : ""));
     this.fill("array", [["-1", "one color"], ...names.map((name, k) => [String(k), name])]);
     this.fill("map", Object.keys(MAPS).map((name) => [name, name]));
+    this.fill("up", Object.keys(UPWARDS).map((name) => [name, name.replace("-", "\u2212")]));
     this.listen();
     this.fromAddress();
   }
@@ -295,6 +301,7 @@ class Panel {
       this.viewer.actor.getProperty().setEdgeVisibility(event.target.checked);
       this.viewer.render();
     });
+    element("up").addEventListener("change", () => this.viewer.reset());
     element("reset").addEventListener("click", () => this.viewer.reset());
     window.addEventListener("hashchange", () => this.fromAddress());
   }
@@ -306,6 +313,10 @@ class Panel {
     element("array").value = String(index);
     if (MAPS[wanted.get("map")]) {
       element("map").value = wanted.get("map");
+    }
+    if (UPWARDS[wanted.get("up")] && wanted.get("up") !== element("up").value) {
+      element("up").value = wanted.get("up");
+      this.viewer.reset();
     }
     this.chooseArray(wanted.get("component"));
   }

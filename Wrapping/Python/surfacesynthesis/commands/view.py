@@ -11,7 +11,7 @@ by mail."""
 _EPILOG = """\
 The page holds vtk.js, which npm brings (Debian: apt install npm); where it is not found, the command says how to get it.
 Points and values are quantized to 16 bits. What the page shows first may be added to its address, after a #:
-page.html#array=MaternNoise&component=0&map=Plasma&up=y. The vertical axis is z, or y by up=y.
+page.html#array=MaternNoise&component=0&map=Plasma&up=y. The axis upwards is z, or that of up: x, y, -x, -y or -z.
 
 examples:
   %(prog)s result.vtp -o page.html
