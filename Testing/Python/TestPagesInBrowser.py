@@ -99,8 +99,20 @@ def test_the_browser_decodes_what_was_written(browser, page):
     assert facts["state"] == "ready", facts
     assert facts["points"] == str(len(points)) and facts["corners"] == str(triangles.sum())
     extent = [float(value) for part in facts["extent"].split() for value in part.split(",")]
-    np.testing.assert_allclose(np.reshape(extent, (3, 2)).T, [points.min(axis=0), points.max(axis=0)], rtol=0, atol=0.01)
+    shown = [points.min(axis=0) / 100, points.max(axis=0) / 100]  # around the origin, with a longest side of 1
+    np.testing.assert_allclose(np.reshape(extent, (3, 2)).T, shown, rtol=0, atol=1e-4)
     np.testing.assert_allclose([float(value) for value in facts["range"].split()], [-50, 50], rtol=0, atol=0.01)
+
+
+def test_surfaces_of_any_size_and_place_look_the_same(browser, tmp_path, library):
+    points, triangles = icosphere(2)
+    pictures = []
+    for name, placed in (("near", points), ("far", points + 1e6), ("small", 1e-9 * points)):
+        write_page(polydata_of(placed, triangles), tmp_path / f"{name}.html", title="A ball", vtk_js=library)
+        pictures.append(browser.picture(tmp_path / f"{name}.html", name=name))
+    assert len(np.unique(surface_of(pictures[0]) // 8, axis=0)) > 4, "it is shaded"
+    for picture in pictures[1:]:
+        assert (np.abs(picture - pictures[0]).max(axis=2) > 8).mean() < 1e-3
 
 
 def test_the_surface_is_drawn_and_colors_follow_the_arrays(browser, page):

@@ -16,6 +16,7 @@ from surfacesynthesis import (
     Cancelled,
     FormatError,
     SurfaceSynthesisError,
+    SurfaceSynthesisWarning,
     gaussian_mixtures,
     poses,
     read_signal_dataset,
@@ -156,6 +157,16 @@ def test_a_file_gives_back_what_was_written(tmp_path, ball, pair):
     content = path.read_bytes()
     write_signal_dataset(path, [(ball, first), (corner, np.ones((5, 3, 2)))], "Velocity")
     assert path.read_bytes() == content
+
+
+def test_positions_far_from_the_origin_warn_of_lost_digits(tmp_path, pair, recwarn):
+    points, triangles = pair
+    for shift in (0.0, 1e3):
+        write_signal_dataset(tmp_path / "near.safetensors", [(pair, points[None] + shift)], "Position")
+    write_signal_dataset(tmp_path / "near.safetensors", [(pair, np.full((1, len(points)), 0.1))], "Constant")
+    assert not recwarn.list
+    with pytest.warns(SurfaceSynthesisWarning, match="over the surface, and float32 changes them by 0.03"):
+        write_signal_dataset(tmp_path / "far.safetensors", [(pair, points[None] + 1e6)], "Position")
 
 
 def test_the_file_follows_the_agreed_format(tmp_path, pair):

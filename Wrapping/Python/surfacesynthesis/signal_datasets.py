@@ -2,6 +2,7 @@
 """Signals on surfaces in files: what flow matching trains on and is tested with."""
 
 import html
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from .arguments import array_name
 from .datasets import given_dataset
-from .errors import FormatError
+from .errors import FormatError, SurfaceSynthesisWarning
 from .files.polygons import from_polydata
 from .results import html_table
 from .safetensors import read_safetensors, write_safetensors
@@ -50,7 +51,8 @@ def write_signal_dataset(path, sources, name):
     The file is in the safetensors format, with the tensors ``sources.K.points`` (float64 [V, 3]),
     ``sources.K.triangles`` (int64 [F, 3]) and ``sources.K.signals`` (float32 [N, V, C]) for K = 0, 1, ... and the
     texts ``content`` ("surface_signals"), ``format_version`` ("1"), ``signal_name`` and ``producer`` in its metadata.
-    The same content gives the same bytes.
+    The same content gives the same bytes. Samples that lose digits in float32, because they are large and vary little, such as
+    positions far from the origin, give a warning.
 
     Parameters
     ----------
@@ -144,7 +146,21 @@ def _checked_source(k, mesh, samples):
         signals = samples.reshape(*samples.shape[:2], -1).astype(np.float32)
     if not np.isfinite(points).all() or not np.isfinite(signals).all():
         raise ValueError(f"source {k} has a number that is not finite, or too large for float32")
+    _warn_of_lost_digits(k, samples.reshape(signals.shape), signals)
     return SignalSource(points, triangles, signals)
+
+
+def _warn_of_lost_digits(k, samples, signals):
+    """Warns when float32 changes the samples by more than a thousandth of what they vary over the surface."""
+    variation = float((samples.max(axis=1) - samples.min(axis=1)).max())
+    change = float(np.abs(signals - samples).max())
+    if 0.0 < 1e-3 * variation < change:
+        warnings.warn(
+            f"The samples of source {k} vary by {variation:g} over the surface, and float32 changes them by {change:g}, because "
+            "they are far from 0. Positions keep their digits on a surface near the origin (vtkTransformFilter).",
+            SurfaceSynthesisWarning,
+            stacklevel=4,
+        )
 
 
 def _check_shapes(path, k, shapes, types):

@@ -45,7 +45,9 @@ function numbers(bytes, offset, count, size) {
   return values;
 }
 
+// Around the origin, with a longest side of 1: single precision shows surfaces of any size, however far from the origin.
 function decodedPoints(scene, bytes) {
+  const longest = Math.max(...scene.side);
   const count = scene.numberOfPoints;
   const codes = numbers(bytes, scene.points, 3 * count, 2);
   const points = new Float32Array(3 * count);
@@ -53,7 +55,7 @@ function decodedPoints(scene, bytes) {
     let code = 0;
     for (let k = 0; k < count; ++k) {
       code = (code + codes[axis * count + k]) & 65535;
-      points[3 * k + axis] = scene.lower[axis] + (code / 65535) * scene.side[axis];
+      points[3 * k + axis] = (code / 65535 - 0.5) * (scene.side[axis] / longest);
     }
   }
   return points;
