@@ -312,7 +312,7 @@ def test_geometric_texture_distance_says_what_is_wrong():
         geometric_texture_distance(mesh, mesh, projections=0)
     with pytest.raises(ValueError, match="at most 1000000"):
         geometric_texture_distance(mesh, mesh, projections=1000001)
-    with pytest.raises(ValueError, match="rings must be from 1"):
+    with pytest.raises(ValueError, match="rings must be from 1 to 16, not 0"):
         geometric_texture_distance(mesh, mesh, rings=0)
     with pytest.raises(ValueError, match="at most 16"):
         geometric_texture_distance(mesh, mesh, rings=17)

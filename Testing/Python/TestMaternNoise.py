@@ -321,6 +321,7 @@ def test_same_bits_for_every_number_of_threads(pair):
         ({"standard_deviation": 2.0, "noise_model": "unscreened"}, "standard_deviation has no meaning"),
         ({"operator_power": 0}, "operator_power must be from 1"),
         ({"operator_power": 5}, "operator_power must be from 1 to 4, not 5"),
+        ({"operator_power": 4.0000001}, "operator_power must be from 1 to 4, not 4.0000001"),
         ({"operator_power": 1}, "operator_power 1 has no finite variance and no range: it goes with screening"),
         ({"operator_power": 3, "noise_model": "white"}, "operator_power has no meaning for the model 'white'"),
         ({"variance_correction": True, "noise_model": "spectral"}, "variance_correction has no meaning"),

@@ -482,12 +482,15 @@ def test_messages_name_options_that_there_are():
     if "repair" in dict(parsers()):
         assert set(re.findall(r"--[\w-]+", " ".join(PHRASES.values()))) <= offered
         text = "vtkSurfaceRepairFilter with HoleFilling ALL_HOLES, or vtkFillHolesFilter, closes them; MaximumHoleSize"
-        expected = "the command repair with --holes all, or vtkFillHolesFilter, closes them; --hole-size"
+        expected = "The command repair with --holes all, or vtkFillHolesFilter, closes them; --hole-size"
         assert in_words_of_commands(text, dict(parsers())["repair"]) == expected
         assert in_words_of_commands(text, dict(parsers())["noise"]).endswith("closes them; MaximumHoleSize")
         quoted = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; EdgeLength.'
         expected = 'The sizing array "EdgeLength" of /data/EdgeLength.vtp is missing; --edge-length.'
         assert in_words_of_commands(quoted, dict(parsers())["remesh"]) == expected
+        text = "The surface has no points. vtkSurfaceRepairFilter repairs it, and vtkTopologyReport counts them."
+        expected = "The surface has no points. The command repair repairs it, and the command report counts them."
+        assert in_words_of_commands(text, dict(parsers())["repair"]) == expected
         limit = "at most 1e+07 (MaximumNumberOfPoints) are allowed (PoissonNet)."
         expected = "at most 1e+07 (--maximum-points) are allowed (PoissonNet)."
         assert in_words_of_commands(limit, dict(parsers())["remesh"]) == expected

@@ -19,11 +19,16 @@ def real(name, value):
     return float(value)
 
 
+def _shown(value):
+    """A number with six digits, or all of them where it is another one."""
+    return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+
+
 def positive(name, value):
     """A finite number larger than 0."""
     value = real(name, value)
     if not 0.0 < value < math.inf:
-        raise ValueError(f"{name} must be a finite number larger than 0, not {value:g}")
+        raise ValueError(f"{name} must be a finite number larger than 0, not {_shown(value)}")
     return value
 
 
@@ -31,7 +36,7 @@ def finite(name, value):
     """A finite number."""
     value = real(name, value)
     if not math.isfinite(value):
-        raise ValueError(f"{name} must be a finite number, not {value:g}")
+        raise ValueError(f"{name} must be a finite number, not {_shown(value)}")
     return value
 
 
@@ -39,7 +44,7 @@ def at_least_0(name, value):
     """A finite number, at least 0."""
     value = finite(name, value)
     if value < 0:
-        raise ValueError(f"{name} must be at least 0, not {value:g}")
+        raise ValueError(f"{name} must be at least 0, not {_shown(value)}")
     return value
 
 
@@ -47,28 +52,28 @@ def in_range(name, value, smallest, largest):
     """A number from ``smallest`` to ``largest``."""
     value = real(name, value)
     if not smallest <= value <= largest:
-        raise ValueError(f"{name} must be from {smallest:g} to {largest:g}, not {value:g}")
+        raise ValueError(f"{name} must be from {smallest:g} to {largest:g}, not {_shown(value)}")
     return value
 
 
 def at_most(name, value, largest):
     """``value``, which has been checked otherwise, when it is not larger than ``largest``."""
     if value > largest:
-        raise ValueError(f"{name} must be at most {largest}, not {value:g}")
+        raise ValueError(f"{name} must be at most {largest}, not {_shown(value)}")
     return value
 
 
-def integer(name, value, smallest):
-    """An integer of 32 bits, at least ``smallest``."""
+def integer(name, value, smallest, largest=INT_MAX):
+    """An integer of 32 bits from ``smallest`` to ``largest``."""
     try:
         if isinstance(value, (bool, np.bool_)):
             raise TypeError
         value = operator.index(value)
     except TypeError:
         raise TypeError(f"{name} must be an integer, not {type(value).__name__}") from None
-    if not smallest <= value <= INT_MAX:
-        raise ValueError(f"{name} must be from {smallest} to {INT_MAX}, not {value}")
-    return value
+    if value < smallest or largest == INT_MAX < value:
+        raise ValueError(f"{name} must be from {smallest} to {largest}, not {value}")
+    return at_most(name, value, largest)
 
 
 def choice(name, value, choices):

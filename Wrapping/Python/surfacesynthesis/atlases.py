@@ -5,7 +5,7 @@ import numbers
 
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import at_most, in_range, integer, progress_callback
+from .arguments import in_range, integer, progress_callback
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisError
 from .files.polygons import from_polydata
@@ -74,7 +74,7 @@ def configured_atlas(resolution=1024, margin=4, maximum_stretch=2.0):
         raise SurfaceSynthesisError("texture_atlas() needs CGAL, which this package was built without")
     algorithm = vtkTextureAtlasFilter()
     algorithm.SetResolution(*image_size(resolution, 16))
-    algorithm.SetMargin(at_most("margin", integer("margin", margin, 1), 256))
+    algorithm.SetMargin(integer("margin", margin, 1, 256))
     algorithm.SetMaximumStretch(in_range("maximum_stretch", maximum_stretch, 1.01, 100.0))
     return algorithm
 
@@ -84,5 +84,5 @@ def image_size(resolution, smallest):
     sizes = [resolution, resolution] if isinstance(resolution, numbers.Integral) else resolution
     if not isinstance(sizes, (tuple, list)) or len(sizes) != 2:
         raise TypeError("resolution must be an integer, or a pair of them: width and height")
-    width, height = (at_most("resolution", integer("resolution", size, smallest), 32768) for size in sizes)
+    width, height = (integer("resolution", size, smallest, 32768) for size in sizes)
     return width, height

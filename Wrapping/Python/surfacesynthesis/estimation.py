@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import at_most, flag, integer, progress_callback
+from .arguments import flag, integer, progress_callback
 from .datasets import array_by_name, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .observations import observe
@@ -112,7 +112,7 @@ def configured_filter(
     algorithm = vtkMaternParameterEstimator()
     algorithm.SetNoiseEstimation(flag("noise_estimation", noise_estimation))
     algorithm.SetMeanEstimation(flag("mean_estimation", mean_estimation))
-    power = at_most("operator_power", integer("operator_power", operator_power, 2), 4)
+    power = integer("operator_power", operator_power, 2, 4)
     algorithm.SetOperatorPower(power)
     observe(algorithm, observations, observation_array, None, tolerance)
     return algorithm

@@ -9,7 +9,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
-from .arguments import array_name, at_most, choice, integer, progress_callback
+from .arguments import array_name, choice, integer, progress_callback
 from .datasets import SURFACES, as_type_of
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
@@ -168,7 +168,7 @@ def configured_encoder(
         algorithm.SetColorArrayName(array_name("color", color))
     algorithm.SetTextureWrap(choice("texture_wrap", texture_wrap, TEXTURE_WRAPS))
     if samples_per_ring is not None:
-        algorithm.SetSamplesPerRing(at_most("samples_per_ring", integer("samples_per_ring", samples_per_ring, 1), 4096))
+        algorithm.SetSamplesPerRing(integer("samples_per_ring", samples_per_ring, 1, 4096))
     algorithm.SetLatentArrayName(array_name("latent_name", latent_name))
     return algorithm
 
@@ -187,9 +187,9 @@ def configured_decoder(
     sizes = tuple(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else (resolution, resolution)
     if len(sizes) != 2:
         raise ValueError(f"resolution must be one number or two, not {len(sizes)}")
-    sizes = [at_most("resolution", integer("resolution", size, _LEAST_RESOLUTION), _MOST_RESOLUTION) for size in sizes]
+    sizes = [integer("resolution", size, _LEAST_RESOLUTION, _MOST_RESOLUTION) for size in sizes]
     algorithm.SetResolution(*sizes)
-    algorithm.SetGutterWidth(at_most("gutter_width", integer("gutter_width", gutter_width, -1), _MOST_RESOLUTION))
+    algorithm.SetGutterWidth(integer("gutter_width", gutter_width, -1, _MOST_RESOLUTION))
     algorithm.SetLatentArrayName(array_name("latent_name", latent_name))
     algorithm.SetTextureArrayName(array_name("name", name))
     if memory_limit is not None:

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, array_name, at_most, choice, flag, integer, progress_callback
+from .arguments import INT_MIN, array_name, choice, flag, integer, progress_callback
 from .datasets import array_by_name, as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
@@ -202,7 +202,7 @@ def _configured(
     algorithm.SetNumberOfSamples(1 if samples is None else integer("samples", samples, 1))
     algorithm.SetFirstSample(integer("first_sample", first_sample, 0))
     algorithm.SetMemoryLimit(0 if memory_limit is None else integer("memory_limit", memory_limit, 1))
-    algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 10000))
+    algorithm.SetNumberOfSteps(integer("steps", steps, 1, 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     algorithm.SetInitialNoiseArrayName(array_name("initial_noise_name", initial_noise_name))

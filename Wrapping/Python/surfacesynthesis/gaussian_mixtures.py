@@ -5,7 +5,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import INT_MIN, at_least_0, at_most, integer, positive, progress_callback
+from .arguments import INT_MIN, at_least_0, integer, positive, progress_callback
 from .datasets import given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisError
@@ -81,7 +81,7 @@ def configured_mixtures(seed=0, centers=3, gaussian_width=0.08, separation=4.0):
     """A vtkGaussianMixtureFilter with the parameters of gaussian_mixtures(), which raises TypeError and ValueError."""
     algorithm = vtkGaussianMixtureFilter()
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
-    algorithm.SetNumberOfCenters(at_most("centers", integer("centers", centers, 1), 1000))
+    algorithm.SetNumberOfCenters(integer("centers", centers, 1, 1000))
     algorithm.SetWidth(positive("gaussian_width", gaussian_width))
     algorithm.SetSeparation(at_least_0("separation", separation))
     return algorithm

@@ -13,7 +13,6 @@ from .arguments import (
     INT_MIN,
     array_name,
     at_least_0,
-    at_most,
     choice,
     flag,
     in_range,
@@ -310,8 +309,8 @@ def configured_distance(unit_length=None, reference_unit_length=None, projection
         algorithm.SetUnitLength(positive("unit_length", unit_length))
     if reference_unit_length is not None:
         algorithm.SetReferenceUnitLength(positive("reference_unit_length", reference_unit_length))
-    algorithm.SetNumberOfProjections(at_most("projections", integer("projections", projections, 1), 1000000))
-    algorithm.SetNumberOfRings(at_most("rings", integer("rings", rings, 1), 16))
+    algorithm.SetNumberOfProjections(integer("projections", projections, 1, 1000000))
+    algorithm.SetNumberOfRings(integer("rings", rings, 1, 16))
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
     return algorithm
 

@@ -85,7 +85,7 @@ def configured_filter(
             algorithm.SetLabelName(integer("names", label, INT_MIN), array_name("names", name))
     else:
         algorithm.SetNamesFileName(optional_path("names", names))
-    chosen = [at_most("labels", integer("labels", label, INT_MIN), INT_MAX) for label in labels]
+    chosen = [integer("labels", label, INT_MIN, INT_MAX) for label in labels]
     algorithm.SetNumberOfLabels(len(chosen))
     for k, label in enumerate(chosen):
         algorithm.SetLabel(k, label)

@@ -221,16 +221,16 @@ def configured_texture_sampler(
             setter(array_name(keyword, given))
     algorithm.SetTriangulation(choice("triangulation", triangulation, TRIANGULATIONS))
     if points is not None:
-        algorithm.SetNumberOfPoints(at_most("points", integer("points", points, 16), 10000000))
+        algorithm.SetNumberOfPoints(integer("points", points, 16, 10000000))
     algorithm.SetSampler(choice("sampler", sampler, SAMPLERS))
-    algorithm.SetNumberOfSteps(at_most("steps", integer("steps", steps, 1), 100000))
+    algorithm.SetNumberOfSteps(integer("steps", steps, 1, 100000))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     sizes = tuple(resolution) if isinstance(resolution, (tuple, list, np.ndarray)) else (resolution, resolution)
     if len(sizes) != 2:
         raise ValueError(f"resolution must be one number or two, not {len(sizes)}")
-    sizes = [at_most("resolution", integer("resolution", size, _LEAST_RESOLUTION), _MOST_RESOLUTION) for size in sizes]
+    sizes = [integer("resolution", size, _LEAST_RESOLUTION, _MOST_RESOLUTION) for size in sizes]
     algorithm.SetResolution(*sizes)
-    algorithm.SetGutterWidth(at_most("gutter_width", integer("gutter_width", gutter_width, -1), _MOST_RESOLUTION))
+    algorithm.SetGutterWidth(integer("gutter_width", gutter_width, -1, _MOST_RESOLUTION))
     algorithm.SetLatentArrayName(array_name("latent_name", latent_name))
     algorithm.SetTextureArrayName(array_name("name", name))
     if memory_limit is not None:

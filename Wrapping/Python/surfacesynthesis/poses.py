@@ -5,7 +5,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import INT_MIN, at_most, in_range, integer, progress_callback
+from .arguments import INT_MIN, in_range, integer, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisError
 from .sampling import in_parts
@@ -130,13 +130,13 @@ def configured_poses(
         raise SurfaceSynthesisError("poses() needs CGAL, which this package was built without")
     algorithm = vtkPoseEnsembleFilter()
     algorithm.SetSeed(integer("seed", seed, INT_MIN))
-    algorithm.SetNumberOfHandles(at_most("handles", integer("handles", handles, 1), 100))
+    algorithm.SetNumberOfHandles(integer("handles", handles, 1, 100))
     algorithm.SetMaximumAngle(in_range("maximum_angle", maximum_angle, 0.0, 180.0))
     algorithm.SetMaximumTwist(in_range("maximum_twist", maximum_twist, 0.0, 180.0))
     algorithm.SetHandleRadius(in_range("handle_radius", handle_radius, 0.001, 1.0))
     algorithm.SetAnchorRadius(in_range("anchor_radius", anchor_radius, 0.001, 1.0))
     algorithm.SetPivotPosition(in_range("pivot_position", pivot_position, 0.0, 1.0))
-    algorithm.SetNumberOfIterations(at_most("iterations", integer("iterations", iterations, 1), 10000))
+    algorithm.SetNumberOfIterations(integer("iterations", iterations, 1, 10000))
     algorithm.SetStiffness(in_range("stiffness", stiffness, 0.0, 1.0))
     if template is not None:
         shape = vtkPolyData()  # what pipelines leave on their inputs goes to this copy

@@ -8,7 +8,6 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from .arguments import (
     array_name,
     at_least_0,
-    at_most,
     choice,
     flag,
     in_range,
@@ -133,9 +132,9 @@ def configured_remesh(
     if feature_angle is not None:
         algorithm.SetFeatureAngle(in_range("feature_angle", feature_angle, 0.0, 180.0))
     algorithm.SetKeepBoundaryPoints(flag("keep_boundary_points", keep_boundary_points))
-    algorithm.SetNumberOfIterations(at_most("iterations", integer("iterations", iterations, 1), 100))
+    algorithm.SetNumberOfIterations(integer("iterations", iterations, 1, 100))
     algorithm.SetNumberOfRelaxationSteps(
-        at_most("relaxation_steps", integer("relaxation_steps", relaxation_steps, 0), 100)
+        integer("relaxation_steps", relaxation_steps, 0, 100)
     )
     algorithm.SetMaximumNumberOfPoints(integer("maximum_points", maximum_points, 4))
     return algorithm

@@ -146,7 +146,7 @@ def losses_of(algorithm, columns):
 
 def count(name, value, smallest, largest):
     """An integer from ``smallest`` to ``largest``."""
-    return at_most(name, integer(name, value, smallest), largest)
+    return integer(name, value, smallest, largest)
 
 
 def factor(name, value):

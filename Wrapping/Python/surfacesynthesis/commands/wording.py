@@ -75,7 +75,8 @@ def _command(match):
     name, phrase = match[1], match[2]
     if name not in COMMANDS_OF_CLASSES:
         return match[0]
-    command = f"the command {COMMANDS_OF_CLASSES[name]}"
+    begins = match.start() == 0 or match.string[: match.start()].endswith(". ")
+    command = f"{'The' if begins else 'the'} command {COMMANDS_OF_CLASSES[name]}"
     return command if phrase is None else f"{command} with {PHRASES.get(phrase, phrase)}"
 
 
