@@ -388,8 +388,8 @@ public:
    * Noise that belongs to places in space instead of to points of the mesh: the same seed gives the same noise, up to
    * discretization, on all triangulations of one surface at the same place, so that a surface can be decimated or
    * remeshed and keeps its noise. Samples on two triangulations have a correlation above 0.95 where CorrelationRange is
-   * ten edges or more. A surface that is moved gets other noise; sheets within a seventh of CorrelationRange of each
-   * other that face the same way are correlated. Used by MATERN noise with an
+   * ten edges or more. A surface that is moved, or scaled by no power of 2, gets other noise; sheets within a seventh of
+   * CorrelationRange of each other that face the same way are correlated. Used by MATERN noise with an
    * OperatorPower other than 1 and 3. In NORMALIZED_SCREENING mode the range depends on the triangulation, so that only equal
    * ranges give equal noise. An error for volumes. Default off.
    */

@@ -222,7 +222,10 @@ Eigenpairs LowestLaplaceEigenpairs(
   // The lowest eigenvalues are about 4 pi k / area (Weyl): a shift well below the first one that is not zero.
   const double area = mass.sum();
   const double shift = 0.1 * 4.0 * M_PI / (area > 0.0 ? area : 1.0);
-  const UsedPart part = Restrict(stiffness, mass, shift);
+  // In the unit of the shift, because Spectra's test of convergence has an absolute floor, below which all inverses of
+  // small surfaces lie.
+  constexpr double Unit = 1.0;
+  const UsedPart part = Restrict(stiffness, shift * mass, Unit);
   const Eigen::Index size = part.RootMass.size();
   if (count < 1 || count >= size)
   {
@@ -233,19 +236,22 @@ Eigenpairs LowestLaplaceEigenpairs(
   Eigen::MatrixXd vectors;
   if (size <= 200)
   {
-    SolveDense(part, shift, values, vectors);
+    SolveDense(part, Unit, values, vectors);
   }
   else
   {
     const Eigen::Index basis = std::min<Eigen::Index>(size, std::max<Eigen::Index>(2 * count, 20));
     ShiftedInverse inverse(part, 3.0 * static_cast<double>(basis), progress);
     std::uint32_t round = 0;
-    Solve(inverse, shift, count, basis, round, values, vectors);
-    while (AppendMissed(inverse, shift, ++round, values, vectors))
+    Solve(inverse, Unit, count, basis, round, values, vectors);
+    while (AppendMissed(inverse, Unit, ++round, values, vectors))
     {}
   }
   Report(progress, 1.0);
-  return ScatterLowest(part, values, vectors, count, stiffness.rows());
+  Eigenpairs pairs = ScatterLowest(part, values, vectors, count, stiffness.rows());
+  pairs.Values *= shift;
+  pairs.Vectors *= std::sqrt(shift);
+  return pairs;
 }
 
 } // namespace surfsynth

@@ -184,9 +184,7 @@ double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::
 
 MeshNormalization FlowNormalization(const TriangleMesh& mesh)
 {
-  MeshNormalization normalization = ComputeNormalization(mesh, InputNormalization::SurfaceArea);
-  normalization.Scale = std::sqrt(FaceAreas(mesh).sum());
-  return normalization;
+  return ComputeNormalization(mesh, InputNormalization::SurfaceArea);
 }
 
 std::string FlowMatchingModel::Description() const

@@ -107,9 +107,7 @@ struct FlowMatchingModel
   std::string Description() const;
 };
 
-/// Computes the map from the caller's coordinates to the network's: to area 1 exactly. (The 1e-8 that published
-/// networks add to the scale, see InputNormalization::SurfaceArea, would give small surfaces, such as a cell of 1e-6 m,
-/// another area.)
+/// Computes the map from the caller's coordinates to the network's: to area 1, see InputNormalization::SurfaceArea.
 /// @throws InvalidInput when the mesh has no extent.
 MeshNormalization FlowNormalization(const TriangleMesh& mesh);
 /// Former name of FlowNormalization().

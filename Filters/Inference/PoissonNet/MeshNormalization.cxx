@@ -48,7 +48,7 @@ MeshNormalization ComputeNormalization(const TriangleMesh& mesh, InputNormalizat
   }
   result.Center = moment / area;
   result.Scale = normalization == InputNormalization::SurfaceArea
-    ? std::sqrt(area) + 1e-8
+    ? std::sqrt(area)
     : (mesh.Points.rowwise() - result.Center).rowwise().norm().maxCoeff();
   if (!(result.Scale > 0.0) || !result.Center.allFinite())
   {

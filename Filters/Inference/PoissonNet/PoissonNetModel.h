@@ -20,9 +20,11 @@ struct TensorData;
 /// Normalisation of a mesh before the network, the same as in training.
 enum class InputNormalization
 {
-  None,        ///< the caller's coordinates
-  SurfaceArea, ///< minus the area-weighted centroid, over sqrt(area) + 1e-8
-  UnitSphere   ///< minus the area-weighted centroid, over the largest distance from it
+  None, ///< the caller's coordinates
+  /// minus the area-weighted centroid, over sqrt(area). Published networks add 1e-8 to it, which single precision does not
+  /// see at areas near 1, and which would give small surfaces, such as a cell of 1e-6 m, another area.
+  SurfaceArea,
+  UnitSphere ///< minus the area-weighted centroid, over the largest distance from it
 };
 
 /// A trained network: options, weights, normalisation of the input, names of the output.

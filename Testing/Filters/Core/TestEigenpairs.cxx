@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 using namespace surfsynth;
 
@@ -114,9 +116,10 @@ TEST(LaplaceEigenpairs, OfTheSphereConverge)
 
 TEST(LaplaceEigenpairs, ScaleWithTheMesh)
 {
-  for (const double scale : { 1e-6, 1e6 })
+  const std::vector<std::pair<int, double>> cases = { { 2, 1e-6 }, { 2, 1e6 }, { 3, 1e-9 }, { 3, 1e-6 }, { 3, 1e6 } };
+  for (const auto& [level, scale] : cases)
   {
-    const TriangleMesh mesh = test::BumpySurface(2);
+    const TriangleMesh mesh = test::BumpySurface(level); // the dense solver at level 2, Lanczos at level 3
     const TriangleMesh scaled = test::Scaled(mesh, scale);
     const Eigenpairs reference = LowestLaplaceEigenpairs(CotangentStiffness(mesh), LumpedMass(mesh), 12);
     const Eigenpairs pairs = LowestLaplaceEigenpairs(CotangentStiffness(scaled), LumpedMass(scaled), 12);

@@ -169,6 +169,11 @@ TEST(PoissonNetEvaluator, NormalizedMeshesOfAnySizeAndPlaceGiveTheSame)
     EXPECT_LE((here.Evaluate().Values - there.Evaluate().Values).norm(), 1e-3F * here.Evaluate().Values.norm());
     EXPECT_NEAR(there.Normalization().Scale / here.Normalization().Scale, 1000.0, 1e-3);
     EXPECT_THAT(there.Warnings(), IsEmpty());
+    for (const int power : { -40, 20 })
+    {
+      const PoissonNetEvaluator scaled(model, test::Scaled(Surface(), std::ldexp(1.0, power)));
+      EXPECT_EQ(here.Evaluate().Values, scaled.Evaluate().Values) << "2^" << power;
+    }
   }
   const MeshNormalization sphere = ComputeNormalization(
     test::Translated(test::Icosphere(4, 2.0), { 1, 2, 3 }), InputNormalization::SurfaceArea);

@@ -192,8 +192,8 @@ def matern_noise(
     coherent_noise : bool
         True for noise that belongs to places in space instead of to points of the mesh: the same seed gives the same
         noise, up to discretization, on all triangulations of one surface at the same place, with correlations above
-        0.95 where ``range`` is ten edges or more. Goes with surfaces, the noise model "matern" and an
-        ``operator_power`` other than 1 and 3. Default False.
+        0.95 where ``range`` is ten edges or more. A surface that is moved, or scaled by no power of 2, gets other noise. Goes
+        with surfaces, the noise model "matern" and an ``operator_power`` other than 1 and 3. Default False.
     observations : vtkPointSet or numpy.ndarray, optional
         Points near the surface, or in the volume, at which the noise is known, or an array of points [n, 3]. The
         samples are then samples of the noise given the observations (its posterior). Goes with the noise model
