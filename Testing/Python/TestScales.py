@@ -79,7 +79,7 @@ PLACED = {"noise-coherent"}
 #: Commands that take no mesh, or go through the same filter as one in the table, or train: networks see normalized meshes.
 ELSEWHERE = {"convert", "view", "shape-model", "transfer-texture", "label-surfaces", "dataset textures", "dataset latents",
              "dataset export", "train field-latents", "train flow-matching", "train geometric-texture",
-             "train latent-diffusion"}  # fmt: skip
+             "train latent-diffusion", "texture-statistics"}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -240,7 +240,7 @@ def add_texture_statistics(model, output, measured_samples=8):
         An argument has a value out of its range or is of a wrong type.
     """
     algorithm = configured_synthesizer(model)
-    count = at_most("measured_samples", integer("measured_samples", measured_samples, 1), 1000)
+    count = integer("measured_samples", measured_samples, 1, 1000)
     call_method(algorithm, "WriteModelWithStatistics", os.fsdecode(output), count)
 
 
