@@ -171,7 +171,9 @@ def example_in_paraview(name, proxy, example):
     for _, variable, file in files:
         reader = f'PNGSeriesReader(FileNames=["{file}"])' if file.endswith(".png") else f'OpenDataFile("{file}")'
         lines += [f"{variable} = {reader}", *([f"{variable}.UpdatePipeline()"] if variable == "volume" else [])]
-    return "\n".join([*lines, f"result = {function_name(proxy)}({', '.join(words)})", "result.UpdatePipeline()"])
+    call = f"result = {function_name(proxy)}("
+    separator = ", " if len(call) + len(", ".join(words)) < 110 else ",\n" + " " * len(call)
+    return "\n".join([*lines, f"{call}{separator.join(words)})", "result.UpdatePipeline()"])
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------
