@@ -102,6 +102,7 @@ FILTERS = {
         "When there are tens to thousands of samples of shapes or fields on one or several surfaces.",
         _PARAVIEW + "FlowMatchingTrainer.png", None,
         {"DatasetFileName": "poses.safetensors", "ModelFileName": "model.safetensors", "Iterations": 3000},
+        '# a file of write_signal_dataset(), or of the command "dataset poses" or "dataset import"\n'
         'ss.train_flow_matching(dataset="poses.safetensors", model="model.safetensors", iterations=3000)',
         "train flow-matching poses.safetensors model.safetensors --iterations 3000"),
     "vtkMultiscaleMeshFitter": Example(
@@ -113,12 +114,14 @@ FILTERS = {
         "To learn the relief of one surface, of which a patch of a few wavelengths is enough.",
         _PARAVIEW + "GeometricTextureTrainer.png", None,
         {"DatasetFileName": "levels.safetensors", "ModelFileName": "bark.safetensors"},
+        '# a file of fit_levels()\n'
         'ss.train_geometric_texture(dataset="levels.safetensors", model="bark.safetensors")',
         "train geometric-texture levels.safetensors bark.safetensors"),
     "vtkFieldLatentTrainer": Example(
         "Seldom: the installed autoencoder field_latents serves for all textures. For images of another kind, train one.",
         _PARAVIEW + "FieldLatentTrainer.png", None,
         {"DatasetFileName": "textures.safetensors", "ModelFileName": "latents.safetensors"},
+        '# a file of texture_dataset()\n'
         'ss.train_field_latents(dataset="textures.safetensors", model="latents.safetensors")',
         "train field-latents textures.safetensors latents.safetensors"),
     "vtkLatentDiffusionTrainer": Example(

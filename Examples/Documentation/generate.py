@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the pages of the filters for Sphinx, from headers, server-manager XML, README.md, references.bib and filter_examples.py:
-
-generate.py <folder>
+"""Writes the pages of the site for Sphinx, from headers, server-manager XML, the README.md of the folders, references.bib and
+filter_examples.py: generate.py <folder>
 """
 
 import inspect
@@ -15,17 +14,33 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "Testing" / "ParaView"))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
+import from_markdown  # noqa: E402
 from filter_examples import FILTERS, LIMITS  # noqa: E402
 from server_manager_xml import is_base, is_former, proxy_of  # noqa: E402
 
-_KEY = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]")
+_NAMES = re.compile(r"`(?P<code>[^`]+)`|\[(?P<key>[A-Z][A-Za-z]+\d{4}[a-z]?)\]|\b(?P<filter>vtk[A-Z]\w+)\b"
+                    r"|(?P<section>Reproducibility in README\.md)|(?P<file>\b(?:[A-Z]\w+/)*README\.md)|\b(?P<property>(?:[A-Z][a-z0-9]+){2,})\b(?!_)")  # fmt: skip
 
 
-def escaped(text):
-    """Plain text for reStructuredText, with links to the papers that it cites."""
-    text = re.sub(r"([\\*`|])", r"\\\1", text)
-    text = re.sub(r"_(?=\W|$)", r"\\_", text)
-    return _KEY.sub(lambda match: f":ref:`[{match[1]}] <{match[1].lower()}>`", text)
+def escaped(text, properties=()):
+    """Plain text of the sources for reStructuredText: links to papers, filters and pages of the site, names as code."""
+    parts, place = [], 0
+    for found in _NAMES.finditer(text):
+        page = from_markdown.PAGES.get(found["file"])
+        if found["key"]:
+            mark = from_markdown.paper(found["key"])
+        elif found["section"]:
+            mark = ":ref:`Reproducibility <overview-reproducibility>`"
+        elif page:
+            mark = f":doc:`{page[1]} </{page[0]}>`"
+        elif found["code"] or found["filter"] or found["property"] in properties:
+            known = found["filter"] in FILTERS
+            mark = f":doc:`{found['filter']} </filters/{found['filter']}>`" if known else f"``{found[0].strip('`')}``"
+        else:
+            continue
+        parts += [from_markdown.plain(text[place:found.start()]), mark]
+        place = found.end()
+    return from_markdown.joined([*parts, from_markdown.plain(text[place:])])
 
 
 def title(text, mark="="):
@@ -84,6 +99,11 @@ def properties_of(proxy):
         element for element in proxy
         if element.tag.endswith("VectorProperty") and not is_former(element) and element.get("information_only") != "1"
     ]  # fmt: skip
+
+
+def names_of(proxy):
+    """Names of properties, which are code in the text."""
+    return {element.get("name") for element in proxy if element.tag.endswith("Property")}
 
 
 def function_name(proxy):
@@ -151,15 +171,18 @@ def example_in_paraview(name, proxy, example):
     for _, variable, file in files:
         reader = f'PNGSeriesReader(FileNames=["{file}"])' if file.endswith(".png") else f'OpenDataFile("{file}")'
         lines += [f"{variable} = {reader}", *([f"{variable}.UpdatePipeline()"] if variable == "volume" else [])]
-    return "\n".join([*lines, f"result = {function_name(proxy)}({', '.join(words)})", "result.UpdatePipeline()"])
+    call = f"result = {function_name(proxy)}("
+    separator = ", " if len(call) + len(", ".join(words)) < 110 else ",\n" + " " * len(call)
+    return "\n".join([*lines, f"{call}{separator.join(words)})", "result.UpdatePipeline()"])
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------
 
 
 def table_of_properties(proxy):
-    lines = [".. list-table::\n   :header-rows: 1\n   :widths: 22 12 66\n   :class: properties\n\n",
-             "   * - property\n     - default\n     - \n"]  # fmt: skip
+    lines = [".. list-table::\n   :header-rows: 1\n   :widths: 25 15 60\n   :class: properties\n\n",
+             "   * - property\n     - default\n     - meaning\n"]  # fmt: skip
+    names = names_of(proxy)
     for element in properties_of(proxy):
         documentation = element.find("Documentation")
         text = " ".join((documentation.text or "").split()) if documentation is not None else ""
@@ -174,7 +197,7 @@ def table_of_properties(proxy):
         if element.find("BooleanDomain") is not None:
             default = "on" if default == "1" else "off"
         default = entries.get(default, "" if default == "none" else default)
-        lines.append(f"   * - {escaped(element.get('name'))}\n     - {escaped(default)}\n     - {escaped(text)}\n")
+        lines.append(f"   * - ``{element.get('name')}``\n     - {escaped(default)}\n     - {escaped(text, names)}\n")
     return "".join(lines) + "\n"
 
 
@@ -191,11 +214,13 @@ def page_of(name, proxy, folder):
         parts += ["Command line:\n\n", block("bash", f"python3 -m surfacesynthesis {example.command}")]
     parts += ["C++:\n\n", block("cpp", example_in_cxx(name, proxy, example))]
     parts += ["ParaView:\n\n", block("python", example_in_paraview(name, proxy, example))]
+    names = names_of(proxy)
     for heading, paragraphs in sections_of(name):
         parts.append(title(heading or "Description", "-"))
-        parts += [("* " + escaped(text[2:]) if text.startswith("- ") else escaped(text)) + "\n\n" for text in paragraphs]
+        parts += [("* " + escaped(text[2:], names) if text.startswith("- ") else escaped(text, names)) + "\n\n"
+                  for text in paragraphs]  # fmt: skip
     if name in LIMITS:
-        parts += [title("Limits in numbers", "-"), *(f"* {escaped(text)}\n" for text in LIMITS[name]), "\n"]
+        parts += [title("Limits in numbers", "-"), *(f"* {escaped(text, names)}\n" for text in LIMITS[name]), "\n"]
     parts += [title("Properties", "-"), table_of_properties(proxy)]
     parts += [title("Names", "-"), f":C++: `{name} <../cxx/class{name}.html>`__\n"]
     parts.append(f":Python: :func:`surfacesynthesis.{function}`\n" if function else "")
@@ -219,11 +244,27 @@ def bibliography(folder):
     (folder / "papers.rst").write_text("".join(parts), encoding="utf-8")
 
 
+def descriptions_of_readme():
+    """For each class what the tables in README.md say of it."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    return {found[1]: found[2] for found in re.finditer(r"^\| `(vtk\w+)` \|[^|]*\|[^|]*\| (.*) \|$", text, re.MULTILINE)}
+
+
 def index_of_filters(folder):
-    parts = [title("Filters")]
+    """The page with a picture, the names and a description of each filter."""
+    parts, descriptions, labels = [title("Filters")], descriptions_of_readme(), proxies()
+    parts.append("Each filter is a VTK class, a Python function, a command and an entry of ParaView's menus *Filters > Surface "
+                 "Synthesis*.\n\n")  # fmt: skip
     for heading, classes in groups_of_readme():
-        parts += [title(heading, "-"), ".. toctree::\n   :maxdepth: 1\n\n"]
+        parts += [title(heading, "-"), ".. toctree::\n   :maxdepth: 1\n   :hidden:\n\n"]
         parts += [f"   {name}\n" for name in classes]
+        parts.append("\n.. list-table::\n   :widths: 25 30 45\n   :class: plain\n\n")
+        for name in classes:
+            function, picture = rows_of_readme()[name][0], pathlib.Path(FILTERS[name].picture).name
+            parts.append(f"   * - .. image:: ../pictures/{picture}\n          :alt: {labels[name].get('label')}\n          :width: 100%\n"
+                         f"          :target: {name}.html\n\n"
+                         f"     - :doc:`{labels[name].get('label')} <{name}>`\n\n       ``{name}``\n\n       ``{function}()``\n"
+                         f"     - {from_markdown.inline(descriptions[name])}\n")  # fmt: skip
         parts.append("\n")
     (folder / "filters" / "index.rst").write_text("".join(parts), encoding="utf-8")
 
@@ -240,6 +281,26 @@ def reference_of_python(folder):
         elif inspect.isclass(value) and not name.startswith("vtk"):
             parts.append(f".. autoclass:: surfacesynthesis.{name}\n   :members:\n\n")
     (folder / "python.rst").write_text("".join(parts), encoding="utf-8")
+
+
+def reference_of_cxx(folder):
+    """The page of the classes in C++, and the first page of Doxygen's, which leads back."""
+    parts = [title("C++"), "All classes and functions, those of the libraries without VTK included, are in the `reference of C++ "
+             "<cxx/index.html>`__. The filters:\n\n"]  # fmt: skip
+    back = ["# Reference of C++ {#mainpage}\n\n[Documentation of all filters, with examples](../index.html)\n\n"]
+    for name in sorted(FILTERS):
+        parts.append(f"* `{name} <cxx/class{name}.html>`__: {escaped(brief_of(name))}.\n")
+        back.append(f"- {name}: {brief_of(name)}.\n")
+    (folder / "cxx_reference.rst").write_text("".join(parts), encoding="utf-8")
+    (folder / "mainpage.md").write_text("".join(back), encoding="utf-8")
+
+
+def pages_of_readmes(folder):
+    for file, (name, _) in from_markdown.PAGES.items():
+        pictures = {}
+        (folder / f"{name}.rst").write_text(from_markdown.page(file, pictures), encoding="utf-8")
+        for path, picture in pictures.items():
+            shutil.copyfile(path, folder / "pictures" / picture)
 
 
 def copy_pages(folder):
@@ -263,6 +324,8 @@ def main(folder):
     index_of_filters(folder)
     bibliography(folder)
     reference_of_python(folder)
+    reference_of_cxx(folder)
+    pages_of_readmes(folder)
 
 
 if __name__ == "__main__":

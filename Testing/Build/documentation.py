@@ -60,9 +60,9 @@ def main(folder, work, chromium=""):
     faults, count = faults_of(folder)
     if faults:
         sys.exit("Links that lead nowhere:\n" + "\n".join(faults))
-    if count < 30 or not (folder / "cxx" / "classvtkMaternNoiseFilter.html").is_file():
+    if count < 45 or not (folder / "cxx" / "classvtkMaternNoiseFilter.html").is_file():
         sys.exit(f"{count} pages are too few, or those of C++ are missing")
-    for name in ("index", "filters/vtkMaternNoiseFilter", "tasks/scan", "cxx/classvtkMaternNoiseFilter") if chromium else ():
+    for name in ("index", "filters/vtkMaternNoiseFilter", "tasks/scan", "gallery", "cxx/classvtkMaternNoiseFilter") if chromium else ():
         size = draw(chromium, folder / f"{name}.html", work / f"{name.replace('/', '-')}.png")
         if size < 40000:
             sys.exit(f"The picture of {name}.html has {size} bytes only")

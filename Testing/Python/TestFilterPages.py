@@ -15,6 +15,7 @@ from surfacesynthesis.command_line import build_parser
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "Examples" / "Documentation"))
+import from_markdown  # noqa: E402
 import generate  # noqa: E402
 from filter_examples import FILTERS, LIMITS  # noqa: E402
 
@@ -104,8 +105,39 @@ def test_limits_are_of_filters_and_name_files_that_there_are():
 
 def test_text_of_sources_stays_text():
     assert generate.escaped("a*b `c` Name_ and Name_k [Kuai2026]") == (
-        r"a\*b \`c\` Name\_ and Name_k :ref:`[Kuai2026] <kuai2026>`"
+        r"a\*b ``c`` Name\_ and Name_k :ref:`[Kuai2026] <kuai2026>`"
     )
+    text = generate.escaped("SampleRate and vtkMaternNoiseFilter(vtkPolyData) in README.md", {"SampleRate"})
+    assert text == (r"``SampleRate`` and :doc:`vtkMaternNoiseFilter </filters/vtkMaternNoiseFilter>`\ (\ ``vtkPolyData``\ ) in "
+                    ":doc:`Overview </overview>`")  # fmt: skip
     brief = generate.brief_of("vtkMaternNoiseFilter")
     assert brief.startswith("Generates Gaussian random fields") and "\n" not in brief
     assert {"", "Input", "Output", "Cost"} <= {heading for heading, _ in generate.sections_of("vtkMaternNoiseFilter")}
+
+
+def test_markdown_becomes_blocks():
+    text = "# A\n\nText\ngoes on.\n- one\n  of two\n- two\n\n  ```bash\n  x | y\n\n    z\n  ```\n| a | b |\n|---|---|\n| c | |\n\n    code\n\nend"
+    assert from_markdown.blocks(text) == [
+        ("heading", ["# A"]), ("paragraph", ["Text", "goes on."]), ("list", ["- one", "  of two", "- two"]),
+        ("code", ["bash", "x | y", "", "  z"]), ("table", ["| a | b |", "|---|---|", "| c | |"]), ("code", ["bash", "code", ""]),
+        ("paragraph", ["end"]),
+    ]  # fmt: skip
+
+
+def test_markdown_becomes_inline_markup():
+    folder = ROOT / "Examples"
+    assert from_markdown.inline("**b** `c`s, *e* 2*3*4 [t](https://vtk.org) x_ [Kuai2026]", folder) == (
+        r"**b** ``c``\ s, *e* 2\*3\*4 `t <https://vtk.org>`__ x\_ :ref:`[Kuai2026] <kuai2026>`"
+    )
+    assert from_markdown.inline("[a](Models/README.md) [b](#the-spectrum) [c](run.sh)", folder) == (
+        ":doc:`a </models>` :ref:`b <gallery-the-spectrum>` c (``Examples/run.sh``)"
+    )
+
+
+def test_pages_of_the_folders_have_all_their_pictures():
+    for file in from_markdown.PAGES:
+        pictures = {}
+        page = from_markdown.page(file, pictures)
+        expected = re.findall(r"!\[[^\]]*\]\(([^)]*)\)", (ROOT / file).read_text(encoding="utf-8"))
+        assert len(pictures) == len(set(expected)) and all(path.is_file() for path in pictures)
+        assert all(f"pictures/{name}" in page for name in pictures.values()) and "![" not in page
