@@ -240,10 +240,10 @@ def reference_features(texture, seed=1, reference=None):
     return surfacesynthesis.geometric_texture_features(ball, unit_ball(), reference)
 
 
-def features_on(target, model, seed, reference=None):
+def features_on(target, model, seed, reference=None, norm_statistics="target"):
     """Features of a synthesized texture."""
     bare = bare_levels(target, LEVELS - START)[-1]
-    output, _ = synthesized(target, model, start_level=START, seed=seed)
+    output, _ = synthesized(target, model, start_level=START, seed=seed, norm_statistics=norm_statistics)
     return surfacesynthesis.geometric_texture_features(output, bare, reference)
 
 
@@ -260,7 +260,8 @@ def features(options):
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)
             seeds = range(options.seed, options.seed + 5)
-            rows[name] = [features_on(target, model_of(options, texture), seed, reference) for seed in seeds]
+            how = {"reference": reference, "norm_statistics": options.norm_statistics}
+            rows[name] = [features_on(target, model_of(options, texture), seed, **how) for seed in seeds]
         for name, found in rows.items():
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
 
@@ -366,9 +367,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
     parser.add_argument("--output", required=True, metavar="DIR")
-    parser.add_argument("--only", nargs="+", choices=PICTURES, default=[name for name in PICTURES if name not in LONG], help="make some of it only")
+    quick = [name for name in PICTURES if name not in LONG]
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=quick, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
-    parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of neighborhoods")
+    parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
