@@ -175,6 +175,12 @@ FILTERS = {
         'mesh = ss.read_mesh("synthesized.ply")\nreference = ss.read_mesh("original.ply")\n'
         'distance = ss.geometric_texture_distance(mesh, reference, projections=256)\nprint(distance)',
         "geometric-texture-distance synthesized.ply original.ply --projections 256", (("Reference", "original.ply"),)),
+    "vtkGeometricTextureFeatures": Example(
+        "To see whether the peaks of a synthesized texture are as many, as even and as separate as those that were learned.",
+        "Gallery/texture_features.png", "synthesized.ply", {"MergedSaddle": 0.5},
+        'mesh = ss.read_mesh("synthesized.ply")\nbare = ss.read_mesh("target.ply")\n'
+        'features = ss.geometric_texture_features(mesh, bare, merged_saddle=0.5)\nprint(features)',
+        "geometric-texture-features synthesized.ply --bare target.ply --merged-saddle 0.5", (("Bare", "target.ply"),)),
 }  # fmt: skip
 
 #: What was measured of accuracy, bias and time, and where: files of the sources.
@@ -209,6 +215,10 @@ LIMITS = {
         "151 and 961 MiB (Testing/Benchmarks/README.md)."],
     "vtkGeometricTextureDistance": [
         "About 10 seconds on one thread for 128 directions and 300,000 triangles."],
+    "vtkGeometricTextureFeatures": [
+        "Without a bare surface the smoothed one follows the relief: cones of a radius of a twentieth of the root of the area are "
+        "measured 15 % too low; counts of separate peaks stay.",
+        "A labyrinth has few peaks that are not merged: there the length of walls says more (Examples/Training/README.md)."],
     "vtkGaussianMixtureFilter": ["Some thousand centers a second for 2,000 points."],
     "vtkFieldLatentDecoder": ["64 bytes of memory for each texel of the image."],
     "vtkTopologyReport": [

@@ -11,12 +11,14 @@ labyrinth, and knobs that are wider above than at the neck. Writes
     texture_samples.png   what grows on the template of the model: other samples of the reference itself
     texture_scales.png    above: one texture on one surface in four sizes (TextureScale); below: as it grows, level
                           by level
+    texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
 (geometric_texture_distance()). --only neighborhoods prints another table, in half an hour: the distances of
 neighborhoods of 1, 3 and 6 rings, of five samples, as (distance - floor) / (distance of the bare target - floor), where the
-floor is the distance of a second ball with other random places. Surfaces come from Debian's package libcgal-demo.
+floor is the distance of a second ball with other random places. --only features prints what is counted on a sphere, a plane, a
+torus and a saddle, over what is counted on the reference. Surfaces come from Debian's package libcgal-demo.
 """
 
 import argparse
@@ -27,12 +29,15 @@ import time
 import gallery_rendering as rendering
 import numpy as np
 import surfacesynthesis
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkPolyDataNormals, vtkStripper, vtkTubeFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
 from make_datasets import surface  # noqa: E402
-from make_references import LEVELS, reference_levels  # noqa: E402
+from make_references import LEVELS, balls, directions, reference_levels  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
@@ -195,23 +200,177 @@ def neighborhoods(options):
             print(f"| {texture} | {name} | {values} |", flush=True)
 
 
+#: Shapes as functions of a grid of coordinates from -1 to 1; a torus closes in both of them.
+SHAPES = {
+    "plane": lambda u, v: (u, v, 0.0 * u),
+    "saddle": lambda u, v: (u, v, 0.5 * (u * u - v * v)),
+    "torus": lambda u, v: (
+        (1.0 + 0.4 * np.cos(np.pi * v)) * np.cos(np.pi * u),
+        (1.0 + 0.4 * np.cos(np.pi * v)) * np.sin(np.pi * u),
+        0.4 * np.sin(np.pi * v),
+    ),
+}
+
+
+def unit_ball():
+    """The finest level of the balls that textures are learnt from, without the texture."""
+    ball = balls(LEVELS)[-1]
+    ball.GetPoints().SetData(numpy_to_vtk(directions(ball), deep=True))
+    return ball
+
+
+def shape(name, points):
+    """One of SHAPES, or a sphere, with so many points and even triangles."""
+    if name == "sphere":
+        return remeshed(unit_ball(), points)
+    count, closed = 121, name == "torus"
+    steps = np.linspace(-1.0, 1.0, count)[: count - closed]
+    corners = np.stack(SHAPES[name](*np.meshgrid(steps, steps, indexing="ij")), axis=-1).reshape(-1, 3)
+    grid = np.arange(len(corners)).reshape(len(steps), -1)
+    if closed:
+        grid = np.pad(grid, (0, 1), mode="wrap")
+    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return remeshed((corners, triangles), points)
+
+
+def reference_features(texture, seed=1, reference=None):
+    """Features of a ball that the texture was learnt from (seed 1), or of another with other random places."""
+    ball = reference_levels(texture, seed=seed)[-1]
+    return surfacesynthesis.geometric_texture_features(ball, unit_ball(), reference)
+
+
+def features_on(target, model, seed, reference=None, norm_statistics="target"):
+    """Features of a synthesized texture."""
+    bare = bare_levels(target, LEVELS - START)[-1]
+    output, _ = synthesized(target, model, start_level=START, seed=seed, norm_statistics=norm_statistics)
+    return surfacesynthesis.geometric_texture_features(output, bare, reference)
+
+
+def features(options):
+    """A row for the reference, for five other balls, and for each shape, with means over five seeds."""
+    print("| texture | surface | peaks in an area | variation of heights | merged | walls in an area | intersections |")
+    print("|---|---|---:|---:|---:|---:|---:|")
+    for texture in TEXTURES:
+        reference = reference_features(texture)
+        rows = {
+            "reference": [reference_features(texture, reference=reference)],
+            "other balls": [reference_features(texture, seed, reference) for seed in range(2, 7)],
+        }
+        for name in ("sphere", *SHAPES):
+            target = shape(name, 2500)
+            seeds = range(options.seed, options.seed + 5)
+            how = {"reference": reference, "norm_statistics": options.norm_statistics}
+            rows[name] = [features_on(target, model_of(options, texture), seed, **how) for seed in seeds]
+        for name, found in rows.items():
+            print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
+
+
+def row_of(found):
+    """Means of some samples as cells of a table; intersections in a thousand triangles."""
+
+    def mean(values):
+        return np.mean(list(values))
+
+    peaks, walls = (mean(one.ratios[key] for one in found) for key in ("peak_density", "wall_density"))
+    variation, merged = (100 * mean(one[key] for one in found) for key in ("peak_height_variation", "merged_share"))
+    crossings = mean(1000 * one["number_of_self_intersections"] / one.surface.GetNumberOfCells() for one in found)
+    return f"{peaks:.2f} | {variation:.1f} % | {merged:.1f} % | {walls:.2f} | {crossings:.2f}"
+
+
+CLAY, SEPARATE, MERGED, WALL = (205, 198, 186), (40, 90, 200), (215, 40, 30), (20, 110, 90)
+
+
+def painted(mesh, color):
+    """A surface in one color, with normals."""
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(mesh)
+    normals.SplittingOff()
+    normals.Update()
+    colors = numpy_to_vtk(np.tile(np.array(color, np.uint8), (mesh.GetNumberOfPoints(), 1)), deep=True)
+    colors.SetName("Color")
+    output = normals.GetOutput()
+    output.GetPointData().AddArray(colors)
+    return output
+
+
+def marked(found):
+    """The surface with a ball on each peak, red on merged ones; a labyrinth with its walls."""
+    surface = found.surface
+    peaks = vtk_to_numpy(surface.GetPointData().GetArray("Peak"))
+    append = vtkAppendPolyData()
+    append.AddInputData(painted(surface, CLAY))
+    if found["merged_share"] > 0.5:  # ridges, whose highest places say little
+        surface.GetPointData().SetActiveScalars("Height")
+        contour = vtkContourFilter()
+        contour.SetInputData(surface)
+        contour.SetValue(0, found["wall_height"])
+        lines = vtkStripper()
+        lines.SetInputConnection(contour.GetOutputPort())
+        lines.JoinContiguousSegmentsOn()
+        tube = vtkTubeFilter()
+        tube.SetInputConnection(lines.GetOutputPort())
+        tube.SetRadius(0.5 * found["unit_length"])
+        tube.SetNumberOfSides(10)
+        tube.Update()
+        append.AddInputData(painted(tube.GetOutput(), WALL))
+    else:
+        for point in np.flatnonzero(peaks):
+            ball = vtkSphereSource()
+            ball.SetCenter(surface.GetPoint(point))
+            ball.SetRadius(max(0.11 / np.sqrt(found["peak_density"]), 0.007 * surface.GetLength()))
+            ball.SetThetaResolution(16)
+            ball.SetPhiResolution(12)
+            ball.Update()
+            append.AddInputData(painted(ball.GetOutput(), MERGED if peaks[point] == 2 else SEPARATE))
+    append.Update()
+    return append.GetOutput()
+
+
+def feature_pictures(options):
+    """Features of each reference, and of the texture on another surface."""
+    sheet = rendering.Sheet(2, len(TEXTURES), SIZE)
+    aspect = SIZE[0] / SIZE[1]
+    for column, (texture, name) in enumerate(zip(TEXTURES, TARGETS)):
+        reference = reference_features(texture)
+        target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
+        found = features_on(target, model_of(options, texture), options.seed, reference)
+        for row, (one, direction) in enumerate(((reference, BALL), (found, TARGETS[name][2]))):
+            view = rendering.view_of(one.surface, aspect, direction)
+            sheet.add(row, column, title_of(one, texture, name if row else "the reference"), marked(one), view, array="Color")
+    sheet.write(os.path.join(options.output, "texture_features.png"), options.colors)
+
+
+def title_of(found, texture, where):
+    """Two lines about the marks."""
+    if found["merged_share"] > 0.5:
+        return f"{texture}: {where}\nlength of walls over area: {found['relative_wall_density']:.3f} / edge"
+    peaks = f"{found['number_of_peaks']} peaks, {100 * found['merged_share']:.0f} % merged"
+    return f"{texture}: {where}\n{peaks}, heights \u00b1 {100 * found['peak_height_variation']:.1f} %"
+
+
 #: What makes a picture, or a table.
 PICTURES = {
     "textures": textures,
     "samples": samples,
     "scales": scales,
     "distances": distances,
+    "feature_pictures": feature_pictures,
     "neighborhoods": neighborhoods,
+    "features": features,
 }
+#: Tables that take half an hour.
+LONG = ("neighborhoods", "features")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", default=MODELS, metavar="DIR", help="where the model files are")
     parser.add_argument("--output", required=True, metavar="DIR")
-    parser.add_argument("--only", nargs="+", choices=PICTURES, default=list(PICTURES)[:-1], help="make some of it only")
+    quick = [name for name in PICTURES if name not in LONG]
+    parser.add_argument("--only", nargs="+", choices=PICTURES, default=quick, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
-    parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of neighborhoods")
+    parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)

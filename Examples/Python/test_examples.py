@@ -275,9 +275,10 @@ def check_geometric_textures(folder):
 
     output = os.path.join(folder, "geometric_textures")
     script = [sys.executable, os.path.join(HERE, "geometric_textures.py"), "--output", output]
-    done = run("xvfb-run", "-a", *script, "--only", "scales")
+    done = run("xvfb-run", "-a", *script, "--only", "scales", "feature_pictures")
     assert done.returncode == 0
     check_picture(os.path.join(output, "texture_scales.png"), 1800, rows=2)
+    check_picture(os.path.join(output, "texture_features.png"), 1300, rows=2)
     target = example.remeshed(example.surface(None, "eight.off"), 800)
     for texture in example.TEXTURES:
         model = os.path.join(example.MODELS, texture + ".safetensors")
@@ -289,6 +290,13 @@ def check_geometric_textures(folder):
     pair = [(mesh[-1], example.mean_edge(mesh[0]) / 2 ** (example.LEVELS - 1)) for mesh in (ball, ball)]
     for share in example.neighborhoods_on(target, pair, os.path.join(example.MODELS, "spikes.safetensors"), (2,)):
         assert 0.0 < share[0] < 0.5, share
+    # two balls of one texture agree in what is counted, within the limits of a good texture
+    for texture, peaks in (("spikes", 90), ("knobs", 60)):
+        reference = example.reference_features(texture)
+        second = example.reference_features(texture, 2, reference)
+        assert reference["number_of_peaks"] == second["number_of_peaks"] == peaks
+        assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
+        assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 

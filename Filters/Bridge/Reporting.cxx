@@ -30,6 +30,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkFlowMatchingTrainer", "Flow Matching Trainer" },
     { "vtkGaussianMixtureFilter", "Gaussian Mixture" },
     { "vtkGeometricTextureDistance", "Geometric Texture Distance" },
+    { "vtkGeometricTextureFeatures", "Geometric Texture Features" },
     { "vtkGeometricTextureSynthesizer", "Geometric Texture Synthesizer" },
     { "vtkGeometricTextureTrainer", "Geometric Texture Trainer" },
     { "vtkIsotropicRemeshFilter", "Isotropic Remesh" },

@@ -4,11 +4,13 @@
 #pragma once
 
 #include "EnsembleReading.h"
+#include "TableColumns.h"
 
 #include "Core/Statistics/EnsembleStatistics.h"
 
 #include <Eigen/Core>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -49,5 +51,12 @@ void SetPositions(vtkPolyData* surface, const Eigen::VectorXd& values);
 
 /// Adds a point array, float64, of [C V] values; replaces one of the same name.
 void AddValues(vtkPolyData* surface, const std::string& name, const Eigen::VectorXd& values, int components);
+
+/// Appends a column of class @p Array with that name and one value.
+template <typename Array, typename Value>
+void AddValue(vtkTable* table, const char* name, Value value)
+{
+  AddColumn<Array>(table, name, std::array<Value, 1>{ value });
+}
 
 } // namespace surfsynth

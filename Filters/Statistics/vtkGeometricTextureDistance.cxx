@@ -3,9 +3,9 @@
 
 #include "DataObjects.h"
 #include "JointProcessing.h"
+#include "StatisticsOutput.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
-#include "TableColumns.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Statistics/GeometricTextureDistance.h"
@@ -20,7 +20,6 @@
 #include <vtkPolyData.h>
 #include <vtkTable.h>
 
-#include <array>
 #include <string>
 
 using surfsynth::InvalidInput;
@@ -65,21 +64,15 @@ TriangleMesh ToMesh(vtkPolyData* given, const std::string& name)
   }
 }
 
-template <typename Array, typename Value>
-void AddValue(vtkTable* table, const char* name, Value value)
-{
-  surfsynth::AddColumn<Array>(table, name, std::array<Value, 1>{ value });
-}
-
 void AddDistance(
   vtkTable* table, const surfsynth::TextureDistance& found, const TriangleMesh& surface, const TriangleMesh& reference)
 {
-  AddValue<vtkDoubleArray>(table, "Distance", found.Distance);
-  AddValue<vtkDoubleArray>(table, "StandardError", found.StandardError);
-  AddValue<vtkDoubleArray>(table, "MeanEdgeLength", found.MeanEdgeLength);
-  AddValue<vtkDoubleArray>(table, "ReferenceMeanEdgeLength", found.ReferenceMeanEdgeLength);
-  AddValue<vtkIdTypeArray>(table, "NumberOfTriangles", surface.NumberOfTriangles());
-  AddValue<vtkIdTypeArray>(table, "NumberOfReferenceTriangles", reference.NumberOfTriangles());
+  surfsynth::AddValue<vtkDoubleArray>(table, "Distance", found.Distance);
+  surfsynth::AddValue<vtkDoubleArray>(table, "StandardError", found.StandardError);
+  surfsynth::AddValue<vtkDoubleArray>(table, "MeanEdgeLength", found.MeanEdgeLength);
+  surfsynth::AddValue<vtkDoubleArray>(table, "ReferenceMeanEdgeLength", found.ReferenceMeanEdgeLength);
+  surfsynth::AddValue<vtkIdTypeArray>(table, "NumberOfTriangles", surface.NumberOfTriangles());
+  surfsynth::AddValue<vtkIdTypeArray>(table, "NumberOfReferenceTriangles", reference.NumberOfTriangles());
 }
 } // namespace
 

@@ -8,6 +8,7 @@ from paraview.simple import *  # noqa: F403: as scripts of ParaView do
 from proxies import TRAINING_PROPERTIES, check_properties, made_by, output_of, source_of
 from surfacesynthesis import (
     vtkGeometricTextureDistance,
+    vtkGeometricTextureFeatures,
     vtkGeometricTextureSynthesizer,
     vtkGeometricTextureTrainer,
     vtkMultiscaleMeshFitter,
@@ -44,6 +45,13 @@ DISTANCE = {
     "NumberOfProjections": (128, 16, 16),
     "NumberOfRings": (1, 3, 3),
     "Seed": (0, 7, 7),
+}
+FEATURES = {
+    "UnitLength": (0.0, 0.5, 0.5),
+    "MinimumProminence": (0.0, 0.25, 0.25),
+    "MergedSaddle": (0.5, 0.75, 0.75),
+    "WallLevel": (0.0, 0.5, 0.5),
+    "SmoothingLength": (0.0, 2.0, 2.0),
 }
 FITTER = {
     "NumberOfLevels": (5, 2, 2),
@@ -101,6 +109,7 @@ def properties_have_the_defaults_of_the_classes_and_reach_them():
     for made, properties in (
         (GeometricTextureSynthesizer(Input=ball), SYNTHESIZER),
         (GeometricTextureDistance(Input=ball, Reference=ball), DISTANCE),
+        (GeometricTextureFeatures(Input=ball), FEATURES),
         (MultiscaleMeshFitter(Input=ball), FITTER),
         (GeometricTextureTrainer(Input=ball), TRAINER),
     ):
@@ -163,6 +172,25 @@ def distances_are_those_of_the_class():
     assert made.GetProperty("StandardError").GetData() == algorithm.GetStandardError() > 0.0
 
 
+def features_are_those_of_the_class():
+    bare, surface = surfaces.ball(), surfaces.ball()
+    points = points_of(surface)
+    heights = 0.1 * np.sin(7.0 * points[:, 0]) * np.sin(7.0 * points[:, 1]) + 0.05 * points[:, 2]
+    surface.GetPoints().SetData(numpy_to_vtk(points * (1.0 + heights)[:, None], deep=True))
+    made = GeometricTextureFeatures(Input=source_of(surface), Bare=source_of(bare), WallLevel=0.4)
+    found = output_of(made)
+    algorithm = vtkGeometricTextureFeatures()
+    algorithm.SetInputDataObject(1, bare)
+    expected = made_by(algorithm, surface, WallLevel=0.4)
+    for name in ("Height", "Prominence", "Peak", "Region"):
+        values = [vtk_to_numpy(one.GetPointData().GetArray(name)) for one in (found, expected)]
+        assert np.array_equal(*values) and values[0].any(), name
+    made.UpdatePropertyInformation()
+    assert made.GetProperty("NumberOfPeaks").GetData() == algorithm.GetNumberOfPeaks() > 0
+    assert made.GetProperty("WallLength").GetData() == algorithm.GetWallLength() > 0.0
+    Delete(made)
+
+
 def a_fit_is_learned_from_and_synthesizes_without_input():
     fitter = MultiscaleMeshFitter(Input=source_of(surfaces.ball()), **FIT)
     fitter.UpdatePipeline()
@@ -192,5 +220,6 @@ surfaces.run(
     levels_are_blocks,
     the_animation_goes_through_the_levels_without_synthesizing_them_again,
     distances_are_those_of_the_class,
+    features_are_those_of_the_class,
     a_fit_is_learned_from_and_synthesizes_without_input,
 )

@@ -27,7 +27,7 @@ GROUPS = {"MultiscaleMeshFitter": "Train", "GeometricTextureTrainer": "Train", "
           "FieldLatentTrainer": "Train",
           "SurfaceRepair": "Prepare", "IsotropicRemesh": "Prepare", "TextureAtlas": "Prepare", "Tetrahedralize": "Prepare", "VDBSurface": "Prepare", "LabelSurfaces": "Prepare",
           "TopologyReport": "Measure", "EnsembleMetrics": "Measure", "EnsembleStatistics": "Measure", "SurfaceDistance": "Measure",
-          "GeometricTextureDistance": "Measure"}
+          "GeometricTextureDistance": "Measure", "GeometricTextureFeatures": "Measure"}
 NOISE_PROPERTIES = ("CorrelationRange", "StandardDeviation", "Seed", "NumberOfSamples", "NoiseModel", "ScaleMode")
 
 

@@ -357,6 +357,7 @@ INPUTS = {
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
     "texture-statistics": {"old-scales.safetensors": model("knobs")},
     "geometric-texture-distance": {"synthesized_2.ply": ball, "levels_2.ply": ball},
+    "geometric-texture-features": {"synthesized_2.ply": ball, "target_2.ply": ball, "levels_2.ply": ball, "ball_2.ply": ball},
     "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "coarse-hand.ply": lambda path: ball(path, 1)},
     "metrics": {"generated.vtm": blocks, "reference.vtm": blocks, "neutral.ply": lambda path: ball(path, 1),
                 **{f"{kind}_{k}.vtp": with_arrays for kind in ("made", "real") for k in (1, 2, 3)}},

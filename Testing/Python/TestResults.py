@@ -94,6 +94,7 @@ def folder(tmp_path, pair):
         (["metrics", "--generated", "ball.vtp", "larger.vtp", "--reference", "larger.vtp", "ball.vtp"], 0, "mmd", 0.0),
         (["estimate", "field.vtp", "--observation-array", "Field"], 0, "number_of_fields", 1),
         (["geometric-texture-distance", "ball.vtp", "ball.vtp"], 0, "distance", 0.0),
+        (["geometric-texture-features", "ball.vtp", "--bare", "ball.vtp"], 0, "number_of_peaks", 0),
         (["distance", "ball.vtp", "ball.vtp"], 0, "second_to_first.maximum", 0.0),
         (["statistics", "ball.vtp", "larger.vtp", "out.vtp", "--modes", "1"], 0, "samples", 2),
         (["repair", "broken.vtp", "out.vtp"], 0, "open_holes", 0),

@@ -42,6 +42,7 @@ TRAIN_PROGRAM = os.environ.get("SURFACE_SYNTHESIS_TRAIN_PROGRAM", "")
 HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "Samples")}
 #: Words about what comes in, goes out and is shown: the same everywhere, and no property.
 COMMON = {
+    "bare": "surface without its relief",
     "color_by": "array that is shown first",
     "config": "file of a network's configuration",
     "csv": "table as comma-separated values",
@@ -61,6 +62,7 @@ COMMON = {
     "progress": "progress callable, or bar",
     "quiet": "errors only",
     "reference": "what is compared with",
+    "reference_bare": "surface beneath what is compared with",
     "seams": "points with several texture coordinates",
     "series": "series of a DICOM folder",
     "set": "entry of a configuration",
@@ -90,6 +92,7 @@ FUNCTIONS = {
     "gaussian_mixtures": ("vtkGaussianMixtureFilter", {"mesh"}),
     "geometric_texture": ("vtkGeometricTextureSynthesizer", {"mesh"}),
     "geometric_texture_distance": ("vtkGeometricTextureDistance", {"mesh"}),
+    "geometric_texture_features": ("vtkGeometricTextureFeatures", {"mesh"}),
     "label_surfaces": ("vtkLabelSurfaceFilter", {"volume"}),
     "matern_noise": ("vtkMaternNoiseFilter", {"mesh"}),
     "poisson_net": ("vtkPoissonNetFilter", {"mesh"}),
@@ -127,6 +130,7 @@ COMMANDS = {
     "deform": ("deform",),
     "geometric-texture": ("geometric_texture",),
     "geometric-texture-distance": ("geometric_texture_distance",),
+    "geometric-texture-features": ("geometric_texture_features",),
     "label-surfaces": ("label_surfaces",),
     "levels": ("fit_levels",),
     "metrics": ("ensemble_metrics",),

@@ -10,7 +10,7 @@ from vtkmodules.vtkIOImage import vtkMetaImageWriter
 
 #: Surfaces of which the examples need no more than that they are closed.
 SURFACES = ("scan.stl", "scan.ply", "part.stl", "body.ply", "bunny.ply", "segmented.stl", "reference.ply", "synthesized.ply",
-            "original.ply")  # fmt: skip
+            "original.ply", "target.ply")  # fmt: skip
 
 
 def add_array(mesh, name, values):

@@ -21,15 +21,13 @@ namespace
 namespace Boxes = CGAL::Box_intersection_d;
 using TriangleBox = Boxes::Box_with_info_d<double, 3, Index, Boxes::ID_FROM_BOX_ADDRESS>;
 
-/// The test of two triangles, and the marks of those that intersect.
-class IntersectionMarker
+/// The test of two triangles.
+class IntersectionTest
 {
 public:
-  IntersectionMarker(const TriangleMesh& mesh, const std::atomic<bool>* stop)
+  explicit IntersectionTest(const TriangleMesh& mesh)
     : Mesh(mesh)
     , PointOf(EqualPoints(mesh.Points))
-    , Stop(stop)
-    , IsMarked(static_cast<std::size_t>(mesh.NumberOfTriangles()), false)
   {}
 
   bool IsProper(Index f) const
@@ -40,42 +38,6 @@ public:
       this->Mesh.Points.row(t(2)).allFinite();
     return c[0] != c[1] && c[1] != c[2] && c[2] != c[0] && isFinite && !IsDegenerateTriangle(this->Mesh, f);
   }
-
-  void operator()(const TriangleBox* first, const TriangleBox* second)
-  {
-    if (this->Stop && this->Stop->load(std::memory_order_relaxed))
-    {
-      throw Cancelled("Stopped on request.");
-    }
-    const Index f = first->info();
-    const Index g = second->info();
-    if (!(this->IsMarked[f] && this->IsMarked[g]) && this->Intersect(f, g))
-    {
-      this->IsMarked[f] = true;
-      this->IsMarked[g] = true;
-    }
-  }
-
-  std::vector<Index> Marked() const
-  {
-    std::vector<Index> marked;
-    for (Index f = 0; f < static_cast<Index>(this->IsMarked.size()); ++f)
-    {
-      if (this->IsMarked[f])
-      {
-        marked.push_back(f);
-      }
-    }
-    return marked;
-  }
-
-private:
-  std::array<Index, 3> Corners(Index f) const
-  {
-    const auto t = this->Mesh.Triangles.row(f);
-    return { this->PointOf[t(0)], this->PointOf[t(1)], this->PointOf[t(2)] };
-  }
-  CgalPoint At(Index p) const { return ToCgalPoint(this->Mesh.Points.row(p).transpose()); }
 
   bool Intersect(Index f, Index g) const
   {
@@ -112,21 +74,29 @@ private:
     }
   }
 
+private:
+  std::array<Index, 3> Corners(Index f) const
+  {
+    const auto t = this->Mesh.Triangles.row(f);
+    return { this->PointOf[t(0)], this->PointOf[t(1)], this->PointOf[t(2)] };
+  }
+  CgalPoint At(Index p) const { return ToCgalPoint(this->Mesh.Points.row(p).transpose()); }
+
   const TriangleMesh& Mesh;
   std::vector<Index> PointOf; ///< lowest point of the same coordinates
-  const std::atomic<bool>* Stop;
-  std::vector<bool> IsMarked;
 };
-} // namespace
 
-std::vector<Index> FindIntersectingTriangles(const TriangleMesh& mesh, const std::atomic<bool>* stop)
+/// Calls @p visit for each pair of proper triangles whose boxes overlap, once.
+/// @throws Cancelled
+template <typename Visit>
+void VisitOverlappingBoxes(
+  const TriangleMesh& mesh, const IntersectionTest& test, const std::atomic<bool>* stop, const Visit& visit)
 {
-  IntersectionMarker marker(mesh, stop);
   std::vector<TriangleBox> boxes;
   boxes.reserve(static_cast<std::size_t>(mesh.NumberOfTriangles()));
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
-    if (marker.IsProper(f))
+    if (test.IsProper(f))
     {
       const auto t = mesh.Triangles.row(f);
       const auto corner = [&](int k) { return ToCgalPoint(mesh.Points.row(t(k)).transpose()).bbox(); };
@@ -140,8 +110,51 @@ std::vector<Index> FindIntersectingTriangles(const TriangleMesh& mesh, const std
     pointers.push_back(&box);
   }
   const std::ptrdiff_t cutoff = 2000; // CGAL's own for meshes
-  CGAL::box_self_intersection_d(pointers.begin(), pointers.end(), std::ref(marker), cutoff);
-  return marker.Marked();
+  const auto visitBoxes = [&](const TriangleBox* first, const TriangleBox* second) {
+    if (stop && stop->load(std::memory_order_relaxed))
+    {
+      throw Cancelled("Stopped on request.");
+    }
+    visit(first->info(), second->info());
+  };
+  CGAL::box_self_intersection_d(pointers.begin(), pointers.end(), visitBoxes, cutoff);
+}
+} // namespace
+
+std::vector<Index> FindIntersectingTriangles(const TriangleMesh& mesh, const std::atomic<bool>* stop)
+{
+  const IntersectionTest test(mesh);
+  std::vector<bool> isMarked(static_cast<std::size_t>(mesh.NumberOfTriangles()), false);
+  VisitOverlappingBoxes(mesh, test, stop, [&](Index f, Index g) {
+    if (!(isMarked[f] && isMarked[g]) && test.Intersect(f, g))
+    {
+      isMarked[f] = true;
+      isMarked[g] = true;
+    }
+  });
+  std::vector<Index> marked;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    if (isMarked[f])
+    {
+      marked.push_back(f);
+    }
+  }
+  return marked;
+}
+
+std::vector<std::array<Index, 2>> FindIntersectingPairs(const TriangleMesh& mesh, const std::atomic<bool>* stop)
+{
+  const IntersectionTest test(mesh);
+  std::vector<std::array<Index, 2>> pairs;
+  VisitOverlappingBoxes(mesh, test, stop, [&](Index f, Index g) {
+    if (test.Intersect(f, g))
+    {
+      pairs.push_back({ std::min(f, g), std::max(f, g) });
+    }
+  });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
 }
 
 } // namespace surfsynth

@@ -5,6 +5,7 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <array>
 #include <atomic>
 #include <vector>
 
@@ -20,5 +21,11 @@ namespace surfsynth
 /// @return ids, ascending
 /// @throws Cancelled
 std::vector<Index> FindIntersectingTriangles(const TriangleMesh& mesh, const std::atomic<bool>* stop = nullptr);
+
+/// Finds the pairs of triangles that intersect in more than the points and edges that both share, by the same rules.
+/// @return ids of both triangles, the lower one first; ascending
+/// @throws Cancelled
+std::vector<std::array<Index, 2>> FindIntersectingPairs(
+  const TriangleMesh& mesh, const std::atomic<bool>* stop = nullptr);
 
 } // namespace surfsynth

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -312,6 +313,21 @@ TriangleMesh InterlockedBoxes()
     }
   }
   return mesh;
+}
+
+TEST(FindIntersectingPairs, NamesEachPairOnce)
+{
+  // Two upright triangles in a third one, which touch neither each other nor its border.
+  TriangleMesh mesh;
+  mesh.Points.resize(9, 3);
+  mesh.Points << -9, -9, 0, 9, -9, 0, 0, 9, 0, 1, -1, -1, 1, 1, -1, 1, 0, 1, -1, -1, -1, -1, 1, -1, -1, 0, 1;
+  mesh.Triangles.resize(3, 3);
+  mesh.Triangles << 3, 4, 5, 0, 1, 2, 6, 7, 8;
+  const std::vector<std::array<Index, 2>> expected = { { 0, 1 }, { 1, 2 } };
+  EXPECT_EQ(FindIntersectingPairs(mesh), expected);
+  EXPECT_EQ(FindIntersectingTriangles(mesh), (std::vector<Index>{ 0, 1, 2 }));
+  const std::atomic<bool> stop{ true };
+  EXPECT_THROW(FindIntersectingPairs(mesh, &stop), Cancelled);
 }
 
 TEST(FillHoles, TrianglesThatWouldIntersectAreLeftOutWhereRequired)

@@ -52,6 +52,7 @@ from .geometric_texture import (
     geometric_texture,
     geometric_texture_distance,
 )
+from .geometric_texture_features import GeometricTextureFeatures, geometric_texture_features
 from .label_surfaces import label_surfaces
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
@@ -83,6 +84,7 @@ from .vtkSurfaceSynthesisStatistics import (
     vtkEnsembleMetrics,
     vtkEnsembleStatistics,
     vtkGeometricTextureDistance,
+    vtkGeometricTextureFeatures,
     vtkShapeModelSampler,
     vtkSurfaceDistance,
 )
@@ -95,6 +97,7 @@ __all__ = [
     "EnsembleMetrics",
     "EnsembleStatistics",
     "FormatError",
+    "GeometricTextureFeatures",
     "HOLES",
     "INTEGRATORS",
     "MaternEstimate",
@@ -126,6 +129,7 @@ __all__ = [
     "gaussian_mixtures",
     "geometric_texture",
     "geometric_texture_distance",
+    "geometric_texture_features",
     "label_surfaces",
     "matern_noise",
     "poisson_net",
@@ -160,6 +164,7 @@ __all__ = [
     "vtkFlowMatchingSampler",
     "vtkGaussianMixtureFilter",
     "vtkGeometricTextureDistance",
+    "vtkGeometricTextureFeatures",
     "vtkGeometricTextureSynthesizer",
     "vtkLabelSurfaceFilter",
     "vtkMaternNoiseFilter",

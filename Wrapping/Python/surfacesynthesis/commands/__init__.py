@@ -13,6 +13,7 @@ from . import (
     field_latents,
     geometric_texture,
     geometric_texture_distance,
+    geometric_texture_features,
     label_surfaces,
     latent_diffusion,
     levels,
@@ -46,7 +47,7 @@ COMMANDS = [
     )
     if hasattr(_meshing, needed)
 ] + [noise, estimate, dataset, poisson_net, deform, metrics, distance, statistics, shape_model]
-COMMANDS += [geometric_texture, geometric_texture_distance, texture_statistics, field_latents]
+COMMANDS += [geometric_texture, geometric_texture_distance, geometric_texture_features, texture_statistics, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]

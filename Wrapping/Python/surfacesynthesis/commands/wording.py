@@ -17,6 +17,7 @@ COMMANDS_OF_CLASSES = {
     "vtkFlowMatchingTrainer": "train flow-matching",
     "vtkGaussianMixtureFilter": "dataset mixtures",
     "vtkGeometricTextureDistance": "geometric-texture-distance",
+    "vtkGeometricTextureFeatures": "geometric-texture-features",
     "vtkGeometricTextureSynthesizer": "geometric-texture",
     "vtkGeometricTextureTrainer": "train geometric-texture",
     "vtkIsotropicRemeshFilter": "remesh",
