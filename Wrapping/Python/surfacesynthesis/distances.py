@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Distance of two surfaces: a function around vtkSurfaceDistance."""
 
-import collections.abc
-import csv
-import io
 import warnings
 
 from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -12,7 +9,7 @@ from .arguments import INT_MIN, integer, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .results import Result, html_table
+from .results import MappingResult, csv_text, html_table
 from .vtkSurfaceSynthesisStatistics import vtkSurfaceDistance
 
 _SURFACE_TEXT = "a vtkPolyData or a pair of arrays (points, triangles)"
@@ -74,7 +71,7 @@ def distance_of(algorithm):
     return SurfaceDistance(surface, algorithm.GetOutputDataObject(1))
 
 
-class SurfaceDistance(Result, collections.abc.Mapping):
+class SurfaceDistance(MappingResult):
     """Distances in world units, weighted by area, of both directions together: ``mean``, ``rms``, ``percentile_95`` (the
     distance that 95 percent of the area do not exceed) and ``maximum``, the Hausdorff distance, a lower bound.
 
@@ -88,27 +85,15 @@ class SurfaceDistance(Result, collections.abc.Mapping):
             {name: table.GetColumnByName(column).GetValue(row) for name, column in _COLUMNS.items()}
             for row in range(table.GetNumberOfRows())
         ]
-        self.first_to_second, self.second_to_first, self._both = rows or [{}, {}, {}]
-
-    def __getitem__(self, name):
-        return self._both[name]
-
-    def __iter__(self):
-        return iter(self._both)
-
-    def __len__(self):
-        return len(self._both)
+        self.first_to_second, self.second_to_first, self._values = rows or [{}, {}, {}]
 
     def _rows(self):
-        return {"both": self._both, "first to second": self.first_to_second, "second to first": self.second_to_first}
+        return {"both": self._values, "first to second": self.first_to_second, "second to first": self.second_to_first}
 
     def to_csv(self):
         """The distances as comma-separated values: a line of names and one for each direction."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["direction", *_COLUMNS])
-        writer.writerows([direction, *map(repr, row.values())] for direction, row in self._rows().items() if row)
-        return text.getvalue()
+        rows = ([direction, *map(repr, row.values())] for direction, row in self._rows().items() if row)
+        return csv_text([["direction", *_COLUMNS], *rows])
 
     def to_dict(self):
         """The distances of each direction, as to_json() writes them."""

@@ -2,9 +2,6 @@
 """Parameters of Matérn noise from observed fields: a function around vtkMaternParameterEstimator."""
 
 import collections
-import collections.abc
-import csv
-import io
 import warnings
 
 import numpy as np
@@ -15,7 +12,7 @@ from .datasets import array_by_name, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .observations import observe
 from .pipeline import apply_filter
-from .results import Result, html_table
+from .results import MappingResult, csv_text, html_table
 from .vtkSurfaceSynthesisNoise import vtkMaternParameterEstimator
 
 #: The parameters by their names in Python, and the rows of the filter's table that they come from.
@@ -118,7 +115,7 @@ def configured_filter(
     return algorithm
 
 
-class MaternEstimate(Result, collections.abc.Mapping):
+class MaternEstimate(MappingResult):
     """The estimated parameters by name, each a ParameterEstimate, as estimate_matern() finds them:
 
     - ``correlation_range``: that of matern_noise(), in world units;
@@ -143,22 +140,10 @@ class MaternEstimate(Result, collections.abc.Mapping):
         self.number_of_observations = algorithm.GetNumberOfObservations()
         self.number_of_fields = algorithm.GetNumberOfFields()
 
-    def __getitem__(self, name):
-        return self._values[name]
-
-    def __iter__(self):
-        return iter(self._values)
-
-    def __len__(self):
-        return len(self._values)
-
     def to_csv(self):
         """The parameters as comma-separated values, with a line of column names."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["parameter", *ParameterEstimate._fields])
-        writer.writerows([name, *map(repr, value)] for name, value in self.items())
-        return text.getvalue()
+        rows = ([name, *map(repr, value)] for name, value in self.items())
+        return csv_text([["parameter", *ParameterEstimate._fields], *rows])
 
     def to_dict(self):
         """The parameters, each with its estimate, standard error and interval, the confidence of the intervals, the

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Census of the features of a geometric texture: a function around vtkGeometricTextureFeatures."""
 
-import collections.abc
-import csv
-import io
 import math
 import warnings
 
@@ -13,7 +10,7 @@ from .arguments import in_range, positive, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .results import Result, html_table, shown
+from .results import MappingResult, csv_text, html_table, shown
 from .vocabulary import snake
 from .vtkSurfaceSynthesisStatistics import vtkGeometricTextureFeatures
 
@@ -131,7 +128,7 @@ def features_of(algorithm, run, reference=None):
     return GeometricTextureFeatures(surface, algorithm.GetOutputDataObject(1), reference)
 
 
-class GeometricTextureFeatures(Result, collections.abc.Mapping):
+class GeometricTextureFeatures(MappingResult):
     """Numbers of peaks, merged peaks and self-intersections, densities in a unit of area, heights and lengths in world units.
 
     ``surface`` is the surface with arrays that show them. ``ratios`` compares with the ``reference``, where one was given:
@@ -147,22 +144,10 @@ class GeometricTextureFeatures(Result, collections.abc.Mapping):
         self.reference = reference
         self.ratios = _ratios(self, reference) if self._values and reference else {}
 
-    def __getitem__(self, name):
-        return self._values[name]
-
-    def __iter__(self):
-        return iter(self._values)
-
-    def __len__(self):
-        return len(self._values)
-
     def to_csv(self):
         """The numbers as comma-separated values: a line of names and one of values."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         row = self._all()
-        writer.writerows([row.keys(), map(repr, row.values())])
-        return text.getvalue()
+        return csv_text([row.keys(), map(repr, row.values())])
 
     def to_dict(self):
         """The numbers by name, and the ratios, as to_json() writes them."""

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Comparison of a generated with a reference ensemble: a function around vtkEnsembleMetrics."""
 
-import collections.abc
-import csv
-import io
 import warnings
 
 import numpy as np
@@ -14,7 +11,7 @@ from .arguments import array_name, choice, flag, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .results import Result, html_table, shown
+from .results import MappingResult, csv_text, html_table, shown
 from .vtkSurfaceSynthesisStatistics import vtkEnsembleMetrics
 
 #: The distances of two samples, by the name that ``distance`` takes.
@@ -171,7 +168,7 @@ def _choose_given_values(algorithm, array, generated, reference):
     algorithm.SetArrayName(_GIVEN_VALUES)
 
 
-class EnsembleMetrics(Result, collections.abc.Mapping):
+class EnsembleMetrics(MappingResult):
     """The metrics by name, as ensemble_metrics() finds them:
 
     - ``mmd``: minimum matching distance in the words of the paper, the mean over the generated samples of the distance
@@ -203,18 +200,9 @@ class EnsembleMetrics(Result, collections.abc.Mapping):
         self.names = [column("SampleName").GetValue(k) for k in samples]
         self.nearest_names = [column("NearestReferenceName").GetValue(k) for k in samples]
 
-    def __getitem__(self, name):
-        return self._values[name]
-
-    def __iter__(self):
-        return iter(self._values)
-
-    def __len__(self):
-        return len(self._values)
-
     def to_csv(self):
         """The metrics as comma-separated values: a line of names and a line of numbers."""
-        return _csv([list(self), [repr(value) for value in self.values()]])
+        return csv_text([list(self), [repr(value) for value in self.values()]])
 
     def to_dict(self):
         """The metrics by name, and "nearest", a row for each generated sample, as to_json() writes them."""
@@ -228,7 +216,7 @@ class EnsembleMetrics(Result, collections.abc.Mapping):
 
     def nearest_to_csv(self):
         """The nearest references as comma-separated values, with a line of column names."""
-        return _csv([_NEAREST, *([*list(row.values())[:-1], repr(row["distance"])] for row in self.nearest())])
+        return csv_text([_NEAREST, *([*list(row.values())[:-1], repr(row["distance"])] for row in self.nearest())])
 
     def __str__(self):
         lines = [f"{name.replace('_', ' '):<32} {shown(value):>14}" for name, value in self.items()]
@@ -240,9 +228,3 @@ class EnsembleMetrics(Result, collections.abc.Mapping):
     def __repr__(self):
         values = ", ".join(f"{name} {self[name]:.6g}" for name in ("mmd", "cov") if name in self)
         return f"<EnsembleMetrics: {values or 'empty'}>"
-
-
-def _csv(rows):
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()

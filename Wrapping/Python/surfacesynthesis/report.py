@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Description and defects of a surface: a function around vtkTopologyReport."""
 
-import collections.abc
-import csv
-import io
 import re
 import warnings
 
@@ -12,7 +9,7 @@ from .datasets import given_dataset
 from .deprecation import warn_renamed
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .results import Result, html_table, shown
+from .results import MappingResult, Result, csv_text, html_table, shown
 from .vtkSurfaceSynthesisMeshing import vtkTopologyReport
 
 #: Properties that count defects, or possible ones.
@@ -113,7 +110,7 @@ def _plain(name, value):
     return value if _REAL.fullmatch(name) else int(value)
 
 
-class TopologyReport(Result, collections.abc.Mapping):
+class TopologyReport(MappingResult):
     """The properties of one surface by name, as topology_report() finds them.
 
     ``components`` is a list of dictionaries with the properties of the components of a surface that has several, those
@@ -139,12 +136,6 @@ class TopologyReport(Result, collections.abc.Mapping):
             warn_renamed('report["sound"]', 'report["valid"]')
             name = "valid"
         return self._values[name]
-
-    def __iter__(self):
-        return iter(self._values)
-
-    def __len__(self):
-        return len(self._values)
 
     @property
     def valid(self):
@@ -245,9 +236,8 @@ class BlockReports(Result, dict):
 
 
 def _csv(rows):
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["block", "component", "property", "value", "first", "remark"])
-    for block, component, name, value, first, remark in rows:
-        writer.writerow([block, component, _snake(name), repr(_plain(_snake(name), value) + 0), first, remark])
-    return text.getvalue()
+    head = ["block", "component", "property", "value", "first", "remark"]
+    return csv_text([head] + [
+        [block, component, _snake(name), repr(_plain(_snake(name), value) + 0), first, remark]
+        for block, component, name, value, first, remark in rows
+    ])

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Shared by all results: JSON texts, and tables for notebooks."""
 
+import collections.abc
+import csv
 import html
+import io
 import json
 import math
 
@@ -14,6 +17,26 @@ class Result:
     def to_json(self):
         """The result as a JSON text."""
         return json_text(self.to_dict())
+
+
+class MappingResult(Result, collections.abc.Mapping):
+    """A result that is read like a dictionary: that of its attribute ``_values``."""
+
+    def __getitem__(self, name):
+        return self._values[name]
+
+    def __iter__(self):
+        return iter(self._values)
+
+    def __len__(self):
+        return len(self._values)
+
+
+def csv_text(rows):
+    """Rows as comma-separated values."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def json_text(values):
