@@ -264,8 +264,17 @@ void MaternField::Internals::ChooseRationalPower(const SparseMatrix& matrix)
   const Eigen::VectorXd& ranges = this->Options.Arrays.RangeFactors;
   const double longest = ranges.size() > 0 ? ranges.maxCoeff() : 1.0;
   const double lower = this->Tau / (longest * longest);
-  this->Rational = ApproximateInversePowerTo(
-    Tolerance, std::fmod(this->Power(), 2.0) / 2.0, lower, LargestEigenvalueBound(matrix, this->Mass, lower));
+  const double upper = LargestEigenvalueBound(matrix, this->Mass, lower);
+  try
+  {
+    this->Rational = ApproximateInversePowerTo(Tolerance, std::fmod(this->Power(), 2.0) / 2.0, lower, upper);
+  }
+  catch (const SolverFailure& error)
+  {
+    throw SolverFailure("MaternField: the operator power " + FormatNumber(this->Power()) +
+      " has no approximation on eigenvalues from " + FormatNumber(lower) + " to " + FormatNumber(upper) + " (" +
+      error.what() + ") Use a smaller correlation range, in the units of the mesh, or a whole operator power.");
+  }
 }
 
 std::uint64_t MaternField::Internals::NumberOfFactors() const

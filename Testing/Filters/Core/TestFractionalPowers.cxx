@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iostream>
+#include <string>
 #include <vector>
 
 using namespace surfsynth;
@@ -316,4 +317,23 @@ TEST(FractionalFieldRange, CoherentNoiseTakesFractions)
   const Eigen::MatrixXd expected = MaternField(mesh, options).Sample();
   options.OperatorPower = 2.000001;
   ExpectClose(MaternField(mesh, options).Sample(), expected, 10.0 * OfDeviation);
+}
+
+TEST(FractionalFieldRange, ARangeFarAboveTheMeshIsNamed)
+{
+  MaternFieldOptions options;
+  options.OperatorPower = 2.5;
+  options.Mode = ScaleMode::CorrelationRange;
+  options.CorrelationRange = 1e30;
+  std::string message;
+  try
+  {
+    const MaternField field(test::Icosphere(2), options);
+  }
+  catch (const SolverFailure& error)
+  {
+    message = error.what();
+  }
+  EXPECT_NE(message.find("the operator power 2.5"), std::string::npos) << message;
+  EXPECT_NE(message.find("smaller correlation range"), std::string::npos) << message;
 }
