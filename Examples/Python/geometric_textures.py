@@ -163,7 +163,7 @@ def shares(distances, floor, bare):
     return (np.asarray(distances) - floor) / (bare - floor)
 
 
-def neighborhoods_on(target, pair, model, seeds, norm_statistics):
+def neighborhoods_on(target, pair, model, seeds, norm_statistics="target"):
     """For each of RINGS the shares of the samples of these seeds; ``pair`` are two references at their last levels with their
     units, the first of which the texture was learnt from."""
     (reference, unit), (other, other_unit) = pair
