@@ -66,6 +66,8 @@ TABLE = {
         ("geometric-texture a.vtp o.vtp --model {MODELS}/spikes.safetensors --start-level 3 --prepare remesh --scale 1.2",
          ["Displacement"]),
     "geometric-texture-distance": ("geometric-texture-distance a.vtp b.vtp", []),
+    "geometric-texture-features":
+        ("geometric-texture-features b.vtp --bare a.vtp --output o.vtp", ["Height", "Prominence"]),
     "encode-texture": ("encode-texture a.vtp o.vtp", ["FieldLatentRadius"]),
     "decode-texture": ("decode-texture encoded.vtp o.vtp --resolution 64 --target a.vtp", []),
     "sample-texture": ("sample-texture a.vtp o.vtp --model {MODELS}/coat.safetensors --steps 2 --points 100 --resolution 32", []),
