@@ -190,8 +190,9 @@ void SolveDense(const UsedPart& part, double shift, Eigen::VectorXd& values, Eig
 }
 
 /// Scatters the @p count lowest to all vertices, ascending, each with its largest entry positive.
-Eigenpairs ScatterLowest(const UsedPart& part, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors,
-  Eigen::Index count, Eigen::Index rows)
+/// @param unit of the eigenvalues
+Eigenpairs ScatterLowest(const UsedPart& part, double unit, const Eigen::VectorXd& values,
+  const Eigen::MatrixXd& vectors, Eigen::Index count, Eigen::Index rows)
 {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
   for (std::size_t k = 0; k < order.size(); ++k)
@@ -202,8 +203,9 @@ Eigenpairs ScatterLowest(const UsedPart& part, const Eigen::VectorXd& values, co
   Eigenpairs pairs{ Eigen::VectorXd(count), Eigen::MatrixXd::Zero(rows, count) };
   for (Eigen::Index k = 0; k < count; ++k)
   {
-    pairs.Values[k] = std::max(values[order[k]], 0.0);
-    const Eigen::VectorXd vector = vectors.col(order[k]).cwiseQuotient(part.RootMass);
+    pairs.Values[k] = unit * std::max(values[order[k]], 0.0);
+    // Scaled before the largest entry is looked for: rounding decides between entries of equal size.
+    const Eigen::VectorXd vector = std::sqrt(unit) * vectors.col(order[k]).cwiseQuotient(part.RootMass);
     Eigen::Index largest = 0;
     vector.cwiseAbs().maxCoeff(&largest);
     const double sign = vector[largest] < 0.0 ? -1.0 : 1.0;
@@ -248,10 +250,7 @@ Eigenpairs LowestLaplaceEigenpairs(
     {}
   }
   Report(progress, 1.0);
-  Eigenpairs pairs = ScatterLowest(part, values, vectors, count, stiffness.rows());
-  pairs.Values *= shift;
-  pairs.Vectors *= std::sqrt(shift);
-  return pairs;
+  return ScatterLowest(part, shift, values, vectors, count, stiffness.rows());
 }
 
 } // namespace surfsynth
