@@ -520,8 +520,8 @@ public:
   /**
    * Solver of the last update, for the last block of a composite input. SolverName: "Cholesky"; "Multigrid" for
    * conjugate gradients with a multigrid preconditioner, where the factor would exceed MemoryLimit; "BoomerAMG" for those
-   * of a surface in pieces (GatherPieces); "None" for models without a solve. NumberOfIterations: largest number of iterations of a solve on the mesh so far; 0
-   * without iterations.
+   * of a surface in pieces (GatherPieces); "None" for models without a solve. NumberOfIterations: largest number of
+   * iterations of a solve on the mesh so far; 0 without iterations.
    */
   const char* GetSolverName() const;
   vtkTypeInt64 GetNumberOfIterations() const;

@@ -49,4 +49,18 @@ Eigen::VectorXd EdgeDistances(const TriangleMesh& mesh, const MeshTopology& topo
   return distances;
 }
 
+double MeanEdgeLength(const TriangleMesh& mesh, const MeshTopology& topology)
+{
+  double sum = 0.0;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
+    {
+      const Index w = topology.Neighbors[k];
+      sum += v < w ? (mesh.Points.row(v) - mesh.Points.row(w)).stableNorm() : 0.0;
+    }
+  }
+  return sum / static_cast<double>(topology.NumberOfEdges());
+}
+
 } // namespace surfsynth

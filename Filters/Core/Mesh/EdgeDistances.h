@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Distances on a surface along the edges of its triangles.
+/// Distances on a surface along the edges of its triangles, and their mean length.
 #pragma once
 
 #include "Core/Mesh/MeshTopology.h"
@@ -22,5 +22,9 @@ namespace surfsynth
 /// @throws InvalidInput when a source is no vertex.
 Eigen::VectorXd EdgeDistances(
   const TriangleMesh& mesh, const MeshTopology& topology, const std::vector<Index>& sources);
+
+/// Mean length of the edges, each once, world units; not a number without edges.
+/// @param topology the tables of @p mesh
+double MeanEdgeLength(const TriangleMesh& mesh, const MeshTopology& topology);
 
 } // namespace surfsynth

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/EdgeDistances.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/CholeskySolver.h"
 
@@ -66,21 +67,6 @@ void CheckTriangles(const TriangleMesh& surface, const TriangleMesh* bare)
   {
     Refuse("the bare surface has other triangles than the surface; expected the same triangles with other points.");
   }
-}
-
-/// Mean length of the edges, each once.
-double MeanEdgeLength(const TriangleMesh& mesh, const MeshTopology& topology)
-{
-  double sum = 0.0;
-  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
-  {
-    for (Index k = topology.NeighborStart[v]; k < topology.NeighborStart[v + 1]; ++k)
-    {
-      const Index w = topology.Neighbors[k];
-      sum += v < w ? (mesh.Points.row(v) - mesh.Points.row(w)).stableNorm() : 0.0;
-    }
-  }
-  return sum / static_cast<double>(topology.NumberOfEdges());
 }
 
 /// Heights of used vertices with their areas, in ascending order.

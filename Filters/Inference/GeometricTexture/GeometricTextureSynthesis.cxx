@@ -5,6 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/EdgeDistances.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/GeometricTexture/FaceNetwork.h"
@@ -38,26 +39,17 @@ Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>
 GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology)
 {
   GeometricTextureFrame frame;
-  double lengths = 0.0;
   std::int64_t used = 0;
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    const Index first = topology.NeighborStart[v];
-    const Index last = topology.NeighborStart[v + 1];
-    if (first == last)
+    if (topology.NeighborStart[v] < topology.NeighborStart[v + 1]) // others may be anywhere
     {
-      continue; // unused; may be anywhere
-    }
-    ++used;
-    frame.Center += mesh.Points.row(v);
-    for (Index k = first; k < last; ++k)
-    {
-      const Index other = topology.Neighbors[k];
-      lengths += other > v ? (mesh.Points.row(other) - mesh.Points.row(v)).stableNorm() : 0.0;
+      ++used;
+      frame.Center += mesh.Points.row(v);
     }
   }
   frame.Center /= static_cast<double>(used);
-  frame.Unit = lengths / static_cast<double>(topology.NumberOfEdges());
+  frame.Unit = MeanEdgeLength(mesh, topology);
   if (!(frame.Unit > 0.0) || !std::isfinite(frame.Unit) || !std::isfinite(1.0 / frame.Unit) ||
     !frame.Center.allFinite())
   {
