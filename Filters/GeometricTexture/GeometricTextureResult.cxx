@@ -101,10 +101,62 @@ bool GeometricTextureResult::Is(const GeometricTextureModel& model, const Geomet
     (mine.AllLevels || !settings.AllLevels);
 }
 
-const GeometricTextureLevel& GeometricTextureResult::Level(int step) const
+void GeometricTextureResult::Adjust(const GeometricTextureAdjustment& adjustment, const Progress& progress)
+{
+  if (!(this->Adjustment == adjustment))
+  {
+    std::vector<GeometricTextureLevel> adjusted = this->AdjustLevels(adjustment, progress);
+    this->Adjustment = adjustment;
+    this->AdjustedLevels = std::move(adjusted);
+  }
+}
+
+std::vector<GeometricTextureLevel> GeometricTextureResult::AdjustLevels(
+  const GeometricTextureAdjustment& adjustment, const Progress& progress)
+{
+  std::vector<GeometricTextureLevel> adjusted;
+  this->Printabilities.clear();
+  this->Adjustment = {};
+  if (adjustment.IsNone())
+  {
+    return adjusted;
+  }
+  // Work is proportional to triangles, of which each level has four times as many.
+  const auto done = [&](std::size_t k) {
+    return (std::pow(4.0, k) - 1.0) / (std::pow(4.0, static_cast<double>(this->Levels.size())) - 1.0);
+  };
+  for (std::size_t k = 0; k < this->Levels.size(); ++k)
+  {
+    GeometricTextureLevel level = this->Levels[k];
+    if (adjustment.Printable)
+    {
+      this->Printabilities.push_back(MakePrintable(level, SubProgress(progress, done(k), done(k + 1))));
+    }
+    level.Displacement = level.Mesh.Points -
+      (k == 0 ? level.Base : SubdivideAtMidpoints(adjusted.back().Mesh).Mesh.Points);
+    adjusted.push_back(std::move(level));
+  }
+  return adjusted;
+}
+
+std::size_t GeometricTextureResult::PlaceOf(int step) const
 {
   const int missing = this->NumberOfSteps() - static_cast<int>(this->Levels.size());
-  return this->Levels.at(static_cast<std::size_t>(step - missing));
+  return static_cast<std::size_t>(step - missing);
+}
+
+const GeometricTextureLevel& GeometricTextureResult::Level(int step) const
+{
+  return (this->AdjustedLevels.empty() ? this->Levels : this->AdjustedLevels).at(this->PlaceOf(step));
+}
+
+std::optional<GeometricTexturePrintability> GeometricTextureResult::Printability(int step) const
+{
+  if (this->Printabilities.empty())
+  {
+    return std::nullopt;
+  }
+  return this->Printabilities.at(this->PlaceOf(step));
 }
 
 int GeometricTextureResult::LevelOfPoint(Index point) const

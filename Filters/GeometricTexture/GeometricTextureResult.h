@@ -3,12 +3,15 @@
 /// Geometric texture of one model on one surface, synthesized once and kept.
 #pragma once
 
+#include "GeometricTextureAdjustment.h"
+
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -40,19 +43,33 @@ public:
   /// Returns true when another synthesis on the same mesh would give this result, with all levels of @p settings.
   bool Is(const GeometricTextureModel& model, const GeometricTextureSettings& settings) const;
 
+  /// Changes the kept levels as @p adjustment says, in place of earlier changes; costs nothing when it says the same.
+  /// @throws the errors of MakePrintable()
+  void Adjust(const GeometricTextureAdjustment& adjustment, const Progress& progress);
+
   /// Returns the number of finished levels.
   int NumberOfSteps() const { return static_cast<int>(this->PointsOfStep.size()); }
   /// Returns the surface after @p step + 1 steps; other than the last only with AllLevels.
   const GeometricTextureLevel& Level(int step) const;
+  /// Returns what an adjustment to a printable surface has left after @p step + 1 steps; nothing without one.
+  std::optional<GeometricTexturePrintability> Printability(int step) const;
   /// Returns the generator level at whose resolution a point of any level appears first.
   int LevelOfPoint(Index point) const;
 
 private:
+  /// Returns the place of a step among the kept levels.
+  std::size_t PlaceOf(int step) const;
+  std::vector<GeometricTextureLevel> AdjustLevels(
+    const GeometricTextureAdjustment& adjustment, const Progress& progress);
+
   std::shared_ptr<const GeometricTextureModel> Model;
   GeometricTextureSettings Settings;
   int FirstLevel = 0;
   std::vector<Index> PointsOfStep;
   std::vector<GeometricTextureLevel> Levels; ///< all, or the last
+  GeometricTextureAdjustment Adjustment;
+  std::vector<GeometricTextureLevel> AdjustedLevels;        ///< likewise; none without an adjustment
+  std::vector<GeometricTexturePrintability> Printabilities; ///< of these; none without Printable
 };
 
 } // namespace surfsynth

@@ -4,6 +4,7 @@
 #include "GeometricTextureMask.h"
 #include "GeometricTextureSurface.h"
 #include "LevelList.h"
+#include "Reporting.h"
 #include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
@@ -37,6 +38,7 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->Time = time;
   this->FromTemplate = fromTemplate;
   this->Model.reset();
+  this->Printability.reset();
   this->CheckNames();
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
   this->Model = this->ReadModel();
@@ -123,13 +125,21 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
   surface.FlatIndex = block.FlatIndex;
   surface.Where = block.Where;
   const GeometricTextureSettings settings = this->Settings(input, surface);
-  const GeometricTextureResult* texture = this->Find(surface, settings);
+  const surfsynth::GeometricTextureAdjustment adjustment = this->Adjustment();
+  const double synthesized = adjustment.Printable ? 0.5 : 0.9;
+  GeometricTextureResult* texture = this->Find(surface, settings);
   if (!texture)
   {
     this->Check(surface);
-    texture = &this->Compute(surface, settings, surfsynth::SubProgress(progress, this->Remeshes() ? 0.3 : 0.0, 0.9));
+    texture = &this->Compute(
+      surface, settings, surfsynth::SubProgress(progress, this->Remeshes() ? 0.3 : 0.0, synthesized));
   }
+  texture->Adjust(adjustment, surfsynth::SubProgress(progress, synthesized, 0.9));
   const int present = this->StepAtTime(texture->NumberOfSteps());
+  if (const auto printability = texture->Printability(present))
+  {
+    this->CountIntersections(*printability, block.Where);
+  }
   if (!this->Self->OutputLevels)
   {
     this->Fill(input, surface, *texture, present, vtkPolyData::SafeDownCast(block.Output));
@@ -305,6 +315,31 @@ GeometricTextureResult& vtkGeometricTextureSynthesizer::Internals::Compute(
   auto texture = std::make_unique<GeometricTextureResult>(this->Model, surface.Mesh, settings, progress);
   ++this->NumberOfSyntheses;
   return *this->Textures.Insert(surface, std::move(texture));
+}
+
+surfsynth::GeometricTextureAdjustment vtkGeometricTextureSynthesizer::Internals::Adjustment() const
+{
+  surfsynth::GeometricTextureAdjustment adjustment;
+  adjustment.Printable = this->Self->Printable;
+  return adjustment;
+}
+
+/// Adds to the numbers of this update, and warns where triangles still intersect.
+void vtkGeometricTextureSynthesizer::Internals::CountIntersections(
+  const surfsynth::GeometricTexturePrintability& found, const std::string& where)
+{
+  surfsynth::GeometricTexturePrintability sum = this->Printability.value_or(surfsynth::GeometricTexturePrintability());
+  sum.NumberOfPairsLeft += found.NumberOfPairsLeft;
+  sum.Height += found.Height;
+  sum.HeightBefore += found.HeightBefore;
+  this->Printability = sum;
+  if (found.NumberOfPairsLeft > 0)
+  {
+    surfsynth::ReportWarning(this->Self, where,
+      "Printable: " + std::to_string(found.NumberOfPairsLeft) +
+        " pairs of triangles intersect where the target does so itself, without a texture. "
+        "vtkSurfaceRepairFilter with RemoveSelfIntersections repairs it.");
+  }
 }
 
 /// Returns the number of finished levels: all, except in an animation of levels.

@@ -65,6 +65,7 @@ public:
   surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfSyntheses = 0;
   vtkTypeInt64 NumberOfRemeshings = 0;
+  std::optional<surfsynth::GeometricTexturePrintability> Printability; ///< of this update, all blocks
 
 private:
   void CheckNames() const;
@@ -82,6 +83,8 @@ private:
     const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings);
   surfsynth::GeometricTextureResult& Compute(const surfsynth::Surface& surface,
     const surfsynth::GeometricTextureSettings& settings, const surfsynth::Progress& progress);
+  surfsynth::GeometricTextureAdjustment Adjustment() const;
+  void CountIntersections(const surfsynth::GeometricTexturePrintability& found, const std::string& where);
   double LevelsAtTime() const;
   int StepAtTime(int steps) const;
   void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GeometricTextureResult& texture,

@@ -188,6 +188,17 @@ std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
   return this->Impl->Model ? this->Impl->Model->Description() : "";
 }
 
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfSelfIntersections() const
+{
+  return this->Impl->Printability ? static_cast<vtkTypeInt64>(this->Impl->Printability->NumberOfPairsLeft) : -1;
+}
+
+double vtkGeometricTextureSynthesizer::GetHeightKept() const
+{
+  const bool hasHeight = this->Impl->Printability && this->Impl->Printability->HeightBefore > 0.0;
+  return hasHeight ? this->Impl->Printability->Height / this->Impl->Printability->HeightBefore : 1.0;
+}
+
 vtkStringArray* vtkGeometricTextureSynthesizer::GetInstalledModels()
 {
   return this->Impl->Installed.Names("geometric_texture");
@@ -217,11 +228,14 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "TextureScale: " << this->TextureScale << "\n";
   os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
   os << indent << "MaskFalloff: " << this->MaskFalloff << "\n";
+  os << indent << "Printable: " << this->Printable << "\n";
   os << indent << "RandomFromLevel: " << this->RandomFromLevel << "\n";
   os << indent << "OutputLevels: " << this->OutputLevels << "\n";
   os << indent << "Animation: " << this->Animation << "\n";
   os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
   os << indent << "LevelArrayName: " << this->LevelArrayName << "\n";
+  os << indent << "NumberOfSelfIntersections: " << this->GetNumberOfSelfIntersections() << "\n";
+  os << indent << "HeightKept: " << this->GetHeightKept() << "\n";
   os << indent << "ModelDescription: " << this->GetModelDescription() << "\n";
   os << indent << "NumberOfModelLoads: " << this->GetNumberOfModelLoads() << "\n";
   os << indent << "NumberOfSyntheses: " << this->GetNumberOfSyntheses() << "\n";

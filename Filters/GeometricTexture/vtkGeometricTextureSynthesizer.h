@@ -240,6 +240,20 @@ public:
 
   ///@{
   /**
+   * Reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Around
+   * triangles that intersect, first the tangential part of the displacements falls, then the part along the normals of the
+   * target, by a quarter at a time, which fades over about twice their length. The points in single precision, as STL files
+   * hold them, are tested, too. Where triangles of the target itself intersect they remain, with a warning:
+   * GetNumberOfSelfIntersections(). With OutputLevels each level is made so by itself; between the levels of an animation
+   * triangles may intersect. Default off.
+   */
+  vtkSetMacro(Printable, bool);
+  vtkGetMacro(Printable, bool);
+  vtkBooleanMacro(Printable, bool);
+  ///@}
+
+  ///@{
+  /**
    * First generator level with noise of the seed, at least 0, without input. Below it the noise is that which
    * reconstructs the reference of the training, so that large shapes are those of the reference. Values above the last
    * level stand for the reconstruction itself. Default 0.
@@ -291,6 +305,19 @@ public:
    * written.
    */
   bool WriteModelWithStatistics(const char* fileName, int samples = 8);
+
+  /**
+   * Number of pairs of triangles that still intersect in the last update with Printable, where those of the target do; -1
+   * after one without. Of the finest level that the output has, in all blocks.
+   */
+  vtkTypeInt64 GetNumberOfSelfIntersections() const;
+
+  /**
+   * Share of the height of the texture that Printable has kept in the last update, 0 to 1: the integral of the absolute
+   * displacement along the normals of the target, over the same before; 1 without Printable. Of the finest level that the
+   * output has, in all blocks.
+   */
+  double GetHeightKept() const;
 
   /**
    * Description of the model of the last update in one line: name, levels and channels. Empty before the first model.
@@ -354,6 +381,7 @@ private:
   double TextureScale = 1.0;
   std::string MaskArrayName;
   double MaskFalloff = 0.0;
+  bool Printable = false;
   int RandomFromLevel = 0;
   bool OutputLevels = false;
   int Animation = NO_ANIMATION;

@@ -33,6 +33,7 @@ SYNTHESIZER = {
     "TextureScale": (0.0, 0.5, 0.5),
     "MaskArrayName": ("", "Mask", "Mask"),
     "MaskFalloff": (0.0, 0.3, 0.3),
+    "Printable": (0, 1, True),
     "RandomFromLevel": (0, 1, 1),
     "OutputLevels": (0, 1, True),
     "Animation": ("No Animation", "Seeds", vtkGeometricTextureSynthesizer.SEEDS),

@@ -106,6 +106,35 @@ def test_statistics_of_the_norms_are_added_to_models(ball, model, tmp_path):
             surfacesynthesis.add_texture_statistics(model, measured, measured_samples=samples)
 
 
+def saddle(size=24):
+    """Points and triangles of a small saddle; the knobs that are shipped intersect one another on it."""
+    steps = np.linspace(-1.0, 1.0, size)
+    u, v = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
+    corner = np.arange(size * size).reshape(size, size)
+    a, b, c, d = (part.ravel() for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return np.stack([u, v, 0.5 * (u * u - v * v)], axis=1), triangles
+
+
+@pytest.mark.skipif(not hasattr(surfacesynthesis, "vtkIsotropicRemeshFilter"), reason="the package was built without CGAL")
+def test_printable_knobs_do_not_intersect_and_keep_their_height(tmp_path, capsys):
+    def intersections(mesh):
+        return surfacesynthesis.geometric_texture_features(mesh)["number_of_self_intersections"]
+
+    rough = geometric_texture(saddle(), "knobs", start_level=1, seed=1)
+    assert intersections(rough) > 20
+    assert intersections(geometric_texture(saddle(), "knobs", start_level=1, seed=1, printable=True)) == 0
+    paths = [str(tmp_path / name) for name in ("saddle.ply", "printed.stl")]
+    write_mesh(polydata_of(*saddle()), paths[0])
+    options = ["--model", "knobs", "--start-level", "1", "--seed", "1", "--printable"]
+    assert main(["geometric-texture", *paths, *options, "--json", "--no-progress"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["height_kept"] > 0.97 and found["number_of_self_intersections"] == 0, found
+    assert intersections(read_mesh(paths[1])) == 0, "in single precision, and after rounding to a file"
+    assert main(["geometric-texture", *paths, *options, "--no-progress"]) == 0
+    assert "% of the height kept, 0 self-intersections" in capsys.readouterr().out
+
+
 def test_levels_are_a_list_coarse_to_fine(ball, model):
     levels = geometric_texture(ball, model, output_levels=True)
     assert [len(triangles) for _, triangles in levels] == [len(ball[1]) * 4**k for k in range(LEVELS)]

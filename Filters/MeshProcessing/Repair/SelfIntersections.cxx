@@ -86,38 +86,66 @@ private:
   std::vector<Index> PointOf; ///< lowest point of the same coordinates
 };
 
-/// Calls @p visit for each pair of proper triangles whose boxes overlap, once.
-/// @throws Cancelled
-template <typename Visit>
-void VisitOverlappingBoxes(
-  const TriangleMesh& mesh, const IntersectionTest& test, const std::atomic<bool>* stop, const Visit& visit)
+constexpr std::ptrdiff_t BoxCutoff = 2000; ///< CGAL's own for meshes
+
+/// Boxes of the proper ones of @p count triangles, the k-th of which is @p triangle(k).
+template <typename Triangle>
+std::vector<TriangleBox> BoxesOf(
+  const TriangleMesh& mesh, const IntersectionTest& test, std::size_t count, const Triangle& triangle)
 {
   std::vector<TriangleBox> boxes;
-  boxes.reserve(static_cast<std::size_t>(mesh.NumberOfTriangles()));
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  boxes.reserve(count);
+  for (std::size_t k = 0; k < count; ++k)
   {
+    const Index f = triangle(k);
     if (test.IsProper(f))
     {
       const auto t = mesh.Triangles.row(f);
-      const auto corner = [&](int k) { return ToCgalPoint(mesh.Points.row(t(k)).transpose()).bbox(); };
+      const auto corner = [&](int c) { return ToCgalPoint(mesh.Points.row(t(c)).transpose()).bbox(); };
       boxes.emplace_back(corner(0) + corner(1) + corner(2), f);
     }
   }
+  return boxes;
+}
+
+std::vector<TriangleBox> BoxesOf(const TriangleMesh& mesh, const IntersectionTest& test)
+{
+  return BoxesOf(mesh, test, static_cast<std::size_t>(mesh.NumberOfTriangles()),
+    [](std::size_t k) { return static_cast<Index>(k); });
+}
+
+std::vector<const TriangleBox*> PointersTo(const std::vector<TriangleBox>& boxes)
+{
   std::vector<const TriangleBox*> pointers;
   pointers.reserve(boxes.size());
   for (const TriangleBox& box : boxes)
   {
     pointers.push_back(&box);
   }
-  const std::ptrdiff_t cutoff = 2000; // CGAL's own for meshes
+  return pointers;
+}
+
+void ThrowOnStop(const std::atomic<bool>* stop)
+{
+  if (stop && stop->load(std::memory_order_relaxed))
+  {
+    throw Cancelled("Stopped on request.");
+  }
+}
+
+/// Calls @p visit for each pair of proper triangles whose boxes overlap, once.
+/// @throws Cancelled
+template <typename Visit>
+void VisitOverlappingBoxes(
+  const TriangleMesh& mesh, const IntersectionTest& test, const std::atomic<bool>* stop, const Visit& visit)
+{
+  const std::vector<TriangleBox> boxes = BoxesOf(mesh, test);
+  std::vector<const TriangleBox*> pointers = PointersTo(boxes);
   const auto visitBoxes = [&](const TriangleBox* first, const TriangleBox* second) {
-    if (stop && stop->load(std::memory_order_relaxed))
-    {
-      throw Cancelled("Stopped on request.");
-    }
+    ThrowOnStop(stop);
     visit(first->info(), second->info());
   };
-  CGAL::box_self_intersection_d(pointers.begin(), pointers.end(), visitBoxes, cutoff);
+  CGAL::box_self_intersection_d(pointers.begin(), pointers.end(), visitBoxes, BoxCutoff);
 }
 } // namespace
 
@@ -153,6 +181,36 @@ std::vector<std::array<Index, 2>> FindIntersectingPairs(const TriangleMesh& mesh
       pairs.push_back({ std::min(f, g), std::max(f, g) });
     }
   });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<std::array<Index, 2>> FindIntersectingPairsOf(
+  const TriangleMesh& mesh, const std::vector<Index>& subset, const std::atomic<bool>* stop)
+{
+  const IntersectionTest test(mesh);
+  std::vector<bool> isOfSubset(static_cast<std::size_t>(mesh.NumberOfTriangles()), false);
+  for (const Index f : subset)
+  {
+    isOfSubset[f] = true;
+  }
+  const std::vector<TriangleBox> all = BoxesOf(mesh, test);
+  const std::vector<TriangleBox> some = BoxesOf(mesh, test, subset.size(), [&](std::size_t k) { return subset[k]; });
+  std::vector<const TriangleBox*> pointersToAll = PointersTo(all);
+  std::vector<const TriangleBox*> pointersToSome = PointersTo(some);
+  std::vector<std::array<Index, 2>> pairs;
+  const auto visitBoxes = [&](const TriangleBox* first, const TriangleBox* second) {
+    ThrowOnStop(stop);
+    const Index f = first->info();
+    const Index g = second->info();
+    const bool isFirstVisit = f != g && (!isOfSubset[g] || f < g);
+    if (isFirstVisit && test.Intersect(f, g))
+    {
+      pairs.push_back({ std::min(f, g), std::max(f, g) });
+    }
+  };
+  CGAL::box_intersection_d(
+    pointersToSome.begin(), pointersToSome.end(), pointersToAll.begin(), pointersToAll.end(), visitBoxes, BoxCutoff);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }

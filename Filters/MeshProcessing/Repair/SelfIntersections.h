@@ -28,4 +28,11 @@ std::vector<Index> FindIntersectingTriangles(const TriangleMesh& mesh, const std
 std::vector<std::array<Index, 2>> FindIntersectingPairs(
   const TriangleMesh& mesh, const std::atomic<bool>* stop = nullptr);
 
+/// Finds those of these pairs that have a triangle of @p subset.
+/// @param subset ids, each once
+/// @return ids of both triangles, the lower one first; ascending
+/// @throws Cancelled
+std::vector<std::array<Index, 2>> FindIntersectingPairsOf(
+  const TriangleMesh& mesh, const std::vector<Index>& subset, const std::atomic<bool>* stop = nullptr);
+
 } // namespace surfsynth

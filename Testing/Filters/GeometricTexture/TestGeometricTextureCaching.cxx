@@ -92,6 +92,9 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
     { "TextureScale", [](Filter* f) { f->SetTextureScale(0.5); } },
     { "MaskArrayName", [](Filter* f) { f->SetMaskArrayName("Mask"); } },
     { "MaskFalloff", [](Filter* f) { f->SetMaskFalloff(0.5); } },
+#ifdef SURFACE_SYNTHESIS_CGAL
+    { "Printable", [](Filter* f) { f->SetPrintable(true); } },
+#endif
     { "RandomFromLevel", [](Filter* f) { f->SetRandomFromLevel(1); } },
     { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("A"); } },
     { "LevelArrayName", [](Filter* f) { f->SetLevelArrayName("B"); } },

@@ -5,6 +5,7 @@
 #include "MeshChecks.h"
 
 #include "Core/Common/Errors.h"
+#include "MeshProcessing/Repair/DisplacementReduction.h"
 #include "MeshProcessing/Repair/FlatTriangles.h"
 #include "MeshProcessing/Repair/HoleFilling.h"
 #include "MeshProcessing/Repair/SelfIntersections.h"
@@ -328,6 +329,129 @@ TEST(FindIntersectingPairs, NamesEachPairOnce)
   EXPECT_EQ(FindIntersectingTriangles(mesh), (std::vector<Index>{ 0, 1, 2 }));
   const std::atomic<bool> stop{ true };
   EXPECT_THROW(FindIntersectingPairs(mesh, &stop), Cancelled);
+}
+
+TEST(FindIntersectingPairs, OfASubsetAreThoseThatHaveATriangleOfIt)
+{
+  const TriangleMesh mesh = Join(Icosphere(3), Translated(Icosphere(3), { 0.7, 0.1, 0.2 }));
+  std::vector<std::array<Index, 2>> expected = FindIntersectingPairs(mesh);
+  ASSERT_GT(expected.size(), 50U);
+  std::vector<Index> subset;
+  for (Index f = 1; f < mesh.NumberOfTriangles(); f += 3)
+  {
+    subset.push_back(f);
+  }
+  const auto isOther = [](const std::array<Index, 2>& pair) { return pair[0] % 3 != 1 && pair[1] % 3 != 1; };
+  expected.erase(std::remove_if(expected.begin(), expected.end(), isOther), expected.end());
+  EXPECT_EQ(FindIntersectingPairsOf(mesh, subset), expected);
+  EXPECT_THAT(FindIntersectingPairsOf(mesh, {}), IsEmpty());
+  const std::atomic<bool> stop{ true };
+  EXPECT_THROW(FindIntersectingPairsOf(mesh, subset, &stop), Cancelled);
+}
+
+// ---- DisplacementReduction.h ----------------------------------------------------------------------------------------
+
+namespace
+{
+/// A bump of height @p normal and radius 0.2 on the patch around (x, y), whose top is moved to the side by @p sideways.
+PointMatrix Bump(const TriangleMesh& patch, double x, double y, double normal, double sideways)
+{
+  PointMatrix displacement = PointMatrix::Zero(patch.NumberOfPoints(), 3);
+  for (Index v = 0; v < patch.NumberOfPoints(); ++v)
+  {
+    const double distance = std::hypot(patch.Points(v, 0) - x, patch.Points(v, 1) - y);
+    if (distance < 0.2)
+    {
+      displacement.row(v) << sideways, 0.0, normal;
+      displacement.row(v) *= std::pow(std::cos(0.5 * Pi * distance / 0.2), 2);
+    }
+  }
+  return displacement;
+}
+
+/// Two bumps around (x, 0.5) that lean into one another.
+PointMatrix LeaningBumps(const TriangleMesh& patch, double x)
+{
+  return Bump(patch, x - 0.2, 0.5, 0.3, 0.25) + Bump(patch, x + 0.2, 0.5, 0.25, -0.25);
+}
+
+/// No pairs intersect, neither of the points as they are nor in single precision.
+void ExpectNoIntersections(const TriangleMesh& base, const PointMatrix& displacement)
+{
+  TriangleMesh mesh = { base.Points + displacement, base.Triangles };
+  EXPECT_THAT(FindIntersectingPairs(mesh), IsEmpty());
+  mesh.Points = mesh.Points.cast<float>().cast<double>().eval();
+  EXPECT_THAT(FindIntersectingPairs(mesh), IsEmpty()) << "in single precision";
+}
+} // namespace
+
+TEST(ReduceDisplacement, BumpsThatLeanIntoOneAnotherBecomeUprightAndKeepTheirHeight)
+{
+  const TriangleMesh base = PlanePatch(60, 60);
+  const PointMatrix full = LeaningBumps(base, 0.5);
+  const ReducedDisplacement reduced = ReduceDisplacement(base, full);
+  EXPECT_GT(reduced.NumberOfPairsBefore, 100);
+  EXPECT_EQ(reduced.NumberOfPairsLeft, 0);
+  ExpectNoIntersections(base, reduced.Displacement);
+  EXPECT_NEAR(reduced.Height / reduced.HeightBefore, 1.0, 1e-12) << "only the tangential part is reduced";
+  EXPECT_TRUE(reduced.Displacement.col(2).isApprox(full.col(2), 1e-12));
+  EXPECT_TRUE((reduced.Displacement.col(0).array().abs() <= full.col(0).array().abs() + 1e-12).all());
+  EXPECT_GT(reduced.Displacement.col(0).norm(), 0.2 * full.col(0).norm()) << "not more than is needed";
+  EXPECT_TRUE((reduced.Displacement.array() == ReduceDisplacement(base, full).Displacement.array()).all());
+}
+
+TEST(ReduceDisplacement, ABumpThatIntersectsNothingKeepsItsBits)
+{
+  const TriangleMesh base = PlanePatch(60, 30, 2.0);
+  const PointMatrix gentle = Bump(base, 1.78, 0.5, 0.2, 0.1);
+  const ReducedDisplacement unchanged = ReduceDisplacement(base, gentle);
+  EXPECT_EQ(unchanged.NumberOfRounds, 0);
+  EXPECT_EQ(unchanged.NumberOfPairsBefore, 0);
+  EXPECT_TRUE((unchanged.Displacement.array() == gentle.array()).all());
+  // Nor do its neighbors, when another one is reduced.
+  const PointMatrix both = gentle + LeaningBumps(base, 0.4);
+  const ReducedDisplacement reduced = ReduceDisplacement(base, both);
+  EXPECT_GT(reduced.NumberOfRounds, 0);
+  for (Index v = 0; v < base.NumberOfPoints(); ++v)
+  {
+    EXPECT_TRUE(gentle.row(v).isZero(0.0) || (reduced.Displacement.row(v).array() == gentle.row(v).array()).all()) << v;
+  }
+}
+
+TEST(ReduceDisplacement, BumpsOfFacingSheetsLoseHeightUntilTheyFit)
+{
+  // Two sheets at a distance of 0.5, whose bumps of height 0.3 meet, and others beside them, which do not.
+  TriangleMesh lower = PlanePatch(60, 30, 2.0);
+  TriangleMesh upper = Translated(lower, { 0.0, 0.0, 0.5 });
+  std::swap_ranges(upper.Triangles.col(1).begin(), upper.Triangles.col(1).end(), upper.Triangles.col(2).begin());
+  const PointMatrix below = Bump(lower, 0.4, 0.5, 0.3, 0.0) + Bump(lower, 1.5, 0.5, 0.2, 0.0);
+  const TriangleMesh base = Join(lower, upper);
+  PointMatrix full(base.NumberOfPoints(), 3);
+  full << below, -below;
+  const ReducedDisplacement reduced = ReduceDisplacement(base, full);
+  EXPECT_GT(reduced.NumberOfPairsBefore, 20);
+  EXPECT_EQ(reduced.NumberOfPairsLeft, 0);
+  ExpectNoIntersections(base, reduced.Displacement);
+  EXPECT_LT(reduced.Height, reduced.HeightBefore);
+  EXPECT_GT(reduced.Height, 0.7 * reduced.HeightBefore) << "a sixth of the higher bumps has to go";
+  EXPECT_GT(reduced.Displacement.col(2).maxCoeff(), 0.15);
+}
+
+TEST(ReduceDisplacement, IntersectionsOfTheBaseStayAndAreCounted)
+{
+  TriangleMesh crossing = PlanePatch(30, 30);
+  crossing.Points.col(2) = crossing.Points.col(0).array() - 0.51; // cuts the other patch in a line at x = 0.51
+  crossing.Points.col(0).setConstant(0.503);
+  const TriangleMesh base = Join(PlanePatch(31, 29), crossing);
+  const auto pairs = static_cast<std::int64_t>(FindIntersectingPairs(base).size());
+  ASSERT_GT(pairs, 30);
+  PointMatrix full(base.NumberOfPoints(), 3);
+  full << Bump(PlanePatch(31, 29), 0.45, 0.5, 0.1, 0.0), PointMatrix::Zero(crossing.NumberOfPoints(), 3);
+  const ReducedDisplacement reduced = ReduceDisplacement(base, full);
+  EXPECT_EQ(reduced.NumberOfPairsLeft, pairs) << "of the base, and no others";
+  EXPECT_GT(reduced.Height, 0.0);
+  const std::atomic<bool> stop{ true };
+  EXPECT_THROW(ReduceDisplacement(base, full, &stop), Cancelled);
 }
 
 TEST(FillHoles, TrianglesThatWouldIntersectAreLeftOutWhereRequired)

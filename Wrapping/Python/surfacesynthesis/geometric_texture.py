@@ -62,6 +62,7 @@ def geometric_texture(
     level_name="Level",
     progress=None,
     norm_statistics="target",
+    printable=False,
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -121,6 +122,10 @@ def geometric_texture(
         which the training writes into the model file (add_texture_statistics() for others): the texture at a point depends
         on the target nearby alone, so that a mask or another component changes nothing beyond a dozen edges. Default
         "target".
+    printable : bool
+        True reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Where
+        triangles intersect, first the tangential part of the displacements falls, then the part along the normals of the
+        target. Where triangles of the target itself intersect they remain, with a warning. Default False.
 
     Returns
     -------
@@ -158,6 +163,7 @@ def geometric_texture(
         displacement_name=displacement_name,
         level_name=level_name,
         norm_statistics=norm_statistics,
+        printable=printable,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -186,6 +192,7 @@ def configured_synthesizer(
     displacement_name="Displacement",
     level_name="Level",
     norm_statistics="target",
+    printable=False,
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -211,6 +218,7 @@ def configured_synthesizer(
     if mask is not None:
         algorithm.SetMaskArrayName(array_name("mask", mask))
     algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))
+    algorithm.SetPrintable(flag("printable", printable))
     algorithm.SetRandomFromLevel(integer("random_from", random_from, 0))
     algorithm.SetOutputLevels(flag("output_levels", output_levels))
     algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))

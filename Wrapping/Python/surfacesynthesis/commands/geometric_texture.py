@@ -32,6 +32,7 @@ examples:
   %(prog)s bunny.ply scaly.ply --model scales.safetensors --start-level 2 --seed 3
   %(prog)s bunny.ply large.ply --model scales.safetensors --prepare remesh --scale 2
   %(prog)s bunny.ply synthesis.vtp --model scales.safetensors --output-levels
+  %(prog)s bunny.ply printed.stl --model scales.safetensors --start-level 2 --printable
   %(prog)s sample.ply --model scales.safetensors --random-from 1
 """
 
@@ -92,6 +93,9 @@ def add(commands):
     texture.add_argument(
         "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
     )
+    texture.add_argument(
+        "--printable", action="store_true", help="reduce displacements until no triangles intersect, for 3D printers"
+    )
     output = parser.add_argument_group("output")
     levels = output.add_argument(
         "--output-levels", action="store_true", help="write the surfaces after each level, by number"
@@ -122,6 +126,7 @@ def run(arguments):
         mask=arguments.mask,
         mask_falloff=arguments.mask_falloff,
         random_from=arguments.random_from,
+        printable=arguments.printable,
         output_levels=arguments.output_levels,
     )
     if arguments.input is None and arguments.mask is not None:
@@ -136,7 +141,12 @@ def run(arguments):
     written = _by_level(output, arguments.output) if arguments.output_levels else [(output, arguments.output)]
     files.write_meshes(written)
     described = algorithm.GetModelDescription()
-    return written_outcome(written[-1][0], [path for _, path in written], f"{described}: ", model=described)
+    text, values = f"{described}: ", {"model": described}
+    if arguments.printable:
+        kept, left = algorithm.GetHeightKept(), algorithm.GetNumberOfSelfIntersections()
+        text += f"{100 * kept:.4g} % of the height kept, {left} self-intersections, "
+        values = {**values, "height_kept": kept, "number_of_self_intersections": left}
+    return written_outcome(written[-1][0], [path for _, path in written], text, **values)
 
 
 def _by_level(output, path):

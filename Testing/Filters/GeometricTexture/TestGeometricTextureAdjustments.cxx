@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What vtkGeometricTextureSynthesizer makes of a synthesized texture: printable surfaces.
+#include "FilterContract.h"
+#include "GeometricTexturePipelines.h"
+
+#include "SurfaceBridge.h"
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+#include "MeshProcessing/Repair/SelfIntersections.h"
+#endif
+
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+using namespace surfsynth;
+using namespace surfsynthtest;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using Filter = vtkGeometricTextureSynthesizer;
+
+namespace
+{
+PointMatrix PointsOf(vtkPolyData* surface) { return ConvertPoints(surface); }
+
+#ifdef SURFACE_SYNTHESIS_CGAL
+/// A texture whose displacements are @p factor times those of WriteRandomGeometricTexture(), so that triangles intersect.
+std::string WriteRoughTexture(const std::string& name, double factor)
+{
+  return WriteRandomGeometricTexture(name, 1, [factor](GeometricTextureModel& model) {
+    const auto last = static_cast<std::int64_t>(model.Options.Layers) - 2;
+    for (std::int64_t level = 0; level < model.Options.Levels; ++level)
+    {
+      const GeometricTextureTensorNames names = NamesOfConvolution(level, last, model.Options.Layers);
+      for (const std::string& tensor : { names.Weight, names.Bias })
+      {
+        for (float& value : model.Generator.at(tensor).Values)
+        {
+          value *= static_cast<float>(factor);
+        }
+      }
+    }
+  });
+}
+
+std::size_t PairsIn(vtkPolyData* surface) { return FindIntersectingPairs(ConvertSurface(surface).Mesh).size(); }
+#endif
+} // namespace
+
+// --- Printable ------------------------------------------------------------------------------------------------------
+
+#ifndef SURFACE_SYNTHESIS_CGAL
+TEST(GeometricTexturePrintable, NeedsCgal)
+{
+  const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("without.model"));
+  filter->PrintableOn();
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("Printable needs CGAL"));
+}
+#else
+TEST(GeometricTexturePrintable, NoTrianglesIntersectAndNothingElseMoves)
+{
+  const std::string model = WriteRoughTexture("rough.model", 12.0);
+  for (const int precision : { VTK_FLOAT, VTK_DOUBLE })
+  {
+    const auto target = Icosphere(3).ToPolyData(precision);
+    AddPointField(target, "Upper", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+    const auto filter = SynthesizerOn(target, model);
+    filter->SetMaskArrayName("Upper");
+    const vtkSmartPointer<vtkPolyData> rough = SurfaceOf(filter);
+    EXPECT_EQ(filter->GetNumberOfSelfIntersections(), -1);
+    EXPECT_EQ(filter->GetHeightKept(), 1.0);
+    ASSERT_GT(PairsIn(rough), 20U);
+    filter->PrintableOn();
+    const auto printed = SurfaceOf(filter);
+    EXPECT_EQ(PairsIn(printed), 0U);
+    EXPECT_EQ(filter->GetNumberOfSelfIntersections(), 0);
+    EXPECT_EQ(filter->GetNumberOfSyntheses(), 1) << "the texture is kept";
+    EXPECT_LT(filter->GetHeightKept(), 1.0 + 1e-12);
+    EXPECT_GT(filter->GetHeightKept(), 0.7);
+    for (vtkIdType p = 0; p < printed->GetNumberOfPoints(); ++p)
+    {
+      const double* way = PointArray(printed, "Displacement")->GetTuple3(p);
+      const bool isBare = PointArray(printed, "Upper")->GetTuple1(p) == 0.0;
+      EXPECT_TRUE(!isBare || (way[0] == 0.0 && way[1] == 0.0 && way[2] == 0.0)) << p;
+    }
+    filter->PrintableOff();
+    EXPECT_TRUE(SameBits(SurfaceOf(filter)->GetPoints()->GetData(), rough->GetPoints()->GetData()));
+  }
+}
+
+TEST(GeometricTexturePrintable, LevelsAndTimesBetweenThemLeadFromOnePrintableSurfaceToTheNext)
+{
+  const auto filter = SynthesizerOn(Icosphere(2).ToPolyData(), WriteRoughTexture("rough levels.model", 12.0));
+  filter->PrintableOn();
+  const vtkSmartPointer<vtkPolyData> last = SurfaceOf(filter);
+  filter->OutputLevelsOn();
+  ASSERT_TRUE(Update(filter));
+  auto* levels = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  std::vector<vtkSmartPointer<vtkPolyData>> surfaces;
+  for (unsigned int k = 0; k < 2; ++k)
+  {
+    surfaces.push_back(vtkPolyData::SafeDownCast(levels->GetBlock(k)));
+    EXPECT_EQ(PairsIn(surfaces.back()), 0U) << k;
+  }
+  EXPECT_TRUE(SameBits(surfaces[1]->GetPoints()->GetData(), last->GetPoints()->GetData()));
+  filter->OutputLevelsOff();
+  filter->SetAnimationToLevels();
+  ASSERT_TRUE(filter->UpdateTimeStep(1.0));
+  const PointMatrix first = PointsOf(vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0)));
+  EXPECT_EQ((first - PointsOf(surfaces[0])).cwiseAbs().maxCoeff(), 0.0);
+  ASSERT_TRUE(filter->UpdateTimeStep(1.0 + 1e-9));
+  const PointMatrix next = PointsOf(vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0)));
+  EXPECT_LT((next.topRows(first.rows()) - first).cwiseAbs().maxCoeff(), 1e-6) << "no jump between levels";
+}
+
+TEST(GeometricTexturePrintable, ComponentsBlocksAndTargetsThatIntersectThemselves)
+{
+  Soup crossing = Icosphere(2);
+  const Soup other = Icosphere(2);
+  for (const auto& triangle : other.Polys)
+  {
+    crossing.Polys.push_back({});
+    for (const vtkIdType p : triangle)
+    {
+      const double* x = other.Points.data() + 3 * p;
+      crossing.Polys.back().push_back(crossing.AddPoint(x[0] + 0.9, x[1] + 0.05, x[2] + 0.02));
+    }
+  }
+  Soup apart = Icosphere(2); // spheres that their textures push into one another
+  for (const auto& triangle : other.Polys)
+  {
+    apart.Polys.push_back({});
+    for (const vtkIdType p : triangle)
+    {
+      const double* x = other.Points.data() + 3 * p;
+      apart.Polys.back().push_back(apart.AddPoint(x[0] + 2.01, x[1], x[2]));
+    }
+  }
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, apart.ToPolyData());
+  blocks->SetBlock(1, crossing.ToPolyData());
+  const auto filter = SynthesizerOn(blocks, WriteRoughTexture("rough blocks.model", 6.0));
+  filter->PrintableOn();
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_THAT(events.Errors, IsEmpty());
+  ASSERT_THAT(events.Warnings, SizeIs(1));
+  EXPECT_THAT(
+    events.Warnings[0], AllOf(HasSubstr("Block 2"), HasSubstr("pairs of triangles intersect where the target")));
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  EXPECT_EQ(PairsIn(vtkPolyData::SafeDownCast(output->GetBlock(0))), 0U);
+  const std::size_t left = PairsIn(vtkPolyData::SafeDownCast(output->GetBlock(1)));
+  EXPECT_GT(left, 10U);
+  EXPECT_EQ(static_cast<std::size_t>(filter->GetNumberOfSelfIntersections()), left);
+}
+#endif
