@@ -13,6 +13,25 @@
 namespace surfsynth
 {
 
+bool GeometricTextureAdjustment::operator==(const GeometricTextureAdjustment& other) const
+{
+  return this->Strength == other.Strength && this->Printable == other.Printable &&
+    this->StrengthOfPoint.size() == other.StrengthOfPoint.size() &&
+    (this->StrengthOfPoint.array() == other.StrengthOfPoint.array()).all();
+}
+
+void ScaleDisplacement(GeometricTextureLevel& level, double strength, const Eigen::VectorXf& strengthOfPoint)
+{
+  for (Eigen::Index p = 0; p < level.Base.rows(); ++p)
+  {
+    const double factor = strength * (strengthOfPoint.size() > 0 ? static_cast<double>(strengthOfPoint[p]) : 1.0);
+    if (factor != 1.0)
+    {
+      level.Mesh.Points.row(p) = level.Base.row(p) + factor * (level.Mesh.Points.row(p) - level.Base.row(p));
+    }
+  }
+}
+
 #ifdef SURFACE_SYNTHESIS_CGAL
 GeometricTexturePrintability MakePrintable(GeometricTextureLevel& level, const Progress& progress)
 {

@@ -15,7 +15,8 @@
 namespace surfsynth
 {
 
-Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name)
+Eigen::VectorXf ReadGeometricTextureArray(
+  vtkPolyData* surface, const UsedPoints& points, const std::string& name, const GeometricTextureArray& kind)
 {
   if (name.empty())
   {
@@ -25,36 +26,37 @@ Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints&
   const vtkIdType tuples = surface->GetNumberOfPoints();
   if (!array || array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != tuples)
   {
-    throw InvalidInput("The mask array \"" + name + "\" " +
+    throw InvalidInput(std::string("The ") + kind.Kind + " array \"" + name + "\" " +
       (array ? "has " + std::to_string(array->GetNumberOfTuples()) + " tuples of " +
             std::to_string(array->GetNumberOfComponents()) + " components"
              : "is missing") +
-      "; a point array with one component for each of the " + std::to_string(tuples) +
-      " points is needed, with values from 0, no texture, to 1.");
+      "; a point array with one component for each of the " + std::to_string(tuples) + " points is needed, with " +
+      kind.Values + ".");
   }
-  Eigen::VectorXf mask(points.Count());
+  Eigen::VectorXf values(points.Count());
   for (Index k = 0; k < points.Count(); ++k)
   {
     const double value = array->GetTuple1(points.Id(k));
-    if (!(value >= 0.0) || !(value <= 1.0))
+    if (!(value >= kind.Minimum) || !(value <= kind.Maximum))
     {
-      throw InvalidInput("The mask array \"" + name + "\" is " + FormatNumber(value) + " at point " +
-        std::to_string(points.Id(k)) + "; values from 0, no texture, to 1 are needed.");
+      throw InvalidInput(std::string("The ") + kind.Kind + " array \"" + name + "\" is " + FormatNumber(value) +
+        " at point " + std::to_string(points.Id(k)) + "; " + kind.Values + " are needed.");
     }
-    mask[k] = static_cast<float>(value);
+    values[k] = static_cast<float>(value);
   }
-  return mask;
+  return values;
 }
 
-Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name)
+Eigen::VectorXf ReadInterpolatedArray(
+  vtkPolyData* surface, const UsedPoints& points, const std::string& name, const GeometricTextureArray& kind)
 {
-  Eigen::VectorXf mask(name.empty() ? 0 : points.Count());
-  for (Index k = 0; k < static_cast<Index>(mask.size()); ++k)
+  Eigen::VectorXf values(name.empty() ? 0 : points.Count());
+  for (Index k = 0; k < static_cast<Index>(values.size()); ++k)
   {
     const double value = surface->GetPointData()->GetArray(name.c_str())->GetTuple1(points.Id(k));
-    mask[k] = static_cast<float>(std::clamp(value, 0.0, 1.0));
+    values[k] = static_cast<float>(std::clamp(value, kind.Minimum, kind.Maximum));
   }
-  return mask;
+  return values;
 }
 
 void SoftenMask(const TriangleMesh& mesh, double falloff, Eigen::VectorXf& mask)

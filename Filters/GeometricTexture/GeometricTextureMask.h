@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Masks of geometric textures on surfaces.
+/// Masks of geometric textures on surfaces, and other numbers at their points.
 #pragma once
 
 #include "Core/Mesh/MeshTopology.h"
@@ -16,13 +16,29 @@ class vtkPolyData;
 namespace surfsynth
 {
 
-/// Reads the values of a point array at the used points of @p surface; empty when @p name is empty.
-/// @throws InvalidInput when there is no such array with one component, or a value is not between 0 and 1.
-Eigen::VectorXf ReadGeometricTextureMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
+/// Point array that a texture depends on.
+struct GeometricTextureArray
+{
+  const char* Kind;   ///< "mask", for messages
+  double Minimum;     ///< lowest value
+  double Maximum;     ///< highest value
+  const char* Values; ///< the range in words
+};
 
-/// Reads the mask of a surface whose arrays were interpolated from one that ReadGeometricTextureMask() accepts; values
-/// are clamped to [0, 1], against rounding.
-Eigen::VectorXf ReadInterpolatedMask(vtkPolyData* surface, const UsedPoints& points, const std::string& name);
+/// Array that multiplies displacements in the synthesis.
+constexpr GeometricTextureArray MaskArray{ "mask", 0.0, 1.0, "values from 0, no texture, to 1" };
+/// Array that multiplies displacements after the synthesis.
+constexpr GeometricTextureArray StrengthArray{ "strength", 0.0, 1e6, "values from 0, no texture, to 1e6" };
+
+/// Reads the values of a point array at the used points of @p surface; empty when @p name is empty.
+/// @throws InvalidInput when there is no such array with one component, or a value is out of the range of @p kind.
+Eigen::VectorXf ReadGeometricTextureArray(
+  vtkPolyData* surface, const UsedPoints& points, const std::string& name, const GeometricTextureArray& kind);
+
+/// Reads the array of a surface whose arrays were interpolated from one that ReadGeometricTextureArray() accepts; values
+/// are clamped to the range, against rounding.
+Eigen::VectorXf ReadInterpolatedArray(
+  vtkPolyData* surface, const UsedPoints& points, const std::string& name, const GeometricTextureArray& kind);
 
 /// Smooths the rise of a mask: values are multiplied by s = t^2 (3 - 2 t), where t is the distance along edges from the
 /// nearest vertex with value 0 over @p falloff, at most 1. Without such vertices, or with a falloff of 0, the mask is

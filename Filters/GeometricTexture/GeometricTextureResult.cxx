@@ -101,42 +101,80 @@ bool GeometricTextureResult::Is(const GeometricTextureModel& model, const Geomet
     (mine.AllLevels || !settings.AllLevels);
 }
 
-void GeometricTextureResult::Adjust(const GeometricTextureAdjustment& adjustment, const Progress& progress)
+void GeometricTextureResult::Adjust(
+  const TriangleMesh& mesh, const GeometricTextureAdjustment& adjustment, const Progress& progress)
 {
-  if (!(this->Adjustment == adjustment))
+  if (this->Adjustment == adjustment)
   {
-    std::vector<GeometricTextureLevel> adjusted = this->AdjustLevels(adjustment, progress);
-    this->Adjustment = adjustment;
-    this->AdjustedLevels = std::move(adjusted);
+    return;
+  }
+  this->Adjustment = {};
+  this->AdjustedLevels.clear();
+  this->Printabilities.clear();
+  if (adjustment.IsNone())
+  {
+    return;
+  }
+  this->AdjustedLevels = this->Levels;
+  try
+  {
+    this->Scale(mesh, adjustment);
+    if (adjustment.Printable)
+    {
+      this->Separate(progress);
+    }
+  }
+  catch (...)
+  {
+    this->AdjustedLevels.clear();
+    this->Printabilities.clear();
+    throw;
+  }
+  this->ComputeDisplacementsOfLevels();
+  this->Adjustment = adjustment;
+}
+
+/// Multiplies the displacements by the strength.
+void GeometricTextureResult::Scale(const TriangleMesh& mesh, const GeometricTextureAdjustment& adjustment)
+{
+  if (!adjustment.HasStrength())
+  {
+    return;
+  }
+  Eigen::VectorXf strength = adjustment.StrengthOfPoint;
+  TriangleMesh target = strength.size() > 0 ? UsedPoints(mesh).Compact(mesh) : TriangleMesh();
+  for (GeometricTextureLevel& level : this->AdjustedLevels)
+  {
+    while (strength.size() > 0 && target.NumberOfPoints() < level.Mesh.NumberOfPoints())
+    {
+      Subdivide(target, strength);
+    }
+    ScaleDisplacement(level, adjustment.Strength, strength);
   }
 }
 
-std::vector<GeometricTextureLevel> GeometricTextureResult::AdjustLevels(
-  const GeometricTextureAdjustment& adjustment, const Progress& progress)
+/// Makes each level printable.
+void GeometricTextureResult::Separate(const Progress& progress)
 {
-  std::vector<GeometricTextureLevel> adjusted;
-  this->Printabilities.clear();
-  this->Adjustment = {};
-  if (adjustment.IsNone())
-  {
-    return adjusted;
-  }
   // Work is proportional to triangles, of which each level has four times as many.
   const auto done = [&](std::size_t k) {
-    return (std::pow(4.0, k) - 1.0) / (std::pow(4.0, static_cast<double>(this->Levels.size())) - 1.0);
+    return (std::pow(4.0, k) - 1.0) / (std::pow(4.0, this->AdjustedLevels.size()) - 1.0);
   };
-  for (std::size_t k = 0; k < this->Levels.size(); ++k)
+  for (std::size_t k = 0; k < this->AdjustedLevels.size(); ++k)
   {
-    GeometricTextureLevel level = this->Levels[k];
-    if (adjustment.Printable)
-    {
-      this->Printabilities.push_back(MakePrintable(level, SubProgress(progress, done(k), done(k + 1))));
-    }
-    level.Displacement = level.Mesh.Points -
-      (k == 0 ? level.Base : SubdivideAtMidpoints(adjusted.back().Mesh).Mesh.Points);
-    adjusted.push_back(std::move(level));
+    this->Printabilities.push_back(MakePrintable(this->AdjustedLevels[k], SubProgress(progress, done(k), done(k + 1))));
   }
-  return adjusted;
+}
+
+/// Computes the way of the points at each adjusted level, from their places on the level before.
+void GeometricTextureResult::ComputeDisplacementsOfLevels()
+{
+  for (std::size_t k = 0; k < this->AdjustedLevels.size(); ++k)
+  {
+    GeometricTextureLevel& level = this->AdjustedLevels[k];
+    level.Displacement = level.Mesh.Points -
+      (k == 0 ? level.Base : SubdivideAtMidpoints(this->AdjustedLevels[k - 1].Mesh).Mesh.Points);
+  }
 }
 
 std::size_t GeometricTextureResult::PlaceOf(int step) const

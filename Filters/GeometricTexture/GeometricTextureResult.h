@@ -44,8 +44,8 @@ public:
   bool Is(const GeometricTextureModel& model, const GeometricTextureSettings& settings) const;
 
   /// Changes the kept levels as @p adjustment says, in place of earlier changes; costs nothing when it says the same.
-  /// @throws the errors of MakePrintable()
-  void Adjust(const GeometricTextureAdjustment& adjustment, const Progress& progress);
+  /// @param mesh that of the constructor @throws the errors of MakePrintable()
+  void Adjust(const TriangleMesh& mesh, const GeometricTextureAdjustment& adjustment, const Progress& progress);
 
   /// Returns the number of finished levels.
   int NumberOfSteps() const { return static_cast<int>(this->PointsOfStep.size()); }
@@ -59,8 +59,9 @@ public:
 private:
   /// Returns the place of a step among the kept levels.
   std::size_t PlaceOf(int step) const;
-  std::vector<GeometricTextureLevel> AdjustLevels(
-    const GeometricTextureAdjustment& adjustment, const Progress& progress);
+  void Scale(const TriangleMesh& mesh, const GeometricTextureAdjustment& adjustment);
+  void Separate(const Progress& progress);
+  void ComputeDisplacementsOfLevels();
 
   std::shared_ptr<const GeometricTextureModel> Model;
   GeometricTextureSettings Settings;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "GeometricTextureSynthesizerInternals.h"
 
-#include "GeometricTextureMask.h"
 #include "GeometricTextureSurface.h"
 #include "LevelList.h"
 #include "Reporting.h"
@@ -125,7 +124,7 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
   surface.FlatIndex = block.FlatIndex;
   surface.Where = block.Where;
   const GeometricTextureSettings settings = this->Settings(input, surface);
-  const surfsynth::GeometricTextureAdjustment adjustment = this->Adjustment();
+  const surfsynth::GeometricTextureAdjustment adjustment = this->Adjustment(input, surface);
   const double synthesized = adjustment.Printable ? 0.5 : 0.9;
   GeometricTextureResult* texture = this->Find(surface, settings);
   if (!texture)
@@ -134,7 +133,7 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
     texture = &this->Compute(
       surface, settings, surfsynth::SubProgress(progress, this->Remeshes() ? 0.3 : 0.0, synthesized));
   }
-  texture->Adjust(adjustment, surfsynth::SubProgress(progress, synthesized, 0.9));
+  texture->Adjust(surface.Mesh, adjustment, surfsynth::SubProgress(progress, synthesized, 0.9));
   const int present = this->StepAtTime(texture->NumberOfSteps());
   if (const auto printability = texture->Printability(present))
   {
@@ -255,7 +254,9 @@ vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   Surface surface = surfsynth::ConvertSurface(input);
   surface.FlatIndex = block.FlatIndex;
   // The check comes before any work, and uses the ids of the caller's points.
-  surfsynth::ReadGeometricTextureMask(input, surfsynth::UsedPoints(surface.Mesh), this->Self->MaskArrayName);
+  const surfsynth::UsedPoints points(surface.Mesh);
+  surfsynth::ReadGeometricTextureArray(input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
+  surfsynth::ReadGeometricTextureArray(input, points, this->Self->StrengthArrayName, surfsynth::StrengthArray);
   const double scale = this->TextureScale(surface.Mesh);
   std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
   if (!target || !(*target)->Is(input, surface, scale))
@@ -293,9 +294,7 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
   {
     settings.Subdivisions = std::max(0, static_cast<int>(std::lround(-std::log2(this->TextureScale(surface.Mesh)))));
   }
-  const surfsynth::UsedPoints points(surface.Mesh);
-  settings.Mask = this->Remeshes() ? surfsynth::ReadInterpolatedMask(input, points, self->MaskArrayName)
-                                   : surfsynth::ReadGeometricTextureMask(input, points, self->MaskArrayName);
+  settings.Mask = this->ReadArray(input, surface, self->MaskArrayName, surfsynth::MaskArray);
   settings.MaskFalloff = self->MaskFalloff;
   return settings;
 }
@@ -317,9 +316,25 @@ GeometricTextureResult& vtkGeometricTextureSynthesizer::Internals::Compute(
   return *this->Textures.Insert(surface, std::move(texture));
 }
 
-surfsynth::GeometricTextureAdjustment vtkGeometricTextureSynthesizer::Internals::Adjustment() const
+/// Reads a point array of the prepared target.
+Eigen::VectorXf vtkGeometricTextureSynthesizer::Internals::ReadArray(vtkPolyData* input, const Surface& surface,
+  const std::string& name, const surfsynth::GeometricTextureArray& kind) const
+{
+  const surfsynth::UsedPoints points(surface.Mesh);
+  return this->Remeshes() ? surfsynth::ReadInterpolatedArray(input, points, name, kind)
+                          : surfsynth::ReadGeometricTextureArray(input, points, name, kind);
+}
+
+surfsynth::GeometricTextureAdjustment vtkGeometricTextureSynthesizer::Internals::Adjustment(
+  vtkPolyData* input, const Surface& surface) const
 {
   surfsynth::GeometricTextureAdjustment adjustment;
+  adjustment.Strength = this->Self->Strength;
+  if (!this->FromTemplate)
+  {
+    adjustment.StrengthOfPoint = this->ReadArray(
+      input, surface, this->Self->StrengthArrayName, surfsynth::StrengthArray);
+  }
   adjustment.Printable = this->Self->Printable;
   return adjustment;
 }

@@ -8,6 +8,7 @@
 #include "BlockBridge.h"
 #include "BlockCache.h"
 #include "FileCache.h"
+#include "GeometricTextureMask.h"
 #include "GeometricTextureResult.h"
 #include "InstalledModelList.h"
 #include "OutputSeries.h"
@@ -83,7 +84,9 @@ private:
     const surfsynth::Surface& surface, const surfsynth::GeometricTextureSettings& settings);
   surfsynth::GeometricTextureResult& Compute(const surfsynth::Surface& surface,
     const surfsynth::GeometricTextureSettings& settings, const surfsynth::Progress& progress);
-  surfsynth::GeometricTextureAdjustment Adjustment() const;
+  Eigen::VectorXf ReadArray(vtkPolyData* input, const surfsynth::Surface& surface, const std::string& name,
+    const surfsynth::GeometricTextureArray& kind) const;
+  surfsynth::GeometricTextureAdjustment Adjustment(vtkPolyData* input, const surfsynth::Surface& surface) const;
   void CountIntersections(const surfsynth::GeometricTexturePrintability& found, const std::string& where);
   double LevelsAtTime() const;
   int StepAtTime(int steps) const;

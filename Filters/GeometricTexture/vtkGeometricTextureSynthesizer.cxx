@@ -47,6 +47,11 @@ void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name)
   surfsynth::SetString(this, this->MaskArrayName, name);
 }
 
+void vtkGeometricTextureSynthesizer::SetStrengthArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->StrengthArrayName, name);
+}
+
 void vtkGeometricTextureSynthesizer::SetDisplacementArrayName(const char* name)
 {
   surfsynth::SetString(this, this->DisplacementArrayName, name);
@@ -228,6 +233,8 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "TextureScale: " << this->TextureScale << "\n";
   os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
   os << indent << "MaskFalloff: " << this->MaskFalloff << "\n";
+  os << indent << "Strength: " << this->Strength << "\n";
+  os << indent << "StrengthArrayName: " << this->StrengthArrayName << "\n";
   os << indent << "Printable: " << this->Printable << "\n";
   os << indent << "RandomFromLevel: " << this->RandomFromLevel << "\n";
   os << indent << "OutputLevels: " << this->OutputLevels << "\n";

@@ -53,9 +53,9 @@
  * texture. The input is then the one that its source holds, or outputs without a requested time.
  *
  * @par Cost
- * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names and, once all
- * levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives the same bits for
- * every number of threads.
+ * Linear in the number of triangles of the output, time and memory. Results are kept: a change of names, of Strength and
+ * Printable and, once all levels are kept for it, of the time of the animation LEVELS costs no synthesis. The same seed gives
+ * the same bits for every number of threads.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkIsotropicRemeshFilter, vtkSurfaceRepairFilter, vtkPolyDataNormals
@@ -240,6 +240,26 @@ public:
 
   ///@{
   /**
+   * Factor of the displacements of the synthesized texture, from 0 to 1e6: points lie at b + s d, where b is their place on
+   * the target without texture, d the displacement with the mask, and s the product of Strength and the array of
+   * StrengthArrayName. The networks see the texture without it, so that its pattern stays, above 1 too; the mask and
+   * MaskFalloff are part of what they see. Printable reduces the result. Default 1.
+   */
+  vtkSetClampMacro(Strength, double, 0.0, 1e6);
+  vtkGetMacro(Strength, double);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array of the target with one component, from 0 to 1e6, that Strength is multiplied with, linear between
+   * points. Not used without input. Default "": 1 everywhere.
+   */
+  void SetStrengthArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(StrengthArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Around
    * triangles that intersect, first the tangential part of the displacements falls, then the part along the normals of the
    * target, by a quarter at a time, which fades over about twice their length. The points in single precision, as STL files
@@ -330,8 +350,8 @@ public:
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of textures synthesized since this object was made. Unchanged while only names or the time of an animation
-   * of levels change.
+   * Number of textures synthesized since this object was made. Unchanged while only names, Strength, Printable or the
+   * time of an animation of levels change.
    */
   vtkTypeInt64 GetNumberOfSyntheses() const;
 
@@ -381,6 +401,8 @@ private:
   double TextureScale = 1.0;
   std::string MaskArrayName;
   double MaskFalloff = 0.0;
+  double Strength = 1.0;
+  std::string StrengthArrayName;
   bool Printable = false;
   int RandomFromLevel = 0;
   bool OutputLevels = false;

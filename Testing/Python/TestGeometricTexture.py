@@ -106,6 +106,16 @@ def test_statistics_of_the_norms_are_added_to_models(ball, model, tmp_path):
             surfacesynthesis.add_texture_statistics(model, measured, measured_samples=samples)
 
 
+def test_strength_multiplies_displacements(ball, model):
+    mesh = polydata_of(*ball)
+    add_array(mesh.GetPointData(), "Height", np.full(len(ball[0]), 0.5))
+    way = point_array(geometric_texture(mesh, model), "Displacement")
+    for options, factor in (({"strength": 3.0}, 3.0), ({"strength": 3.0, "strength_array": "Height"}, 1.5)):
+        assert np.allclose(point_array(geometric_texture(mesh, model, **options), "Displacement"), factor * way, atol=1e-6)
+    with pytest.raises(ValueError, match="strength must be"):
+        geometric_texture(mesh, model, strength=-1.0)
+
+
 def saddle(size=24):
     """Points and triangles of a small saddle; the knobs that are shipped intersect one another on it."""
     steps = np.linspace(-1.0, 1.0, size)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What vtkGeometricTextureSynthesizer makes of a synthesized texture: printable surfaces.
+// Changes of a synthesized texture by vtkGeometricTextureSynthesizer: strengths, and printable surfaces.
 #include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
 
@@ -33,6 +33,16 @@ namespace
 {
 PointMatrix PointsOf(vtkPolyData* surface) { return ConvertPoints(surface); }
 
+PointMatrix VectorsOf(vtkDataArray* array)
+{
+  PointMatrix matrix(array->GetNumberOfTuples(), 3);
+  for (vtkIdType t = 0; t < array->GetNumberOfTuples(); ++t)
+  {
+    array->GetTuple(t, matrix.row(t).data());
+  }
+  return matrix;
+}
+
 #ifdef SURFACE_SYNTHESIS_CGAL
 /// A texture whose displacements are @p factor times those of WriteRandomGeometricTexture(), so that triangles intersect.
 std::string WriteRoughTexture(const std::string& name, double factor)
@@ -56,6 +66,82 @@ std::string WriteRoughTexture(const std::string& name, double factor)
 std::size_t PairsIn(vtkPolyData* surface) { return FindIntersectingPairs(ConvertSurface(surface).Mesh).size(); }
 #endif
 } // namespace
+
+// --- Strength -------------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureStrength, MultipliesTheDisplacementsAndOneAndZeroAreExact)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  const auto strength = [](const double* p) { return p[2] > 0.3 ? 1.0 : p[2] < -0.3 ? 0.0 : 2.5; };
+  AddPointField(target, "Height", strength);
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("strength.model"));
+  filter->SetSeed(3);
+  const vtkSmartPointer<vtkPolyData> plain = SurfaceOf(filter);
+  const PointMatrix ways = VectorsOf(PointArray(plain, "Displacement"));
+  const PointMatrix bare = PointsOf(plain) - ways;
+  filter->SetStrength(1.75);
+  EXPECT_TRUE(VectorsOf(PointArray(SurfaceOf(filter), "Displacement")).isApprox(1.75 * ways, 1e-12));
+  filter->SetStrength(2.0);
+  filter->SetStrengthArrayName("Height");
+  const vtkSmartPointer<vtkPolyData> scaled = SurfaceOf(filter);
+  const PointMatrix found = VectorsOf(PointArray(scaled, "Displacement"));
+  for (Eigen::Index p = 0; p < ways.rows(); ++p)
+  {
+    const double factor = PointArray(scaled, "Height")->GetTuple1(p); // linear between the points of the target
+    EXPECT_LT((found.row(p) - 2.0 * factor * ways.row(p)).norm(), 1e-6) << p;
+  }
+  filter->SetStrength(1.0);
+  const vtkSmartPointer<vtkPolyData> same = SurfaceOf(filter);
+  for (vtkIdType p = 0; p < same->GetNumberOfPoints(); ++p)
+  {
+    const double factor = PointArray(same, "Height")->GetTuple1(p);
+    for (int k = 0; k < 3; ++k)
+    {
+      EXPECT_TRUE(factor != 1.0 || same->GetPoint(p)[k] == plain->GetPoint(p)[k]);
+      EXPECT_TRUE(factor != 0.0 || PointArray(same, "Displacement")->GetComponent(p, k) == 0.0);
+    }
+  }
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), 1) << "the texture is kept";
+  filter->SetStrengthArrayName("");
+  EXPECT_TRUE(SameBits(SurfaceOf(filter)->GetPoints()->GetData(), plain->GetPoints()->GetData()));
+  EXPECT_LT((bare.rowwise().norm().array() - 1.0).abs().maxCoeff(), 0.1);
+}
+
+TEST(GeometricTextureStrength, IsThatOfTheTargetAtEachLevelAndAfterSubdivision)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  AddPointField(target, "Height", [](const double* p) { return 1.0 + p[0]; });
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("strength levels.model"));
+  filter->SetTargetPreparationToSubdivide();
+  filter->SetTextureScale(0.5);
+  filter->OutputLevelsOn();
+  std::vector<PointMatrix> ways[2];
+  for (int scaled = 0; scaled < 2; ++scaled)
+  {
+    filter->SetStrengthArrayName(scaled ? "Height" : "");
+    ASSERT_TRUE(Update(filter));
+    auto* levels = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+    for (unsigned int k = 0; k < 2; ++k)
+    {
+      auto* level = vtkPolyData::SafeDownCast(levels->GetBlock(k));
+      PointMatrix way = VectorsOf(PointArray(level, "Displacement"));
+      for (Eigen::Index p = 0; p < way.rows() && !scaled; ++p)
+      {
+        way.row(p) *= PointArray(level, "Height")->GetTuple1(p);
+      }
+      ways[scaled].push_back(way);
+    }
+  }
+  for (std::size_t k = 0; k < 2; ++k)
+  {
+    EXPECT_LT((ways[0][k] - ways[1][k]).cwiseAbs().maxCoeff(), 1e-6) << k;
+  }
+  AddPointField(target, "Height", [](const double* p) { return p[0]; });
+  filter->Modified();
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("The strength array \"Height\" is -"), HasSubstr("values from 0")));
+  filter->SetStrengthArrayName("None");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The strength array \"None\" is missing"));
+}
 
 // --- Printable ------------------------------------------------------------------------------------------------------
 

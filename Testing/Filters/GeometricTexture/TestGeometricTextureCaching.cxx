@@ -95,6 +95,8 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
 #ifdef SURFACE_SYNTHESIS_CGAL
     { "Printable", [](Filter* f) { f->SetPrintable(true); } },
 #endif
+    { "Strength", [](Filter* f) { f->SetStrength(1.5); } },
+    { "StrengthArrayName", [](Filter* f) { f->SetStrengthArrayName("Mask"); } },
     { "RandomFromLevel", [](Filter* f) { f->SetRandomFromLevel(1); } },
     { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("A"); } },
     { "LevelArrayName", [](Filter* f) { f->SetLevelArrayName("B"); } },

@@ -63,6 +63,8 @@ def geometric_texture(
     progress=None,
     norm_statistics="target",
     printable=False,
+    strength=1.0,
+    strength_array=None,
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -126,6 +128,12 @@ def geometric_texture(
         True reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Where
         triangles intersect, first the tangential part of the displacements falls, then the part along the normals of the
         target. Where triangles of the target itself intersect they remain, with a warning. Default False.
+    strength : float
+        Factor of the displacements of the synthesized texture, from 0 to 1e6. The networks see the texture without it, so that
+        its pattern stays, above 1 too; ``printable`` reduces the result. Default 1.
+    strength_array : str, optional
+        Name of a point array of the target with one component, from 0 to 1e6, that ``strength`` is multiplied with.
+        Default: 1 everywhere.
 
     Returns
     -------
@@ -164,6 +172,8 @@ def geometric_texture(
         level_name=level_name,
         norm_statistics=norm_statistics,
         printable=printable,
+        strength=strength,
+        strength_array=strength_array,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -193,6 +203,8 @@ def configured_synthesizer(
     level_name="Level",
     norm_statistics="target",
     printable=False,
+    strength=1.0,
+    strength_array=None,
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -218,6 +230,9 @@ def configured_synthesizer(
     if mask is not None:
         algorithm.SetMaskArrayName(array_name("mask", mask))
     algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))
+    algorithm.SetStrength(in_range("strength", strength, 0.0, 1e6))
+    if strength_array is not None:
+        algorithm.SetStrengthArrayName(array_name("strength_array", strength_array))
     algorithm.SetPrintable(flag("printable", printable))
     algorithm.SetRandomFromLevel(integer("random_from", random_from, 0))
     algorithm.SetOutputLevels(flag("output_levels", output_levels))

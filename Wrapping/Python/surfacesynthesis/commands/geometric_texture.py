@@ -94,6 +94,10 @@ def add(commands):
         "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
     )
     texture.add_argument(
+        "--strength", type=float, default=1.0, metavar="S", help="factor of the finished displacements (default: 1)"
+    )
+    texture.add_argument("--strength-array", metavar="NAME", help="point array, at least 0, that multiplies --strength")
+    texture.add_argument(
         "--printable", action="store_true", help="reduce displacements until no triangles intersect, for 3D printers"
     )
     output = parser.add_argument_group("output")
@@ -127,10 +131,13 @@ def run(arguments):
         mask_falloff=arguments.mask_falloff,
         random_from=arguments.random_from,
         printable=arguments.printable,
+        strength=arguments.strength,
+        strength_array=arguments.strength_array,
         output_levels=arguments.output_levels,
     )
-    if arguments.input is None and arguments.mask is not None:
-        raise UsageError("--mask needs INPUT: the template has no arrays")
+    for option, name in (("--mask", arguments.mask), ("--strength-array", arguments.strength_array)):
+        if arguments.input is None and name is not None:
+            raise UsageError(f"{option} needs INPUT: the template has no arrays")
     mesh = None
     as_usage(files.extension, arguments.output)
     if arguments.input is not None:
