@@ -30,6 +30,10 @@ constexpr GeometricTextureArray MaskArray{ "mask", 0.0, 1.0, "values from 0, no 
 /// Array that multiplies displacements after the synthesis.
 constexpr GeometricTextureArray StrengthArray{ "strength", 0.0, 1e6, "values from 0, no texture, to 1e6" };
 
+/// Array with the share of the second model.
+constexpr GeometricTextureArray BlendArray{ "blend", 0.0, 1.0,
+  "values from 0, the texture of ModelFileName, to 1, that of SecondModelFileName" };
+
 /// Reads the values of a point array at the used points of @p surface; empty when @p name is empty.
 /// @throws InvalidInput when there is no such array with one component, or a value is out of the range of @p kind.
 Eigen::VectorXf ReadGeometricTextureArray(

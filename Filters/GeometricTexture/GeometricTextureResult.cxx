@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <utility>
@@ -31,16 +32,18 @@ void RequireCountableTriangles(const TriangleMesh& mesh, int subdivisions, int l
   }
 }
 
-void Subdivide(TriangleMesh& mesh, Eigen::VectorXf& mask)
+/// Cuts triangles into four and interpolates values at the points, where there are any.
+void Subdivide(TriangleMesh& mesh, std::initializer_list<Eigen::VectorXf*> values)
 {
   SubdividedMesh fine = SubdivideAtMidpoints(mesh);
-  if (mask.size() > 0)
+  for (Eigen::VectorXf* value : values)
   {
-    const Eigen::Index coarse = mask.size();
-    mask.conservativeResize(fine.Mesh.Points.rows());
-    for (std::size_t e = 0; e < fine.Parents.size(); ++e)
+    const Eigen::Index coarse = value->size();
+    value->conservativeResize(coarse > 0 ? fine.Mesh.Points.rows() : 0);
+    for (std::size_t e = 0; coarse > 0 && e < fine.Parents.size(); ++e)
     {
-      mask[coarse + static_cast<Eigen::Index>(e)] = (mask[fine.Parents[e][0]] + mask[fine.Parents[e][1]]) / 2;
+      (*value)[coarse + static_cast<Eigen::Index>(e)] = ((*value)[fine.Parents[e][0]] + (*value)[fine.Parents[e][1]]) /
+        2;
     }
   }
   mesh = std::move(fine.Mesh);
@@ -55,7 +58,7 @@ bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureReque
 {
   return a.StartLevel == b.StartLevel && a.EndLevel == b.EndLevel && a.Seed == b.Seed && a.SecondSeed == b.SecondSeed &&
     a.Interpolation == b.Interpolation && a.Stream == b.Stream && a.NoiseAmplitude == b.NoiseAmplitude &&
-    a.Statistics == b.Statistics && a.LevelsWithoutNoise == b.LevelsWithoutNoise;
+    a.Statistics == b.Statistics && a.SecondModel == b.SecondModel && a.LevelsWithoutNoise == b.LevelsWithoutNoise;
 }
 } // namespace
 
@@ -84,10 +87,11 @@ GeometricTextureResult::GeometricTextureResult(std::shared_ptr<const GeometricTe
   TriangleMesh target = UsedPoints(mesh).Compact(mesh);
   GeometricTextureRequest request = settings.Request;
   request.Mask = settings.Mask;
+  request.Blend = settings.Blend;
   SoftenMask(target, settings.MaskFalloff, request.Mask);
   for (int k = 0; k < settings.Subdivisions; ++k)
   {
-    Subdivide(target, request.Mask);
+    Subdivide(target, { &request.Mask, &request.Blend });
   }
   sampler.Synthesize(target, request, keep, progress);
 }
@@ -97,8 +101,8 @@ bool GeometricTextureResult::Is(const GeometricTextureModel& model, const Geomet
   const GeometricTextureSettings& mine = this->Settings;
   return &model == this->Model.get() && SameSynthesis(mine.Request, settings.Request) &&
     mine.Subdivisions == settings.Subdivisions && SameValues(mine.Mask, settings.Mask) &&
-    mine.MaskFalloff == settings.MaskFalloff && mine.RandomFrom == settings.RandomFrom &&
-    (mine.AllLevels || !settings.AllLevels);
+    SameValues(mine.Blend, settings.Blend) && mine.MaskFalloff == settings.MaskFalloff &&
+    mine.RandomFrom == settings.RandomFrom && (mine.AllLevels || !settings.AllLevels);
 }
 
 void GeometricTextureResult::Adjust(
@@ -147,7 +151,7 @@ void GeometricTextureResult::Scale(const TriangleMesh& mesh, const GeometricText
   {
     while (strength.size() > 0 && target.NumberOfPoints() < level.Mesh.NumberOfPoints())
     {
-      Subdivide(target, strength);
+      Subdivide(target, { &strength });
     }
     ScaleDisplacement(level, adjustment.Strength, strength);
   }

@@ -22,10 +22,11 @@ namespace surfsynth
 /// Parameters of a texture, except the model and the surface.
 struct GeometricTextureSettings
 {
-  GeometricTextureRequest Request; ///< without the mask
+  GeometricTextureRequest Request; ///< without the mask and the blend
   int Subdivisions = 0;            ///< number of subdivisions at midpoints before the synthesis
   Eigen::VectorXf Mask;            ///< of the used points of the surface, in [0, 1]; empty for 1
   double MaskFalloff = 0.0;        ///< see SoftenMask()
+  Eigen::VectorXf Blend;           ///< of the used points, the share of the second model; empty without one
   std::optional<int> RandomFrom;   ///< the surface is the model's template: see GeometricTextureSampler::Generate()
   bool AllLevels = false;          ///< keep all levels, not only the last
 };

@@ -41,6 +41,7 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->CheckNames();
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
   this->Model = this->ReadModel();
+  this->SecondModel = this->ReadSecondModel();
   static_cast<void>(this->Range(*this->Model)); // throws once, and not for each block
   this->Targets.Begin();
   this->Textures.Begin();
@@ -53,6 +54,22 @@ std::shared_ptr<const surfsynth::GeometricTextureModel> vtkGeometricTextureSynth
     throw surfsynth::InvalidInput("ModelFileName is empty; the path of a geometric texture model is needed.");
   }
   return this->File.Get(surfsynth::ModelPath(this->Self->ModelFileName));
+}
+
+/// Returns the model that is mixed with the first one; null without.
+std::shared_ptr<const surfsynth::GeometricTextureModel> vtkGeometricTextureSynthesizer::Internals::ReadSecondModel()
+{
+  if (this->FromTemplate || this->Self->SecondModelFileName.empty())
+  {
+    return nullptr;
+  }
+  if (this->Self->BlendArrayName.empty())
+  {
+    throw surfsynth::InvalidInput(
+      "SecondModelFileName is set and BlendArrayName is empty; the name of a point array with "
+      "the share of the second model, from 0 to 1, is needed.");
+  }
+  return this->SecondFile.Get(surfsynth::ModelPath(this->Self->SecondModelFileName));
 }
 
 void vtkGeometricTextureSynthesizer::Internals::WriteModelWithStatistics(const std::string& fileName, int samples)
@@ -257,6 +274,10 @@ vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   const surfsynth::UsedPoints points(surface.Mesh);
   surfsynth::ReadGeometricTextureArray(input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
   surfsynth::ReadGeometricTextureArray(input, points, this->Self->StrengthArrayName, surfsynth::StrengthArray);
+  if (this->SecondModel)
+  {
+    surfsynth::ReadGeometricTextureArray(input, points, this->Self->BlendArrayName, surfsynth::BlendArray);
+  }
   const double scale = this->TextureScale(surface.Mesh);
   std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
   if (!target || !(*target)->Is(input, surface, scale))
@@ -296,6 +317,11 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
   }
   settings.Mask = this->ReadArray(input, surface, self->MaskArrayName, surfsynth::MaskArray);
   settings.MaskFalloff = self->MaskFalloff;
+  if (this->SecondModel)
+  {
+    settings.Request.SecondModel = this->SecondModel;
+    settings.Blend = this->ReadArray(input, surface, self->BlendArrayName, surfsynth::BlendArray);
+  }
   return settings;
 }
 

@@ -63,6 +63,8 @@ public:
   std::shared_ptr<const surfsynth::GeometricTextureModel> Model; ///< of this update
   surfsynth::FileCache<surfsynth::GeometricTextureModel> File{ surfsynth::ReadGeometricTexture,
     "A geometric texture in safetensors format is needed, as its training writes it." };
+  surfsynth::FileCache<surfsynth::GeometricTextureModel> SecondFile{ surfsynth::ReadGeometricTexture,
+    "SecondModelFileName needs a geometric texture in safetensors format, as its training writes it." };
   surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfSyntheses = 0;
   vtkTypeInt64 NumberOfRemeshings = 0;
@@ -71,6 +73,7 @@ public:
 private:
   void CheckNames() const;
   std::shared_ptr<const surfsynth::GeometricTextureModel> ReadModel();
+  std::shared_ptr<const surfsynth::GeometricTextureModel> ReadSecondModel();
   surfsynth::GeometricTextureLevelRange Range(const surfsynth::GeometricTextureModel& model) const;
   surfsynth::GeometricTextureRequest Request(
     unsigned int flatIndex, const surfsynth::GeometricTextureModel& model) const;
@@ -96,6 +99,7 @@ private:
   vtkGeometricTextureSynthesizer* Self;
   surfsynth::BlockCache<std::unique_ptr<surfsynth::RemeshedTarget>> Targets; ///< with REMESH
   surfsynth::BlockCache<std::unique_ptr<surfsynth::GeometricTextureResult>> Textures;
+  std::shared_ptr<const surfsynth::GeometricTextureModel> SecondModel; ///< of this update; null without
   std::optional<double> Time;
   bool FromTemplate = false;
   std::vector<int> WithoutNoise; ///< generator levels

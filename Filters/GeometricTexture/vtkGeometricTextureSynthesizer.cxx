@@ -47,6 +47,16 @@ void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name)
   surfsynth::SetString(this, this->MaskArrayName, name);
 }
 
+void vtkGeometricTextureSynthesizer::SetSecondModelFileName(const char* name)
+{
+  surfsynth::SetString(this, this->SecondModelFileName, name);
+}
+
+void vtkGeometricTextureSynthesizer::SetBlendArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->BlendArrayName, name);
+}
+
 void vtkGeometricTextureSynthesizer::SetStrengthArrayName(const char* name)
 {
   surfsynth::SetString(this, this->StrengthArrayName, name);
@@ -211,7 +221,10 @@ vtkStringArray* vtkGeometricTextureSynthesizer::GetInstalledModels()
 
 const char* vtkGeometricTextureSynthesizer::GetInstalledModelsFolder() const { return this->Impl->Installed.Folder(); }
 
-vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfModelLoads() const { return this->Impl->File.NumberOfLoads(); }
+vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfModelLoads() const
+{
+  return this->Impl->File.NumberOfLoads() + this->Impl->SecondFile.NumberOfLoads();
+}
 
 vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfSyntheses() const { return this->Impl->NumberOfSyntheses; }
 
@@ -233,6 +246,8 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "TextureScale: " << this->TextureScale << "\n";
   os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
   os << indent << "MaskFalloff: " << this->MaskFalloff << "\n";
+  os << indent << "SecondModelFileName: " << this->SecondModelFileName << "\n";
+  os << indent << "BlendArrayName: " << this->BlendArrayName << "\n";
   os << indent << "Strength: " << this->Strength << "\n";
   os << indent << "StrengthArrayName: " << this->StrengthArrayName << "\n";
   os << indent << "Printable: " << this->Printable << "\n";

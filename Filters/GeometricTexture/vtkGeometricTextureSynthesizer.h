@@ -240,6 +240,26 @@ public:
 
   ///@{
   /**
+   * Path of a second model file, or name of an installed model, with as many levels as the first; not used without input. At
+   * each level both networks take the same mesh and the same noise, and points move by (1 - w) times the displacement of the
+   * first plus w times that of the second, where w is the array of BlendArrayName: where it is 0 everywhere, or 1 everywhere,
+   * the texture is that of one model. Takes twice the time. Default "": one model.
+   */
+  void SetSecondModelFileName(const char* name);
+  vtkGetCharFromStdStringMacro(SecondModelFileName);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array of the target with one component, from 0, the texture of ModelFileName, to 1, that of
+   * SecondModelFileName, linear between points. Must be set with SecondModelFileName. Default "".
+   */
+  void SetBlendArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(BlendArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Factor of the displacements of the synthesized texture, from 0 to 1e6: points lie at b + s d, where b is their place on
    * the target without texture, d the displacement with the mask, and s the product of Strength and the array of
    * StrengthArrayName. The networks see the texture without it, so that its pattern stays, above 1 too; the mask and
@@ -401,6 +421,8 @@ private:
   double TextureScale = 1.0;
   std::string MaskArrayName;
   double MaskFalloff = 0.0;
+  std::string SecondModelFileName;
+  std::string BlendArrayName;
   double Strength = 1.0;
   std::string StrengthArrayName;
   bool Printable = false;

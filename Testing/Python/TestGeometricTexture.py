@@ -116,6 +116,16 @@ def test_strength_multiplies_displacements(ball, model):
         geometric_texture(mesh, model, strength=-1.0)
 
 
+def test_a_blend_of_a_model_with_itself_is_that_model(ball, model):
+    mesh = polydata_of(*ball)
+    add_array(mesh.GetPointData(), "Share", np.linspace(0.0, 1.0, len(ball[0])))
+    plain = points_of(geometric_texture(mesh, model))
+    assert np.allclose(points_of(geometric_texture(mesh, model, second_model=model, blend="Share")), plain, atol=1e-6)
+    for options in ({"second_model": model}, {"blend": "Share"}):
+        with pytest.raises(ValueError, match="go together"):
+            geometric_texture(mesh, model, **options)
+
+
 def saddle(size=24):
     """Points and triangles of a small saddle; the knobs that are shipped intersect one another on it."""
     steps = np.linspace(-1.0, 1.0, size)

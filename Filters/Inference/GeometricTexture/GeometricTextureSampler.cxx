@@ -74,6 +74,19 @@ NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfMo
   };
 }
 
+void CheckShares(const std::string& name, const Eigen::VectorXf& values, const TriangleMesh& mesh)
+{
+  if (values.size() != mesh.NumberOfPoints())
+  {
+    RefuseSample("the " + name + " has " + std::to_string(values.size()) + " values",
+      std::to_string(mesh.NumberOfPoints()) + ", one for each vertex");
+  }
+  if (!(values.array() >= 0.0F).all() || !(values.array() <= 1.0F).all())
+  {
+    RefuseSample("the " + name + " has values below 0 or above 1", "0 to 1");
+  }
+}
+
 void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequest& request, const TriangleMesh& mesh,
   const GeometricTextureLevelRange& levels)
 {
@@ -92,14 +105,9 @@ void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequ
   {
     RefuseSample("the amplitude of the noise is " + FormatNumber(request.NoiseAmplitude), "a finite number");
   }
-  if (request.Mask.size() > 0 && request.Mask.size() != mesh.NumberOfPoints())
+  if (request.Mask.size() > 0)
   {
-    RefuseSample("the mask has " + std::to_string(request.Mask.size()) + " values",
-      std::to_string(mesh.NumberOfPoints()) + ", one for each vertex");
-  }
-  if (!(request.Mask.array() >= 0.0F).all() || !(request.Mask.array() <= 1.0F).all())
-  {
-    RefuseSample("the mask has values below 0 or above 1", "0 to 1");
+    CheckShares("mask", request.Mask, mesh);
   }
   if (mesh.NumberOfTriangles() == 0)
   {
@@ -113,6 +121,22 @@ void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequ
         std::to_string(levels.Count()) + " levels make " + FormatNumber(finest),
       "at most 2147483647 in the end");
   }
+}
+
+/// Checks the second model, and the shares of it.
+void CheckBlend(const GeometricTextureModel& model, const GeometricTextureRequest& request, const TriangleMesh& mesh,
+  const GeometricTextureLevelRange& levels)
+{
+  const GeometricTextureModel& second = *request.SecondModel;
+  CheckModel(second);
+  if (second.Options.Levels != model.Options.Levels)
+  {
+    RefuseSample("the first model has " + std::to_string(model.Options.Levels) + " levels and the second " +
+        std::to_string(second.Options.Levels),
+      "two models with the same number of levels, which are mixed one by one");
+  }
+  CheckRequest(second, request, mesh, levels);
+  CheckShares("blend", request.Blend, mesh);
 }
 
 void RequireTemplate(const GeometricTextureModel& model, const std::string& expected)
@@ -133,7 +157,7 @@ GeometricTextureSynthesis OnTemplate(const GeometricTextureModel& model, const G
 
 GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const GeometricTextureLevelRange& levels,
   const NoiseSource& noise, const GeometricTextureSampler::Observer& observe, const Progress& progress,
-  const StatisticsObserver& observeStatistics = {})
+  const StatisticsObserver& observeStatistics = {}, const NoiseSource& secondNoise = {})
 {
   // Work is proportional to triangles, of which each level has four times as many.
   const double total = std::pow(4.0, levels.Count()) - 1.0;
@@ -151,7 +175,8 @@ GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const G
     }
     NetworkStatistics statistics;
     growth.Displace(level, noise(level, step, growth.NumberOfPoints()), SubProgress(part, 0.15, 1.0),
-      observeStatistics ? &statistics : nullptr);
+      observeStatistics ? &statistics : nullptr,
+      secondNoise ? secondNoise(level, step, growth.NumberOfPoints()) : SinglePoints());
     if (observeStatistics)
     {
       observeStatistics(level, statistics);
@@ -193,10 +218,21 @@ GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& me
 {
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, this->Model->Options.Levels);
   CheckRequest(*this->Model, request, mesh, levels);
+  if (request.SecondModel)
+  {
+    CheckBlend(*this->Model, request, mesh, levels);
+  }
   const MeshTopology topology = RequireValidMesh(mesh, Requirements());
-  return SynthesizeLevels(
-    GeometricTextureSynthesis(*this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask, request.Statistics),
-    levels, NoiseOf(request, this->Model->Options.NoiseAmplitude), observe, progress);
+  GeometricTextureSynthesis synthesis(
+    *this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask, request.Statistics);
+  NoiseSource secondNoise;
+  if (request.SecondModel)
+  {
+    synthesis.SetBlend(*request.SecondModel, request.Blend);
+    secondNoise = NoiseOf(request, request.SecondModel->Options.NoiseAmplitude);
+  }
+  return SynthesizeLevels(std::move(synthesis), levels, NoiseOf(request, this->Model->Options.NoiseAmplitude), observe,
+    progress, {}, secondNoise);
 }
 
 GeometricTextureLevel GeometricTextureSampler::Generate(

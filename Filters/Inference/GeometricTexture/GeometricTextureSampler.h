@@ -40,6 +40,13 @@ struct GeometricTextureRequest
   /// [V] of the mesh, in [0, 1]: factor of the displacements, interpolated linearly on finer levels; empty: 1. Vertices
   /// with 0 keep their place to the last bit.
   Eigen::VectorXf Mask;
+  /// Another model with as many levels, for a mixture of two textures on a mesh; null for none. At each level both networks
+  /// take the same mesh and the same noise, each with the standard deviation of its training, and their displacements are
+  /// added with the weights 1 - Blend and Blend.
+  std::shared_ptr<const GeometricTextureModel> SecondModel;
+  /// [V] of the mesh, in [0, 1]: share of the second model, interpolated linearly on finer levels. Where it is 0 everywhere, or
+  /// 1 everywhere, the result is that of one model to the last bit.
+  Eigen::VectorXf Blend;
 };
 
 /// The generator levels that work on a mesh, one after the other.
@@ -85,8 +92,8 @@ public:
   /// the texture.
   /// @return the last level.
   /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0 or
-  /// above the last, the model lacks the statistics that are asked for, the mask has the wrong size or it or the
-  /// interpolation a value outside [0, 1], the finest mesh would have too many triangles, or the result is not finite;
+  /// above the last, a model lacks the statistics that are asked for, both models have other numbers of levels, the mask or
+  /// the blend has the wrong size or they or the interpolation a value outside [0, 1], the finest mesh would have too many triangles, or the result is not finite;
   /// Cancelled.
   GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
     const Observer& observe = {}, const Progress& progress = {}) const;

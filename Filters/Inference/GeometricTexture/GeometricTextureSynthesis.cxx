@@ -77,8 +77,15 @@ SinglePoints GeometricTextureSynthesis::LevelPoints() const
   return ((this->Base.Points.rowwise() - this->Frame.Center) * scale + this->Offset).cast<float>();
 }
 
-void GeometricTextureSynthesis::Displace(
-  int level, const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
+void GeometricTextureSynthesis::SetBlend(const GeometricTextureModel& second, Eigen::VectorXf blend)
+{
+  this->SecondModel = &second;
+  this->Blend = std::move(blend);
+}
+
+/// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
+PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
+  const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
 {
   const SinglePoints points = this->LevelPoints();
   EdgeFeatureMatrix features;
@@ -92,13 +99,35 @@ void GeometricTextureSynthesis::Displace(
   }
   Report(progress, 0.1);
   const bool byReference = this->Statistics == NormStatistics::Reference;
-  const FaceNetwork network(this->Model.Generator, level, this->Model.Options.Layers,
-    byReference ? this->Model.Statistics : std::map<std::string, ModelTensor>());
+  const FaceNetwork network(model.Generator, level, model.Options.Layers,
+    byReference ? model.Statistics : std::map<std::string, ModelTensor>());
   {
     const SingleThreadedBlas blas;
     this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9), found);
   }
-  this->LastOffset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+  return MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+}
+
+void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress,
+  NetworkStatistics* found, const SinglePoints& secondNoise)
+{
+  this->LastOffset = this->OffsetBy(
+    this->Model, level, noise, SubProgress(progress, 0.0, this->SecondModel ? 0.5 : 1.0), found);
+  if (this->SecondModel)
+  {
+    const PointMatrix second = this->OffsetBy(
+      *this->SecondModel, level, secondNoise, SubProgress(progress, 0.5, 1.0), nullptr);
+    for (Eigen::Index v = 0; v < second.rows(); ++v)
+    {
+      const double share = this->Blend[v];
+      if (share > 0.0)
+      {
+        this->LastOffset.row(v) = share < 1.0
+          ? Eigen::RowVector3d((1.0 - share) * this->LastOffset.row(v) + share * second.row(v))
+          : Eigen::RowVector3d(second.row(v));
+      }
+    }
+  }
   if (this->Mask.size() > 0)
   {
     this->LastOffset.array().colwise() *= this->Mask.cast<double>().array();
@@ -120,6 +149,10 @@ void GeometricTextureSynthesis::Refine()
   if (this->Mask.size() > 0)
   {
     this->Mask = Interpolated(this->Mask, fine.Parents);
+  }
+  if (this->Blend.size() > 0)
+  {
+    this->Blend = Interpolated(this->Blend, fine.Parents);
   }
   this->Doubling *= 2.0;
   this->Neighbors = ComputeFaceNeighbors(this->Base);

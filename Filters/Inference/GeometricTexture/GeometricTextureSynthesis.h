@@ -36,14 +36,19 @@ public:
   GeometricTextureSynthesis(const GeometricTextureModel& model, const TriangleMesh& mesh, const MeshTopology& topology,
     const GeometricTextureFrame& frame, Eigen::VectorXf mask = {}, NormStatistics statistics = NormStatistics::Target);
 
+  /// Mixes the displacements of each level with those of another model.
+  /// @param blend [V], share of @p second, 0 to 1; at 0 and 1 the displacement is that of one model to the last bit
+  void SetBlend(const GeometricTextureModel& second, Eigen::VectorXf blend);
+
   /// Number of vertices, V, of the present level.
   Index NumberOfPoints() const { return this->Base.NumberOfPoints(); }
   /// Displaces the mesh by generator level @p level.
   /// @param noise [V, 3] in the level's units, or empty for none
   /// @throws InvalidInput when a displacement is not finite.
-  /// @param found see FaceNetwork::Run()
-  void Displace(
-    int level, const SinglePoints& noise, const Progress& progress = {}, NetworkStatistics* found = nullptr);
+  /// @param found see FaceNetwork::Run(); of the first model
+  /// @param secondNoise that of the second model of SetBlend()
+  void Displace(int level, const SinglePoints& noise, const Progress& progress = {}, NetworkStatistics* found = nullptr,
+    const SinglePoints& secondNoise = {});
   /// Cuts triangles into four and doubles all coordinates.
   void Refine();
 
@@ -55,7 +60,12 @@ public:
   GeometricTextureLevel Result(int level) const;
 
 private:
+  PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const SinglePoints& noise,
+    const Progress& progress, NetworkStatistics* found);
+
   const GeometricTextureModel& Model;
+  const GeometricTextureModel* SecondModel = nullptr;
+  Eigen::VectorXf Blend; ///< [V], share of the second model
   GeometricTextureFrame Frame;
   double Doubling = 1.0;  ///< 2 to the number of refinements
   TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves

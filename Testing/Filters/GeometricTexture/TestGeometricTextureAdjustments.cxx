@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Changes of a synthesized texture by vtkGeometricTextureSynthesizer: strengths, and printable surfaces.
+// Changes of a synthesized texture by vtkGeometricTextureSynthesizer: strengths, blends, and printable surfaces.
 #include "FilterContract.h"
 #include "GeometricTexturePipelines.h"
+#include "RandomGeometricTexture.h"
 
 #include "SurfaceBridge.h"
 
@@ -17,6 +18,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -141,6 +143,94 @@ TEST(GeometricTextureStrength, IsThatOfTheTargetAtEachLevelAndAfterSubdivision)
   EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("The strength array \"Height\" is -"), HasSubstr("values from 0")));
   filter->SetStrengthArrayName("None");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("The strength array \"None\" is missing"));
+}
+
+// --- Blend ----------------------------------------------------------------------------------------------------------
+
+TEST(GeometricTextureBlend, LeadsFromOneModelToTheOtherAndIsExactAtBothEnds)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  const std::string models[] = { WriteRandomGeometricTexture("first.model", 1),
+    WriteRandomGeometricTexture(
+      "second.model", 2, [](GeometricTextureModel& model) { model.Options.NoiseAmplitude = 0.2; }) };
+  PointMatrix alone[2];
+  for (int k = 0; k < 2; ++k)
+  {
+    const auto filter = SynthesizerOn(target, models[k]);
+    filter->SetSeed(4);
+    alone[k] = PointsOf(SurfaceOf(filter));
+  }
+  ASSERT_GT((alone[0] - alone[1]).cwiseAbs().maxCoeff(), 1e-3);
+  const auto filter = SynthesizerOn(target, models[0]);
+  filter->SetSeed(4);
+  filter->SetSecondModelFileName(models[1].c_str());
+  filter->SetBlendArrayName("Share");
+  PointMatrix before = alone[0];
+  for (const double share : { 0.0, 0.5, 1.0 })
+  {
+    AddPointField(target, "Share", [share](const double*) { return share; });
+    filter->Modified();
+    const PointMatrix found = PointsOf(SurfaceOf(filter));
+    EXPECT_EQ((found - alone[0]).isZero(0.0), share == 0.0) << share;
+    EXPECT_EQ((found - alone[1]).isZero(0.0), share == 1.0) << share;
+    EXPECT_LT((found - before).norm(), 0.9 * (alone[1] - alone[0]).norm()) << "between both at " << share;
+    before = found;
+  }
+  EXPECT_EQ(filter->GetNumberOfModelLoads(), 2);
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), 3);
+}
+
+TEST(GeometricTextureBlend, VariesFromPlaceToPlaceByTheStatisticsOfTheReference)
+{
+  const auto target = Icosphere(3).ToPolyData();
+  AddPointField(target, "Share", [](const double* p) { return std::min(1.0, std::max(0.0, 0.5 + 4.0 * p[2])); });
+  const std::string models[] = { "first measured.model", "second measured.model" };
+  PointMatrix alone[2];
+  vtkSmartPointer<Filter> filter;
+  for (int k = 0; k < 2; ++k)
+  {
+    const std::string plain = WriteRandomGeometricTexture("unmeasured.model", static_cast<std::uint64_t>(k + 1));
+    ASSERT_TRUE(SynthesizerOn(nullptr, plain)->WriteModelWithStatistics(models[k].c_str(), 1));
+    filter = SynthesizerOn(target, models[k]);
+    filter->SetNormStatisticsToReference();
+    alone[k] = PointsOf(SurfaceOf(filter));
+  }
+  filter->SetSecondModelFileName(models[0].c_str());
+  filter->SetBlendArrayName("Share");
+  const vtkSmartPointer<vtkPolyData> mixed = SurfaceOf(filter);
+  int first = 0;
+  int second = 0;
+  for (vtkIdType p = 0; p < mixed->GetNumberOfPoints(); ++p)
+  {
+    const Eigen::RowVector3d point = Eigen::Map<const Eigen::RowVector3d>(mixed->GetPoint(p));
+    const double z = point.normalized()[2];
+    first += z < -0.8 && (point - alone[1].row(p)).norm() < 1e-6 ? 1 : 0;
+    second += z > 0.8 && (point - alone[0].row(p)).norm() < 1e-6 ? 1 : 0;
+    EXPECT_TRUE(z > -0.8 || (point - alone[1].row(p)).norm() < 1e-6) << p;
+    EXPECT_TRUE(z < 0.8 || (point - alone[0].row(p)).norm() < 1e-6) << p;
+  }
+  EXPECT_GT(first, 100);
+  EXPECT_GT(second, 100);
+}
+
+TEST(GeometricTextureBlend, SaysWhatIsWrong)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  AddPointField(target, "Share", [](const double* p) { return p[0]; });
+  const auto filter = SynthesizerOn(target, WriteRandomGeometricTexture("two levels.model"));
+  GeometricTextureOptions options = surfsynth::test::SmallGeometricTexture();
+  options.Levels = 3;
+  WriteGeometricTexture("three levels.model", surfsynth::test::RandomGeometricTexture(options));
+  filter->SetSecondModelFileName("three levels.model");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("BlendArrayName is empty"));
+  filter->SetBlendArrayName("Share");
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("The blend array \"Share\" is"), HasSubstr("SecondModelFileName")));
+  AddPointField(target, "Share", [](const double*) { return 0.5; });
+  filter->Modified();
+  EXPECT_THAT(
+    ErrorOf(filter), AllOf(HasSubstr("the first model has 2 levels and the second 3"), HasSubstr("same number")));
+  filter->SetSecondModelFileName("absent.model");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("absent.model"));
 }
 
 // --- Printable ------------------------------------------------------------------------------------------------------

@@ -95,6 +95,8 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
 #ifdef SURFACE_SYNTHESIS_CGAL
     { "Printable", [](Filter* f) { f->SetPrintable(true); } },
 #endif
+    { "BlendArrayName", [](Filter* f) { f->SetBlendArrayName("Mask"); } },
+    { "SecondModelFileName", [](Filter* f) { f->SetSecondModelFileName("two.model"); } },
     { "Strength", [](Filter* f) { f->SetStrength(1.5); } },
     { "StrengthArrayName", [](Filter* f) { f->SetStrengthArrayName("Mask"); } },
     { "RandomFromLevel", [](Filter* f) { f->SetRandomFromLevel(1); } },

@@ -65,6 +65,8 @@ def geometric_texture(
     printable=False,
     strength=1.0,
     strength_array=None,
+    second_model=None,
+    blend=None,
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -134,6 +136,12 @@ def geometric_texture(
     strength_array : str, optional
         Name of a point array of the target with one component, from 0 to 1e6, that ``strength`` is multiplied with.
         Default: 1 everywhere.
+    second_model : path, optional
+        A second model file with as many levels. At each level both networks take the same mesh and the same noise, and their
+        displacements are added with the weights 1 - w and w, where w is the array ``blend``. Default: one model.
+    blend : str, optional
+        Name of a point array of the target with one component, from 0, the texture of ``model``, to 1, that of
+        ``second_model``; goes with it.
 
     Returns
     -------
@@ -174,6 +182,8 @@ def geometric_texture(
         printable=printable,
         strength=strength,
         strength_array=strength_array,
+        second_model=second_model,
+        blend=blend,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -205,6 +215,8 @@ def configured_synthesizer(
     printable=False,
     strength=1.0,
     strength_array=None,
+    second_model=None,
+    blend=None,
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -230,6 +242,11 @@ def configured_synthesizer(
     if mask is not None:
         algorithm.SetMaskArrayName(array_name("mask", mask))
     algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))
+    if (second_model is None) != (blend is None):
+        raise ValueError("second_model and blend go together: a model and the point array with its share")
+    if second_model is not None:
+        algorithm.SetSecondModelFileName(os.fsdecode(second_model))
+        algorithm.SetBlendArrayName(array_name("blend", blend))
     algorithm.SetStrength(in_range("strength", strength, 0.0, 1e6))
     if strength_array is not None:
         algorithm.SetStrengthArrayName(array_name("strength_array", strength_array))

@@ -93,6 +93,8 @@ def add(commands):
     texture.add_argument(
         "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
     )
+    texture.add_argument("--second-model", metavar="FILE", help="another model, which --blend mixes with the first")
+    texture.add_argument("--blend", metavar="NAME", help="point array, 0 for the first model to 1 for the second")
     texture.add_argument(
         "--strength", type=float, default=1.0, metavar="S", help="factor of the finished displacements (default: 1)"
     )
@@ -133,11 +135,13 @@ def run(arguments):
         printable=arguments.printable,
         strength=arguments.strength,
         strength_array=arguments.strength_array,
+        second_model=arguments.second_model,
+        blend=arguments.blend,
         output_levels=arguments.output_levels,
     )
-    for option, name in (("--mask", arguments.mask), ("--strength-array", arguments.strength_array)):
-        if arguments.input is None and name is not None:
-            raise UsageError(f"{option} needs INPUT: the template has no arrays")
+    for option in ("mask", "strength_array", "blend"):
+        if arguments.input is None and getattr(arguments, option) is not None:
+            raise UsageError(f"--{option.replace('_', '-')} needs INPUT: the template has no arrays")
     mesh = None
     as_usage(files.extension, arguments.output)
     if arguments.input is not None:
