@@ -12,6 +12,8 @@ labyrinth, and knobs that are wider above than at the neck. Writes
     texture_scales.png    above: one texture on one surface in four sizes (TextureScale); below: as it grows, level
                           by level
     texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
+    texture_uses.png      above: strengths, and one that an array gives; below: blends of two textures by an array, and knobs
+                          on a saddle before and after they are made printable, with intersecting triangles in red
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
@@ -29,6 +31,7 @@ import time
 import gallery_rendering as rendering
 import numpy as np
 import surfacesynthesis
+from surfacesynthesis.datasets import given_dataset
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkPolyDataNormals, vtkStripper, vtkTubeFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -349,6 +352,91 @@ def title_of(found, texture, where):
     return f"{texture}: {where}\n{peaks}, heights \u00b1 {100 * found['peak_height_variation']:.1f} %"
 
 
+def with_array(mesh, name, values):
+    """A copy of a surface with another point array."""
+    copy = mesh.NewInstance()
+    copy.ShallowCopy(mesh)
+    array = numpy_to_vtk(np.asarray(values, float), deep=True)
+    array.SetName(name)
+    copy.GetPointData().AddArray(array)
+    return copy
+
+
+def along(mesh, axis):
+    """Coordinates of the points along an axis, from 0 to 1."""
+    values = vtk_to_numpy(mesh.GetPoints().GetData())[:, axis].astype(float)
+    return (values - values.min()) / np.ptp(values)
+
+
+def intersections_marked(mesh, counts):
+    """The surface with the triangles that intersect others in red."""
+    corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    marked = painted(mesh, CLAY)
+    colors = vtk_to_numpy(marked.GetPointData().GetArray("Color"))
+    colors[corners[counts > 0].ravel()] = MERGED
+    return marked
+
+
+def strengths(options, sheet):
+    """A row with three strengths, and one that rises from the feet of a bear to its head."""
+    bear = remeshed(surface(None, "bear.off"), TARGETS["bear"][1])
+    view = rendering.view_of(bear, SIZE[0] / SIZE[1], TARGETS["bear"][2], margin=1.25)
+    model, how = model_of(options, "spikes"), {"start_level": START, "seed": options.seed}
+    for column, strength in enumerate((0.5, 1.0, 1.75)):
+        output, _ = synthesized(bear, model, strength=strength, **how)
+        sheet.add(0, column, f"spikes, strength {strength:g}\n{faces(output)}", output, view)
+    rising = with_array(bear, "Rise", 1.75 * along(bear, 1))
+    output, _ = synthesized(rising, model, strength_array="Rise", **how)
+    sheet.add(0, 3, "spikes, a strength array\n0 at the feet to 1.75 at the ears", output, view)
+
+
+def blends(options, sheet):
+    """Two textures on one surface, with a share that an array gives."""
+    how = {"start_level": START, "seed": options.seed}
+    for column, (name, first, second, axis) in enumerate((("knot1", "labyrinth", "knobs", 0), ("eight", "spikes", "labyrinth", 0))):
+        target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
+        share = np.clip(2.0 * along(target, axis) - 0.5, 0.0, 1.0)
+        mixed, _ = synthesized(
+            with_array(target, "Share", share),
+            model_of(options, first),
+            second_model=model_of(options, second),
+            blend="Share",
+            **how,
+        )
+        view = rendering.view_of(target, SIZE[0] / SIZE[1], TARGETS[name][2], margin=1.2)
+        sheet.add(1, column, f"a blend of {first} and {second}\n{faces(mixed)}", mixed, view)
+
+
+def printable_knobs(options, sheet):
+    """A part of a saddle with knobs where triangles intersect, and the same part when it is printable."""
+    saddle = given_dataset(shape("saddle", 2500))
+    view = None
+    for column, printable in ((2, False), (3, True)):
+        how = {"start_level": START, "seed": options.seed, "printable": printable}
+        output, _ = synthesized(saddle, model_of(options, "knobs"), **how)
+        found = surfacesynthesis.geometric_texture_features(output)
+        counts = vtk_to_numpy(found.surface.GetCellData().GetArray("SelfIntersections"))
+        if view is None:
+            points = vtk_to_numpy(output.GetPoints().GetData())
+            corners = vtk_to_numpy(output.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+            places = points[corners[counts > 0]].mean(axis=1)
+            near = (np.linalg.norm(places[:, None] - places, axis=2) < 0.1).sum(axis=1)
+            view = rendering.View(places[near.argmax()], 0.4, (0.45, -0.6, 0.65), (0.0, 0.0, 1.0))
+        kind = "the same, printable" if printable else "a part of knobs on a saddle"
+        image = rendering.render(intersections_marked(output, counts), view, SIZE, array="Color")
+        rendering.outline(image, 0, 0, *SIZE, rendering.BACKGROUND, thickness=8)
+        sheet.add_image(1, column, f"{kind}\n{found['number_of_self_intersections']} self-intersections", image)
+
+
+def uses(options):
+    """What users change of a texture: strength, blends, printable surfaces."""
+    sheet = rendering.Sheet(2, 4, SIZE)
+    strengths(options, sheet)
+    blends(options, sheet)
+    printable_knobs(options, sheet)
+    sheet.write(os.path.join(options.output, "texture_uses.png"), options.colors)
+
+
 #: What makes a picture, or a table.
 PICTURES = {
     "textures": textures,
@@ -356,6 +444,7 @@ PICTURES = {
     "scales": scales,
     "distances": distances,
     "feature_pictures": feature_pictures,
+    "uses": uses,
     "neighborhoods": neighborhoods,
     "features": features,
 }

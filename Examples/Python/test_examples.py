@@ -275,10 +275,11 @@ def check_geometric_textures(folder):
 
     output = os.path.join(folder, "geometric_textures")
     script = [sys.executable, os.path.join(HERE, "geometric_textures.py"), "--output", output]
-    done = run("xvfb-run", "-a", *script, "--only", "scales", "feature_pictures")
+    done = run("xvfb-run", "-a", *script, "--only", "scales", "feature_pictures", "uses")
     assert done.returncode == 0
     check_picture(os.path.join(output, "texture_scales.png"), 1800, rows=2)
     check_picture(os.path.join(output, "texture_features.png"), 1300, rows=2)
+    check_picture(os.path.join(output, "texture_uses.png"), 1800, rows=2)
     target = example.remeshed(example.surface(None, "eight.off"), 800)
     for texture in example.TEXTURES:
         model = os.path.join(example.MODELS, texture + ".safetensors")
