@@ -21,11 +21,11 @@ constexpr double SameStep = 1e-9;
 constexpr double NoiseShare = 0.02;
 
 FlowMatchingSampler MakeSampler(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface,
-  const UsedPoints& points, const Progress& progress)
+  const UsedPoints& points, const Progress& progress, const ComponentCoupling& coupling)
 {
   // The tables that the check has made hold for the whole mesh, stray points included.
   const MeshTopology* topology = surface.Topology && points.All() ? &*surface.Topology : nullptr;
-  return FlowMatchingSampler(std::move(model), points.Compact(surface.Mesh), topology, progress);
+  return FlowMatchingSampler(std::move(model), points.Compact(surface.Mesh), topology, progress, coupling);
 }
 
 /// Makes an array on all points from rows of the used points.
@@ -45,10 +45,10 @@ vtkSmartPointer<vtkDoubleArray> PointArray(
 }
 } // namespace
 
-FlowSamples::FlowSamples(
-  std::shared_ptr<const FlowMatchingModel> model, const Surface& surface, const Progress& progress)
+FlowSamples::FlowSamples(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface,
+  const Progress& progress, const ComponentCoupling& coupling)
   : Used(surface.Mesh)
-  , Flow(MakeSampler(std::move(model), surface, this->Used, progress))
+  , Flow(MakeSampler(std::move(model), surface, this->Used, progress, coupling))
 {}
 
 void FlowSamples::Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count)

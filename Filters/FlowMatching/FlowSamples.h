@@ -26,7 +26,8 @@ class FlowSamples
 {
 public:
   /// @throws the errors of FlowMatchingSampler.
-  FlowSamples(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface, const Progress& progress);
+  FlowSamples(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface, const Progress& progress,
+    const ComponentCoupling& coupling);
 
   /// Returns the points that the samples have rows for.
   const UsedPoints& Points() const { return this->Used; }

@@ -48,6 +48,7 @@ constexpr double EvaluationsOfPreparation = 3.0;
 struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
+  surfsynth::ComponentCoupling Coupling;
   std::unique_ptr<FlowSamples> Samples;
 };
 } // namespace
@@ -143,7 +144,12 @@ public:
   FlowSamples* Find(const Surface& surface)
   {
     PreparedSamples* found = this->Blocks.Find(surface);
-    return found && found->Model == this->Model ? found->Samples.get() : nullptr;
+    return found && found->Model == this->Model && found->Coupling == this->Coupling() ? found->Samples.get() : nullptr;
+  }
+
+  surfsynth::ComponentCoupling Coupling() const
+  {
+    return { this->Self->ComponentCoupling, this->Self->CouplingWeight, this->Self->CouplingDistance };
   }
 
   std::string SignalArrayName() const
@@ -223,7 +229,8 @@ private:
     this->Blocks.Drop(surface);
     PreparedSamples prepared;
     prepared.Model = this->Model;
-    prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress);
+    prepared.Coupling = this->Coupling();
+    prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress, prepared.Coupling);
     ++this->NumberOfFactorizations;
     for (const std::string& text : prepared.Samples->Sampler().Warnings())
     {
@@ -389,8 +396,8 @@ bool vtkFlowMatchingSampler::Generate(
                      const surfsynth::Progress& progress) { this->Impl->AddSamples(surface, outputs, progress); };
   samples.Finish = [this](vtkPolyData* output) { this->Impl->Finish(output); };
   const auto isPrepared = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
-  if (!surfsynth::ProcessSurfaces(
-        this, inputVector, outputVector, surfsynth::FlowMatchingSampler::Requirements(), samples, isPrepared))
+  if (!surfsynth::ProcessSurfaces(this, inputVector, outputVector,
+        surfsynth::FlowMatchingSampler::Requirements(this->ComponentCoupling), samples, isPrepared))
   {
     return false;
   }
@@ -437,6 +444,9 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
+  os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
+  os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
+  os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";
   os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";
   os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";

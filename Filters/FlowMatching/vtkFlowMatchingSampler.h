@@ -21,7 +21,8 @@
  * triangulated for the computation only. Vertices and lines are ignored, and so are points that no polygon or strip
  * uses. The mesh must have finite points, no degenerate triangle, no edge with more than two triangles, consistent
  * winding (the network is not mirror-invariant) and one component (a Poisson equation leaves the constant on each
- * further component undetermined; split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The
+ * further component undetermined; switch ComponentCoupling on for parts that belong together, such as eyes in a body, or
+ * split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The
  * error message names the defect, the first offending cell or point and the filter that repairs it. A warning is
  * given, once for each mesh, where good samples are unlikely: for a surface whose second moments differ from those of
  * the training, because it has another shape or orientation, and for a closed surface whose faces point inwards. A
@@ -174,6 +175,40 @@ public:
 
   ///@{
   /**
+   * Coupling of the connected components of a surface; off, several components are an error. On: each point within
+   * CouplingDistance of another component is tied to the nearest place there, in all equations of noise and network.
+   * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
+   * w B'B s, w = CouplingWeight / area of the surface and s the source surface for positions, 0 for features and other
+   * signals: parts keep their offsets. Results do not depend on the order of the components, and a surface of one
+   * component gives the same bits as without. A component without a pair is an error that names its first point.
+   * Default off.
+   */
+  vtkSetMacro(ComponentCoupling, bool);
+  vtkGetMacro(ComponentCoupling, bool);
+  vtkBooleanMacro(ComponentCoupling, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger ties
+   * parts more tightly. Used with ComponentCoupling. Default 1e6.
+   */
+  vtkSetClampMacro(CouplingWeight, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * Largest distance of two coupled points, in world units, at least 0. Points are coupled only where surfaces face each
+   * other: where the nearest place is at least half as far from the component of the point. 0 (the default) stands for
+   * 0.03 times the square root of the area of the surface. Used with ComponentCoupling.
+   */
+  vtkSetClampMacro(CouplingDistance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingDistance, double);
+  ///@}
+
+  ///@{
+  /**
    * Selection of the generated array as the active scalars of the output, which viewers color by, also where the input
    * has active scalars. Off, those of the input stay. Default off.
    */
@@ -273,6 +308,9 @@ private:
   int MemoryLimit = 0;
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
+  bool ComponentCoupling = false;
+  double CouplingWeight = 1e6;
+  double CouplingDistance = 0.0;
   bool OutputTrajectory = false;
   bool ActiveResult = false;
   std::string SignalArrayName;

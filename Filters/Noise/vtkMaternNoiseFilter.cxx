@@ -48,7 +48,8 @@ bool HaveSameFactor(const MaternFieldOptions& a, const MaternFieldOptions& b)
     a.NumberOfEigenpairs == b.NumberOfEigenpairs && a.OperatorPower == b.OperatorPower &&
     a.VarianceCorrection == b.VarianceCorrection && a.Boundary == b.Boundary &&
     a.RobinCoefficient == b.RobinCoefficient && a.AnisotropyRatio == b.AnisotropyRatio &&
-    a.CoherentNoise == b.CoherentNoise && a.Arrays == b.Arrays && a.FactorMemoryLimit == b.FactorMemoryLimit;
+    a.CoherentNoise == b.CoherentNoise && a.Coupling == b.Coupling && a.Arrays == b.Arrays &&
+    a.FactorMemoryLimit == b.FactorMemoryLimit;
 }
 
 /// Returns options with unused fields reset to their defaults, so that a change of them keeps the factor.
@@ -73,6 +74,7 @@ MaternFieldOptions WithoutIgnoredFields(MaternFieldOptions options)
   {
     options.FactorMemoryLimit = 0;
   }
+  options.Coupling = hasScale || hasSolve ? options.Coupling : defaults.Coupling;
   if (options.Model != NoiseModel::Matern)
   {
     options.VarianceCorrection = defaults.VarianceCorrection;
@@ -314,6 +316,7 @@ private:
     options.AnisotropyRatio = this->Self->AnisotropyRatio;
     options.Arrays = surfsynth::ReadFieldArrays(dataset, surface, this->Names());
     options.CoherentNoise = this->Self->CoherentNoise;
+    options.Coupling = { this->Self->ComponentCoupling, this->Self->CouplingWeight, this->Self->CouplingDistance };
     return WithoutIgnoredFields(options);
   }
 
@@ -352,6 +355,7 @@ private:
       { self.VarianceCorrection, "VarianceCorrection is on" },
       { self.BoundaryCondition != NEUMANN, "BoundaryCondition is another than NEUMANN" },
       { self.Refinement, "Refinement is on" }, { self.CoherentNoise, "CoherentNoise is on" },
+      { self.ComponentCoupling, "ComponentCoupling is on" },
       { self.Displacement != NO_DISPLACEMENT, "there is a Displacement" },
       { this->Conditioned.HasObservations(), "there are observations" },
       { this->Names().Any(), "arrays vary the field" } };
@@ -574,6 +578,9 @@ void vtkMaternNoiseFilter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "GatherPieces: " << this->GatherPieces << "\n";
   os << indent << "CoherentNoise: " << this->CoherentNoise << "\n";
+  os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
+  os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
+  os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";
   os << indent << "ObservationArray: " << this->ObservationArray << "\n";
   os << indent << "ObservationDeviationArray: " << this->ObservationDeviationArray << "\n";
   os << indent << "Tolerance: " << this->Tolerance << "\n";

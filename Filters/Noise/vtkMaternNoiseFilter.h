@@ -375,8 +375,9 @@ public:
    * whole surface. Off: the equations are solved where the pieces lie, by conjugate gradients with algebraic multigrid of
    * PETSc and hypre to a relative residual of 1e-12, so that the memory of a rank decreases with the number of ranks; the
    * noise is that of the gathered surface to 1e-8. Takes MATERN noise with an OperatorPower of 2 or 4 and NEUMANN
-   * boundaries, without VarianceCorrection, Refinement, CoherentNoise, Displacement, observations and arrays that vary the
-   * field; others are an error on all ranks, as is a library without PETSc. Changes nothing for a surface on one rank.
+   * boundaries, without VarianceCorrection, Refinement, CoherentNoise, ComponentCoupling, Displacement, observations and
+   * arrays that vary the field; others are an error on all ranks, as is a library without PETSc. Changes nothing for a
+   * surface on one rank.
    */
   vtkSetMacro(GatherPieces, bool);
   vtkGetMacro(GatherPieces, bool);
@@ -396,6 +397,39 @@ public:
   vtkSetMacro(CoherentNoise, bool);
   vtkGetMacro(CoherentNoise, bool);
   vtkBooleanMacro(CoherentNoise, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Coupling of the connected components of a surface; off, they are independent. On: each point within
+   * CouplingDistance of another component is tied to the nearest place there, in the equations of the noise, so that
+   * parts move together. With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes
+   * (L + w B'B) u = r + w B'B s, w = CouplingWeight / area of the surface and s = 0. Results do not depend on the
+   * order of the components, and a surface of one component gives the same bits as without. A component without a pair
+   * is an error that names its first point. Default off.
+   */
+  vtkSetMacro(ComponentCoupling, bool);
+  vtkGetMacro(ComponentCoupling, bool);
+  vtkBooleanMacro(ComponentCoupling, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger ties
+   * parts more tightly. Used with ComponentCoupling. Default 1e6.
+   */
+  vtkSetClampMacro(CouplingWeight, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * Largest distance of two coupled points, in world units, at least 0. Points are coupled only where surfaces face each
+   * other: where the nearest place is at least half as far from the component of the point. 0 (the default) stands for
+   * 0.03 times the square root of the area of the surface. Used with ComponentCoupling.
+   */
+  vtkSetClampMacro(CouplingDistance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingDistance, double);
   ///@}
 
   ///@{
@@ -584,6 +618,9 @@ private:
   bool ActiveResult = false;
   bool GatherPieces = true;
   bool CoherentNoise = false;
+  bool ComponentCoupling = false;
+  double CouplingWeight = 1e6;
+  double CouplingDistance = 0.0;
   int Displacement = NO_DISPLACEMENT;
   bool MovedPoints = false;
   bool ObservedTargets = false;

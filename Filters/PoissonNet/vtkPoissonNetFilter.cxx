@@ -57,6 +57,7 @@ struct PreparedNetwork
 {
   surfsynth::InputNormalization Normalization = surfsynth::InputNormalization::None;
   surfsynth::MeshNormalization Coordinates;
+  surfsynth::ComponentCoupling Coupling;
   surfsynth::PointMatrix Points; ///< those that triangles use, normalised
   surfsynth::PoissonOperators Operators;
   std::shared_ptr<const surfsynth::PoissonNetModel> Model;
@@ -111,7 +112,7 @@ public:
   {
     PreparedNetwork* found = this->Blocks.Find(surface);
     const bool fits = found && found->Normalization == this->Normalization() &&
-      found->Operators.Shift == this->Model->Options.Shift;
+      found->Operators.Shift == this->Model->Options.Shift && found->Coupling == this->Coupling();
     return fits ? found : nullptr;
   }
 
@@ -152,6 +153,11 @@ private:
     }
   }
 
+  surfsynth::ComponentCoupling Coupling() const
+  {
+    return { this->Self->ComponentCoupling, this->Self->CouplingWeight, this->Self->CouplingDistance };
+  }
+
   surfsynth::NetworkInputRequest Request() const
   {
     return { this->Self->Conditions, this->Self->ConditionArrayName, this->Self->SignalArrayName };
@@ -173,15 +179,18 @@ private:
     std::optional<surfsynth::MeshTopology> own;
     if (!isWhole)
     {
-      own = surfsynth::RequireValidMesh(mesh, surfsynth::PoissonNetEvaluator::Requirements());
+      own = surfsynth::RequireValidMesh(
+        mesh, surfsynth::PoissonNetEvaluator::Requirements(this->Self->ComponentCoupling));
     }
     const surfsynth::MeshTopology& topology = isWhole ? *surface.Topology : *own;
     PreparedNetwork prepared;
     prepared.Normalization = this->Normalization();
     prepared.Coordinates = coordinates;
+    prepared.Coupling = this->Coupling();
     const surfsynth::TriangleMesh normalized = surfsynth::Normalized(mesh, coordinates);
     prepared.Points = normalized.Points;
-    prepared.Operators = surfsynth::BuildPoissonOperators(normalized, topology, progress, this->Model->Options.Shift);
+    prepared.Operators = surfsynth::BuildPoissonOperators(normalized, topology, progress, this->Model->Options.Shift,
+      surfsynth::ScaledCoupling(prepared.Coupling, coordinates));
     ++this->NumberOfFactorizations;
     for (const std::string& text : surfsynth::DescribeUnlikelyInput(mesh, topology, this->Normalization()))
     {
@@ -309,8 +318,8 @@ int vtkPoissonNetFilter::RequestData(
     this->Impl->AddPrediction(surface, output, progress);
   };
   const auto isPrepared = [this](const Surface& surface) { return this->Impl->Find(surface) != nullptr; };
-  const int success = surfsynth::ProcessSurfaces(
-    this, inputVector, outputVector, surfsynth::PoissonNetEvaluator::Requirements(), predict, isPrepared);
+  const int success = surfsynth::ProcessSurfaces(this, inputVector, outputVector,
+    surfsynth::PoissonNetEvaluator::Requirements(this->ComponentCoupling), predict, isPrepared);
   if (success && !this->GetAbortExecute())
   {
     this->Impl->Blocks.DropUnused();
@@ -346,6 +355,9 @@ void vtkPoissonNetFilter::PrintSelf(ostream& os, vtkIndent indent)
     os << " " << condition;
   }
   os << "\n";
+  os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
+  os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
+  os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";
   os << indent << "ConditionArrayName: " << this->ConditionArrayName << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";
   os << indent << "PredictionArrayName: " << this->PredictionArrayName << "\n";

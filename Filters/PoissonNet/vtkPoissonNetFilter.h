@@ -19,9 +19,9 @@
  * such blocks. Polygons and strips are triangulated for the computation only. Vertices and lines are ignored, and so
  * are points that no polygon or strip uses. The mesh must have finite points, no degenerate triangle, no edge with
  * more than two triangles, consistent winding (the network is not mirror-invariant) and one component (a Poisson
- * equation leaves the constant on each further component undetermined; split a mesh with vtkPolyDataConnectivityFilter
- * and give its parts as blocks). The error message names the defect, the first offending cell or point and the filter
- * that repairs it. A warning is given where good results are unlikely: for a closed surface whose faces point
+ * equation leaves the constant on each further component undetermined; switch ComponentCoupling on for parts that
+ * belong together, or split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The error message
+ * names the defect, the first offending cell or point and the filter that repairs it. A warning is given where good results are unlikely: for a closed surface whose faces point
  * inwards, and for an area below 0.1 or above 10 that is not normalised. A composite input is processed block by
  * block; a block that cannot be processed is reported and left empty, the others are not affected. Empty input gives
  * empty output.
@@ -147,6 +147,39 @@ public:
 
   ///@{
   /**
+   * Coupling of the connected components of a surface; off, several components are an error. On: each point within
+   * CouplingDistance of another component is tied to the nearest place there, in all Poisson equations of the network.
+   * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
+   * w B'B s, w = CouplingWeight / area of the surface and s the signal of the network's input for positions, 0 for
+   * features. Results do not depend on the order of the components, and a surface of one component gives the same bits
+   * as without. A component without a pair is an error that names its first point. Default off.
+   */
+  vtkSetMacro(ComponentCoupling, bool);
+  vtkGetMacro(ComponentCoupling, bool);
+  vtkBooleanMacro(ComponentCoupling, bool);
+  ///@}
+
+  ///@{
+  /**
+   * Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger ties
+   * parts more tightly. Used with ComponentCoupling. Default 1e6.
+   */
+  vtkSetClampMacro(CouplingWeight, double, 1e-300, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * Largest distance of two coupled points, in world units, at least 0. Points are coupled only where surfaces face each
+   * other: where the nearest place is at least half as far from the component of the point. 0 (the default) stands for
+   * 0.03 times the square root of the area of the surface. Used with ComponentCoupling.
+   */
+  vtkSetClampMacro(CouplingDistance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(CouplingDistance, double);
+  ///@}
+
+  ///@{
+  /**
    * Name of a point array that holds the conditions of each point; it takes precedence over the numbers of
    * SetCondition(). Default "": none.
    */
@@ -241,6 +274,9 @@ private:
   std::string ModelFileName;
   int InputNormalization = MODEL;
   std::vector<double> Conditions;
+  bool ComponentCoupling = false;
+  double CouplingWeight = 1e6;
+  double CouplingDistance = 0.0;
   std::string ConditionArrayName;
   std::string SignalArrayName;
   std::string PredictionArrayName = "Prediction";

@@ -8,7 +8,7 @@ import resource
 import numpy as np
 import pytest
 import surfacesynthesis
-from conftest import point_array, points_of, polydata_of
+from conftest import icosphere, point_array, points_of, polydata_of
 from surfacesynthesis import SurfaceSynthesisError, SurfaceSynthesisWarning, deform, read_mesh, sample_signal, write_mesh
 from surfacesynthesis.command_line import main
 from surfacesynthesis.conversion import describe, expected_tensors
@@ -230,6 +230,30 @@ def test_command_writes_samples_and_trajectories_by_number(files, model):
     assert sorted(path.name for path in folder.glob("t_*")) == ["t_0.vtp", "t_1.vtp", "t_2.vtp"]
     assert main(["deform", source, str(folder / "u.vtm"), "--trajectory", "--samples", "2", *options]) == 0
     assert read_mesh(folder / "u_1.vtm").GetNumberOfBlocks() == 2
+
+
+def ball_with_eye():
+    """A sphere with a small one under its surface, as a pair."""
+    (body, faces), (eye, more) = icosphere(3), icosphere(2, 0.2)
+    return np.concatenate([body, eye + [0.0, 0.0, 0.75]]), np.concatenate([faces, more + len(body)])
+
+
+def test_coupled_components_move_together(model, tmp_path):
+    points, triangles = ball_with_eye()
+    with pytest.raises(SurfaceSynthesisError, match="2 connected components"):
+        deform((points, triangles), model, steps=STEPS)
+    coupled = {"component_coupling": True, "coupling_distance": 0.1, "steps": STEPS}
+    moved = deform((points, triangles), model, samples=4, **coupled) - points
+    top, eye = np.argmax(points[:642, 2]), 642 + np.argmax(points[642:, 2])  # 0.05 apart
+    assert np.abs(moved[:, top]).max() > 0.1
+    assert np.abs(moved[:, eye] - moved[:, top]).max() < 0.1 * np.abs(moved[:, top]).max()
+    source, target = str(tmp_path / "eye.vtp"), str(tmp_path / "posed.vtp")
+    write_mesh(polydata_of(points, triangles), source)
+    options = ["--component-coupling", "--coupling-distance", "0.1", "--steps", str(STEPS), "--model", str(model)]
+    assert main(["deform", source, target, *options]) == 0
+    assert np.array_equal(points_of(read_mesh(target)), points_of(deform(read_mesh(source), model, **coupled)))
+    with pytest.raises(ValueError, match="coupling_weight"):
+        deform((points, triangles), model, coupling_weight=0.0)
 
 
 def test_command_samples_signals(files, mixture, capsys):

@@ -531,3 +531,14 @@ def test_a_limit_of_address_space_ends_in_a_message():
 def test_a_range_of_many_surfaces_is_warned_of(sphere):
     with pytest.warns(SurfaceSynthesisWarning, match="times the longest side of the surface"):
         matern_noise(sphere, range=100.0)
+
+
+def test_coupled_components_have_common_noise():
+    points, triangles = icosphere(3)
+    both = np.concatenate([points, 1.01 * points]), np.concatenate([triangles, triangles + len(points)])
+    inner, outer = np.split(matern_noise(both, range=1.0), 2)
+    assert np.abs(inner - outer).max() > 1.0
+    inner, outer = np.split(matern_noise(both, range=1.0, component_coupling=True), 2)
+    assert np.abs(inner - outer).max() < 1e-3
+    with pytest.raises(SurfaceSynthesisError, match="farther than the coupling distance"):
+        matern_noise(both, range=1.0, component_coupling=True, coupling_distance=1e-4)

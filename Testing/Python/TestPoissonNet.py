@@ -205,3 +205,13 @@ def test_the_command_reports_in_one_line(options, output, status, words, ball, c
     errors = capsys.readouterr().err
     assert words in errors and errors.count("\n") == 1
     assert not (tmp_path / output).exists()
+
+
+def test_coupled_components_are_one_for_the_network(positions):
+    points, triangles = icosphere(2, RADIUS)
+    both = np.concatenate([points, 1.02 * points]), np.concatenate([triangles, triangles + len(points)])
+    with pytest.raises(SurfaceSynthesisError, match="2 connected components"):
+        poisson_net(both, positions, conditions=[0.5, 0.5], normalization="surface_area")
+    coupled = {"conditions": [0.5, 0.5], "normalization": "surface_area", "component_coupling": True}
+    inner, outer = np.split(poisson_net(both, positions, **coupled).values, 2)
+    assert np.abs((outer - inner) - 0.02 * points).max() < 0.05 * RADIUS

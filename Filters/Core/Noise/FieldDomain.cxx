@@ -17,10 +17,23 @@ Eigen::VectorXd SurfaceDomain::Mass() const { return LumpedMass(this->Mesh, this
 
 MeshComponents SurfaceDomain::Components(const Eigen::VectorXd& mass) const
 {
-  return ComputeComponents(this->Topology, mass);
+  const MeshComponents components = ComputeComponents(this->Topology, mass);
+  return this->Options.Coupling.IsOn ? CoupledAsOne(components) : components;
 }
 
 SparseMatrix SurfaceDomain::Stiffness() const { return FieldStiffness(this->Mesh, this->Topology, this->Options); }
+
+SparseMatrix SurfaceDomain::Coupling() const
+{
+  const SparseMatrix coupling = CouplingMatrix(this->Mesh, this->Topology, this->Options.Coupling);
+  if (coupling.rows() > 0 && this->Options.Model == NoiseModel::Matern && !this->Options.Arrays.Barrier.empty())
+  {
+    throw InvalidInput(
+      "MaternField: coupled components and barriers asked for; expected one of them, because a coupling "
+      "would join the parts that a barrier divides.");
+  }
+  return coupling;
+}
 
 std::vector<bool> SurfaceDomain::Pinned() const { return PinnedVertices(this->Topology, this->Options); }
 
@@ -61,6 +74,16 @@ SparseMatrix VolumeDomain::Stiffness() const
     ? VolumeStiffness(
         this->Mesh, DirectionTensors(this->Mesh, this->Options.Arrays.Directions, this->Options.AnisotropyRatio))
     : VolumeStiffness(this->Mesh);
+}
+
+SparseMatrix VolumeDomain::Coupling() const
+{
+  if (this->Options.Coupling.IsOn)
+  {
+    throw InvalidInput("MaternField: coupled components in a volume asked for; expected a surface, whose parts the "
+                       "coupling joins across gaps.");
+  }
+  return {};
 }
 
 std::vector<bool> VolumeDomain::Pinned() const

@@ -27,6 +27,8 @@ public:
   virtual MeshComponents Components(const Eigen::VectorXd& mass) const = 0;
   /// Stiffness of the field's Laplacian: anisotropic where the options say so.
   virtual SparseMatrix Stiffness() const = 0;
+  /// Coupling of the components to be added to the stiffness; without rows for none.
+  virtual SparseMatrix Coupling() const = 0;
   /// Vertices at which the boundary condition sets the field to 0, [V]; empty for none.
   virtual std::vector<bool> Pinned() const = 0;
   /// Lumped mass of the boundary times the coefficient of the Robin condition, [V]; empty for other conditions.
@@ -51,6 +53,7 @@ public:
   Eigen::VectorXd Mass() const override;
   MeshComponents Components(const Eigen::VectorXd& mass) const override;
   SparseMatrix Stiffness() const override;
+  SparseMatrix Coupling() const override;
   std::vector<bool> Pinned() const override;
   Eigen::VectorXd RobinMass() const override;
   LatticeNoise Lattice(double side) const override;
@@ -72,6 +75,8 @@ public:
   Eigen::VectorXd Mass() const override;
   MeshComponents Components(const Eigen::VectorXd& mass) const override;
   SparseMatrix Stiffness() const override;
+  /// @throws InvalidInput for options that couple
+  SparseMatrix Coupling() const override;
   std::vector<bool> Pinned() const override;
   Eigen::VectorXd RobinMass() const override;
   /// @throws InvalidInput

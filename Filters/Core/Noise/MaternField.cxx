@@ -89,6 +89,11 @@ void MaternField::Internals::Assemble(const FieldDomain& domain, const Progress&
   SparseMatrix stiffness = domain.Stiffness();
   this->ChooseScreening(stiffness);
   this->ChooseAmplitude(domain);
+  const SparseMatrix coupling = domain.Coupling();
+  if (coupling.rows() > 0)
+  {
+    stiffness += coupling;
+  }
   Report(progress, 0.15);
   const Progress rest = SubProgress(progress, 0.15, 1.0);
   switch (model)

@@ -7,6 +7,7 @@
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TetrahedralMesh.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Operators/ComponentCoupling.h"
 
 #include <Eigen/Core>
 
@@ -102,6 +103,11 @@ struct MaternFieldOptions
   /// for three quarters of what the process can still allocate. The samples are then those of the factor to about 1e-9,
   /// without its bits. The powers 1 and 3 and VarianceCorrection need the factor.
   std::uint64_t FactorMemoryLimit = 0;
+  /// For models with a solve or eigenpairs on surfaces: coupling of the components, so that parts move together. L becomes
+  /// L + w B'B (see CouplingMatrix()) and, in CorrelationRange mode, the components have the amplitude of one surface of
+  /// their total area; where two sheets are coupled the deviation is smaller, as that of a sheet of twice the thickness,
+  /// unless VarianceCorrection is on. Changes nothing for one component. Not with Arrays.Barrier, and not in volumes.
+  ComponentCoupling Coupling;
   /// In CorrelationRange mode, with VarianceCorrection, and for PerVertex: marginal standard deviation, >= 0.
   double StandardDeviation = 1.0;
   /// In Screening mode: tau > 0, 1 / square world units. [Kuai2026] uses 100 on shapes of about unit size.

@@ -45,20 +45,22 @@ class FlowMatchingSampler::Internals
 {
 public:
   Internals(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh, const MeshTopology& topology,
-    const Progress& progress)
+    const ComponentCoupling& coupling, const Progress& progress)
     : Model(std::move(model))
     , Normalization(FlowNormalization(mesh))
+    , Coupling(ScaledCoupling(coupling, this->Normalization))
   {
     CheckModel(*this->Model);
     TriangleMesh normalized = Normalized(mesh, this->Normalization);
     const PoissonOperators operators = BuildPoissonOperators(
-      normalized, topology, SubProgress(progress, 0.0, 0.5), this->Model->Velocity.Options.Shift);
+      normalized, topology, SubProgress(progress, 0.0, 0.5), this->Model->Velocity.Options.Shift, this->Coupling);
+    this->IsCoupled = operators.Coupling != nullptr;
     this->VertexMass = operators.VertexMass.cast<double>();
     this->Describe(normalized, topology);
     this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalized.Points);
     this->PrepareCondition(operators, normalized, topology, SubProgress(progress, 0.5, 0.6));
     this->Field = std::make_unique<FlowNoiseField>(
-      std::move(normalized), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0));
+      std::move(normalized), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0), this->Coupling);
   }
 
   /// Subtracts the mean over the surface from each component.
@@ -69,6 +71,8 @@ public:
 
   std::shared_ptr<const FlowMatchingModel> Model;
   MeshNormalization Normalization;
+  ComponentCoupling Coupling; ///< in the network's coordinates
+  bool IsCoupled = false;     ///< true where there are components to couple
   Eigen::VectorXd VertexMass;
   std::optional<PoissonNetEvaluator> VelocityField;
   std::unique_ptr<FlowNoiseField> Field;
@@ -101,7 +105,8 @@ private:
     {
       const PoissonShift shift = this->Model->Encoder->Options.Shift;
       const auto encoder = MakeEvaluator(this->Model, *this->Model->Encoder,
-        shift == operators.Shift ? operators : BuildPoissonOperators(mesh, topology, progress, shift), mesh.Points);
+        shift == operators.Shift ? operators : BuildPoissonOperators(mesh, topology, progress, shift, this->Coupling),
+        mesh.Points);
       const FeatureMatrix encoding = encoder->Evaluate({}, progress).Values;
       this->Condition.rightCols(encoding.cols()) = encoding;
     }
@@ -109,14 +114,14 @@ private:
 };
 
 FlowMatchingSampler::FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,
-  const MeshTopology* topology, const Progress& progress)
+  const MeshTopology* topology, const Progress& progress, const ComponentCoupling& coupling)
 {
   std::optional<MeshTopology> own;
   if (!topology)
   {
-    topology = &own.emplace(RequireValidMesh(mesh, Requirements()));
+    topology = &own.emplace(RequireValidMesh(mesh, Requirements(coupling.IsOn)));
   }
-  this->Impl = std::make_unique<Internals>(std::move(model), mesh, *topology, progress);
+  this->Impl = std::make_unique<Internals>(std::move(model), mesh, *topology, coupling, progress);
 }
 
 FlowMatchingSampler::~FlowMatchingSampler() = default;
@@ -151,6 +156,16 @@ FeatureMatrix FlowMatchingSampler::Velocity(const FeatureMatrix& state, double t
   input.Extra.col(0).setConstant(static_cast<float>(time));
   if (model.Prediction == FlowPrediction::Velocity)
   {
+    if (this->Impl->IsCoupled && state.cols() == 3)
+    {
+      // The differences that lead straight to those of the source.
+      input.CoupledSignal = -state;
+      if (model.GeneratesPositions())
+      {
+        input.CoupledSignal += input.Extra.middleCols(1, 3);
+      }
+      input.CoupledSignal /= static_cast<float>(RemainingTime(time));
+    }
     return this->Impl->VelocityField->Evaluate(input, progress).Values;
   }
   const auto at = static_cast<float>(time);
@@ -265,7 +280,7 @@ FeatureMatrix FlowMatchingSampler::FromDeviation(const Eigen::MatrixXd& deviatio
   return state.cast<float>();
 }
 
-MeshRequirements FlowMatchingSampler::Requirements() { return PoissonNetEvaluator::Requirements(); }
+MeshRequirements FlowMatchingSampler::Requirements(bool coupled) { return PoissonNetEvaluator::Requirements(coupled); }
 
 const std::vector<std::string>& FlowMatchingSampler::Warnings() const { return this->Impl->Warnings; }
 

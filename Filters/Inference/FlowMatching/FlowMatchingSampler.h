@@ -59,10 +59,12 @@ public:
   /// @param model kept as long as this object lives.
   /// @param mesh the source surface, in the caller's coordinates.
   /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
-  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete; SolverFailure;
-  /// Cancelled.
+  /// @param coupling of several components, in noise and network: the differences of positions at the coupled pairs are
+  /// led to those of @p mesh, differences of other signals to 0. Its distance is in the caller's units.
+  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete, and as
+  /// CouplingMatrix(); SolverFailure; Cancelled.
   FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,
-    const MeshTopology* topology = nullptr, const Progress& progress = {});
+    const MeshTopology* topology = nullptr, const Progress& progress = {}, const ComponentCoupling& coupling = {});
   ~FlowMatchingSampler();
   FlowMatchingSampler(FlowMatchingSampler&&) noexcept;
   FlowMatchingSampler& operator=(FlowMatchingSampler&&) noexcept;
@@ -97,7 +99,8 @@ public:
   FeatureMatrix FromDeviation(const Eigen::MatrixXd& deviation) const;
 
   /// Requirements of the model on a mesh; see PoissonNetEvaluator::Requirements().
-  static MeshRequirements Requirements();
+  /// @param coupled true where several components are coupled
+  static MeshRequirements Requirements(bool coupled = false);
 
   /// Warnings, one sentence each, about a surface unlike those of the training, a rotated one, or faces that point
   /// inwards: good samples are unlikely then. Empty without any.

@@ -13,7 +13,7 @@ namespace
 {
 /// Factors M + s L; returns nothing for noise that is not smoothed.
 std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshTopology& topology,
-  const Eigen::VectorXd& mass, const FlowNoise& noise, const Progress& progress)
+  const Eigen::VectorXd& mass, const FlowNoise& noise, const ComponentCoupling& coupling, const Progress& progress)
 {
   if (noise.Smoothing == 0.0)
   {
@@ -21,17 +21,30 @@ std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshT
   }
   // A vertex that no triangle uses has neither mass nor stiffness; any diagonal leaves it alone.
   const Eigen::VectorXd diagonal = (mass.array() > 0.0).select(mass, 1.0);
-  SparseMatrix matrix = noise.Smoothing * CotangentStiffness(mesh, topology);
+  SparseMatrix stiffness = CotangentStiffness(mesh, topology);
+  const SparseMatrix coupled = CouplingMatrix(mesh, topology, coupling);
+  if (coupled.rows() > 0)
+  {
+    stiffness += coupled;
+  }
+  SparseMatrix matrix = noise.Smoothing * stiffness;
   matrix += SparseMatrix(diagonal.asDiagonal());
   return CholeskySolver(matrix, progress);
 }
+
+MaternFieldOptions CoupledOptions(const FlowNoise& noise, const ComponentCoupling& coupling)
+{
+  MaternFieldOptions options = FieldOptions(noise);
+  options.Coupling = coupling;
+  return options;
+}
 } // namespace
 
-FlowNoiseField::FlowNoiseField(
-  TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress)
+FlowNoiseField::FlowNoiseField(TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise,
+  const Progress& progress, const ComponentCoupling& coupling)
   : Mass(LumpedMass(mesh, topology))
-  , Smoother(MakeSmoother(mesh, topology, this->Mass, noise, SubProgress(progress, 0.0, 0.5)))
-  , Field(std::move(mesh), topology, FieldOptions(noise), SubProgress(progress, 0.5, 1.0))
+  , Smoother(MakeSmoother(mesh, topology, this->Mass, noise, coupling, SubProgress(progress, 0.0, 0.5)))
+  , Field(std::move(mesh), topology, CoupledOptions(noise, coupling), SubProgress(progress, 0.5, 1.0))
 {}
 
 void FlowNoiseField::SampleInto(

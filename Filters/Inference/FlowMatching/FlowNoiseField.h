@@ -30,9 +30,10 @@ public:
   /// Factors the equations.
   /// @param mesh in the network's coordinates (area 1).
   /// @param topology the tables of @p mesh
+  /// @param coupling of the components, in all equations
   /// @throws InvalidInput, SolverFailure, Cancelled as MaternField.
-  FlowNoiseField(
-    TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress = {});
+  FlowNoiseField(TriangleMesh mesh, const MeshTopology& topology, const FlowNoise& noise, const Progress& progress = {},
+    const ComponentCoupling& coupling = {});
 
   /// Draws samples like MaternField::SampleInto(): their bits depend on the request's numbers and the mesh alone. The
   /// request's Scale is applied, that of FlowNoise is not. Same errors.

@@ -64,6 +64,12 @@ TriangleMesh Normalized(TriangleMesh mesh, const MeshNormalization& normalizatio
   return mesh;
 }
 
+ComponentCoupling ScaledCoupling(ComponentCoupling coupling, const MeshNormalization& normalization)
+{
+  coupling.Distance /= normalization.Scale;
+  return coupling;
+}
+
 std::vector<std::string> DescribeUnlikelyInput(
   const TriangleMesh& mesh, const MeshTopology& topology, InputNormalization normalization)
 {

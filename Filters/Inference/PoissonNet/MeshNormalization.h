@@ -5,6 +5,7 @@
 
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Operators/ComponentCoupling.h"
 #include "Inference/PoissonNet/PoissonNetModel.h"
 
 #include <string>
@@ -26,6 +27,9 @@ MeshNormalization ComputeNormalization(const TriangleMesh& mesh, InputNormalizat
 
 /// Maps @p mesh to the network's coordinates.
 TriangleMesh Normalized(TriangleMesh mesh, const MeshNormalization& normalization);
+
+/// Maps the distance of a coupling to the network's coordinates.
+ComponentCoupling ScaledCoupling(ComponentCoupling coupling, const MeshNormalization& normalization);
 
 /// Describes inputs for which good predictions of a PoissonNet are unlikely, one sentence each: a closed mesh whose
 /// faces point inwards, an area far from 1 that the model does not normalise. Empty for other inputs.

@@ -76,7 +76,7 @@ public:
   void FinishProducts(const BlockWeights& block, FeatureMatrix& products) const;
   PoissonNetPrediction LinearOutput(const FeatureMatrix& features) const;
   PoissonNetPrediction GradientOutput(const FeatureMatrix& features, FeatureMatrix& hidden,
-    const FeatureMatrix& positions, const Progress& progress) const;
+    const FeatureMatrix& positions, const FeatureMatrix& coupled, const Progress& progress) const;
   VertexFeatures Prepare(const ComplexMlpWeights& mlp, const FeatureMatrix& features, FeatureMatrix& hidden) const;
   SolverRows MakeRows(std::int64_t channels) const
   {
@@ -120,7 +120,13 @@ void PoissonNetEvaluator::Internals::CheckInput(const PoissonNetInput& input) co
       (options.ExtraFeatures == 0 ? "none."
                                   : "1 or " + vertices + " rows of " + std::to_string(options.ExtraFeatures) + "."));
   }
-  if (!input.Signal.allFinite() || !input.Extra.allFinite())
+  if (input.CoupledSignal.size() != 0 &&
+    (input.CoupledSignal.rows() != this->NumberOfVertices() || input.CoupledSignal.cols() != 3))
+  {
+    throw InvalidInput("PoissonNetEvaluator: the coupled signal is " + FormatSize(input.CoupledSignal) +
+      "; expected [" + vertices + ", 3].");
+  }
+  if (!input.Signal.allFinite() || !input.Extra.allFinite() || !input.CoupledSignal.allFinite())
   {
     throw InvalidInput("PoissonNetEvaluator: an input is not finite; expected finite numbers.");
   }
@@ -268,8 +274,8 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::LinearOutput(const FeatureM
   return prediction;
 }
 
-PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(
-  const FeatureMatrix& features, FeatureMatrix& hidden, const FeatureMatrix& positions, const Progress& progress) const
+PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(const FeatureMatrix& features,
+  FeatureMatrix& hidden, const FeatureMatrix& positions, const FeatureMatrix& coupled, const Progress& progress) const
 {
   const VertexFeatures prepared = this->Prepare(*this->Weights.GradientHead, features, hidden);
   SolverRows rows = this->MakeRows(3);
@@ -277,6 +283,10 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(
   prediction.Gradients.resize(2 * static_cast<Eigen::Index>(this->Operators.NumberOfTriangles()), 3);
   this->Faces.RunHead(prepared, *this->Weights.GradientHead, positions.data(), rows, prediction.Gradients.data(),
     SubProgress(progress, 0.0, 0.9));
+  if (this->Operators.Coupling)
+  {
+    rows.Add(*this->Operators.Coupling * coupled.cast<double>());
+  }
   rows.Solve(SubProgress(progress, 0.9, 1.0));
   const SolverRows::Channels channels = rows.WithoutMean();
   prediction.Values.resize(features.rows(), 3);
@@ -288,18 +298,19 @@ PoissonNetPrediction PoissonNetEvaluator::Internals::GradientOutput(
 }
 
 PoissonNetEvaluator::PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> model, const TriangleMesh& mesh,
-  const MeshTopology* topology, const Progress& progress)
+  const MeshTopology* topology, const Progress& progress, const ComponentCoupling& coupling)
 {
   std::unique_ptr<MeshTopology> own;
   if (!topology)
   {
-    own = std::make_unique<MeshTopology>(RequireValidMesh(mesh, Requirements()));
+    own = std::make_unique<MeshTopology>(RequireValidMesh(mesh, Requirements(coupling.IsOn)));
     topology = own.get();
   }
   const MeshNormalization normalization = ComputeNormalization(mesh, model->Normalization);
   const TriangleMesh normalized = Normalized(mesh, normalization);
   std::vector<std::string> warnings = DescribeUnlikelyInput(mesh, *topology, model->Normalization);
-  PoissonOperators operators = BuildPoissonOperators(normalized, *topology, progress, model->Options.Shift);
+  PoissonOperators operators = BuildPoissonOperators(
+    normalized, *topology, progress, model->Options.Shift, ScaledCoupling(coupling, normalization));
   this->Impl = std::make_unique<Internals>(std::move(model), std::move(operators), normalized.Points);
   this->Impl->Normalization = normalization;
   this->Impl->Warnings = std::move(warnings);
@@ -344,8 +355,10 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
     }
   }
   const Progress last = SubProgress(progress, static_cast<double>(self.Weights.Blocks.size()) / steps, 1.0);
-  PoissonNetPrediction prediction = self.Weights.GradientHead ? self.GradientOutput(features, hidden, signal, last)
-                                                              : self.LinearOutput(features);
+  const FeatureMatrix& coupled = input.CoupledSignal.size() == 0 ? signal : input.CoupledSignal;
+  PoissonNetPrediction prediction = self.Weights.GradientHead
+    ? self.GradientOutput(features, hidden, signal, coupled, last)
+    : self.LinearOutput(features);
   if (!prediction.Values.allFinite() || !prediction.Gradients.allFinite())
   {
     throw InvalidInput(
@@ -356,11 +369,11 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
   return prediction;
 }
 
-MeshRequirements PoissonNetEvaluator::Requirements()
+MeshRequirements PoissonNetEvaluator::Requirements(bool coupled)
 {
   MeshRequirements requirements;
   requirements.ConsistentWinding = true;
-  requirements.SingleComponent = true;
+  requirements.SingleComponent = !coupled;
   return requirements;
 }
 

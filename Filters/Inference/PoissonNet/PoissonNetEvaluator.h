@@ -30,6 +30,9 @@ struct PoissonNetInput
   FeatureMatrix Signal;
   /// Condition: [1, ExtraFeatures] for all vertices alike or [V, ExtraFeatures]; empty when the model has none.
   FeatureMatrix Extra;
+  /// With coupled components and a gradient-domain head, [V, 3]: signal whose differences at the coupled pairs the
+  /// prediction takes; empty for Signal, so that what the network adds is alike at both ends of a pair.
+  FeatureMatrix CoupledSignal;
 };
 
 /// Prediction of a PoissonNet for a mesh.
@@ -56,10 +59,11 @@ public:
   /// Checks and normalises the mesh, computes operators, and factors. O(V^1.5).
   /// @param model kept as long as this object lives.
   /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
-  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete; SolverFailure;
-  /// Cancelled.
+  /// @param coupling of several components, its distance in the units of @p mesh
+  /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete, and as
+  /// CouplingMatrix(); SolverFailure; Cancelled.
   PoissonNetEvaluator(std::shared_ptr<const PoissonNetModel> model, const TriangleMesh& mesh,
-    const MeshTopology* topology = nullptr, const Progress& progress = {});
+    const MeshTopology* topology = nullptr, const Progress& progress = {}, const ComponentCoupling& coupling = {});
 
   /// Constructs the evaluator with operators that were computed elsewhere, without a check of the mesh.
   /// @param points the network's input positions, [V, 3].
@@ -76,8 +80,10 @@ public:
   PoissonNetPrediction Evaluate(const PoissonNetInput& input = {}, const Progress& progress = {}) const;
 
   /// Requirements of the architecture on a mesh: finite, non-degenerate, manifold edges, consistent winding (the
-  /// network is not mirror-invariant), one component (the Poisson equation leaves one constant for each).
-  static MeshRequirements Requirements();
+  /// network is not mirror-invariant), one component (the Poisson equation leaves one constant for each) unless
+  /// components are coupled.
+  /// @param coupled true where several components are coupled
+  static MeshRequirements Requirements(bool coupled = false);
 
   /// Warnings about the mesh, see DescribeUnlikelyInput().
   const std::vector<std::string>& Warnings() const;

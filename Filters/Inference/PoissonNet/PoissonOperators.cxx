@@ -56,6 +56,15 @@ void ShiftDiagonal(SparseMatrix& matrix, double shift)
   }
 }
 
+/// Adds a matrix that may have no rows.
+void AddWhereAny(SparseMatrix& matrix, const SparseMatrix& more)
+{
+  if (more.rows() > 0)
+  {
+    matrix += more;
+  }
+}
+
 /// Factors a matrix. When that fails, which slivers can bring about by rounding, adds 1e-5, 1e-4 and so on to the diagonal.
 std::shared_ptr<const CholeskySolver> FactorShifted(SparseMatrix matrix, const Progress& progress)
 {
@@ -78,8 +87,8 @@ std::shared_ptr<const CholeskySolver> FactorShifted(SparseMatrix matrix, const P
 }
 } // namespace
 
-PoissonOperators BuildPoissonOperators(
-  const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress, PoissonShift shift)
+PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopology& topology, const Progress& progress,
+  PoissonShift shift, const ComponentCoupling& coupling)
 {
   TriangleMesh rounded = mesh;
   rounded.Points = mesh.Points.cast<float>().cast<double>();
@@ -108,20 +117,27 @@ PoissonOperators BuildPoissonOperators(
   operators.VertexMass = RoundedMass(LumpedMass(rounded, topology));
   Report(progress, 0.1);
   SparseMatrix stiffness = CotangentStiffness(rounded, topology, SquaredAreaShift);
+  SparseMatrix coupled = CouplingMatrix(rounded, topology, coupling);
   const Progress factoring = SubProgress(progress, 0.1, 1.0);
   if (shift == PoissonShift::Mass)
   {
     AddMass(stiffness, LumpedMass(rounded, topology));
+    AddWhereAny(stiffness, coupled);
     operators.Solver = FactorShifted(std::move(stiffness), factoring);
   }
   else
   {
-    operators.Solver = FactorPoissonMatrix(stiffness, factoring);
+    operators.Solver = FactorPoissonMatrix(stiffness, factoring, coupled);
+  }
+  if (coupled.rows() > 0)
+  {
+    operators.Coupling = std::make_shared<const SparseMatrix>(std::move(coupled));
   }
   return operators;
 }
 
-std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& stiffness, const Progress& progress)
+std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(
+  const SparseMatrix& stiffness, const Progress& progress, const SparseMatrix& coupling)
 {
   SparseMatrix matrix = stiffness;
   for (Eigen::Index k = 0; k < matrix.nonZeros(); ++k)
@@ -129,6 +145,7 @@ std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& st
     matrix.valuePtr()[k] = static_cast<double>(static_cast<float>(matrix.valuePtr()[k]));
   }
   ShiftDiagonal(matrix, static_cast<double>(DiagonalShift));
+  AddWhereAny(matrix, coupling);
   return FactorShifted(std::move(matrix), progress);
 }
 

@@ -6,6 +6,7 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Operators/ComponentCoupling.h"
 #include "Core/Solvers/CholeskySolver.h"
 
 #include <Eigen/Core>
@@ -44,6 +45,8 @@ struct PoissonOperators
   Eigen::VectorXf VertexMass; ///< [V], a third of the area around, plus 1e-8 of the mean so that none is zero
   std::shared_ptr<const CholeskySolver> Solver; ///< factor of the matrix of the Poisson equation
   PoissonShift Shift = PoissonShift::Identity;  ///< in that matrix
+  /// w B'B, [V, V], which the matrix contains where components are coupled; null for none.
+  std::shared_ptr<const SparseMatrix> Coupling;
 
   /// Number of vertices, V.
   Index NumberOfPoints() const { return static_cast<Index>(this->VertexMass.size()); }
@@ -52,14 +55,17 @@ struct PoissonOperators
 };
 
 /// Builds the operators of @p mesh, whose tables are @p topology.
-/// @throws InvalidInput when a triangle is degenerate once its vertices are rounded to float32.
+/// @param coupling of the components, its distance in the units of @p mesh; changes no bit for one component
+/// @throws InvalidInput when a triangle is degenerate once its vertices are rounded to float32, and as
+/// CouplingMatrix().
 /// @throws SolverFailure as FactorPoissonMatrix(), with either shift; Cancelled.
 PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopology& topology,
-  const Progress& progress = {}, PoissonShift shift = PoissonShift::Identity);
+  const Progress& progress = {}, PoissonShift shift = PoissonShift::Identity, const ComponentCoupling& coupling = {});
 
-/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I. When that fails, adds 1e-5, then 1e-4 and so on
+/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I, plus @p coupling where it has rows. When that fails, adds 1e-5, then 1e-4 and so on
 /// to the diagonal, each on top of the last, up to five times.
 /// @throws SolverFailure when even that fails; Cancelled.
-std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(const SparseMatrix& stiffness, const Progress& progress = {});
+std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(
+  const SparseMatrix& stiffness, const Progress& progress = {}, const SparseMatrix& coupling = {});
 
 } // namespace surfsynth

@@ -44,6 +44,21 @@ void SolverRows::Set(Index vertex, const float* values)
   }
 }
 
+void SolverRows::Add(const RowMatrix& values)
+{
+  for (Block& block : this->Blocks)
+  {
+    for (Eigen::Index vertex = 0; vertex < values.rows(); ++vertex)
+    {
+      double* row = block.Values.data() + this->RowOfVertex[vertex] * block.Columns;
+      for (std::int64_t c = 0; c < block.Channels; ++c)
+      {
+        row[c] += values(vertex, block.First + c);
+      }
+    }
+  }
+}
+
 template <typename Values>
 void SolverRows::SetUnused(const Values& values)
 {

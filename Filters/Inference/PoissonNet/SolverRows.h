@@ -28,6 +28,9 @@ public:
   /// Writes the right-hand side of a vertex, [channels]. Different vertices may be written from different threads.
   void Set(Index vertex, const float* values);
 
+  /// Adds @p values, [V, channels], to the right-hand sides of the vertices.
+  void Add(const RowMatrix& values);
+
   /// Replaces right-hand sides by solutions, in parallel over blocks of columns. At unused vertices, which the equation
   /// does not determine, the solution is the mean of its channel.
   /// @throws Cancelled

@@ -162,6 +162,22 @@ TEST(FlowMatchingMessages, SeveralComponents)
     ErrorOfMesh(TwoSpheres()), AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
 }
 
+TEST(FlowMatchingMessages, SeveralComponentsAreTakenWhenTheyAreCoupled)
+{
+  const auto filter = DeformerOn(TwoSpheres().ToPolyData(), WriteDeformer("coupled.model"));
+  filter->ComponentCouplingOn();
+  filter->SetCouplingDistance(1e-3);
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("farther than the coupling distance, 0.0002"), HasSubstr("at point")));
+  filter->SetCouplingDistance(10.0);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 1);
+  filter->SetCouplingWeight(1e5);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 2);
+  filter->ComponentCouplingOff();
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("2 connected components"));
+}
+
 TEST(FlowMatchingMessages, InconsistentWinding)
 {
   Soup sphere = Icosphere(2);

@@ -2,6 +2,7 @@
 //
 // Output of vtkMaternNoiseFilter for valid inputs.
 #include "FilterChecks.h"
+#include "FilterContract.h"
 #include "VtkSurfaces.h"
 
 #include "vtkMaternNoiseFilter.h"
@@ -522,4 +523,38 @@ TEST(MaternNoiseFilter, MergesPointsWithTheSameGlobalId)
   }
   EXPECT_TRUE(vtkPolyData::SafeDownCast(pieces->GetOutput())->GetPointData()->GetGlobalIds())
     << "the caller's arrays stay";
+}
+
+TEST(MaternNoiseFilter, ComponentsAreIndependentUnlessTheyAreCoupled)
+{
+  // Two squares at a distance of 0.001.
+  Soup sheets = Grid(8);
+  const vtkIdType first = sheets.NumberOfPoints();
+  for (const auto& polygon : Grid(8).Polys)
+  {
+    sheets.Polys.push_back({ polygon[0] + first, polygon[1] + first, polygon[2] + first });
+  }
+  for (vtkIdType p = 0; p < first; ++p)
+  {
+    const double* point = sheets.Points.data() + 3 * p;
+    const double x = point[0], y = point[1];
+    sheets.AddPoint(x, y, 0.001);
+  }
+  const auto filter = Filter(sheets.ToPolyData(), 1.0);
+  const auto difference = [&] {
+    EXPECT_TRUE(Update(filter));
+    double largest = 0.0;
+    for (vtkIdType p = 0; p < first; ++p)
+    {
+      vtkDataArray* noise = NoiseOf(filter->GetOutputDataObject(0));
+      largest = std::max(largest, std::abs(noise->GetComponent(p, 0) - noise->GetComponent(p + first, 0)));
+    }
+    return largest;
+  };
+  EXPECT_GT(difference(), 0.3);
+  filter->ComponentCouplingOn();
+  EXPECT_LT(difference(), 1e-3);
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 2);
+  filter->SetCouplingDistance(1e-4);
+  EXPECT_THAT(ErrorOf(filter), ::testing::HasSubstr("farther than the coupling distance"));
 }

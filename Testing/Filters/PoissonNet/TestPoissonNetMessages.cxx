@@ -185,7 +185,9 @@ TEST(PoissonNetMessages, AnotherTypeOfInput)
     ErrorOf(PoissonNetOn(grid, "any.model")), AllOf(HasSubstr("vtkStructuredGrid"), HasSubstr("vtkPolyData")));
 }
 
-TEST(PoissonNetMessages, SeveralComponents)
+namespace
+{
+Soup TwoSpheres()
 {
   Soup two = UnitAreaSphere(1);
   const vtkIdType first = two.NumberOfPoints();
@@ -197,7 +199,28 @@ TEST(PoissonNetMessages, SeveralComponents)
   {
     two.Points.push_back(coordinate + 1.0);
   }
-  EXPECT_THAT(ErrorOfMesh(two), AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
+  return two;
+}
+} // namespace
+
+TEST(PoissonNetMessages, SeveralComponents)
+{
+  EXPECT_THAT(
+    ErrorOfMesh(TwoSpheres()), AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
+}
+
+TEST(PoissonNetMessages, SeveralComponentsAreTakenWhenTheyAreCoupled)
+{
+  const auto filter = PoissonNetOn(TwoSpheres().ToPolyData(),
+    WriteModel("coupled.model", SmallOptions(PoissonNetDomain::Vertices, LastActivation::Identity)));
+  filter->ComponentCouplingOn();
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("farther than the coupling distance"));
+  filter->SetCouplingDistance(5.0);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 1);
+  filter->SetCouplingWeight(1e5);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfFactorizations(), 2);
 }
 
 TEST(PoissonNetMessages, InconsistentWinding)

@@ -120,3 +120,10 @@ def optional_path(name, value):
     if not value or "\0" in value:
         raise ValueError(f"{name} must be a path; it is empty or holds a zero byte")
     return value
+
+
+def set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance):
+    """Sets the coupling of components of a filter."""
+    algorithm.SetComponentCoupling(flag("component_coupling", component_coupling))
+    algorithm.SetCouplingWeight(positive("coupling_weight", coupling_weight))
+    algorithm.SetCouplingDistance(0.0 if coupling_distance is None else at_least_0("coupling_distance", coupling_distance))

@@ -18,6 +18,7 @@ from .arguments import (
     positive,
     progress_callback,
     real,
+    set_coupling,
 )
 from .datasets import DOMAINS, DOMAINS_TEXT, as_type_of, given_dataset
 from .deprecation import renamed_keywords
@@ -87,6 +88,9 @@ def matern_noise(
     displacement="no_displacement",
     moved_points=False,
     observed_targets=False,
+    component_coupling=False,
+    coupling_weight=1e6,
+    coupling_distance=None,
 ):
     """Gaussian random fields on a surface or in a volume, whose statistics do not depend on its mesh.
 
@@ -226,6 +230,17 @@ def matern_noise(
         True when the values of the observations are the positions that the points of the surface nearest to them are to
         take; False when they are the displacements of these points. Parts that the directions exclude cause a warning that
         names the observations. Goes with ``displacement`` and ``observations``. Default False.
+    component_coupling : bool
+        True couples the connected components of the surface, so that parts move together, such as eyes in a body: each
+        point within ``coupling_distance`` of another component is tied to the nearest place there. Goes with surfaces; off, components are independent. Results do not depend
+        on the order of the components, and one component gives the same bits as without. A component without a pair
+        raises. Default False.
+    coupling_weight : float
+        Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger
+        ties parts more tightly. Default 1e6.
+    coupling_distance : float, optional
+        Largest distance of two coupled points, in world units, at least 0. Default: 0.03 times the square root of the
+        area of the surface.
 
     Returns
     -------
@@ -272,6 +287,9 @@ def matern_noise(
         barrier_array=barrier_array,
         gather_pieces=gather_pieces,
         coherent_noise=coherent_noise,
+        component_coupling=component_coupling,
+        coupling_weight=coupling_weight,
+        coupling_distance=coupling_distance,
         observations=observations,
         observation_array=observation_array,
         observation_deviation_array=observation_deviation_array,
@@ -328,6 +346,9 @@ def configured_filter(
     displacement="no_displacement",
     moved_points=False,
     observed_targets=False,
+    component_coupling=False,
+    coupling_weight=1e6,
+    coupling_distance=None,
 ):
     """A vtkMaternNoiseFilter with the parameters of matern_noise(), which raises TypeError and ValueError."""
     model_id = choice("noise_model", noise_model, NOISE_MODELS)
@@ -378,6 +399,7 @@ def configured_filter(
     _check_variations(noise, noise_model, arrays, robin_coefficient, anisotropy_ratio)
     noise.SetGatherPieces(flag("gather_pieces", gather_pieces))
     noise.SetCoherentNoise(flag("coherent_noise", coherent_noise))
+    set_coupling(noise, component_coupling, coupling_weight, coupling_distance)
     if coherent_noise and operator_power in (1, 3):
         raise ValueError(f"coherent_noise goes with an operator_power other than 1 and 3, not {operator_power:g}")
     noise.SetPosteriorMean(flag("posterior_mean", posterior_mean))

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import array_name, choice, progress_callback, real
+from .arguments import array_name, choice, progress_callback, real, set_coupling
 from .datasets import array_by_name, as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
@@ -42,6 +42,9 @@ def poisson_net(
     class_names_name="ClassNames",
     displacement_name="Displacement",
     progress=None,
+    component_coupling=False,
+    coupling_weight=1e6,
+    coupling_distance=None,
 ):
     """Evaluates a trained PoissonNet on a surface: segmentation, classification, features or predicted shapes, whatever
     the model file describes.
@@ -50,7 +53,8 @@ def poisson_net(
     ----------
     mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
         Triangles, polygons or strips, float or double points, open or closed. The mesh must have finite points, no
-        degenerate triangle, no edge with more than two triangles, consistent winding and one component. A warning is
+        degenerate triangle, no edge with more than two triangles, consistent winding and one component, or
+        ``component_coupling``. A warning is
         given where good answers are unlikely: for a closed surface whose faces point inwards, and for an area below
         0.1 or above 10 that is not normalised. A composite dataset is processed block by block. A pair is an array of
         points [V, 3] and an integer array of triangles [F, 3]. The mesh is never modified.
@@ -71,6 +75,18 @@ def poisson_net(
         Names of the arrays. Default "Prediction", "Label", "ClassNames" and "Displacement".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    component_coupling : bool
+        True couples the connected components of the surface, so that parts move together, such as eyes in a body: each
+        point within ``coupling_distance`` of another component is tied to the nearest place there. Predicted positions
+        keep the offsets of the parts in the signal of the network. Off, several components raise. Results do not depend
+        on the order of the components, and one component gives the same bits as without. A component without a pair
+        raises. Default False.
+    coupling_weight : float
+        Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger
+        ties parts more tightly. Default 1e6.
+    coupling_distance : float, optional
+        Largest distance of two coupled points, in world units, at least 0. Default: 0.03 times the square root of the
+        area of the surface.
 
     Returns
     -------
@@ -97,7 +113,17 @@ def poisson_net(
     conditions = array_by_name(dataset, "conditions", conditions, _GIVEN_CONDITIONS, is_pair, 2)
     signal = array_by_name(dataset, "signal", signal, _GIVEN_SIGNAL, is_pair, 1)
     algorithm = configured_filter(
-        model, conditions, signal, normalization, name, label_name, class_names_name, displacement_name
+        model,
+        conditions,
+        signal,
+        normalization,
+        name,
+        label_name,
+        class_names_name,
+        displacement_name,
+        component_coupling,
+        coupling_weight,
+        coupling_distance,
     )
     progress_callback(progress)
     output, remarks = apply_filter(algorithm, dataset, progress)
@@ -115,6 +141,9 @@ def configured_filter(
     label_name="Label",
     class_names_name="ClassNames",
     displacement_name="Displacement",
+    component_coupling=False,
+    coupling_weight=1e6,
+    coupling_distance=None,
 ):
     """A vtkPoissonNetFilter with the parameters of poisson_net(), which raises TypeError and ValueError."""
     algorithm = vtkPoissonNetFilter()
@@ -134,6 +163,7 @@ def configured_filter(
     algorithm.SetLabelArrayName(array_name("label_name", label_name))
     algorithm.SetClassNamesArrayName(array_name("class_names_name", class_names_name))
     algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
+    set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance)
     return algorithm
 
 

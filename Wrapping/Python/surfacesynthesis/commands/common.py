@@ -333,3 +333,28 @@ def set_threads(threads):
     from vtkmodules.vtkCommonCore import vtkSMPTools
 
     vtkSMPTools.Initialize(threads)
+
+
+def add_coupling_options(group):
+    """Adds the options of the coupling of components to a group."""
+    group.add_argument(
+        "--component-coupling", action="store_true", help="couple the connected components, so that parts move together"
+    )
+    group.add_argument(
+        "--coupling-weight", type=float, default=1e6, metavar="W", help="weight of coupled points (default: 1e6)"
+    )
+    group.add_argument(
+        "--coupling-distance",
+        type=float,
+        metavar="D",
+        help="largest distance of coupled points (default: 0.03 sqrt(area))",
+    )
+
+
+def coupling_of(arguments):
+    """The parameters of the options of add_coupling_options()."""
+    return {
+        "component_coupling": arguments.component_coupling,
+        "coupling_weight": arguments.coupling_weight,
+        "coupling_distance": arguments.coupling_distance,
+    }

@@ -8,9 +8,11 @@ from .common import (
     Outcome,
     UsageError,
     add_command,
+    add_coupling_options,
     add_reading_options,
     add_running_options,
     as_usage,
+    coupling_of,
     read_input_surface,
     run_filter,
     size_of,
@@ -79,6 +81,7 @@ def _add(commands, name, text, description, epilog):
         metavar="HOW",
         help="method of a step: euler, midpoint (default) or runge_kutta_4",
     )
+    add_coupling_options(flow)
     output = parser.add_argument_group("output")
     output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
     add_running_options(output)
@@ -104,6 +107,7 @@ def run(arguments):
         steps=arguments.steps,
         integrator=arguments.integrator,
         trajectory=arguments.trajectory,
+        **coupling_of(arguments),
         **named,
     )
     as_usage(files.extension, arguments.input)

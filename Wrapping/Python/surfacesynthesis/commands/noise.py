@@ -8,9 +8,11 @@ from .common import (
     Outcome,
     UsageError,
     add_command,
+    add_coupling_options,
     add_reading_options,
     add_running_options,
     as_usage,
+    coupling_of,
     read_input_domain,
     read_observations,
     run_filter,
@@ -112,6 +114,7 @@ def add(commands):
         action="store_true",
         help="noise that belongs to places in space: the same on all triangulations of one surface",
     )
+    add_coupling_options(noise)
     _add_field_options(parser)
     _add_observation_options(parser)
 
@@ -245,6 +248,7 @@ def _filter_of(arguments):
         barrier_array=arguments.barrier_array,
         gather_pieces=arguments.gather_pieces,
         coherent_noise=arguments.coherent_noise,
+        **coupling_of(arguments),
         observations=read_observations(arguments),
         observation_array=arguments.observation_array,
         observation_deviation_array=arguments.observation_deviation_array,

@@ -5,9 +5,11 @@ from ..deprecation import add_former_option
 from .common import (
     UsageError,
     add_command,
+    add_coupling_options,
     add_reading_options,
     add_running_options,
     as_usage,
+    coupling_of,
     read_input,
     run_filter,
     written_outcome,
@@ -51,6 +53,7 @@ def add(commands):
         metavar="HOW",
         help="normalisation of the mesh: model (default: as the file says), none, surface_area, unit_sphere",
     )
+    add_coupling_options(network)
     output = parser.add_argument_group("output")
     output.add_argument("--name", default="Prediction", metavar="NAME", help="name of the array (default: %(default)s)")
     output.add_argument("--label-name", default="Label", metavar="NAME", help="name of the labels (default: Label)")
@@ -77,6 +80,7 @@ def run(arguments):
         normalization=arguments.normalization,
         name=arguments.name,
         label_name=arguments.label_name,
+        **coupling_of(arguments),
     )
     as_usage(files.extension, arguments.input)
     kind = as_usage(files.extension, arguments.output)
