@@ -32,7 +32,7 @@ struct PoissonNetInput
   FeatureMatrix Extra;
   /// With coupled components and a gradient-domain head, [V, 3]: signal whose differences at the coupled pairs the
   /// prediction takes; empty for Signal, so that what the network adds is alike at both ends of a pair.
-  FeatureMatrix CoupledSignal;
+  FeatureMatrix CoupledSignal = FeatureMatrix();
 };
 
 /// Prediction of a PoissonNet for a mesh.
