@@ -42,6 +42,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkPoissonNetFilter", "PoissonNet" },
     { "vtkPoseEnsembleFilter", "Pose Ensemble" },
     { "vtkShapeModelSampler", "Shape Model Sampler" },
+    { "vtkSkinningFilter", "Skinning" },
     { "vtkSurfaceDistance", "Surface Distance" },
     { "vtkSurfaceRepairFilter", "Surface Repair" },
     { "vtkTetrahedralizeFilter", "Tetrahedralize Surface" },

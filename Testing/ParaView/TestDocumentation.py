@@ -29,6 +29,7 @@ FILTERS = (
     ("Filters/Statistics/vtkEnsembleStatistics.h", "Wrapping/ParaView/EnsembleStatistics.xml", 3, 0, {"Quantiles"}),
     ("Filters/Statistics/vtkShapeModelSampler.h", "Wrapping/ParaView/ShapeModelSampler.xml", 5, 0,
      {"Shapes", "Coefficients"}),
+    ("Filters/Ensembles/vtkSkinningFilter.h", "Wrapping/ParaView/Skinning.xml", 3, 0, {"Bones", "Pose"}),
     ("Filters/Statistics/vtkSurfaceDistance.h", "Wrapping/ParaView/SurfaceDistance.xml", 2, 4, {"Second"}),
     ("Filters/Meshing/vtkLabelSurfaceFilter.h", "Wrapping/ParaView/LabelSurfaces.xml", 4, 0,
      {"SelectInputScalars", "Labels"}),

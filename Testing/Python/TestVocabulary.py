@@ -28,6 +28,7 @@ from surfacesynthesis.metrics import DISTANCES
 from surfacesynthesis.noise import BOUNDARY_CONDITIONS, DISPLACEMENTS, NOISE_MODELS
 from surfacesynthesis.poisson_net import NORMALIZATIONS
 from surfacesynthesis.remeshing import HOLES
+from surfacesynthesis.skinning import SKINNING_METHODS
 from surfacesynthesis.vdb_surface import INSIDE, SMOOTHING
 from surfacesynthesis.vocabulary import SYNONYMS, snake, words_of
 
@@ -99,6 +100,7 @@ FUNCTIONS = {
     "sample_signal": ("vtkFlowMatchingSampler", {"mesh"}),
     "sample_texture": ("vtkFieldLatentTextureFilter", {"mesh", "image"}),
     "shape_model": ("vtkShapeModelSampler", {"model", "shapes"}),
+    "skin": ("vtkSkinningFilter", {"mesh", "bones", "pose"}),
     "surface_distance": ("vtkSurfaceDistance", {"first", "second"}),
     "surfaces_of_dataset": ("vtkGaussianMixtureFilter", {"dataset"}),  # no class, but samples as those of other data
     "texture_dataset": ("vtkGaussianMixtureFilter", {"images", "path"}),  # no class, but a seed as that of other data
@@ -142,6 +144,7 @@ COMMANDS = {
     "sample": ("sample_signal",),
     "sample-texture": ("sample_texture",),
     "shape-model": ("shape_model",),
+    "skin": ("skin",),
     "statistics": ("ensemble_statistics",),
     "texture-statistics": (),
     "surface": ("vdb_surface",),
@@ -172,6 +175,7 @@ VALUES = [
     (BOUNDARY_CONDITIONS, "vtkMaternNoiseFilter", "BoundaryCondition"),
     (DISPLACEMENTS, "vtkMaternNoiseFilter", "Displacement"),
     (NORMALIZATIONS, "vtkPoissonNetFilter", "InputNormalization"),
+    (SKINNING_METHODS, "vtkSkinningFilter", "SkinningMethod"),
     (HOLES, "vtkSurfaceRepairFilter", "HoleFilling"),
     (TEXTURE_WRAPS, "vtkFieldLatentEncoder", "TextureWrap"),
     (SAMPLERS, "vtkFieldLatentTextureFilter", "Sampler"),

@@ -64,12 +64,13 @@ from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
 from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
+from .skinning import skin
 from .dataset_surfaces import dataset_of_surfaces, surfaces_of_dataset
 from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
-from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter
+from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter, vtkSkinningFilter
 from .vtkSurfaceSynthesisFieldLatents import (
     vtkFieldLatentDecoder,
     vtkFieldLatentEncoder,
@@ -148,6 +149,7 @@ __all__ = [
     "sample_signal",
     "sample_texture",
     "shape_model",
+    "skin",
     "surface_distance",
     "texture_atlas",
     "texture_dataset",
@@ -171,6 +173,7 @@ __all__ = [
     "vtkMaternParameterEstimator",
     "vtkPoissonNetFilter",
     "vtkShapeModelSampler",
+    "vtkSkinningFilter",
     "vtkSurfaceDistance",
     "vtkTopologyReport",
     "write_mesh",

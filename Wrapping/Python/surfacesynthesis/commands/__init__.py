@@ -24,6 +24,7 @@ from . import (
     repair,
     report,
     shape_model,
+    skin,
     statistics,
     surface,
     tetrahedralize,
@@ -46,7 +47,7 @@ COMMANDS = [
         (texture_atlas, "vtkTextureAtlasFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, estimate, dataset, poisson_net, deform, metrics, distance, statistics, shape_model]
+] + [noise, estimate, dataset, poisson_net, deform, skin, metrics, distance, statistics, shape_model]
 COMMANDS += [geometric_texture, geometric_texture_distance, geometric_texture_features, texture_statistics, field_latents]
 COMMANDS.append(latent_diffusion)
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch

@@ -29,6 +29,7 @@ COMMANDS_OF_CLASSES = {
     "vtkPoissonNetFilter": "poisson-net",
     "vtkPoseEnsembleFilter": "dataset poses",
     "vtkShapeModelSampler": "shape-model",
+    "vtkSkinningFilter": "skin",
     "vtkSurfaceDistance": "distance",
     "vtkSurfaceRepairFilter": "repair",
     "vtkTetrahedralizeFilter": "tetrahedralize",
