@@ -143,6 +143,13 @@ SignalDataset ReadSignalDataset(const std::string& path)
   RequireMetadata(file, "format_version", DatasetFormatVersion, SignalKind);
   SignalDataset dataset;
   dataset.SignalName = RequireMetadata(file, "signal_name", "", SignalKind);
+  const std::pair<const char*, std::string*> texts[] = { { "origin", &dataset.Origin },
+    { "license", &dataset.License } };
+  for (const auto& [key, text] : texts)
+  {
+    const auto found = file.Metadata().find(key);
+    *text = found == file.Metadata().end() ? std::string() : found->second;
+  }
   std::size_t sources = 0;
   for (; sources == 0 || file.Contains(SourceTensor(sources, "points")); ++sources)
   {
@@ -182,9 +189,18 @@ void WriteSignalDataset(const std::string& path, const SignalDataset& dataset)
       { source.NumberOfSamples(), vertices, source.NumberOfComponents() },
       std::vector<float>(begin(source.Samples), end(source.Samples)));
   }
-  WriteSafetensors(path, tensors,
-    { { "content", SignalContent }, { "format_version", DatasetFormatVersion }, { "signal_name", dataset.SignalName },
-      { "producer", "SurfaceSynthesis" } });
+  std::map<std::string, std::string> metadata{ { "content", SignalContent }, { "format_version", DatasetFormatVersion },
+    { "signal_name", dataset.SignalName }, { "producer", "SurfaceSynthesis" } };
+  const std::pair<const char*, const std::string*> texts[] = { { "origin", &dataset.Origin },
+    { "license", &dataset.License } };
+  for (const auto& [key, text] : texts)
+  {
+    if (!text->empty())
+    {
+      metadata[key] = *text;
+    }
+  }
+  WriteSafetensors(path, tensors, metadata);
 }
 
 } // namespace surfsynth

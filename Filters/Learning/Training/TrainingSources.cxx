@@ -290,6 +290,20 @@ FlowMatchingModel FrameOf(const FlowMatchingModel& initial, const SignalDataset&
   return frame;
 }
 
+/// Takes over where the data come from, and their license, into the metadata of the model.
+void AddProvenance(FlowMatchingModel& frame, const SignalDataset& dataset)
+{
+  const std::pair<const char*, const std::string*> texts[] = { { "origin", &dataset.Origin },
+    { "license", &dataset.License } };
+  for (const auto& [key, text] : texts)
+  {
+    if (!text->empty())
+    {
+      frame.Metadata[key] = *text;
+    }
+  }
+}
+
 /// Makes values of the signal, noise and network alike in size, and says in the frame how.
 void ChooseUnits(TrainingSources& prepared, double noiseScale, std::uint64_t seed)
 {
@@ -331,6 +345,7 @@ TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* i
       prepared.Frame.Encoder = *encoder;
     }
   }
+  AddProvenance(prepared.Frame, dataset);
   prepared.Frame.Shape = MomentsOf(PrepareAll(dataset, initial != nullptr, prepared, progress));
   if (!prepared.Frame.Encoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
   {

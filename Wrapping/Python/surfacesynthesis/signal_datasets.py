@@ -45,7 +45,7 @@ class SignalDataset(NamedTuple):
         return f"<p>{html.escape(self.name)}</p>{html_table(rows, head)}"
 
 
-def write_signal_dataset(path, sources, name):
+def write_signal_dataset(path, sources, name, origin="", license=""):
     """Writes samples of a signal on one or several surfaces.
 
     The file is in the safetensors format, with the tensors ``sources.K.points`` (float64 [V, 3]),
@@ -63,6 +63,9 @@ def write_signal_dataset(path, sources, name):
         real numbers [N, V, C], or [N, V] for C = 1, for the V points of the mesh; N at least 1, C the same for all.
     name : str
         Name of the signal: "Position" for positions, else the name of the array.
+    origin, license : str
+        Where the data come from, and their license as its owner states it: texts in the metadata of the file, which models that
+        are trained on it take over. Default "": unknown, not written.
 
     Raises
     ------
@@ -86,6 +89,7 @@ def write_signal_dataset(path, sources, name):
         "format_version": _VERSION,
         "signal_name": name,
         "producer": "SurfaceSynthesis",
+        **{key: text for key, text in (("origin", origin), ("license", license)) if text},
     }
     write_safetensors(path, tensors, metadata, double=[key for key in tensors if key.endswith(".points")])
 
