@@ -222,7 +222,7 @@ def with_weights_of(result, mesh, package):
     rows = np.arange(len(points))
     for indices_of_rank, weights in zip(indices.T, vtk_to_numpy(mesh.GetPointData().GetArray("BoneWeights")).T):
         np.add.at(dense[0], (rows, indices_of_rank), weights)
-    weights = carried(dense, (points, triangles), arrays_of(result)[0])[0]
+    weights = np.maximum(carried(dense, (points, triangles), arrays_of(result)[0])[0], 0.0)  # shares are rounded
     largest = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     weights = np.take_along_axis(weights, largest, axis=1)
     return with_weights(result, largest, weights / weights.sum(axis=1, keepdims=True))
