@@ -60,6 +60,15 @@ def check_random_fields(folder):
     check_picture(os.path.join(output, "random_fields.png"), 1800, rows=3)
 
 
+def check_bodies(folder):
+    """The picture of an arm of two bones; that of the armadillo takes minutes."""
+    output = os.path.join(folder, "bodies")
+    shutil.rmtree(output, ignore_errors=True)
+    script = [sys.executable, os.path.join(HERE, "bodies.py"), "--output", output, "--only", "skinning"]
+    assert run("xvfb-run", "-a", *script).returncode == 0
+    check_picture(os.path.join(output, "skinning.png"), 1000, rows=2)
+
+
 def check_gallery(folder):
     """The pictures of a sphere: of the announced sizes, and neither blank nor all the same colour."""
     sphere = vtkSphereSource()
@@ -471,6 +480,7 @@ if __name__ == "__main__":
         "matern_noise": check_matern_noise,
         "gallery": check_gallery,
         "random_fields": check_random_fields,
+        "bodies": check_bodies,
         "brain_fields": check_brain_fields,
         "atlas_and_shapes": check_atlas_and_shapes,
         "medical": check_medical,

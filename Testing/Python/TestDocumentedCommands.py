@@ -186,6 +186,24 @@ def with_arrays(path):
     write_mesh(mesh, path)
 
 
+def skinned(path):
+    """A ball with the weights of two bones."""
+    points, triangles = icosphere(2, 50.0)
+    mesh = polydata_of(points, triangles)
+    add_array(mesh.GetPointData(), "BoneIndices", np.tile(np.array([0, 1], dtype=np.int32), (len(points), 1)))
+    second = (points[:, 0] > 0.0).astype(float)
+    add_array(mesh.GetPointData(), "BoneWeights", np.stack([1 - second, second], axis=1))
+    write_mesh(mesh, path)
+
+
+def bones(path):
+    path.write_text("Name,Head:0,Head:1,Head:2,Parent\nroot,-50,0,0,-1\narm,0,0,0,0\n")
+
+
+def pose(path):
+    path.write_text("Name,Rotation:0,Rotation:1,Rotation:2,Rotation:3\narm,0.8,0,0,0.6\n")
+
+
 def blocks(path):
     """Three samples of a surface."""
     samples = vtkMultiBlockDataSet()
@@ -353,6 +371,7 @@ INPUTS = {
                 "latents.safetensors": write_random_latents,
                 "patient_1.vtp": wide_ball, "patient_2.vtp": ball},
     "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
+    "skin": {"body.vtp": skinned, "bones.csv": bones, "run.csv": pose},
     "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
     "texture-statistics": {"old-scales.safetensors": model("knobs")},

@@ -62,6 +62,19 @@ def write_volumes():
         file.write("1 Left\n2 Right\n")
 
 
+def write_skinned(ball):
+    """body.vtp with the weights of two bones, and the tables of its bones and a pose."""
+    body = moved(ball, vtk_to_numpy(ball.GetPoints().GetData()))
+    second = (vtk_to_numpy(ball.GetPoints().GetData())[:, 2] > 0.0).astype(float)
+    add_array(body, "BoneIndices", np.tile(np.array([0, 1], dtype=np.int32), (len(second), 1)))
+    add_array(body, "BoneWeights", np.stack([1 - second, second], axis=1))
+    ss.write_mesh(body, "body.vtp")
+    with open("bones.csv", "w", encoding="utf-8") as file:
+        file.write("Name,Head:0,Head:1,Head:2,Parent\nroot,0,0,-1,-1\nneck,0,0,0,0\n")
+    with open("pose.csv", "w", encoding="utf-8") as file:
+        file.write("Name,Rotation:0,Rotation:1,Rotation:2,Rotation:3\nneck,0.8,0.6,0,0\n")
+
+
 def write_ensembles(ball):
     """Shapes and fields of several blocks, and a shape model."""
     random = np.random.default_rng(4)
@@ -104,6 +117,7 @@ def write_inputs(ball, coarse, armadillo):
     add_array(cortex, "Thickness", 2.5 + 0.3 * vtk_to_numpy(cortex.GetPointData().GetArray("MaternNoise")))
     ss.write_mesh(cortex, "cortex.vtp")
     write_volumes()
+    write_skinned(ball)
     write_ensembles(coarse)
     image = write_textured(coarse)
     points = vtk_to_numpy(coarse.GetPoints().GetData())

@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of bodies: one of several components that is deformed as one, and one that is posed by bones.
+
+    xvfb-run -a python3 bodies.py [surface] --output DIR
+
+Without a surface, the armadillo of Debian's package libcgal-demo is used. Writes
+
+    coupled_components.png   the armadillo with two eyes, which are spheres of their own, in poses of the shipped model
+    skinning.png             an arm of two bones, twisted and bent, by linear blend and dual quaternion skinning
+"""
+
+import argparse
+import os
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkMassProperties, vtkPolyDataNormals, vtkTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+import gallery_meshes as meshes
+import gallery_rendering as rendering
+import surfacesynthesis
+from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
+
+DIRECTION = (0.16, 0.08, -1.0)  # from the armadillo to the viewer
+#: Places of the eyes across and up from the middle of the head, seen along DIRECTION, and their radius, over its height.
+EYES, EYE_RADIUS, HEAD = ((-0.0145, -0.061), (0.075, -0.066)), 0.0155, 0.3
+SKIN, IRIS = (230, 217, 199), (40, 90, 160)
+POSES = (1, 4, 6)
+LABEL = 190
+TWISTS = (60, 120, 170)
+BONES = {"Head": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "Parent": [-1, 0]}
+
+
+def colored(mesh, values):
+    """``mesh`` with RGB bytes for each point, and normals, which colored surfaces are shaded with."""
+    array = numpy_to_vtk(np.ascontiguousarray(np.broadcast_to(values, (mesh.GetNumberOfPoints(), 3)), dtype=np.uint8), deep=True)
+    array.SetName("Color")
+    mesh.GetPointData().AddArray(array)
+    return mesh
+
+
+def shaded(mesh):
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(mesh)
+    normals.SplittingOff()
+    normals.ConsistencyOff()
+    normals.Update()
+    return normals.GetOutput()
+
+
+def place_on(mesh, origin, direction, length):
+    """Where a ray meets the surface first."""
+    locator, hit = vtkStaticCellLocator(), [0.0, 0.0, 0.0]
+    locator.SetDataSet(mesh)
+    locator.BuildLocator()
+    rest = reference(0.0), hit, [0.0, 0.0, 0.0], reference(0), reference(0), vtkGenericCell()
+    if not locator.IntersectWithLine(origin, origin + length * direction, 0.0, *rest):
+        raise SystemExit("an eye misses the head: another surface needs places of its own")
+    return np.array(hit)
+
+
+def head_view(mesh, view):
+    """The view of the uppermost part of the body."""
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
+    low, high = points[:, 1].min(), points[:, 1].max()
+    return view.zoomed((0.0, high - 0.14 * (high - low), points[:, 2].mean()), HEAD * (high - low))
+
+
+def with_eyes(mesh, view):
+    """The surface and two spheres in its orbits, which share no point with it."""
+    head, parts = head_view(mesh, view), vtkAppendPolyData()
+    height = head.height / HEAD
+    bare = vtkPolyData()
+    bare.CopyStructure(mesh)
+    parts.AddInputData(colored(bare, SKIN))
+    right, up = head.axes()
+    for across, above in EYES:
+        aside = head.center + height * (across * right + above * up)
+        hit = place_on(mesh, aside + height * head.direction, -head.direction, 2.0 * height)
+        sphere = vtkSphereSource()
+        sphere.SetCenter(*(hit - 0.35 * EYE_RADIUS * height * head.direction))
+        sphere.SetRadius(EYE_RADIUS * height)
+        sphere.SetThetaResolution(24)
+        sphere.SetPhiResolution(16)
+        sphere.SetOutputPointsPrecision(1)
+        sphere.Update()
+        eye = vtkPolyData()
+        eye.CopyStructure(sphere.GetOutput())
+        parts.AddInputData(colored(eye, IRIS))
+    parts.SetOutputPointsPrecision(1)
+    parts.Update()
+    return parts.GetOutput()
+
+
+def coupled_components(surface):
+    """The body at rest, and poses; their heads below."""
+    body, head, title = (470, 520), (470, 420), 56
+    whole = rendering.view_of(surface, body[0] / body[1], DIRECTION)
+    eyed = with_eyes(surface, whole)
+    image = rendering.blank((body[0] * (1 + len(POSES)), body[1] + head[1] + title))
+    for column, seed in enumerate((None, *POSES)):
+        mesh = eyed
+        if seed is not None:
+            mesh = surfacesynthesis.deform(eyed, "armadillo_poses", seed=seed, component_coupling=True)
+        close = followed(mesh, eyed, head_view(surface, whole))
+        mesh = shaded(mesh)
+        place = column * body[0]
+        rendering.paste(image, rendering.render(mesh, whole, body, "Color"), place, 0)
+        rendering.paste(image, rendering.render(mesh, close, head, "Color"), place, body[1])
+        text = "body and eyes: three components" if seed is None else f"pose {seed}"
+        rendering.paste(image, rendering.label(text, (body[0], title), 24), place, body[1] + head[1])
+    return image
+
+
+def followed(mesh, rest, view):
+    """The view moved with the eyes."""
+    eyes = vtk_to_numpy(rest.GetPointData().GetArray("Color"))[:, 0] == IRIS[0]
+    moved, before = (vtk_to_numpy(surface.GetPoints().GetData())[eyes].mean(axis=0) for surface in (mesh, rest))
+    return view.zoomed(view.center + moved - before, view.height)
+
+
+def arm(around=48, along=120, length=6.0, radius=0.55):
+    """A closed tube along y, with rings of two colors and the weights of two bones that meet in its middle."""
+    angle, height = 2 * np.pi * np.arange(around) / around, np.linspace(0.0, length, along + 1)
+    points = np.array([(radius * np.sin(a), y, radius * np.cos(a)) for y in height for a in angle])
+    points = np.concatenate([points, [(0.0, 0.0, 0.0), (0.0, length, 0.0)]])
+    triangles = []
+    for k in range(around):
+        following = (k + 1) % around
+        for j in range(along):
+            a, b, c, d = j * around + k, j * around + following, (j + 1) * around + following, (j + 1) * around + k
+            triangles += [(a, b, c), (a, c, d)]
+        triangles += [(len(points) - 2, following, k), (len(points) - 1, along * around + k, along * around + following)]
+    second = np.clip((points[:, 1] - 0.5 * length) / 1.6 + 0.5, 0.0, 1.0)
+    stripes = (np.floor(4 * np.arctan2(points[:, 0], points[:, 2]) / np.pi) % 2)[:, None]
+    mesh = colored(to_polydata(mesh_of_triangles(points, np.array(triangles))), np.where(stripes, SKIN, (120, 150, 195)))
+    weights = numpy_to_vtk(np.stack([1 - second, second], axis=1), deep=True)
+    weights.SetName("BoneWeights")
+    mesh.GetPointData().AddArray(weights)
+    return mesh
+
+
+def volume_of(mesh):
+    triangles, properties = vtkTriangleFilter(), vtkMassProperties()
+    triangles.SetInputData(mesh)
+    properties.SetInputConnection(triangles.GetOutputPort())
+    properties.Update()
+    return properties.GetVolume()
+
+
+def skinning():
+    """Linear blend above, dual quaternions below; twists about the arm, and a bend."""
+    tube, size, title = arm(), (300, 470), 40
+    view = rendering.View((0.0, 3.0, 0.0), 7.0, (0.25, 0.1, 1.0))
+    bend_view = rendering.View((1.1, 2.4, 0.0), 7.0, (0.25, 0.1, 1.0))
+    poses = [((0.0, 1.0, 0.0), angle, view, f"twisted by {angle}°") for angle in TWISTS]
+    poses += [((0.0, 0.0, -1.0), 110, bend_view, "bent by 110°")]
+    image = rendering.blank((LABEL + len(poses) * size[0], 2 * (size[1] + title) + title))
+    for row, (method, text) in enumerate((("linear_blend", "linear blend"), ("dual_quaternion", "dual quaternion"))):
+        top = title + row * (size[1] + title)
+        rendering.paste(image, rendering.label(text, (LABEL, size[1]), 20), 0, top)
+        for column, (axis, angle, seen, name) in enumerate(poses):
+            half = 0.5 * np.radians(angle)
+            pose = [[1.0, 0.0, 0.0, 0.0], [np.cos(half), *(np.sin(half) * np.array(axis))]]
+            mesh = surfacesynthesis.skin(tube, BONES, pose, method, bone_index_array=None)
+            place = LABEL + column * size[0]
+            rendering.paste(image, rendering.render(shaded(mesh), seen, size, "Color"), place, top)
+            share = f"volume {volume_of(mesh) / volume_of(tube):.2f}"
+            rendering.paste(image, rendering.label(share, (size[0], title), 20), place, top + size[1])
+            if row == 0:
+                rendering.paste(image, rendering.label(name, (size[0], title), 22), place, 0)
+    return image
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("surface", nargs="?", help="default: the armadillo of libcgal-demo")
+    parser.add_argument("--output", default="bodies", metavar="DIR", help="default: bodies")
+    parser.add_argument("--only", choices=["coupled_components", "skinning"], help="default: both pictures")
+    parser.add_argument("--colors", type=int, metavar="N", help="write so few colours, for small files")
+    options = parser.parse_args()
+    os.makedirs(options.output, exist_ok=True)
+    for name in ("coupled_components", "skinning"):
+        if options.only in (None, name):
+            image = skinning() if name == "skinning" else coupled_components(meshes.load(options.surface, options.output))
+            path = os.path.join(options.output, name + ".png")
+            rendering.write_png(image, path, options.colors)
+            print(path, flush=True)
+
+
+if __name__ == "__main__":
+    main()
