@@ -44,6 +44,7 @@ HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "
 #: Words about what comes in, goes out and is shown: the same everywhere, and no property.
 COMMON = {
     "bare": "surface without its relief",
+    "bones": "table of bones",
     "color_by": "array that is shown first",
     "config": "file of a network's configuration",
     "csv": "table as comma-separated values",
@@ -58,6 +59,7 @@ COMMON = {
     "nearest": "table of nearest references",
     "output": "file of another result",
     "observations": "points at which a field is known",
+    "pose": "table of a pose",
     "point_data": "files with values of points",
     "output": "the file that is written",
     "progress": "progress callable, or bar",
