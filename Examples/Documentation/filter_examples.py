@@ -145,9 +145,8 @@ FILTERS = {
     "vtkSkinningFilter": Example(
         "To pose a body model that comes with a skeleton and weights, for training data of poses or for one pose.",
         "Gallery/skinning.png", "body.vtp", {"SkinningMethod": 1},
-        'mesh = ss.read_mesh("body.vtp")\nbones = {"Head": [[0, 0, 0], [0, 0, 1]], "Parent": [-1, 0]}\n'
-        'mesh = ss.skin(mesh, bones, [[1, 0, 0, 0], [0.7, 0.7, 0, 0]], skinning_method="dual_quaternion")\n'
-        'ss.write_mesh(mesh, "posed.vtp")', "skin body.vtp posed.vtp --bones bones.csv --pose pose.csv",
+        'mesh = ss.read_mesh("body.vtp")\n'
+        'mesh = ss.skin(mesh, "bones.csv", "pose.csv", skinning_method="dual_quaternion")\nss.write_mesh(mesh, "posed.vtp")', "skin body.vtp posed.vtp --bones bones.csv --pose pose.csv",
         (("Bones", "bones.csv"), ("Pose", "pose.csv"))),
     "vtkEnsembleLayoutFilter": Example(
         "To look at the samples of an ensemble side by side.",

@@ -130,8 +130,8 @@ def groups_of_readme():
 
 
 #: Readers of VTK by the end of a file's name.
-READERS = {".mha": "vtkMetaImageReader", ".obj": "vtkOBJReader", ".ply": "vtkPLYReader", ".png": "vtkPNGReader",
-           ".stl": "vtkSTLReader", ".vtm": "vtkXMLMultiBlockDataReader", ".vtp": "vtkXMLPolyDataReader"}  # fmt: skip
+READERS = {".csv": "vtkDelimitedTextReader", ".mha": "vtkMetaImageReader", ".obj": "vtkOBJReader", ".ply": "vtkPLYReader",
+           ".png": "vtkPNGReader", ".stl": "vtkSTLReader", ".vtm": "vtkXMLMultiBlockDataReader", ".vtp": "vtkXMLPolyDataReader"}  # fmt: skip
 
 
 def _in_cxx(value):
@@ -149,6 +149,8 @@ def example_in_cxx(name, proxy, example):
     lines = [f"#include <{header}.h>" for header in sorted({name, "vtkNew", *(reader for *_, reader in readers)})] + [""]
     for variable, _, file, reader in readers:
         lines += [f"vtkNew<{reader}> {variable};", f'{variable}->SetFileName("{file}");']
+        if file.endswith(".csv"):
+            lines += [f"{variable}->SetHaveHeaders(true);", f"{variable}->DetectNumericColumnsOn();"]
     lines.append(f"vtkNew<{name}> filter;")
     for variable, port, *_ in readers:
         lines.append(f"filter->SetInputConnection({'' if port == '0' else port + ', '}{variable}->GetOutputPort());")

@@ -53,7 +53,7 @@ def shaded(mesh):
 
 
 def place_on(mesh, origin, direction, length):
-    """Where a ray meets the surface first."""
+    """The first point of the surface on a ray."""
     locator, hit = vtkStaticCellLocator(), [0.0, 0.0, 0.0]
     locator.SetDataSet(mesh)
     locator.BuildLocator()

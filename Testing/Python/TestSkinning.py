@@ -67,7 +67,7 @@ def test_bad_input_is_named(body):
         skin(body, {**BONES, "Parent": [1, 0]}, POSE)
     with pytest.raises(ValueError, match="skinning_method"):
         skin(body, BONES, POSE, skinning_method="cubic")
-    with pytest.raises(TypeError, match="bones must be a vtkTable"):
+    with pytest.raises(TypeError, match="bones must be a vtkTable, a mapping"):
         skin(body, [[0, 0, 0]], POSE)
 
 

@@ -2,6 +2,8 @@
 """Bodies posed by the bones of a skeleton: a function around vtkSkinningFilter."""
 
 import collections.abc
+import csv
+import os
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
@@ -10,6 +12,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObjectTree, vtkPointSet, vtkPol
 
 from .arguments import array_name, choice, progress_callback
 from .datasets import array_by_name, as_type_of, given_dataset
+from .errors import SurfaceSynthesisError
 from .pipeline import apply_filter
 from .vtkSurfaceSynthesisEnsembles import vtkSkinningFilter
 
@@ -37,11 +40,11 @@ def skin(
     ----------
     mesh : vtkPointSet, composite dataset (vtkDataObjectTree) or pair (points, triangles)
         The body at rest: a surface, a volume or points, float or double. The mesh is never modified.
-    bones : vtkTable or mapping
-        The bones, with the columns "Head", [B, 3], the joint at which each one turns, world units; "Parent", [B], the row
+    bones : vtkTable, mapping or path
+        The bones, or a file of comma-separated values with them, with the columns "Head", [B, 3], the joint at which each one turns, world units; "Parent", [B], the row
         of the bone that carries it, -1 for none; and, optional, "Name".
-    pose : vtkTable, mapping or array [B, 4]
-        The pose, with the columns "Rotation", [B, 4], a quaternion w, x, y, z of any length but 0: the rotation of the bone
+    pose : vtkTable, mapping, path or array [B, 4]
+        The pose, or a file with it, with the columns "Rotation", [B, 4], a quaternion w, x, y, z of any length but 0: the rotation of the bone
         about its head, relative to its parent, in the axes of the body at rest; optional "Translation", [B, 3], the
         displacement of the head from where its parent carries it, world units; and optional "Name". With names in both
         tables a row is for the bone of its name, and bones without a row keep their rotation to the parent. An array is that
@@ -100,20 +103,22 @@ def configured_filter(
     algorithm.SetBoneIndexArrayName("" if bone_index_array is None else array_name("bone_index_array", bone_index_array))
     algorithm.SetBoneWeightArrayName(array_name("bone_weight_array", bone_weight_array))
     algorithm.SetBonesData(_table_of("bones", bones))
-    if not isinstance(pose, (vtkTable, collections.abc.Mapping)):
+    if not isinstance(pose, (vtkTable, collections.abc.Mapping, str, os.PathLike)):
         pose = {"Rotation": pose}
     algorithm.SetPoseData(_table_of("pose", pose))
     return algorithm
 
 
 def _table_of(argument, given):
-    """A copy of a vtkTable, or the table of a mapping of columns."""
+    """A copy of a vtkTable, or the table of a mapping of columns or of a file."""
     table = vtkTable()
     if isinstance(given, vtkTable):
         table.ShallowCopy(given)
         return table
+    if isinstance(given, (str, os.PathLike)):
+        given = _columns_of(given)
     if not isinstance(given, collections.abc.Mapping):
-        raise TypeError(f"{argument} must be a vtkTable or a mapping of columns, not {type(given).__name__}")
+        raise TypeError(f"{argument} must be a vtkTable, a mapping of columns or a path, not {type(given).__name__}")
     for name, values in given.items():
         if name == "Name":
             column = vtkStringArray()
@@ -130,3 +135,16 @@ def _table_of(argument, given):
         column.SetName(name)
         table.AddColumn(column)
     return table
+
+
+def _columns_of(path):
+    """The columns of a table of comma-separated values by their names: numbers, but for names."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.reader(file) if row]
+    if not rows or any(len(row) != len(rows[0]) for row in rows):
+        raise SurfaceSynthesisError(f"{path}: a row of names and rows of as many values are needed")
+    columns = {name.strip(): list(values) for name, *values in zip(*rows)}
+    try:
+        return {name: values if name == "Name" else [float(value) for value in values] for name, values in columns.items()}
+    except ValueError as error:
+        raise SurfaceSynthesisError(f"{path}: a value is no number ({error})") from error

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``skin``."""
 
-import csv
-
 from .common import (
     add_command,
     add_reading_options,
@@ -58,21 +56,6 @@ def add(commands):
     add_reading_options(parser)
 
 
-def _columns_of(path):
-    """The columns of a table of comma-separated values by their names: numbers, but for names."""
-    from ..errors import SurfaceSynthesisError
-
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.reader(file) if row]
-    if not rows or any(len(row) != len(rows[0]) for row in rows):
-        raise SurfaceSynthesisError(f"{path}: a row of names and rows of as many values are needed")
-    columns = {name.strip(): list(values) for name, *values in zip(*rows)}
-    try:
-        return {name: values if name == "Name" else [float(value) for value in values] for name, values in columns.items()}
-    except ValueError as error:
-        raise SurfaceSynthesisError(f"{path}: a value is no number ({error})") from error
-
-
 def run(arguments):
     """The command ``skin``."""
     from .. import files
@@ -80,8 +63,8 @@ def run(arguments):
 
     algorithm = as_usage(
         configured_filter,
-        _columns_of(arguments.bones),
-        _columns_of(arguments.pose),
+        arguments.bones,
+        arguments.pose,
         skinning_method=arguments.skinning_method,
         bone_index_array=arguments.bone_index_array or None,
         bone_weight_array=arguments.bone_weight_array,
