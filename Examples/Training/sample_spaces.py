@@ -10,16 +10,21 @@ MixtureSpace fits a sum of Gaussians to a signal: one after the other, then each
 Gaussians at random places.
 """
 
+import copy
+
 import numpy as np
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
 
 import surfacesynthesis
 from linear_velocity import cotangent_weights, point_masses, triangle_areas
 
 #: Changes of lengths below this, in units of the root of the area, are those of single precision.
 RIGID = 2e-6
+#: Points of an end that fix its motion.
+FEWEST_OF_END = 6
 #: Poses of a dataset in which the rigid parts are looked for.
 POSES_LOOKED_AT = 20
 
@@ -54,6 +59,7 @@ class PoseSpace:
 
     def __init__(self, mesh, poses, iterations=40, stiffness=2e-4):
         points, triangles = mesh
+        self._triangles, self._stiffness = triangles, stiffness
         self._rest = points.astype(float)
         self._masses = point_masses(points, triangles)
         self._size = np.sqrt(self._masses.sum())
@@ -99,6 +105,30 @@ class PoseSpace:
         self._free = np.setdiff1d(np.arange(count), self._held)
         self._to_held = self._laplacian[self._free][:, self._held]
         self._solver = splu(self._laplacian[self._free][:, self._free].tocsc())
+
+    def seen_at(self, points):
+        """The same space for shapes of which only these points are known, such as those of a damaged triangulation: ends with
+        fewer than FEWEST_OF_END of them follow the rest."""
+        seen = copy.copy(self)
+        seen.points = np.asarray(points)
+        seen.middle = np.intersect1d(self.middle, points)
+        seen.ends = [end for end in (np.intersect1d(end, points) for end in self.ends) if len(end) >= FEWEST_OF_END]
+        if not len(seen.middle):
+            raise ValueError("the points have none of the middle, which poses are placed by")
+        seen._prepare(self._triangles, self._stiffness)
+        return seen
+
+    def residuals_seen(self, shapes):
+        """What residuals() gives, of shapes [N, P, 3] of the points of seen_at(), as far as they are known."""
+        nearest = cKDTree(self._rest[self.points]).query(self._rest)[1]
+        masses = self._masses[self.points]
+        found = []
+        for shape in np.asarray(shapes, dtype=float):
+            whole = self._rest + (shape - self._rest[self.points])[nearest]
+            away = self.fitted(whole)[self.points] - shape
+            away -= masses @ away / masses.sum()
+            found.append(np.sqrt(masses @ (away**2).sum(axis=1) / masses.sum()) / self._size)
+        return np.array(found)
 
     def fitted(self, shape):
         """The pose that is fitted to a shape [V, 3], in the place of the surface."""
