@@ -175,7 +175,7 @@ public:
 
   ///@{
   /**
-   * Coupling of the connected components of a surface; off, several components are an error. On: each point within
+   * Coupling of the connected components of a surface. Off: several components are an error. On: each point within
    * CouplingDistance of another component is tied to the nearest place there, in all equations of noise and network.
    * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
    * w B'B s, w = CouplingWeight / area of the surface and s the source surface for positions, 0 for features and other

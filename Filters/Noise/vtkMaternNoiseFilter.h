@@ -401,7 +401,7 @@ public:
 
   ///@{
   /**
-   * Coupling of the connected components of a surface; off, they are independent. On: each point within
+   * Coupling of the connected components of a surface. Off: they are independent. On: each point within
    * CouplingDistance of another component is tied to the nearest place there, in the equations of the noise, so that
    * parts move together. With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes
    * (L + w B'B) u = r + w B'B s, w = CouplingWeight / area of the surface and s = 0. Results do not depend on the

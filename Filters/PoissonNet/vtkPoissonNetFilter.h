@@ -147,7 +147,7 @@ public:
 
   ///@{
   /**
-   * Coupling of the connected components of a surface; off, several components are an error. On: each point within
+   * Coupling of the connected components of a surface. Off: several components are an error. On: each point within
    * CouplingDistance of another component is tied to the nearest place there, in all Poisson equations of the network.
    * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
    * w B'B s, w = CouplingWeight / area of the surface and s the signal of the network's input for positions, 0 for
