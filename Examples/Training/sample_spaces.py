@@ -86,6 +86,7 @@ class PoseSpace:
         self.ends = [np.flatnonzero(parts == part) for part in np.unique(parts[moved.ravel()])]
         if not len(self.middle) or not self.ends:
             raise ValueError("these poses have no middle that stays, or no ends that move rigidly")
+        self._known_middle, self._known_ends = self.middle, self.ends
 
     def _prepare(self, triangles, smoothness):
         """Matrices of the deformation [Levi2015]: means of the rotations of neighbors, and the Laplacian of free points."""
@@ -101,21 +102,26 @@ class PoseSpace:
         )
         self._adjacency = matrix
         self._laplacian = (diags(matrix.sum(axis=1).A1) - matrix).tocsr()
-        self._held = np.concatenate([self.middle, *self.ends])
-        self._free = np.setdiff1d(np.arange(count), self._held)
-        self._to_held = self._laplacian[self._free][:, self._held]
+        self._hold(np.concatenate([self.middle, *self.ends]))
+
+    def _hold(self, held):
+        self._held = held
+        self._free = np.setdiff1d(np.arange(len(self._rest)), held)
+        self._to_held = self._laplacian[self._free][:, held]
         self._solver = splu(self._laplacian[self._free][:, self._free].tocsc())
 
     def seen_at(self, points):
-        """The same space for shapes of which only these points are known, such as those of a damaged triangulation: ends with
-        fewer than FEWEST_OF_END of them follow the rest."""
+        """The same space for shapes of which only these points are known, such as those of a damaged triangulation: the motion
+        of an end is found from those of them that are its own; ends with fewer than FEWEST_OF_END follow the rest, so that
+        poses themselves have a residual, too."""
         seen = copy.copy(self)
         seen.points = np.asarray(points)
-        seen.middle = np.intersect1d(self.middle, points)
-        seen.ends = [end for end in (np.intersect1d(end, points) for end in self.ends) if len(end) >= FEWEST_OF_END]
-        if not len(seen.middle):
+        seen.ends = [end for end in self.ends if len(np.intersect1d(end, points)) >= FEWEST_OF_END]
+        seen._known_ends = [np.intersect1d(end, points) for end in seen.ends]
+        seen._known_middle = np.intersect1d(self.middle, points)
+        if not len(seen._known_middle):
             raise ValueError("the points have none of the middle, which poses are placed by")
-        seen._prepare(self._triangles, self._stiffness)
+        seen._hold(np.concatenate([seen.middle, *seen.ends]))
         return seen
 
     def residuals_seen(self, shapes):
@@ -132,13 +138,13 @@ class PoseSpace:
 
     def fitted(self, shape):
         """The pose that is fitted to a shape [V, 3], in the place of the surface."""
-        middle = self.middle
-        shape = shape - (shape[middle] - self._rest[middle]).mean(axis=0)
+        known = self._known_middle
+        shape = shape - (shape[known] - self._rest[known]).mean(axis=0)
         pose = shape.copy()
-        for end in self.ends:
-            motions = rigid_motions(self._rest[end], shape[None, end])
+        for end, part in zip(self.ends, self._known_ends):
+            motions = rigid_motions(self._rest[part], shape[None, part])
             pose[end] = moved_by(motions, self._rest[end])[0]
-        pose[middle] = self._rest[middle]
+        pose[self.middle] = self._rest[self.middle]
         rotations = np.tile(np.eye(3), (len(pose), 1, 1))
         for _ in range(self._iterations):
             near = (self._mean @ rotations.reshape(-1, 9)).reshape(-1, 3, 3)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tests damage.py: ``test_damage.py FOLDER``. Run by CTest."""
+
+import csv
+import os
+import sys
+
+import numpy as np
+
+import damage
+import surfacesynthesis
+from linear_velocity import point_masses
+from sample_spaces import PoseSpace
+from test_compare_noise import jack, poses_of_jack
+
+
+def is_valid(points, triangles):
+    """True for what the networks take: one component of manifold edges, wound alike. Holes may touch at a point."""
+    used, corners = np.unique(triangles, return_inverse=True)
+    report = surfacesynthesis.topology_report((points[used], corners.reshape(-1, 3)))
+    defects = report["non_manifold_edges"] + report["degenerate_triangles"] + report["duplicate_triangles"]
+    return defects == 0 and report["components"] == 1 and report["consistent_winding"], report
+
+
+def check_damages():
+    """Each damaged surface is one valid surface of points of the original, damaged as much as its name says."""
+    points, triangles = jack(3)
+    found = dict(damage.damages(points, triangles, 1))
+    assert len(found) == 9 and found["none"] is triangles
+    for name, damaged in found.items():
+        valid, report = is_valid(points, damaged)
+        assert valid, (name, dict(report))
+        loops = report.get("boundary_loops", 0)
+        assert (loops > 0) == ("holes" in name or name.startswith("half of the surface")), (name, loops)
+    again = dict(damage.damages(points, triangles, 1))
+    assert all(np.array_equal(again[name], damaged) for name, damaged in found.items())
+    area = point_masses(points, triangles).sum()
+    assert abs(point_masses(points, found["half of the surface"]).sum() / area - 0.5) < 0.02
+    faces = {name: {tuple(sorted(face)) for face in damaged.tolist()} for name, damaged in found.items()}
+    for name, share in damage.FLIPS.items():
+        assert len(faces[name]) == len(triangles)
+        changed = len(faces[name] - faces["none"])
+        assert 1.2 * share * len(triangles) < changed <= 2 * share * len(triangles), (name, changed)
+    for name, share in damage.THINNING.items():
+        assert abs(len(np.unique(found[name])) - share * len(points)) <= 1, name
+
+
+def check_points_that_are_left():
+    """With all points the residuals are those of the whole; with holes poses still have the least."""
+    mesh = jack(3)
+    poses = poses_of_jack(mesh, 16, 0)
+    space = PoseSpace(mesh, poses[:10])
+    everything = np.arange(len(mesh[0]))
+    assert np.allclose(space.seen_at(everything).residuals_seen(poses[10:12]), space.residuals(poses[10:12]), atol=1e-9)
+    some = np.unique(damage.with_holes(*mesh, np.random.default_rng(2), *damage.HOLES["medium holes"]))
+    assert len(some) < 0.95 * len(everything)
+    seen = space.seen_at(some)
+    own = seen.residuals_seen(poses[10:, some])
+    middles = seen.residuals_seen(0.5 * (poses[4:10, some] + poses[10:, some]))
+    assert own.mean() < 0.5 * middles.mean(), (own, middles)
+    lost = np.setdiff1d(everything, space.middle)
+    try:
+        space.seen_at(lost)
+    except ValueError as error:
+        assert "none of the middle" in str(error)
+    else:
+        raise AssertionError("poses cannot be placed without a middle")
+
+
+def check_table(folder):
+    """The table of the shipped model on few samples of a surface of its own."""
+    os.makedirs(folder, exist_ok=True)
+    surface, table = (os.path.join(folder, name) for name in ("jack.vtp", "damage.csv"))
+    from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
+
+    surfacesynthesis.write_mesh(to_polydata(mesh_of_triangles(*jack(3))), surface)
+    options = ["--armadillo", surface, "--vertices", "300", "--samples", "1", "--steps", "1", "--csv", table]
+    rows = damage.main([*options, "--model", sys.argv[2]])
+    with open(table, newline="", encoding="utf-8") as file:
+        written = list(csv.DictReader(file))
+    assert [row["damage"] for row in written] == [row["damage"] for row in rows] and len(rows) == 9
+    assert all(np.isfinite(row["residual"]) or row["error"] for row in rows)
+    assert all(np.isfinite(row["residual"]) for row in rows[:1])
+
+
+if __name__ == "__main__":
+    check_damages()
+    check_points_that_are_left()
+    check_table(sys.argv[1])
+    print("passed")
