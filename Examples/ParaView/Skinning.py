@@ -48,13 +48,14 @@ weighted = ProgrammableFilter(registrationName="Weights", Input=ExtractSurface(I
 bones = table("Bones", Head=[[0, -3, 0], [0, 0, 0]], Parent=[[-1], [0]])
 pose = table("Pose", Rotation=[[1, 0, 0, 0], [0.2588, 0, 0.9659, 0]])  # 150 degrees about y
 
-view = demo.picture(None)
+view, both = demo.picture(None), []
 for method, place in (("Linear Blend", -1.4), ("Dual Quaternion", 1.4)):
     posed = Skinning(registrationName=method, Input=weighted, Bones=bones, Pose=pose, SkinningMethod=method,
                      BoneIndexArrayName="")
     moved = Transform(registrationName=method + ", moved", Input=posed)
     moved.Transform.Translate = [place, 0, 0]
+    both.append(moved)
     demo.show(demo.smooth(moved), view, "Stripes", preset="Cool to Warm", bar=False)
-demo.fill(view, GroupDatasets(Input=[moved, weighted]), top=0.16)
-demo.write("linear blend", view, (0.2, 0.9))
-demo.write("dual quaternion", view, (0.62, 0.9))
+demo.fill(view, GroupDatasets(Input=both), top=0.16)
+demo.write("linear blend", view, (0.29, 0.9))
+demo.write("dual quaternion", view, (0.55, 0.9))
