@@ -22,9 +22,10 @@ from surfacesynthesis import (
     train_geometric_texture,
     training,
     write_mesh,
+    write_signal_dataset,
 )
 from surfacesynthesis.command_line import main
-from surfacesynthesis.safetensors import write_safetensors
+from surfacesynthesis.safetensors import read_safetensors, write_safetensors
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
 TINY = {"width": 8, "blocks": 2, "layers": 2, "batch": 2, "device": "cpu"}
@@ -85,6 +86,18 @@ def test_samples_of_every_kind_give_the_model_of_the_dataset_file(tmp_path, ball
     for number, given in enumerate((samples, blocks, [stretched(ball, s) for s in STRETCHES], arrays)):
         source = ball if number % 2 else polydata_of(*ball)
         assert train(tmp_path, f"given{number}", source, given)[0] == expected
+
+
+def test_a_model_names_where_its_data_come_from(tmp_path, ball):
+    data = tmp_path / "named.safetensors"
+    samples = np.array([stretched(ball, stretch)[0] for stretch in STRETCHES])
+    write_signal_dataset(data, [(ball, samples)], "Position", origin="a package", license="a license")
+    train(tmp_path, "named", dataset=data)
+    metadata = read_safetensors(tmp_path / "named")[1]
+    assert (metadata["origin"], metadata["license"]) == ("a package", "a license")
+    write_signal_dataset(data, [(ball, samples)], "Position")
+    train(tmp_path, "unnamed", dataset=data)
+    assert not {"origin", "license"} & set(read_safetensors(tmp_path / "unnamed")[1])
 
 
 def test_a_signal_is_learned_by_its_name_or_from_an_array(tmp_path, ball):

@@ -86,6 +86,19 @@ TEST(SignalDataset, IsReadAsItWasWritten)
   }
 }
 
+TEST(SignalDataset, KeepsWhereItComesFromAndItsLicense)
+{
+  SignalDataset dataset = TwoTriangles(3);
+  WriteSignalDataset("plain.dataset", dataset);
+  EXPECT_EQ(ReadSignalDataset("plain.dataset").Origin + ReadSignalDataset("plain.dataset").License, "");
+  dataset.Origin = "a package";
+  dataset.License = "a license; as its owner states it";
+  WriteSignalDataset("named.dataset", dataset);
+  const SignalDataset read = ReadSignalDataset("named.dataset");
+  EXPECT_EQ(read.Origin, dataset.Origin);
+  EXPECT_EQ(read.License, dataset.License);
+}
+
 TEST(SignalDataset, UnspoiltContentIsAccepted)
 {
   const FileContent content;
