@@ -12,8 +12,8 @@ labyrinth, and knobs that are wider above than at the neck. Writes
     texture_scales.png    above: one texture on one surface in four sizes (TextureScale); below: as it grows, level
                           by level
     texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
-    texture_uses.png      above: strengths, and one that an array gives; below: blends of two textures by an array, and knobs
-                          on a saddle before and after they are made printable, with intersecting triangles in red
+    texture_uses.png      above: strengths, and one that an array gives; below: a blend of two textures and a size, both
+                          by an array, and knobs on a saddle before and after they are made printable, with intersecting triangles in red
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
@@ -390,21 +390,35 @@ def strengths(options, sheet):
     sheet.add(0, 3, "spikes, a strength array\n0 at the feet to 1.75 at the ears", output, view)
 
 
-def blends(options, sheet):
+def blend(options, sheet):
     """Two textures on one surface, with a share that an array gives."""
-    how = {"start_level": START, "seed": options.seed}
-    for column, (name, first, second, axis) in enumerate((("knot1", "labyrinth", "knobs", 0), ("eight", "spikes", "labyrinth", 0))):
-        target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
-        share = np.clip(2.0 * along(target, axis) - 0.5, 0.0, 1.0)
-        mixed, _ = synthesized(
-            with_array(target, "Share", share),
-            model_of(options, first),
-            second_model=model_of(options, second),
-            blend="Share",
-            **how,
-        )
-        view = rendering.view_of(target, SIZE[0] / SIZE[1], TARGETS[name][2], margin=1.2)
-        sheet.add(1, column, f"a blend of {first} and {second}\n{faces(mixed)}", mixed, view)
+    target = remeshed(surface(None, "knot1.off"), TARGETS["knot1"][1])
+    mixed, _ = synthesized(
+        with_array(target, "Share", np.clip(2.0 * along(target, 0) - 0.5, 0.0, 1.0)),
+        model_of(options, "labyrinth"),
+        second_model=model_of(options, "knobs"),
+        blend="Share",
+        start_level=START,
+        seed=options.seed,
+    )
+    view = rendering.view_of(target, SIZE[0] / SIZE[1], TARGETS["knot1"][2], margin=1.2)
+    sheet.add(1, 0, f"a blend of labyrinth and knobs\n{faces(mixed)}", mixed, view)
+
+
+def sizes(options, sheet):
+    """One texture whose size an array gives."""
+    target = remeshed(surface(None, "eight.off"), TARGETS["eight"][1])
+    output, _ = synthesized(
+        with_array(target, "Size", 0.5 + 1.4 * along(target, 0)),
+        model_of(options, "spikes"),
+        size="Size",
+        prepare="remesh",
+        scale=1.0,
+        start_level=START,
+        seed=options.seed,
+    )
+    view = rendering.view_of(target, SIZE[0] / SIZE[1], TARGETS["eight"][2], margin=1.3)
+    sheet.add(1, 1, f"spikes, sizes of 0.5 to 1.9\n{faces(output)}", output, view)
 
 
 def printable_knobs(options, sheet):
@@ -429,10 +443,11 @@ def printable_knobs(options, sheet):
 
 
 def uses(options):
-    """What users change of a texture: strength, blends, printable surfaces."""
+    """What users change of a texture: strength, blend, size, printable surfaces."""
     sheet = rendering.Sheet(2, 4, SIZE)
     strengths(options, sheet)
-    blends(options, sheet)
+    blend(options, sheet)
+    sizes(options, sheet)
     printable_knobs(options, sheet)
     sheet.write(os.path.join(options.output, "texture_uses.png"), options.colors)
 

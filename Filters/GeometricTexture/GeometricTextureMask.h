@@ -34,6 +34,9 @@ constexpr GeometricTextureArray StrengthArray{ "strength", 0.0, 1e6, "values fro
 constexpr GeometricTextureArray BlendArray{ "blend", 0.0, 1.0,
   "values from 0, the texture of ModelFileName, to 1, that of SecondModelFileName" };
 
+/// Array that multiplies the length of edges in a remeshing.
+constexpr GeometricTextureArray SizeArray{ "size", 0.01, 100.0, "values from 0.01 to 100" };
+
 /// Reads the values of a point array at the used points of @p surface; empty when @p name is empty.
 /// @throws InvalidInput when there is no such array with one component, or a value is out of the range of @p kind.
 Eigen::VectorXf ReadGeometricTextureArray(

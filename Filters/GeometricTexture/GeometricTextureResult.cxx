@@ -88,10 +88,11 @@ GeometricTextureResult::GeometricTextureResult(std::shared_ptr<const GeometricTe
   GeometricTextureRequest request = settings.Request;
   request.Mask = settings.Mask;
   request.Blend = settings.Blend;
+  request.Sizes = settings.Sizes;
   SoftenMask(target, settings.MaskFalloff, request.Mask);
   for (int k = 0; k < settings.Subdivisions; ++k)
   {
-    Subdivide(target, { &request.Mask, &request.Blend });
+    Subdivide(target, { &request.Mask, &request.Blend, &request.Sizes });
   }
   sampler.Synthesize(target, request, keep, progress);
 }
@@ -101,8 +102,9 @@ bool GeometricTextureResult::Is(const GeometricTextureModel& model, const Geomet
   const GeometricTextureSettings& mine = this->Settings;
   return &model == this->Model.get() && SameSynthesis(mine.Request, settings.Request) &&
     mine.Subdivisions == settings.Subdivisions && SameValues(mine.Mask, settings.Mask) &&
-    SameValues(mine.Blend, settings.Blend) && mine.MaskFalloff == settings.MaskFalloff &&
-    mine.RandomFrom == settings.RandomFrom && (mine.AllLevels || !settings.AllLevels);
+    SameValues(mine.Blend, settings.Blend) && SameValues(mine.Sizes, settings.Sizes) &&
+    mine.MaskFalloff == settings.MaskFalloff && mine.RandomFrom == settings.RandomFrom &&
+    (mine.AllLevels || !settings.AllLevels);
 }
 
 void GeometricTextureResult::Adjust(

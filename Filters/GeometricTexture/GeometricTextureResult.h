@@ -22,11 +22,12 @@ namespace surfsynth
 /// Parameters of a texture, except the model and the surface.
 struct GeometricTextureSettings
 {
-  GeometricTextureRequest Request; ///< without the mask and the blend
+  GeometricTextureRequest Request; ///< without the mask, the blend and the sizes
   int Subdivisions = 0;            ///< number of subdivisions at midpoints before the synthesis
   Eigen::VectorXf Mask;            ///< of the used points of the surface, in [0, 1]; empty for 1
   double MaskFalloff = 0.0;        ///< see SoftenMask()
   Eigen::VectorXf Blend;           ///< of the used points, the share of the second model; empty without one
+  Eigen::VectorXf Sizes;           ///< of the used points, see GeometricTextureRequest; empty for equal ones
   std::optional<int> RandomFrom;   ///< the surface is the model's template: see GeometricTextureSampler::Generate()
   bool AllLevels = false;          ///< keep all levels, not only the last
 };

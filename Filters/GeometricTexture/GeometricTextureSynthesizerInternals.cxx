@@ -274,17 +274,19 @@ vtkSmartPointer<vtkPolyData> vtkGeometricTextureSynthesizer::Internals::Remesh(
   const surfsynth::UsedPoints points(surface.Mesh);
   surfsynth::ReadGeometricTextureArray(input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
   surfsynth::ReadGeometricTextureArray(input, points, this->Self->StrengthArrayName, surfsynth::StrengthArray);
+  const Eigen::VectorXf sizes = surfsynth::ReadGeometricTextureArray(
+    input, points, this->Self->SizeArrayName, surfsynth::SizeArray);
   if (this->SecondModel)
   {
     surfsynth::ReadGeometricTextureArray(input, points, this->Self->BlendArrayName, surfsynth::BlendArray);
   }
   const double scale = this->TextureScale(surface.Mesh);
   std::unique_ptr<surfsynth::RemeshedTarget>* target = this->Targets.Find(surface);
-  if (!target || !(*target)->Is(input, surface, scale))
+  if (!target || !(*target)->Is(input, surface, scale, sizes))
   {
     this->Targets.Drop(surface);
     auto made = std::make_unique<surfsynth::RemeshedTarget>(
-      input, surface, scale, this->Range(*this->Model).Count(), progress);
+      input, surface, scale, sizes, this->Range(*this->Model).Count(), progress);
     ++this->NumberOfRemeshings;
     target = &this->Targets.Insert(surface, std::move(made));
   }
@@ -317,6 +319,10 @@ GeometricTextureSettings vtkGeometricTextureSynthesizer::Internals::Settings(
   }
   settings.Mask = this->ReadArray(input, surface, self->MaskArrayName, surfsynth::MaskArray);
   settings.MaskFalloff = self->MaskFalloff;
+  if (this->Remeshes())
+  {
+    settings.Sizes = this->ReadArray(input, surface, self->SizeArrayName, surfsynth::SizeArray);
+  }
   if (this->SecondModel)
   {
     settings.Request.SecondModel = this->SecondModel;

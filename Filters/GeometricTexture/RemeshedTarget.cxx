@@ -6,6 +6,8 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshStatistics.h"
+#include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/SurfaceOperators.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -20,6 +22,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace surfsynth
 {
@@ -51,11 +54,14 @@ namespace
 {
 /// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
 constexpr double CreaseAngle = 60.0;
+/// Ratio of the target to the mean edge length of a remeshing: edges are about 8 per cent shorter.
+constexpr double ShortenedBy = 1.08;
 /// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
 constexpr double MaximumNumberOfTriangles = 1.5e7;
 
 /// Throws, before any work, when the levels would have too many triangles, or the surface is shorter than an edge.
-void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels)
+/// @param lengths of the points, or empty for equal ones
+void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, const std::vector<double>& lengths, int levels)
 {
   const BoundingBox box = ComputeBoundingBox(mesh);
   if (edgeLength > (box.Upper - box.Lower).norm())
@@ -64,7 +70,18 @@ void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels
       " are longer than the surface, whose longest side is " + FormatNumber(box.LongestSide()) +
       "; a smaller TextureScale is needed.");
   }
-  const double triangles = SurfaceArea(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
+  double triangles = SurfaceArea(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
+  if (!lengths.empty())
+  {
+    const Eigen::VectorXd areas = FaceAreas(mesh);
+    triangles = 0.0;
+    for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+    {
+      const auto t = mesh.Triangles.row(f);
+      const double length = (lengths[t(0)] + lengths[t(1)] + lengths[t(2)]) / 3.0;
+      triangles += areas[f] / (std::sqrt(3.0) / 4.0 * length * length);
+    }
+  }
   const double finest = triangles * std::pow(4.0, levels - 1);
   const std::string found = "Remeshed with edges of length " + FormatNumber(edgeLength) +
     " the surface would have about " + FormatNumber(triangles) + " triangles";
@@ -81,9 +98,10 @@ void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, int levels
 }
 } // namespace
 
-RemeshedTarget::RemeshedTarget(
-  vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress)
+RemeshedTarget::RemeshedTarget(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes,
+  int levels, const Progress& progress)
   : Scale(scale)
+  , Sizes(sizes)
   , Seams(SeamsOf(input, surface))
 {
   const auto target = std::make_shared<Surface>(surface);
@@ -93,7 +111,25 @@ RemeshedTarget::RemeshedTarget(
   options->MatchMeanEdgeLength = true;
   options->FeatureAngle = CreaseAngle;
   options->PointClasses = this->Seams;
-  RequireFittingEdges(surface.Mesh, options->EdgeLength, levels);
+  if (sizes.size() > 0)
+  {
+    const UsedPoints points(surface.Mesh);
+    std::vector<double> lengths(static_cast<std::size_t>(surface.Mesh.NumberOfPoints()), options->EdgeLength);
+    for (Index k = 0; k < points.Count(); ++k)
+    {
+      lengths[points.Id(k)] *= sizes[k];
+    }
+    RequireFittingEdges(surface.Mesh, options->EdgeLength, lengths, levels);
+    for (double& length : lengths)
+    {
+      length *= ShortenedBy;
+    }
+    options->PointEdgeLengths = std::move(lengths);
+  }
+  else
+  {
+    RequireFittingEdges(surface.Mesh, options->EdgeLength, {}, levels);
+  }
   this->Remeshed = RemeshSurface(target, options, progress);
 }
 
@@ -102,7 +138,7 @@ void RemeshedTarget::Fill(vtkPolyData* input, const Surface& surface, vtkPolyDat
   FillRemeshed(input, surface, this->Remeshed, output);
 }
 #else
-RemeshedTarget::RemeshedTarget(vtkPolyData*, const Surface&, double scale, int, const Progress&)
+RemeshedTarget::RemeshedTarget(vtkPolyData*, const Surface&, double scale, const Eigen::VectorXf&, int, const Progress&)
   : Scale(scale)
 {
   throw InvalidInput("TargetPreparation is REMESH, which needs CGAL, and this library was built without "
@@ -112,9 +148,10 @@ RemeshedTarget::RemeshedTarget(vtkPolyData*, const Surface&, double scale, int, 
 void RemeshedTarget::Fill(vtkPolyData*, const Surface&, vtkPolyData*) const {}
 #endif
 
-bool RemeshedTarget::Is(vtkPolyData* input, const Surface& surface, double scale) const
+bool RemeshedTarget::Is(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes) const
 {
-  return this->Scale == scale && this->Seams == SeamsOf(input, surface);
+  return this->Scale == scale && this->Sizes.size() == sizes.size() && (this->Sizes.array() == sizes.array()).all() &&
+    this->Seams == SeamsOf(input, surface);
 }
 
 } // namespace surfsynth

@@ -8,6 +8,8 @@
 
 #include "Core/Common/Progress.h"
 
+#include <Eigen/Core>
+
 #include <memory>
 #include <vector>
 
@@ -26,19 +28,22 @@ class RemeshedTarget
 public:
   /// Remeshes @p input as vtkIsotropicRemeshFilter does by default, to a mean edge length of @p scale times its own.
   /// @param surface @p input, converted
+  /// @param sizes of the used points of @p surface: factors of the edge length there, above 0; empty for 1
   /// @param levels number of levels of the synthesis: too many triangles for them are refused before any work
   /// @throws InvalidInput when the surface does not meet RemeshingRequirements(), there would be too many triangles, or
   /// the library was built without CGAL; Cancelled
-  RemeshedTarget(vtkPolyData* input, const Surface& surface, double scale, int levels, const Progress& progress);
+  RemeshedTarget(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes, int levels,
+    const Progress& progress);
 
   /// Returns true when another remeshing of the same mesh would give this result: the seams of the arrays count too.
-  bool Is(vtkPolyData* input, const Surface& surface, double scale) const;
+  bool Is(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes) const;
 
   /// Fills @p output with the target and the current arrays of @p input.
   void Fill(vtkPolyData* input, const Surface& surface, vtkPolyData* output) const;
 
 private:
   double Scale;
+  Eigen::VectorXf Sizes;
   std::vector<Index> Seams; ///< classes of the points
   RemeshedSurface Remeshed;
 };

@@ -47,6 +47,11 @@ void vtkGeometricTextureSynthesizer::SetMaskArrayName(const char* name)
   surfsynth::SetString(this, this->MaskArrayName, name);
 }
 
+void vtkGeometricTextureSynthesizer::SetSizeArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SizeArrayName, name);
+}
+
 void vtkGeometricTextureSynthesizer::SetSecondModelFileName(const char* name)
 {
   surfsynth::SetString(this, this->SecondModelFileName, name);
@@ -244,6 +249,7 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "LevelsWithoutNoise: " << this->LevelsWithoutNoise << "\n";
   os << indent << "TargetPreparation: " << this->TargetPreparation << "\n";
   os << indent << "TextureScale: " << this->TextureScale << "\n";
+  os << indent << "SizeArrayName: " << this->SizeArrayName << "\n";
   os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
   os << indent << "MaskFalloff: " << this->MaskFalloff << "\n";
   os << indent << "SecondModelFileName: " << this->SecondModelFileName << "\n";

@@ -222,6 +222,17 @@ public:
 
   ///@{
   /**
+   * Name of a point array of the target with one component, from 0.01 to 100, that multiplies the size of the texture from
+   * place to place: the length of the edges of the remeshed target, about TextureScale times the mean edge length of the
+   * target times the array, and the units of the networks. Sizes should change little over the length of some edges. Used with
+   * REMESH. Default "": one size.
+   */
+  void SetSizeArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(SizeArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Name of a point array of the target with one component, from 0 to 1, the factor of displacements: full texture at
    * 1, none at 0. Not used without input. Default "": full texture everywhere.
    */
@@ -419,6 +430,7 @@ private:
   std::string LevelsWithoutNoise;
   int TargetPreparation = AS_IS;
   double TextureScale = 1.0;
+  std::string SizeArrayName;
   std::string MaskArrayName;
   double MaskFalloff = 0.0;
   std::string SecondModelFileName;

@@ -40,7 +40,7 @@ FILTERS = (
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),
     ("Filters/Statistics/vtkGeometricTextureFeatures.h", "Wrapping/ParaView/GeometricTextureFeatures.xml", 5, 11, {"Bare"}),
-    ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 22, 5,
+    ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 23, 5,
      {"TimestepValues", "InstalledModels"}),
     (("Filters/Training/vtkGeometricTextureTrainer.h", TRAINER), "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
      {"TemplateMesh", "StopBackground"}),

@@ -33,6 +33,7 @@ SYNTHESIZER = {
     "TextureScale": (0.0, 0.5, 0.5),
     "MaskArrayName": ("", "Mask", "Mask"),
     "MaskFalloff": (0.0, 0.3, 0.3),
+    "SizeArrayName": ("", "Mask", "Mask"),
     "SecondModelFileName": ("", "second.safetensors", "second.safetensors"),
     "BlendArrayName": ("", "Mask", "Mask"),
     "Strength": (1.0, 1.5, 1.5),

@@ -174,6 +174,16 @@ needs_cgal = pytest.mark.skipif(
 
 
 @needs_cgal
+def test_the_size_of_a_texture_can_vary(ball, model):
+    mesh = polydata_of(*ball)
+    add_array(mesh.GetPointData(), "Size", np.full(len(ball[0]), 0.5))
+    half = geometric_texture(mesh, model, end_level=0, prepare="remesh", size="Size")
+    assert half.GetNumberOfPolys() == pytest.approx(4 * len(ball[1]), rel=0.25)
+    with pytest.raises(ValueError, match="size is of use with prepare"):
+        geometric_texture(mesh, model, size="Size")
+
+
+@needs_cgal
 def test_the_target_can_be_remeshed(ball, model):
     mesh = polydata_of(*ball)
     add_array(mesh.GetPointData(), "Upper", (ball[0][:, 2] > 0).astype(float))

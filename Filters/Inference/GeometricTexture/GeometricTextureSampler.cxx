@@ -225,6 +225,16 @@ GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& me
   const MeshTopology topology = RequireValidMesh(mesh, Requirements());
   GeometricTextureSynthesis synthesis(
     *this->Model, mesh, topology, FrameOf(mesh, topology), request.Mask, request.Statistics);
+  if (request.Sizes.size() > 0)
+  {
+    if (request.Sizes.size() != mesh.NumberOfPoints() || !(request.Sizes.array() > 0.0F).all() ||
+      !request.Sizes.allFinite())
+    {
+      RefuseSample("there are " + std::to_string(request.Sizes.size()) + " sizes, or one is not above 0",
+        std::to_string(mesh.NumberOfPoints()) + ", one for each vertex, all above 0");
+    }
+    synthesis.SetSizes(mesh, topology, request.Sizes);
+  }
   NoiseSource secondNoise;
   if (request.SecondModel)
   {

@@ -83,6 +83,18 @@ void GeometricTextureSynthesis::SetBlend(const GeometricTextureModel& second, Ei
   this->Blend = std::move(blend);
 }
 
+void GeometricTextureSynthesis::SetSizes(
+  const TriangleMesh& mesh, const MeshTopology& topology, const Eigen::VectorXf& sizes)
+{
+  double sum = 0.0;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    sum += static_cast<double>(sizes[v]) * (topology.NeighborStart[v + 1] - topology.NeighborStart[v]);
+  }
+  const double mean = sum / static_cast<double>(topology.Neighbors.size()); // over the edges, as the unit is
+  this->Sizes = sizes / static_cast<float>(mean);
+}
+
 /// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
 PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
   const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
@@ -91,11 +103,17 @@ PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& mod
   EdgeFeatureMatrix features;
   if (noise.rows() > 0)
   {
-    features = ComputeEdgeFeatures(points + noise, this->Base.Triangles, this->Neighbors);
+    const SinglePoints local = this->Sizes.size() > 0 ? SinglePoints(this->Sizes.asDiagonal() * noise) : noise;
+    features = ComputeEdgeFeatures(points + local, this->Base.Triangles, this->Neighbors);
   }
   else
   {
     features = ComputeEdgeFeatures(points, this->Base.Triangles, this->Neighbors);
+  }
+  for (Eigen::Index f = 0; f < features.rows() && this->Sizes.size() > 0; ++f)
+  {
+    const auto t = this->Base.Triangles.row(f);
+    features.row(f) *= 3.0F / (this->Sizes[t(0)] + this->Sizes[t(1)] + this->Sizes[t(2)]);
   }
   Report(progress, 0.1);
   const bool byReference = this->Statistics == NormStatistics::Reference;
@@ -105,7 +123,12 @@ PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& mod
     const SingleThreadedBlas blas;
     this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9), found);
   }
-  return MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+  PointMatrix offset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+  if (this->Sizes.size() > 0)
+  {
+    offset.array().colwise() *= this->Sizes.cast<double>().array();
+  }
+  return offset;
 }
 
 void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress,
@@ -149,6 +172,10 @@ void GeometricTextureSynthesis::Refine()
   if (this->Mask.size() > 0)
   {
     this->Mask = Interpolated(this->Mask, fine.Parents);
+  }
+  if (this->Sizes.size() > 0)
+  {
+    this->Sizes = Interpolated(this->Sizes, fine.Parents);
   }
   if (this->Blend.size() > 0)
   {

@@ -40,6 +40,10 @@ public:
   /// @param blend [V], share of @p second, 0 to 1; at 0 and 1 the displacement is that of one model to the last bit
   void SetBlend(const GeometricTextureModel& second, Eigen::VectorXf blend);
 
+  /// Lets the networks see each place in a unit of its own, in place of the mean edge length.
+  /// @param sizes [V], in proportion to the edges around each vertex, above 0
+  void SetSizes(const TriangleMesh& mesh, const MeshTopology& topology, const Eigen::VectorXf& sizes);
+
   /// Number of vertices, V, of the present level.
   Index NumberOfPoints() const { return this->Base.NumberOfPoints(); }
   /// Displaces the mesh by generator level @p level.
@@ -66,6 +70,7 @@ private:
   const GeometricTextureModel& Model;
   const GeometricTextureModel* SecondModel = nullptr;
   Eigen::VectorXf Blend; ///< [V], share of the second model
+  Eigen::VectorXf Sizes; ///< [V], local unit over the unit of the level; empty for 1
   GeometricTextureFrame Frame;
   double Doubling = 1.0;  ///< 2 to the number of refinements
   TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves

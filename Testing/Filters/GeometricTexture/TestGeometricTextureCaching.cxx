@@ -95,6 +95,7 @@ TEST(GeometricTextureCaching, UnchangedParametersCostNoExecutionAndEachChangeExa
 #ifdef SURFACE_SYNTHESIS_CGAL
     { "Printable", [](Filter* f) { f->SetPrintable(true); } },
 #endif
+    { "SizeArrayName", [](Filter* f) { f->SetSizeArrayName("Mask"); } },
     { "BlendArrayName", [](Filter* f) { f->SetBlendArrayName("Mask"); } },
     { "SecondModelFileName", [](Filter* f) { f->SetSecondModelFileName("two.model"); } },
     { "Strength", [](Filter* f) { f->SetStrength(1.5); } },

@@ -20,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 using namespace surfsynth;
@@ -179,6 +180,57 @@ TEST(GeometricTextureRemeshing, TheAutomaticScaleBeginsWithTheSameTrianglesOnEve
     const auto output = SurfaceOf(filter);
     EXPECT_NEAR(static_cast<double>(output->GetNumberOfPolys()), 7000.0, 700.0) << levels;
   }
+}
+
+namespace
+{
+/// The largest relative error of the mean edge length in slices of the height z of a bare surface, which is to be
+/// @p wanted(z).
+double ErrorOfEdges(const TriangleMesh& bare, const std::function<double(double z)>& wanted)
+{
+  constexpr int Slices = 8;
+  double found[Slices] = {}, asked[Slices] = {};
+  for (Index f = 0; f < bare.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      const Eigen::RowVector3d a = bare.Points.row(bare.Triangles(f, k));
+      const Eigen::RowVector3d b = bare.Points.row(bare.Triangles(f, (k + 1) % 3));
+      const double z = 0.5 * (a[2] + b[2]);
+      const int slice = std::clamp(static_cast<int>((z + 1.0) / 2.0 * Slices), 0, Slices - 1);
+      found[slice] += (b - a).norm();
+      asked[slice] += wanted(z);
+    }
+  }
+  double error = 0.0;
+  for (int slice = 0; slice < Slices; ++slice)
+  {
+    error = std::max(error, std::abs(found[slice] / asked[slice] - 1.0));
+  }
+  return error;
+}
+} // namespace
+
+TEST(GeometricTextureRemeshing, SizesVaryFromPlaceToPlace)
+{
+  const auto target = Icosphere(4).ToPolyData();
+  const auto size = [](double z) { return 1.0 + 0.6 * z; };
+  AddPointField(target, "Size", [&](const double* p) { return size(p[2]); });
+  const double edge = MeanEdge(ConvertSurface(target).Mesh);
+  const auto filter = Remeshing(target, 1.3);
+  filter->SetSizeArrayName("Size");
+  filter->SetEndLevel(0);
+  const vtkSmartPointer<vtkPolyData> output = SurfaceOf(filter);
+  EXPECT_LT(ErrorOfEdges(Bare(output), [&](double z) { return 1.3 * edge * size(z); }), 0.15);
+  EXPECT_GT(ErrorOfEdges(Bare(output), [&](double) { return 1.3 * edge; }), 0.3) << "of one size";
+  EXPECT_EQ(CostOf(filter), (Cost{ 0, 0 }));
+  AddPointField(target, "Size", [](const double*) { return 0.8; });
+  filter->Modified();
+  EXPECT_EQ(CostOf(filter), (Cost{ 1, 1 })) << "other sizes are another remeshing";
+  AddPointField(target, "Size", [](const double*) { return 0.0; });
+  filter->Modified();
+  EXPECT_THAT(
+    ErrorOf(filter), HasSubstr("The size array \"Size\" is 0 at point 0; values from 0.01 to 100 are needed"));
 }
 
 TEST(GeometricTextureRemeshing, ArraysAreCarriedOver)

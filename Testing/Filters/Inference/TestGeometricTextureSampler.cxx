@@ -344,6 +344,36 @@ TEST(GeometricTextureSampler, ComponentsDoNotChangeEachOther)
   EXPECT_LE((beside.topRows(coarse) - alone.topRows(coarse)).cwiseAbs().maxCoeff(), 1e-5);
 }
 
+TEST(GeometricTextureSampler, SizesGiveEachPlaceAUnitOfItsOwn)
+{
+  // A surface, and the same three times as large, become the same three times as large.
+  const TriangleMesh small = Surface();
+  const Eigen::Vector3d offset(20.0, 0.0, 0.0);
+  const TriangleMesh both = test::Join(small, test::Translated(test::Scaled(small, 3.0), offset));
+  const Index points = small.NumberOfPoints();
+  GeometricTextureRequest request;
+  request.NoiseAmplitude = 0.0;
+  request.Sizes = Eigen::VectorXf::Ones(2 * points);
+  const GeometricTextureLevel plain = Sampler().Synthesize(both, request);
+  request.Sizes.tail(points).setConstant(3.0F);
+  const GeometricTextureLevel sized = Sampler().Synthesize(both, request);
+  const auto differenceOf = [&](const GeometricTextureLevel& level) {
+    const PointMatrix way = level.Mesh.Points - level.Base;
+    // Points of the target come first: those of the small surface, then those of the large one.
+    return (way.middleRows(points, points) - 3.0 * way.topRows(points)).norm() / way.middleRows(points, points).norm();
+  };
+  EXPECT_LT(differenceOf(sized), 1e-4);
+  EXPECT_GT(differenceOf(plain), 0.1) << "in one unit";
+  // Equal sizes, whatever they are, change nothing but rounding.
+  GeometricTextureRequest without;
+  GeometricTextureRequest equal;
+  equal.Sizes = Eigen::VectorXf::Constant(points, 7.0F);
+  const PointMatrix expected = Sampler().Synthesize(small, without).Mesh.Points;
+  EXPECT_LT((Sampler().Synthesize(small, equal).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-5);
+  equal.Sizes[0] = 0.0F;
+  EXPECT_THAT(MessageOf([&] { Sampler().Synthesize(small, equal); }), HasSubstr("sizes"));
+}
+
 TEST(GeometricTextureSampler, StatisticsAreThoseOfTheTargetUnlessTheReferencesAreAskedFor)
 {
   GeometricTextureRequest request = Seeded(1);

@@ -67,6 +67,7 @@ def geometric_texture(
     strength_array=None,
     second_model=None,
     blend=None,
+    size=None,
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -142,6 +143,9 @@ def geometric_texture(
     blend : str, optional
         Name of a point array of the target with one component, from 0, the texture of ``model``, to 1, that of
         ``second_model``; goes with it.
+    size : str, optional
+        Name of a point array of the target with one component, from 0.01 to 100, that multiplies the size of the texture from
+        place to place, with ``prepare`` "remesh". Default: one size.
 
     Returns
     -------
@@ -184,6 +188,7 @@ def geometric_texture(
         strength_array=strength_array,
         second_model=second_model,
         blend=blend,
+        size=size,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -217,6 +222,7 @@ def configured_synthesizer(
     strength_array=None,
     second_model=None,
     blend=None,
+    size=None,
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -239,6 +245,10 @@ def configured_synthesizer(
         if prepare == "as_is":
             raise ValueError('scale is of no use with prepare "as_is"; "subdivide" or "remesh" changes the size')
         algorithm.SetTextureScale(in_range("scale", scale, 0.001, 1000.0))
+    if size is not None:
+        if prepare != "remesh":
+            raise ValueError('size is of use with prepare "remesh" only, which makes triangles of that size')
+        algorithm.SetSizeArrayName(array_name("size", size))
     if mask is not None:
         algorithm.SetMaskArrayName(array_name("mask", mask))
     algorithm.SetMaskFalloff(at_least_0("mask_falloff", mask_falloff))

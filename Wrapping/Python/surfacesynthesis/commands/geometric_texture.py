@@ -93,6 +93,9 @@ def add(commands):
     texture.add_argument(
         "--random-from", type=int, default=0, metavar="L", help="without INPUT: the first level with noise of the seed"
     )
+    texture.add_argument(
+        "--size", metavar="NAME", help="with --prepare remesh: point array that multiplies the size of the texture"
+    )
     texture.add_argument("--second-model", metavar="FILE", help="another model, which --blend mixes with the first")
     texture.add_argument("--blend", metavar="NAME", help="point array, 0 for the first model to 1 for the second")
     texture.add_argument(
@@ -137,9 +140,10 @@ def run(arguments):
         strength_array=arguments.strength_array,
         second_model=arguments.second_model,
         blend=arguments.blend,
+        size=arguments.size,
         output_levels=arguments.output_levels,
     )
-    for option in ("mask", "strength_array", "blend"):
+    for option in ("mask", "strength_array", "blend", "size"):
         if arguments.input is None and getattr(arguments, option) is not None:
             raise UsageError(f"--{option.replace('_', '-')} needs INPUT: the template has no arrays")
     mesh = None
