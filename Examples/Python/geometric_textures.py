@@ -443,7 +443,7 @@ def printable_knobs(options, sheet):
 
 
 def uses(options):
-    """What users change of a texture: strength, blend, size, printable surfaces."""
+    """Strengths, a blend, sizes, and printable surfaces."""
     sheet = rendering.Sheet(2, 4, SIZE)
     strengths(options, sheet)
     blend(options, sheet)
