@@ -95,7 +95,7 @@ public:
   void Train(vtkInformationVector** inputVector, Run& run) const
   {
     surfsynth::TrainingFiles files = run.Files();
-    const std::vector<std::string>& names = this->Self->ReferenceFileNames;
+    const std::vector<std::string> names = this->ReferenceFiles();
     files.Inputs.insert(files.Inputs.end(), names.begin(), names.end());
     if (this->Self->TextureName.empty())
     {
@@ -116,6 +116,19 @@ public:
   }
 
 private:
+  std::vector<std::string> ReferenceFiles() const
+  {
+    std::vector<std::string> names;
+    for (const std::string& name : this->Self->ReferenceFileNames)
+    {
+      if (!name.empty())
+      {
+        names.push_back(name);
+      }
+    }
+    return names;
+  }
+
   /// At least one; the first is without levels when the input is empty.
   std::vector<MultiscaleDataset> References(vtkInformationVector** inputVector) const
   {
@@ -129,7 +142,7 @@ private:
     {
       references.push_back(surfsynth::ReadMultiscaleDataset(file));
     }
-    for (const std::string& name : this->Self->ReferenceFileNames)
+    for (const std::string& name : this->ReferenceFiles())
     {
       references.push_back(surfsynth::ReadMultiscaleDataset(name));
     }
@@ -190,21 +203,21 @@ vtkGeometricTextureTrainer::~vtkGeometricTextureTrainer() = default;
 
 void vtkGeometricTextureTrainer::SetTextureName(const char* name) { this->SetText(this->TextureName, name); }
 
-void vtkGeometricTextureTrainer::AddReferenceFileName(const char* name)
+void vtkGeometricTextureTrainer::SetNumberOfReferenceFileNames(int number)
 {
-  if (name && *name)
+  const auto wanted = static_cast<std::size_t>(std::max(number, 0));
+  if (this->ReferenceFileNames.size() != wanted)
   {
-    this->ReferenceFileNames.emplace_back(name);
+    this->ReferenceFileNames.resize(wanted);
     this->Modified();
   }
 }
 
-void vtkGeometricTextureTrainer::RemoveAllReferenceFileNames()
+void vtkGeometricTextureTrainer::SetReferenceFileName(int index, const char* name)
 {
-  if (!this->ReferenceFileNames.empty())
+  if (index >= 0 && index < this->GetNumberOfReferenceFileNames())
   {
-    this->ReferenceFileNames.clear();
-    this->Modified();
+    this->SetText(this->ReferenceFileNames[static_cast<std::size_t>(index)], name);
   }
 }
 

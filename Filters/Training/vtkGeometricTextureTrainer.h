@@ -22,7 +22,7 @@
  * vtkGeometricTextureSynthesizer has no input. Without it the first level is the template.
  * @par
  * Both ports may be left unconnected when DatasetFileName is set: a file with one surface at several scales, which
- * vtkMultiscaleMeshFitter writes. Surfaces of AddReferenceFileName() follow those of the inputs or of that file.
+ * vtkMultiscaleMeshFitter writes. Surfaces of SetReferenceFileName() follow those of the inputs or of that file.
  *
  * @par Output
  * The table of vtkModelTrainer, with a row for each iteration of all levels and the columns iteration, level (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate
@@ -68,12 +68,13 @@ public:
 
   ///@{
   /**
-   * Dataset files of further surfaces with the same texture and as many levels. RemoveAllReferenceFileNames() removes them;
-   * GetReferenceFileName() returns null for an index out of range. Default none.
+   * Dataset files of further surfaces with the same texture and as many levels; empty names are none.
+   * SetNumberOfReferenceFileNames() clamps to 0 and more and fills up with empty names; SetReferenceFileName() does nothing
+   * for an index out of range, and GetReferenceFileName() returns null. Default none.
    */
-  void AddReferenceFileName(const char* name);
-  void RemoveAllReferenceFileNames();
+  void SetNumberOfReferenceFileNames(int number);
   int GetNumberOfReferenceFileNames() const { return static_cast<int>(this->ReferenceFileNames.size()); }
+  void SetReferenceFileName(int index, const char* name);
   const char* GetReferenceFileName(int index) const;
   ///@}
 

@@ -311,7 +311,8 @@ TEST(GeometricTextureTrainerFilter, SeveralReferencesAndNumbersOfIterationsAreTh
   WriteMultiscaleDataset("references.second", second);
   const auto fromFiles = configured("references.files", false);
   fromFiles->SetDatasetFileName("references.first");
-  fromFiles->AddReferenceFileName("references.second");
+  fromFiles->SetNumberOfReferenceFileNames(1);
+  fromFiles->SetReferenceFileName(0, "references.second");
   EXPECT_STREQ(fromFiles->GetReferenceFileName(0), "references.second");
   EXPECT_EQ(fromFiles->GetReferenceFileName(1), nullptr);
   OutputOf(fromFiles);
@@ -327,14 +328,15 @@ TEST(GeometricTextureTrainerFilter, ListsArePrintedAndKeepTheirRange)
   EXPECT_EQ(filter->GetIterationsOfLevel(0), 2000);
   EXPECT_EQ(filter->GetIterationsOfLevel(1), 1);
   EXPECT_EQ(filter->GetIterationsOfLevel(2), 0);
-  filter->AddReferenceFileName("a.safetensors");
-  filter->AddReferenceFileName("");
+  filter->SetNumberOfReferenceFileNames(1);
+  filter->SetReferenceFileName(0, "a.safetensors");
+  filter->SetReferenceFileName(1, "b.safetensors");
   EXPECT_EQ(filter->GetNumberOfReferenceFileNames(), 1);
   std::ostringstream text;
   filter->Print(text);
   EXPECT_THAT(text.str(), HasSubstr("IterationsOfLevels: 2000 1\n"));
   EXPECT_THAT(text.str(), HasSubstr("ReferenceFileNames: a.safetensors\n"));
-  filter->RemoveAllReferenceFileNames();
+  filter->SetNumberOfReferenceFileNames(-1);
   EXPECT_EQ(filter->GetNumberOfReferenceFileNames(), 0);
 }
 

@@ -211,13 +211,13 @@ def train_geometric_texture(
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)
     _connect(algorithm, levels, template)
+    add_reference_files(algorithm, [one for one in references if isinstance(one, (str, os.PathLike))])
     for reference in references:
         if isinstance(reference, (str, os.PathLike)):
-            algorithm.AddReferenceFileName(os.fspath(reference))
-        elif dataset is not None:
+            continue
+        if dataset is not None:
             raise TypeError("beside a dataset each of the references must be a dataset file")
-        else:
-            algorithm.AddInputDataObject(0, _levels(reference))
+        algorithm.AddInputDataObject(0, _levels(reference))
     return training.run(algorithm, COLUMNS, progress)
 
 
@@ -267,6 +267,13 @@ def configured_trainer(
     algorithm.SetMaximumChannels(count("maximum_channels", maximum_channels, 1, 4096))
     algorithm.SetNoiseAmplitude(in_range("noise_amplitude", noise_amplitude, 0.0, 1e6))
     return algorithm
+
+
+def add_reference_files(algorithm, paths):
+    """Gives a vtkGeometricTextureTrainer dataset files of further surfaces."""
+    algorithm.SetNumberOfReferenceFileNames(len(paths))
+    for number, path in enumerate(paths):
+        algorithm.SetReferenceFileName(number, os.fspath(path))
 
 
 def _connect(algorithm, levels, template):

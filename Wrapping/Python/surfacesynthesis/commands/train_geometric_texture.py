@@ -85,7 +85,7 @@ def add(kinds):
 
 def run(arguments):
     """The command ``train geometric-texture``."""
-    from ..geometric_texture_training import COLUMNS, configured_trainer
+    from ..geometric_texture_training import COLUMNS, add_reference_files, configured_trainer
     from ..training import losses_of
 
     algorithm = as_usage(
@@ -95,8 +95,7 @@ def run(arguments):
         texture_name=arguments.texture_name,
         **training_parameters(arguments, _NUMBERS, arguments.model),
     )
-    for path in arguments.references:
-        algorithm.AddReferenceFileName(path)
+    add_reference_files(algorithm, arguments.references)
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
     return training_outcome(algorithm, losses, "reconstruction loss")
