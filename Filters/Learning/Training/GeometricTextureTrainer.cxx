@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Random/CounterUniforms.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/GeometricTextureTrainerInternals.h"
