@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Makes what the example geometric textures are learnt from: balls with a displacement, as meshes at several scales.
 
-    python3 make_references.py OUTPUT [--only NAME ...]
+    python3 make_references.py OUTPUT [--only NAME ...] [--surfaces SURFACE ...]
 
 Writes NAME_0.ply to NAME_3.ply, of 320, 1280, 5120 and 20480 triangles, for each of
 
     spikes      cones on a bare ground
     labyrinth   walls and trenches that wind: a random spherical harmonic, cut off above and below
     knobs       mushrooms, wider above than at the neck: points are moved along the surface as well as off it
+
+With --surfaces torus or saddle, spikes and knobs on those, as NAME_SURFACE_0.ply and so on: triangles and features are as large as
+those of the ball, and areas about the same.
 
 Here the shape is known, and each level is that shape, smoothed over the length of the level's edges. For a surface that
 is only given as a mesh, vtkMultiscaleMeshFitter makes the levels.
@@ -78,6 +81,83 @@ def closest(points, centers):
     return centers[cosines.argmax(axis=1)], np.arccos(np.clip(cosines.max(axis=1), -1.0, 1.0))
 
 
+#: Radii of the torus and half the width of the saddle, in radii of the ball.
+TORUS = (0.9, 0.4)
+SADDLE = 1.75
+#: Points of level 0, as many in an area as on the ball.
+COARSE_POINTS = {"torus": 181, "saddle": 178}
+
+
+def on_torus(points):
+    """The closest points of the torus, and their normals, [V, 3] each."""
+    ring = points * (1.0, 1.0, 0.0)
+    ring *= TORUS[0] / np.linalg.norm(ring, axis=1, keepdims=True)
+    normals = (points - ring) / np.linalg.norm(points - ring, axis=1, keepdims=True)
+    return ring + TORUS[1] * normals, normals
+
+
+def on_saddle(points):
+    """The points of the saddle above or below, and their normals, [V, 3] each."""
+    x, y = points[:, 0], points[:, 1]
+    normals = np.stack([-x / SADDLE, y / SADDLE, np.ones(len(points))], axis=1)
+    moved = np.stack([x, y, 0.5 * (x * x - y * y) / SADDLE], axis=1)
+    return moved, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+#: The surfaces beside the ball, as functions of points near them.
+SURFACES = {"torus": on_torus, "saddle": on_saddle}
+
+
+def grid(name, count=121):
+    """The corners [N, 3] and triangles [F, 3] of a fine mesh of one of SURFACES."""
+    closed = name == "torus"
+    steps = np.linspace(-1.0, 1.0, count)[: count - closed]
+    u, v = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
+    if closed:
+        ring = np.stack([np.cos(np.pi * u), np.sin(np.pi * u), 0.0 * u], axis=1)
+        corners = (TORUS[0] + TORUS[1] * np.cos(np.pi * v))[:, None] * ring
+        corners[:, 2] = TORUS[1] * np.sin(np.pi * v)
+    else:
+        corners, _ = on_saddle(SADDLE * np.stack([u, v, 0.0 * u], axis=1))
+    numbers = np.arange(len(corners)).reshape(len(steps), -1)
+    if closed:
+        numbers = np.pad(numbers, (0, 1), mode="wrap")
+    a, b, c, d = (part.ravel() for part in (numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]))
+    return corners, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def scattered_on(points, count, generator):
+    """Ids [N] of points that keep a distance from each other, as scattered()."""
+    found = points[generator.choice(len(points), count, replace=False)]
+    for _ in range(8):
+        nearest = closest_of(points, found)
+        found = np.stack([points[nearest == k].mean(axis=0) if (nearest == k).any() else found[k] for k in range(count)])
+    return closest_of(found, points)
+
+
+def closest_of(points, centers):
+    """The number of the closest center of each point [V]."""
+    squares = (centers**2).sum(axis=1)
+    parts = np.array_split(points, max(1, len(points) * len(centers) // 10**7))
+    return np.concatenate([(squares - 2.0 * part @ centers.T).argmin(axis=1) for part in parts])
+
+
+def displaced(name, points, normals, area, generator):
+    """Points [V, 3] of a surface of that area with spikes or knobs, as the displacements of the ball below."""
+    count = round({"spikes": 90, "knobs": 60}[name] * area / (4.0 * np.pi))
+    centers = points[scattered_on(points, count, generator)]
+    away = points - centers[closest_of(points, centers)]
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    if name == "spikes":
+        return points + 0.26 * np.clip(1.0 - distance / 0.17, 0.0, None) ** 1.3 * normals
+    width = MUSHROOM[0][0]
+    radius, height = meridian(np.clip(distance[:, 0] / width, 0.0, 1.0))
+    outwards = away - (away * normals).sum(axis=1, keepdims=True) * normals
+    outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
+    inwards = np.where(distance < width, radius[:, None] - distance, 0.0)
+    return points + inwards * outwards + height[:, None] * normals
+
+
 def spikes(points, generator):
     _, angle = closest(points, scattered(90, generator))
     return points * (1.0 + 0.26 * np.clip(1.0 - angle / 0.17, 0.0, None) ** 1.3)[:, None]
@@ -134,12 +214,25 @@ class Neighbors:
         return values
 
 
-def reference_levels(name, levels=LEVELS, seed=1):
-    """A displaced ball as meshes of 320, 1280, ... triangles, each smoothed over the length of its edges; the texture was
-    learnt from seed 1."""
-    meshes = balls(levels + FINER)
+def surface_levels(surface, levels):
+    """One of SURFACES as meshes, each with the points of the one before and others."""
+    coarse = surfacesynthesis.remesh(grid(surface), points=COARSE_POINTS[surface], feature_angle=None)
+    return surfacesynthesis.fit_levels(coarse, template=coarse, levels=levels, iterations=0).levels
+
+
+def reference_levels(name, levels=LEVELS, seed=1, surface="ball"):
+    """A displaced ball, or one of SURFACES, as meshes of 320, 1280, ... triangles, each smoothed over the length of its
+    edges; the shipped texture was learnt from seed 1 of the ball."""
+    generator = np.random.default_rng(seed)
+    if surface == "ball":
+        meshes = balls(levels + FINER)
+        displacement = DISPLACEMENTS[name](directions(meshes[-1]), generator)
+    else:
+        meshes = surface_levels(surface, levels + FINER)
+        points, normals = SURFACES[surface](vtk_to_numpy(meshes[-1].GetPoints().GetData()).astype(float))
+        area = surfacesynthesis.topology_report(meshes[-1])["area"]
+        displacement = displaced(name, points, normals, area, generator)
     fine = meshes[-1]
-    displacement = DISPLACEMENTS[name](directions(fine), np.random.default_rng(seed))
     neighbors = Neighbors(fine)
     done = 0
     for number in reversed(range(levels)):
@@ -155,12 +248,17 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
+    parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"])
     options = parser.parse_args(arguments)
+    if "labyrinth" in options.only and options.surfaces != ["ball"]:
+        parser.error("the labyrinth is a harmonic of the ball: --only spikes knobs")
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:
-        for number, mesh in enumerate(reference_levels(name)):
-            surfacesynthesis.write_mesh(mesh, os.path.join(options.output, f"{name}_{number}.ply"))
-        print(f"wrote {options.output}/{name}_*.ply", file=sys.stderr, flush=True)
+        for surface in options.surfaces:
+            stem = name if surface == "ball" else f"{name}_{surface}"
+            for number, mesh in enumerate(reference_levels(name, surface=surface)):
+                surfacesynthesis.write_mesh(mesh, os.path.join(options.output, f"{stem}_{number}.ply"))
+            print(f"wrote {options.output}/{stem}_*.ply", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Trains the geometric textures of Examples/Models.
 
-    python3 train_textures.py OUTPUT [--only NAME ...] [--iterations N]
+    python3 train_textures.py OUTPUT [--only NAME ...] [--iterations N[,N...]] [--surfaces SURFACE ...]
 
 Makes each reference (make_references.py) and writes NAME.safetensors and NAME.csv, a table of the losses. A training that
-was interrupted goes on from its checkpoint when the script is run again. On one core of two an iteration takes about half
-a second on the finest level but one, and two seconds on the finest.
+was interrupted goes on from its checkpoint when the script is run again. With several surfaces a texture is learned from all of
+them.
 """
 
 import argparse
@@ -15,7 +15,8 @@ import sys
 import time
 
 import surfacesynthesis
-from make_references import DISPLACEMENTS, reference_levels
+from make_references import DISPLACEMENTS, SURFACES, reference_levels
+from surfacesynthesis.commands.train_geometric_texture import iterations_of_levels
 
 #: Half of the paper's channels.
 RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
@@ -25,7 +26,10 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
-    parser.add_argument("--iterations", type=int, default=300, help="of each level (default: 300)")
+    parser.add_argument("--iterations", type=iterations_of_levels, default=300, metavar="N[,N...]",
+                        help="of each level, or one number for each (default: 300)")  # fmt: skip
+    parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"],
+                        help="what the texture is learned from (default: ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")
     options = parser.parse_args(arguments)
     os.makedirs(options.output, exist_ok=True)
@@ -33,14 +37,16 @@ def main(arguments=None):
         started = time.monotonic()
         model = os.path.join(options.output, name + ".safetensors")
         losses = os.path.join(options.output, name + ".csv")
-        levels = reference_levels(name, options.levels)
+        levels, *others = [reference_levels(name, options.levels, surface=surface) for surface in options.surfaces]
+        one = isinstance(options.iterations, int)
         surfacesynthesis.train_geometric_texture(
             levels,
+            references=others,
             model=model,
             losses=losses,
             texture_name=name,
             iterations=options.iterations,
-            learning_rate_interval=max(1, 3 * options.iterations // 8),
+            learning_rate_interval=max(1, 3 * options.iterations // 8) if one else 0,
             **RECIPE,
         )
         print(f"{model}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)

@@ -19,6 +19,7 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -93,48 +94,81 @@ public:
 
   void Train(vtkInformationVector** inputVector, Run& run) const
   {
-    const surfsynth::TrainingFiles files = run.Files();
+    surfsynth::TrainingFiles files = run.Files();
+    const std::vector<std::string> names = this->ReferenceFiles();
+    files.Inputs.insert(files.Inputs.end(), names.begin(), names.end());
     if (this->Self->TextureName.empty())
     {
       throw InvalidInput("TextureName is empty; a name for the texture is needed.");
     }
-    MultiscaleDataset dataset = this->Dataset(inputVector);
-    if (dataset.Levels.empty())
+    const auto data = std::make_shared<std::vector<MultiscaleDataset>>(this->References(inputVector));
+    if (data->front().Levels.empty())
     {
       return;
     }
-    const auto iterations = static_cast<std::int64_t>(dataset.Levels.size()) * this->Self->IterationsPerLevel;
-    const auto data = std::make_shared<MultiscaleDataset>(std::move(dataset));
-    run.Train([data, iterations, files, options = this->Options(run)](surfsynth::TrainingWatch& watch) {
+    const GeometricTextureTrainingOptions options = this->Options(run);
+    const std::vector<std::int64_t> iterations = surfsynth::IterationsOfEachLevel(options, data->front().Levels.size());
+    run.Train([data, iterations, files, options](surfsynth::TrainingWatch& watch) {
       const surfsynth::TrainingClock clock(iterations, surfsynth::CostsOfLevels(*data, options.Network));
-      watch.Finish(surfsynth::TrainGeometricTexture(
-        std::move(*data), options, files, watch.ShowProgress(clock), watch.GetProgress()));
+      watch.Finish(
+        surfsynth::TrainGeometricTexture(*data, options, files, watch.ShowProgress(clock), watch.GetProgress()));
     });
   }
 
 private:
-  /// Without levels when the input is empty.
-  MultiscaleDataset Dataset(vtkInformationVector** inputVector) const
+  std::vector<std::string> ReferenceFiles() const
+  {
+    std::vector<std::string> names;
+    for (const std::string& name : this->Self->ReferenceFileNames)
+    {
+      if (!name.empty())
+      {
+        names.push_back(name);
+      }
+    }
+    return names;
+  }
+
+  /// At least one; the first is without levels when the input is empty.
+  std::vector<MultiscaleDataset> References(vtkInformationVector** inputVector) const
   {
     const std::string file = this->Self->GetDatasetFileName();
-    if (!file.empty())
+    std::vector<MultiscaleDataset> references;
+    if (file.empty())
     {
-      return surfsynth::ReadMultiscaleDataset(file);
+      references = ConnectedReferences(inputVector);
     }
-    vtkDataObject* levels = vtkDataObject::GetData(inputVector[0]);
-    if (!levels)
+    else
+    {
+      references.push_back(surfsynth::ReadMultiscaleDataset(file));
+    }
+    for (const std::string& name : this->ReferenceFiles())
+    {
+      references.push_back(surfsynth::ReadMultiscaleDataset(name));
+    }
+    return references;
+  }
+
+  static std::vector<MultiscaleDataset> ConnectedReferences(vtkInformationVector** inputVector)
+  {
+    std::vector<MultiscaleDataset> references;
+    for (int k = 0; k < inputVector[0]->GetNumberOfInformationObjects(); ++k)
+    {
+      vtkDataObject* levels = vtkDataObject::GetData(inputVector[0], k);
+      references.emplace_back();
+      references.back().Levels = ReadLevels(levels);
+    }
+    if (references.empty())
     {
       throw InvalidInput("There are no levels on port 0; a surface at several scales, as vtkMultiscaleMeshFitter makes "
                          "it, or a DatasetFileName is needed.");
     }
-    MultiscaleDataset dataset;
-    dataset.Levels = ReadLevels(levels);
     vtkDataObject* start = vtkDataObject::GetData(inputVector[1]);
-    if (!dataset.Levels.empty() && !IsEmptyLevel(start))
+    if (!references.front().Levels.empty() && !IsEmptyLevel(start))
     {
-      dataset.Template = ReadLevelMesh(start, "The template");
+      references.front().Template = ReadLevelMesh(start, "The template");
     }
-    return dataset;
+    return references;
   }
 
   GeometricTextureTrainingOptions Options(const Run& run) const
@@ -144,11 +178,13 @@ private:
     run.SetSharedOptions(options);
     options.Name = self.TextureName;
     options.IterationsPerLevel = self.IterationsPerLevel;
+    options.IterationsOfLevels.assign(self.IterationsOfLevels.begin(), self.IterationsOfLevels.end());
     options.DiscriminatorSteps = self.DiscriminatorSteps;
     options.GeneratorSteps = self.GeneratorSteps;
     options.LearningRateInterval = self.LearningRateInterval;
     options.LearningRateFactor = self.LearningRateFactor;
     options.PenaltyWeight = self.PenaltyWeight;
+    options.PenaltyInterval = self.PenaltyInterval;
     options.ReconstructionWeight = self.ReconstructionWeight;
     options.Network.Layers = self.Layers;
     options.Network.StartChannels = self.StartChannels;
@@ -167,11 +203,69 @@ vtkGeometricTextureTrainer::~vtkGeometricTextureTrainer() = default;
 
 void vtkGeometricTextureTrainer::SetTextureName(const char* name) { this->SetText(this->TextureName, name); }
 
+void vtkGeometricTextureTrainer::SetNumberOfReferenceFileNames(int number)
+{
+  const auto wanted = static_cast<std::size_t>(std::max(number, 0));
+  if (this->ReferenceFileNames.size() != wanted)
+  {
+    this->ReferenceFileNames.resize(wanted);
+    this->Modified();
+  }
+}
+
+void vtkGeometricTextureTrainer::SetReferenceFileName(int index, const char* name)
+{
+  if (index >= 0 && index < this->GetNumberOfReferenceFileNames())
+  {
+    this->SetText(this->ReferenceFileNames[static_cast<std::size_t>(index)], name);
+  }
+}
+
+const char* vtkGeometricTextureTrainer::GetReferenceFileName(int index) const
+{
+  return index >= 0 && index < this->GetNumberOfReferenceFileNames()
+    ? this->ReferenceFileNames[static_cast<std::size_t>(index)].c_str()
+    : nullptr;
+}
+
+void vtkGeometricTextureTrainer::SetNumberOfIterationsOfLevels(int number)
+{
+  const auto wanted = static_cast<std::size_t>(std::max(number, 0));
+  if (this->IterationsOfLevels.size() != wanted)
+  {
+    this->IterationsOfLevels.resize(wanted, this->IterationsPerLevel);
+    this->Modified();
+  }
+}
+
+void vtkGeometricTextureTrainer::SetIterationsOfLevel(int index, int iterations)
+{
+  if (index < 0 || index >= this->GetNumberOfIterationsOfLevels())
+  {
+    return;
+  }
+  int& found = this->IterationsOfLevels[static_cast<std::size_t>(index)];
+  const int wanted = std::clamp(iterations, 1, 100000000);
+  if (found != wanted)
+  {
+    found = wanted;
+    this->Modified();
+  }
+}
+
+int vtkGeometricTextureTrainer::GetIterationsOfLevel(int index) const
+{
+  return index >= 0 && index < this->GetNumberOfIterationsOfLevels()
+    ? this->IterationsOfLevels[static_cast<std::size_t>(index)]
+    : 0;
+}
+
 int vtkGeometricTextureTrainer::FillInputPortInformation(int port, vtkInformation* info)
 {
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // there may be a dataset file in their place
   if (port == 0)
   {
+    info->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
     return surfsynth::AcceptSurfaces(info);
   }
   return surfsynth::AcceptSurface(info);
@@ -186,12 +280,25 @@ void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "TextureName: " << this->TextureName << "\n";
+  os << indent << "ReferenceFileNames:";
+  for (const std::string& name : this->ReferenceFileNames)
+  {
+    os << " " << name;
+  }
+  os << "\n";
   os << indent << "IterationsPerLevel: " << this->IterationsPerLevel << "\n";
+  os << indent << "IterationsOfLevels:";
+  for (const int iterations : this->IterationsOfLevels)
+  {
+    os << " " << iterations;
+  }
+  os << "\n";
   os << indent << "DiscriminatorSteps: " << this->DiscriminatorSteps << "\n";
   os << indent << "GeneratorSteps: " << this->GeneratorSteps << "\n";
   os << indent << "LearningRateInterval: " << this->LearningRateInterval << "\n";
   os << indent << "LearningRateFactor: " << this->LearningRateFactor << "\n";
   os << indent << "PenaltyWeight: " << this->PenaltyWeight << "\n";
+  os << indent << "PenaltyInterval: " << this->PenaltyInterval << "\n";
   os << indent << "ReconstructionWeight: " << this->ReconstructionWeight << "\n";
   os << indent << "Layers: " << this->Layers << "\n";
   os << indent << "StartChannels: " << this->StartChannels << "\n";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkGeometricTextureTrainer
- * @brief   Learns a geometric texture from one surface at several scales
+ * @brief   Learns a geometric texture from one surface at several scales, or from several
  *
  * Trains the generator of "Deep Geometric Texture Synthesis" (Hertz et al. 2020, sections 3 and 4): level by level, a
  * network that displaces the points of a mesh, against a discriminator that looks at the triangles of the result and of
@@ -13,13 +13,16 @@
  * Port 0: the levels, a composite dataset whose leaves in order, empty ones left out, are one surface at several
  * scales, coarse to fine, as vtkMultiscaleMeshFitter makes it: vtkPolyData of triangles, each level with the triangles
  * of the one before cut into four at the midpoints of edges, in the order of vtkMultiscaleMeshFitter. The meshes must
- * have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding.
+ * have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding. The port takes
+ * several connections: surfaces of other curvature with the same texture and as many levels, of which each iteration draws
+ * one. Their triangles should be of the same size beside the features of the texture; the model file has the template of the first,
+ * and statistics of channels over all.
  * @par
  * Port 1, optional: the template, vtkPolyData with the triangles of the first level: the surface that is textured where
  * vtkGeometricTextureSynthesizer has no input. Without it the first level is the template.
  * @par
  * Both ports may be left unconnected when DatasetFileName is set: a file with one surface at several scales, which
- * vtkMultiscaleMeshFitter writes.
+ * vtkMultiscaleMeshFitter writes. Surfaces of SetReferenceFileName() follow those of the inputs or of that file.
  *
  * @par Output
  * The table of vtkModelTrainer, with a row for each iteration of all levels and the columns iteration, level (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate
@@ -30,7 +33,7 @@
  * files may change between an update and the next, which goes on from the checkpoint.
  *
  * @par Cost
- * IterationsPerLevel times the number of levels, each of DiscriminatorSteps + GeneratorSteps steps, linear in the
+ * IterationsPerLevel times the number of levels, or those of IterationsOfLevels, each of DiscriminatorSteps + GeneratorSteps steps, linear in the
  * number of triangles of the level. Everything random is a pure function of the seed and the iteration: the same seed
  * gives the same bits with the same number of threads on the same machine, interrupted or not. An update whose
  * checkpoint is complete only reads it.
@@ -46,6 +49,7 @@
 #include "vtkSurfaceSynthesisTrainingModule.h" // For export macro
 
 #include <string> // For std::string
+#include <vector> // For std::vector
 
 class VTKSURFACESYNTHESISTRAINING_EXPORT vtkGeometricTextureTrainer : public vtkModelTrainer
 {
@@ -64,10 +68,35 @@ public:
 
   ///@{
   /**
+   * Dataset files of further surfaces with the same texture and as many levels; empty names are none.
+   * SetNumberOfReferenceFileNames() clamps to 0 and more and fills up with empty names; SetReferenceFileName() does nothing
+   * for an index out of range, and GetReferenceFileName() returns null. Default none.
+   */
+  void SetNumberOfReferenceFileNames(int number);
+  int GetNumberOfReferenceFileNames() const { return static_cast<int>(this->ReferenceFileNames.size()); }
+  void SetReferenceFileName(int index, const char* name);
+  const char* GetReferenceFileName(int index) const;
+  ///@}
+
+  ///@{
+  /**
    * Number of iterations of each level, at least 1. Default 2000.
    */
   vtkSetClampMacro(IterationsPerLevel, int, 1, 100000000);
   vtkGetMacro(IterationsPerLevel, int);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations of each level in turn, at least 1, as many as there are levels; none: IterationsPerLevel of each. Coarse
+   * levels, where features are placed, take a fraction of the time of the finest one. SetNumberOfIterationsOfLevels() clamps to 0
+   * and more and fills up with IterationsPerLevel; SetIterationsOfLevel() does nothing for an index out of range, and
+   * GetIterationsOfLevel() returns 0. Default none.
+   */
+  void SetNumberOfIterationsOfLevels(int number);
+  int GetNumberOfIterationsOfLevels() const { return static_cast<int>(this->IterationsOfLevels.size()); }
+  void SetIterationsOfLevel(int index, int iterations);
+  int GetIterationsOfLevel(int index) const;
   ///@}
 
   ///@{
@@ -88,10 +117,10 @@ public:
 
   ///@{
   /**
-   * Number of iterations of a level after which the learning rate is multiplied by LearningRateFactor, each time; at
-   * least 1. Default 500.
+   * Number of iterations of a level after which the learning rate is multiplied by LearningRateFactor, each time, at
+   * least 0; 0: a quarter of the iterations of the level. Default 500.
    */
-  vtkSetClampMacro(LearningRateInterval, int, 1, 100000000);
+  vtkSetClampMacro(LearningRateInterval, int, 0, 100000000);
   vtkGetMacro(LearningRateInterval, int);
   ///@}
 
@@ -109,6 +138,15 @@ public:
    */
   vtkSetClampMacro(PenaltyWeight, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(PenaltyWeight, double);
+  ///@}
+
+  ///@{
+  /**
+   * Steps of the discriminator from one gradient penalty to the next, which weighs as many times as much, from 1 to 1000;
+   * 1: a penalty in each step, as published. Default 1.
+   */
+  vtkSetClampMacro(PenaltyInterval, int, 1, 1000);
+  vtkGetMacro(PenaltyInterval, int);
   ///@}
 
   ///@{
@@ -202,12 +240,15 @@ private:
   class Internals;
 
   std::string TextureName = "texture";
+  std::vector<std::string> ReferenceFileNames;
   int IterationsPerLevel = 2000;
+  std::vector<int> IterationsOfLevels;
   int DiscriminatorSteps = 2;
   int GeneratorSteps = 3;
   int LearningRateInterval = 500;
   double LearningRateFactor = 0.5;
   double PenaltyWeight = 0.1;
+  int PenaltyInterval = 1;
   double ReconstructionWeight = 5.0;
   int Layers = 7;
   int StartChannels = 32;

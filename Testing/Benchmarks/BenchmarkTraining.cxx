@@ -8,11 +8,13 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Core/Tangent/TangentHierarchy.h"
+#include "IO/Datasets/MultiscaleDataset.h"
 #include "Inference/FieldLatents/FieldLatentOperations.h"
 #include "Inference/FieldLatents/LatentDiffusionNetwork.h"
 #include "Learning/Layers/FusedLayers.h"
 #include "Learning/Layers/FusedPoisson.h"
 #include "Learning/Losses/FlowMatchingLoss.h"
+#include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/FieldLatentTrainer.h"
 #include "Learning/Training/LatentDiffusionTrainer.h"
@@ -260,6 +262,139 @@ void FlowMatchingThreads(benchmark::State& state, std::int64_t width)
   CompareThreads(state, batch, batch.Operations());
 }
 
+/// One level of a geometric texture on a torus of 20,480 triangles, in the channels of the fourth level.
+class TextureLevel
+{
+public:
+  /// @param fused false for the plain expressions, with LibTorch's own derivatives
+  TextureLevel(std::int64_t channels, bool fused)
+    : Torus(test::Torus(128, 80))
+    , Tables(Torus, torch::kFloat32)
+  {
+    if (!fused)
+    {
+      this->Tables.OfNeighbors.reset();
+    }
+    GeometricTextureOptions options;
+    options.Levels = Level + 1;
+    options.MaximumChannels = channels;
+    this->OfGenerator = options.GeneratorChannels(Level);
+    this->OfCritic = options.DiscriminatorChannels(Level);
+    const auto network = [&options](bool discriminator) {
+      return MakeGeometricTextureNetwork(
+        options, discriminator, InitialGeometricTextureTensors(options, discriminator, 1));
+    };
+    this->Generator = network(false);
+    this->Critic = network(true);
+    this->Positions = torch::from_blob(this->Torus.Points.data(), { this->Torus.NumberOfPoints(), 3 }, torch::kFloat64)
+                        .to(torch::kFloat32);
+    this->Positions = this->Positions / MeanEdgeLength(this->Torus);
+    this->Noise = 0.1 * torch::randn_like(this->Positions);
+    this->Real = EdgeFeatureTensor(this->Tables, this->Positions);
+  }
+
+  /// Derivatives of two steps of the discriminator and three of the generator.
+  void Iteration()
+  {
+    for (int k = 0; k < 2; ++k)
+    {
+      this->DiscriminatorStep();
+    }
+    for (int k = 0; k < 3; ++k)
+    {
+      this->GeneratorStep();
+    }
+  }
+
+  /// Counted operations of the products of Iteration(). A pass of a network forward or back, by its input or by its weights,
+  /// counts once; a gradient penalty takes six.
+  double Operations() const { return 20.0 * this->PassOf(this->OfGenerator) + 30.0 * this->PassOf(this->OfCritic); }
+
+private:
+  static constexpr std::int64_t Level = 3;
+
+  double PassOf(const GeometricTextureChannels& channels) const
+  {
+    double products = 3.0 * static_cast<double>(channels[0] * channels[1]); // three edges
+    for (std::size_t k = 1; k + 1 < channels.size(); ++k)
+    {
+      products += 2.0 * static_cast<double>(channels[k] * channels[k + 1]);
+    }
+    return 2.0 * static_cast<double>(this->Torus.NumberOfTriangles()) * products;
+  }
+
+  GeometricTextureLevelNetworkImpl& LevelOf(GeometricTextureNetwork& network)
+  {
+    return network->Level(static_cast<std::size_t>(Level));
+  }
+
+  void DiscriminatorStep()
+  {
+    torch::Tensor fake;
+    {
+      const torch::NoGradGuard noGradients;
+      fake = EdgeFeatureTensor(
+        this->Tables, Displaced(this->LevelOf(this->Generator), this->Tables, this->Positions, this->Noise));
+    }
+    GeometricTextureLevelNetworkImpl& critic = this->LevelOf(this->Critic);
+    critic.zero_grad();
+    GradientPenalty(critic, this->Tables, this->Real, fake, 0.3).backward();
+    (CriticValue(critic, this->Tables, fake) - CriticValue(critic, this->Tables, this->Real)).backward();
+  }
+
+  void GeneratorStep()
+  {
+    GeometricTextureLevelNetworkImpl& generator = this->LevelOf(this->Generator);
+    generator.zero_grad();
+    const auto freeze = [this](bool frozen) {
+      for (torch::Tensor& parameter : this->Critic->parameters())
+      {
+        parameter.set_requires_grad(!frozen);
+      }
+    };
+    freeze(true);
+    const torch::Tensor fake = Displaced(generator, this->Tables, this->Positions, this->Noise);
+    const torch::Tensor adversarial = -CriticValue(
+      this->LevelOf(this->Critic), this->Tables, EdgeFeatureTensor(this->Tables, fake));
+    const torch::Tensor reconstructed = Displaced(generator, this->Tables, this->Positions);
+    (ReconstructionLoss(reconstructed, this->Positions) + adversarial).backward();
+    freeze(false);
+  }
+
+  TriangleMesh Torus;
+  FaceTables Tables;
+  GeometricTextureChannels OfGenerator;
+  GeometricTextureChannels OfCritic;
+  GeometricTextureNetwork Generator{ nullptr };
+  GeometricTextureNetwork Critic{ nullptr };
+  torch::Tensor Positions;
+  torch::Tensor Noise;
+  torch::Tensor Real; ///< features
+};
+
+/// Iterations of the fused and of the plain expressions in turn: so both see the same load of the machine. Counted per
+/// second of processor time.
+void GeometricTextureIteration(benchmark::State& state, std::int64_t channels)
+{
+  std::array<TextureLevel, 2> levels = { TextureLevel(channels, true), TextureLevel(channels, false) };
+  std::array<double, 2> seconds{};
+  for ([[maybe_unused]] auto step : state)
+  {
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const double start = ProcessorSeconds();
+      levels[k].Iteration();
+      seconds[k] += ProcessorSeconds() - start;
+    }
+  }
+  const double operations = levels[0].Operations() * static_cast<double>(state.iterations());
+  state.counters["GFLOP"] = 1e-9 * levels[0].Operations();
+  state.counters["GFLOPperSecond"] = 1e-9 * operations / seconds[0];
+  state.counters["PlainGFLOPperSecond"] = 1e-9 * operations / seconds[1];
+  state.counters["OfProductRate"] = operations / seconds[0] / ProductRate();
+  state.counters["SpeedUp"] = seconds[1] / seconds[0];
+}
+
 } // namespace
 } // namespace surfsynth::bench
 
@@ -293,6 +428,12 @@ int main(int argc, char** argv)
   benchmark::RegisterBenchmark("LatentDiffusionStep/paper", [](benchmark::State& state) {
     bench::LatentDiffusionStep(state, LatentDiffusionOptions::Paper());
   })->Unit(benchmark::kMillisecond);
+  for (const std::int64_t channels : { 64, 128 })
+  {
+    benchmark::RegisterBenchmark(("GeometricTextureIteration/channels:" + std::to_string(channels)).c_str(),
+      [channels](benchmark::State& state) { bench::GeometricTextureIteration(state, channels); })
+      ->Unit(benchmark::kMillisecond);
+  }
   for (const std::int64_t width : { 48, 64, 128 })
   {
     for (const bool fused : { true, false })

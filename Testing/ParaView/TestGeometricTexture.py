@@ -79,6 +79,7 @@ TRAINER = {
     **TRAINING_PROPERTIES,
     "TextureName": ("texture", "bark", "bark"),
     "IterationsPerLevel": (2000, 2, 2),
+    "PenaltyInterval": (1, 4, 4),
     "DiscriminatorSteps": (2, 1, 1),
     "GeneratorSteps": (3, 1, 1),
     "LearningRateInterval": (500, 5, 5),

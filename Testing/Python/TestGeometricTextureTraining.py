@@ -77,6 +77,11 @@ def test_arguments_of_the_fit_are_checked(ball, parameters, error):
     "parameters, error",
     [
         ({"iterations": 0}, ValueError),
+        ({"iterations": [3, 0]}, ValueError),
+        ({"iterations": [3, 1.5]}, TypeError),
+        ({"penalty_interval": 0}, ValueError),
+        ({"references": [3]}, TypeError),
+        ({"levels": None, "dataset": "a.safetensors", "references": [[]]}, TypeError),
         ({"layers": 2}, ValueError),
         ({"learning_rate_factor": 1.5}, ValueError),
         ({"device": "tpu"}, ValueError),
@@ -88,6 +93,22 @@ def test_arguments_of_the_fit_are_checked(ball, parameters, error):
 def test_arguments_of_the_training_are_checked(ball, tmp_path, parameters, error):
     with pytest.raises(error):
         train_geometric_texture(**{"levels": [ball], "model": tmp_path / "a.model", **parameters})
+
+
+def test_levels_have_their_iterations_and_references_are_drawn(ball, tmp_path):
+    flat = (ball[0] * [1, 1, 0.5], ball[1])
+    both = train_geometric_texture(
+        [ball], references=[[flat]], model=tmp_path / "both.model", **{**SMALL, "iterations": [3], "penalty_interval": 2}
+    )
+    assert len(both["level"]) == 3
+    first, second = str(tmp_path / "ball.safetensors"), str(tmp_path / "flat.safetensors")
+    for shape, path in ((ball, first), (flat, second)):
+        fit_levels(shape, template=shape, levels=1, iterations=0, dataset=path)
+    model = str(tmp_path / "files.model")
+    options = ["--layers", "3", "--start-channels", "4", "--minimum-channels", "4", "--device", "cpu"]
+    options += ["--references", second, "--penalty-interval", "2"]
+    assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3"]) == 0
+    assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3,2", "--no-resume"]) == 1
 
 
 def test_errors_of_fit_and_training_are_exceptions(ball, tmp_path):

@@ -328,20 +328,36 @@ std::map<std::string, ModelTensor> MeasureStatistics(
 {
   CheckModel(model);
   RequireTemplate(model, "one, to measure the statistics of its channels on");
-  if (samples < 1)
+  return MeasureStatistics(model, { model.Template }, samples, progress);
+}
+
+std::map<std::string, ModelTensor> MeasureStatistics(
+  const GeometricTextureModel& model, const std::vector<TriangleMesh>& templates, int samples, const Progress& progress)
+{
+  CheckModel(model);
+  if (samples < 1 || templates.empty())
   {
-    RefuseSample("statistics of " + std::to_string(samples) + " samples are asked for", "at least 1");
+    RefuseSample("statistics of " + std::to_string(samples) + " samples of " + std::to_string(templates.size()) +
+        " references are asked for",
+      "at least 1");
   }
+  const double all = static_cast<double>(templates.size()) * samples;
+  double done = 0.0;
   StatisticsMeans means;
-  for (int k = 0; k < samples; ++k)
+  GeometricTextureModel onTemplate = model;
+  for (const TriangleMesh& mesh : templates)
   {
-    GeometricTextureRequest request;
-    request.Seed = static_cast<std::uint64_t>(k);
-    const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
-    CheckRequest(model, request, model.Template, levels);
-    SynthesizeLevels(OnTemplate(model, request), levels, NoiseOf(request, model.Options.NoiseAmplitude), {},
-      SubProgress(progress, static_cast<double>(k) / samples, (k + 1.0) / samples),
-      [&](int level, const NetworkStatistics& found) { means.Add(level, found); });
+    onTemplate.Template = mesh;
+    for (int k = 0; k < samples; ++k, ++done)
+    {
+      GeometricTextureRequest request;
+      request.Seed = static_cast<std::uint64_t>(k);
+      const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
+      CheckRequest(onTemplate, request, mesh, levels);
+      SynthesizeLevels(OnTemplate(onTemplate, request), levels, NoiseOf(request, model.Options.NoiseAmplitude), {},
+        SubProgress(progress, done / all, (done + 1.0) / all),
+        [&](int level, const NetworkStatistics& found) { means.Add(level, found); });
+    }
   }
   return means.Tensors();
 }

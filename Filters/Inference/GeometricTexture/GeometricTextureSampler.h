@@ -124,5 +124,9 @@ private:
 /// @throws InvalidInput as GeometricTextureSampler::Generate(), and for less than one sample; Cancelled.
 std::map<std::string, ModelTensor> MeasureStatistics(
   const GeometricTextureModel& model, int samples = 8, const Progress& progress = {});
+/// Measures them on as many samples of each of several references, given by their templates, level 0: means over all.
+/// @throws InvalidInput as above, and without templates.
+std::map<std::string, ModelTensor> MeasureStatistics(const GeometricTextureModel& model,
+  const std::vector<TriangleMesh>& templates, int samples = 8, const Progress& progress = {});
 
 } // namespace surfsynth

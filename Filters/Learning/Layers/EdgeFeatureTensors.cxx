@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Layers/EdgeFeatureTensors.h"
 
+#include "Learning/Layers/FaceSelection.h"
+#include "Learning/Layers/FusedFrames.h"
+#include "Learning/Layers/FusedLayers.h"
+
 namespace surfsynth
 {
 
@@ -55,6 +59,8 @@ FaceTables::FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& opt
   this->Opposite = IdTensor(neighbors.Opposite, options.device());
   const torch::Tensor counts = torch::bincount(this->Triangles.flatten(), {}, this->Vertices);
   this->Corners = counts.clamp_min(1).unsqueeze(-1).to(options);
+  this->OfNeighbors = std::make_shared<const FaceSelection>(SelectNeighbors(neighbors.Faces));
+  this->OfEdges = std::make_shared<const FaceSelection>(SelectEdges(neighbors.Faces.rows()));
 }
 
 torch::Tensor TakeRows(const torch::Tensor& table, const torch::Tensor& ids)
@@ -71,6 +77,10 @@ torch::Tensor SumRows(const torch::Tensor& values, const torch::Tensor& ids, std
 
 torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& positions)
 {
+  if (IsFused(positions) && tables.OfNeighbors)
+  {
+    return FusedEdgeFeatures(tables, positions);
+  }
   const EdgeFrameTensors frames = FramesOf(tables, positions);
   const torch::Tensor beyond = TakeRows(positions, tables.Opposite) - frames.Midpoint;
   const auto coordinate = [&beyond](const torch::Tensor& axis) { return (beyond * axis).sum(-1, true); };
@@ -81,6 +91,10 @@ torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& p
 
 torch::Tensor CornerDisplacement(const FaceTables& tables, const torch::Tensor& positions, const torch::Tensor& local)
 {
+  if (IsFused(positions) && IsFused(local) && tables.OfNeighbors)
+  {
+    return FusedCornerDisplacement(tables, positions, local);
+  }
   const EdgeFrameTensors frames = FramesOf(tables, positions);
   const torch::Tensor weights = local.unsqueeze(1);
   const auto weight = [&weights](std::int64_t axis) { return weights.narrow(-1, axis, 1); };

@@ -13,9 +13,12 @@
 #include <torch/torch.h>
 
 #include <cstdint>
+#include <memory>
 
 namespace surfsynth
 {
+
+struct FaceSelection;
 
 /// Neighbours of the triangles of a mesh, as tensors of ids on one device.
 struct FaceTables
@@ -25,6 +28,9 @@ struct FaceTables
   torch::Tensor Opposite;    ///< [F, 3] int64, the vertex of that triangle which is not on the edge
   torch::Tensor Corners;     ///< [V, 1], number of triangles at each vertex, at least 1; floating point
   std::int64_t Vertices = 0; ///< number of vertices, V
+  /// Tables of the fused convolutions of float32 on the processor; reset, the plain expressions are computed.
+  std::shared_ptr<const FaceSelection> OfNeighbors;
+  std::shared_ptr<const FaceSelection> OfEdges; ///< the same for the first convolution
 
   FaceTables() = default;
   /// Builds the tables of @p mesh.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Learning/Layers/FaceConvolution.h"
 
+#include "Learning/Layers/FaceSelection.h"
+#include "Learning/Layers/FusedLayers.h"
+
 #include <tuple>
 
 namespace surfsynth
@@ -20,8 +23,38 @@ FaceConvolutionImpl::FaceConvolutionImpl(const FaceConvolutionOptions& options)
     "conv", torch::nn::Conv1d(torch::nn::Conv1dOptions(inputs, options.outputs(), 1)));
 }
 
+std::optional<FaceProducts> FaceConvolutionImpl::Products(const FaceTables& tables, const torch::Tensor& features)
+{
+  if (!IsFused(features) || !tables.OfNeighbors)
+  {
+    return std::nullopt;
+  }
+  const torch::Tensor weight = this->Affine->weight.squeeze(-1);
+  const std::int64_t channels = this->Options.inputs();
+  if (this->Options.of_edges())
+  {
+    return FaceProducts{ features.reshape({ -1, channels }).mm(weight.t()), this->Affine->bias, tables.OfEdges };
+  }
+  const torch::Tensor both = torch::cat({ weight.narrow(1, 0, channels), weight.narrow(1, channels, channels) }, 0);
+  return FaceProducts{ features.mm(both.t()), this->Affine->bias, tables.OfNeighbors };
+}
+
+torch::Tensor FaceConvolutionImpl::NormalizedAndActivated(const FaceTables& tables, const torch::Tensor& features)
+{
+  if (const std::optional<FaceProducts> products = this->Products(tables, features))
+  {
+    return NormalizedLargestProduct(*products);
+  }
+  constexpr double slope = 0.2;
+  return torch::leaky_relu(NormalizedOverFaces(this->forward(tables, features)), slope);
+}
+
 torch::Tensor FaceConvolutionImpl::forward(const FaceTables& tables, const torch::Tensor& features)
 {
+  if (const std::optional<FaceProducts> products = this->Products(tables, features))
+  {
+    return LargestProduct(*products);
+  }
   const torch::Tensor weight = this->Affine->weight.squeeze(-1);
   const std::int64_t channels = this->Options.inputs();
   if (this->Options.of_edges())
@@ -42,8 +75,7 @@ FaceBlockImpl::FaceBlockImpl(const FaceConvolutionOptions& options)
 
 torch::Tensor FaceBlockImpl::forward(const FaceTables& tables, const torch::Tensor& features)
 {
-  constexpr double slope = 0.2;
-  return torch::leaky_relu(NormalizedOverFaces(this->Convolution(tables, features)), slope);
+  return this->Convolution->NormalizedAndActivated(tables, features);
 }
 
 torch::Tensor NormalizedOverFaces(const torch::Tensor& features)

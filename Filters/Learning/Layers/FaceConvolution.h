@@ -8,9 +8,12 @@
 #include <torch/torch.h>
 
 #include <cstdint>
+#include <optional>
 
 namespace surfsynth
 {
+
+struct FaceProducts;
 
 /// Options of FaceConvolution.
 struct FaceConvolutionOptions
@@ -38,8 +41,13 @@ public:
   /// Computes the convolution, [F, C'].
   /// @param features [F, C], or [F, 3 C] of edges
   torch::Tensor forward(const FaceTables& tables, const torch::Tensor& features);
+  /// Computes LeakyReLU with slope 0.2 of the instance norm of the convolution, [F, C'].
+  torch::Tensor NormalizedAndActivated(const FaceTables& tables, const torch::Tensor& features);
 
 private:
+  /// Products of the fused steps; without value where these do not serve.
+  std::optional<FaceProducts> Products(const FaceTables& tables, const torch::Tensor& features);
+
   FaceConvolutionOptions Options;
   torch::nn::Conv1d Affine{ nullptr };
 };

@@ -302,34 +302,69 @@ public:
   {
     GeometricTextureTrainingOptions& o = this->Options;
     CommandOptions known = this->SharedOptions(o);
-    AddNumber(known, "--iterations", o.IterationsPerLevel, "iterations of each level");
+    known["--iterations"] = { "iterations of each level, or one number for each, with commas between (2000)",
+      [&o](const std::string& value) { SetIterations(value, o); } };
     AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
     AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");
-    AddNumber(known, "--learning-rate-interval", o.LearningRateInterval, "iterations of a level until it falls");
+    AddNumber(known, "--learning-rate-interval", o.LearningRateInterval,
+      "iterations of a level until it falls, 0: a quarter of them");
     AddNumber(known, "--learning-rate-factor", o.LearningRateFactor, "each time");
     AddNumber(known, "--penalty-weight", o.PenaltyWeight, "of the gradient penalty");
+    AddNumber(
+      known, "--penalty-interval", o.PenaltyInterval, "steps of the discriminator from one penalty to the next");
     AddNumber(known, "--reconstruction-weight", o.ReconstructionWeight, "of the distance from the reference");
     AddNumber(known, "--layers", o.Network.Layers, "convolutions of a network and one");
     AddNumber(known, "--start-channels", o.Network.StartChannels, "widest layer of level 0, doubled at each level");
     AddNumber(known, "--minimum-channels", o.Network.MinimumChannels, "of any layer");
     AddNumber(known, "--maximum-channels", o.Network.MaximumChannels, "of any layer");
     AddNumber(known, "--noise-amplitude", o.Network.NoiseAmplitude, "in mean edge lengths");
+    known["--references"] = {
+      "dataset file of the texture on another surface, of as many levels; may be given several times (none)",
+      [this](const std::string& value) { this->Files.Inputs.push_back(value); }
+    };
     known["--texture-name"] = { "of the texture (" + o.Name + ")", [&o](const std::string& value) { o.Name = value; } };
     return known;
   }
   /// Of all levels. @throws as ReadMultiscaleDataset().
   TrainingClock Clock() const override
   {
-    const MultiscaleDataset dataset = ReadMultiscaleDataset(this->Dataset);
-    const auto levels = static_cast<std::int64_t>(dataset.Levels.size());
-    return TrainingClock(this->Options.IterationsPerLevel * levels, CostsOfLevels(dataset, this->Options.Network));
+    const std::vector<MultiscaleDataset> references = this->References();
+    return TrainingClock(IterationsOfEachLevel(this->Options, references.front().Levels.size()),
+      CostsOfLevels(references, this->Options.Network));
   }
   void Train(const TrainingObserver& observe, const Progress& progress) override
   {
-    TrainGeometricTexture(ReadMultiscaleDataset(this->Dataset), this->Options, this->Files, observe, progress);
+    TrainGeometricTexture(this->References(), this->Options, this->Files, observe, progress);
   }
 
 private:
+  /// @throws as ReadMultiscaleDataset().
+  std::vector<MultiscaleDataset> References() const
+  {
+    std::vector<MultiscaleDataset> references;
+    for (const std::string& path : this->Files.Inputs)
+    {
+      references.push_back(ReadMultiscaleDataset(path));
+    }
+    return references;
+  }
+
+  static void SetIterations(const std::string& value, GeometricTextureTrainingOptions& options)
+  {
+    std::istringstream list(value);
+    std::vector<std::int64_t> iterations;
+    for (std::string number; std::getline(list, number, ',');)
+    {
+      iterations.push_back(Parse<std::int64_t>("--iterations", number));
+    }
+    if (iterations.size() == 1)
+    {
+      options.IterationsPerLevel = iterations.front();
+      iterations.clear();
+    }
+    options.IterationsOfLevels = iterations;
+  }
+
   GeometricTextureTrainingOptions Options;
 };
 

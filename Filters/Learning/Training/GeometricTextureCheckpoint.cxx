@@ -5,6 +5,8 @@
 #include "Learning/Training/AdamMoments.h"
 #include "Learning/Training/NetworkTraining.h"
 
+#include <algorithm>
+#include <functional>
 #include <utility>
 
 namespace surfsynth
@@ -80,6 +82,21 @@ std::vector<RestoredParameter> RestoreNetwork(const std::string& file, const Tra
   return restored;
 }
 
+/// One number when all levels have as many, else one for each.
+std::string DescribeIterations(const std::vector<std::int64_t>& iterations)
+{
+  std::string text = std::to_string(iterations.front());
+  if (std::adjacent_find(iterations.begin(), iterations.end(), std::not_equal_to<>()) == iterations.end())
+  {
+    return text;
+  }
+  for (std::size_t level = 1; level < iterations.size(); ++level)
+  {
+    text += "," + std::to_string(iterations[level]);
+  }
+  return text;
+}
+
 void SetParameters(const std::vector<RestoredParameter>& restored)
 {
   for (const RestoredParameter& part : restored)
@@ -104,18 +121,24 @@ void SetAllMoments(const std::vector<RestoredParameter>& restored, torch::optim:
 std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() const
 {
   const GeometricTextureTrainingOptions& o = this->Options;
-  return { { "training", "geometric_texture" }, { "levels", std::to_string(o.Network.Levels) },
-    { "layers", std::to_string(o.Network.Layers) }, { "start_channels", std::to_string(o.Network.StartChannels) },
+  std::map<std::string, std::string> recipe = { { "training", "geometric_texture" },
+    { "levels", std::to_string(o.Network.Levels) }, { "layers", std::to_string(o.Network.Layers) },
+    { "start_channels", std::to_string(o.Network.StartChannels) },
     { "least_channels", std::to_string(o.Network.MinimumChannels) },
     { "most_channels", std::to_string(o.Network.MaximumChannels) },
     { "noise_amplitude", FormatExact(o.Network.NoiseAmplitude) },
-    { "iterations_per_level", std::to_string(o.IterationsPerLevel) },
+    { "iterations_per_level", DescribeIterations(IterationsOfEachLevel(o, this->LevelEnds.size())) },
     { "discriminator_steps", std::to_string(o.DiscriminatorSteps) },
     { "generator_steps", std::to_string(o.GeneratorSteps) }, { "learning_rate", FormatExact(o.LearningRate) },
     { "learning_rate_interval", std::to_string(o.LearningRateInterval) },
     { "learning_rate_factor", FormatExact(o.LearningRateFactor) }, { "penalty_weight", FormatExact(o.PenaltyWeight) },
     { "reconstruction_weight", FormatExact(o.ReconstructionWeight) }, { "seed", std::to_string(o.Seed) },
     { "dataset", std::to_string(this->DatasetHash) } };
+  if (o.PenaltyInterval != 1) // checkpoints of trainings that could have no other have no entry
+  {
+    recipe["penalty_interval"] = std::to_string(o.PenaltyInterval);
+  }
+  return recipe;
 }
 
 TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
@@ -124,7 +147,7 @@ TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
   checkpoint.Recipe = this->Recipe();
   AddNetwork("generator.", *this->Generator, checkpoint);
   AddNetwork("discriminator.", *this->Discriminator, checkpoint);
-  if (this->Done() % this->Options.IterationsPerLevel > 0)
+  if (!this->IsBetweenLevels())
   {
     AddAdamMoments("generator.", *this->GeneratorAdam, this->LevelGenerator(), checkpoint);
     AddAdamMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
@@ -148,7 +171,7 @@ void GeometricTextureTrainer::Internals::Restore(const std::string& file, const 
   const ModelTensor& losses = LossesOf(file, checkpoint, this->Iterations());
   const std::int64_t done = losses.Shape[0];
   const std::int64_t level = this->LevelOf(done);
-  const std::int64_t inLevel = done % this->Options.IterationsPerLevel;
+  const std::int64_t inLevel = this->InLevel(done);
   const std::string current = inLevel > 0 ? "levels." + std::to_string(level) + "." : "";
   const auto generator = RestoreNetwork(file, checkpoint, "generator.", *this->Generator, current);
   const auto discriminator = RestoreNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);

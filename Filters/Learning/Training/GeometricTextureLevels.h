@@ -29,6 +29,14 @@ struct GeometricTextureLevels
   std::vector<GeometricTextureLevelData> Data;
 };
 
+/// A reference: its levels, and what the training keeps of it.
+struct GeometricTextureReference
+{
+  GeometricTextureLevels Levels;
+  SinglePoints ReconstructionNoise;  ///< [V of level 0, 3]
+  torch::Tensor ReconstructionStart; ///< output of the frozen levels for that noise; of levels above 0
+};
+
 /// @throws InvalidInput when the dataset is not one of CheckDataset(), or a mesh does not meet
 /// GeometricTextureSampler::Requirements().
 GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device);

@@ -3,12 +3,14 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Random/CounterUniforms.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/GeometricTextureTrainerInternals.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -26,6 +28,37 @@ GeometricTextureOptions WithLevels(GeometricTextureOptions network, std::size_t 
 {
   network.Levels = static_cast<std::int64_t>(levels);
   return network;
+}
+
+/// Checks each of @p references beside the others. @throws InvalidInput
+void CheckReferences(const std::vector<MultiscaleDataset>& references)
+{
+  if (references.empty())
+  {
+    throw InvalidInput("GeometricTextureTrainer: there is no reference; expected at least one.");
+  }
+  const std::size_t levels = references.front().Levels.size();
+  for (std::size_t k = 0; k < references.size(); ++k)
+  {
+    CheckDataset(references[k]);
+    if (references[k].Levels.size() != levels)
+    {
+      throw InvalidInput("GeometricTextureTrainer: reference " + std::to_string(k) + " has " +
+        std::to_string(references[k].Levels.size()) + " levels; expected " + std::to_string(levels) +
+        ", as reference 0 has.");
+    }
+  }
+}
+
+/// Of one reference its own hash.
+std::uint64_t HashOf(const std::vector<MultiscaleDataset>& references)
+{
+  std::uint64_t hash = ContentHash(references.front());
+  for (std::size_t k = 1; k < references.size(); ++k)
+  {
+    hash = (hash ^ ContentHash(references[k])) * 0x100000001b3;
+  }
+  return hash;
 }
 
 /// Standard normals times @p amplitude, [vertices, 3] in float32; coordinates are components from that of @p key on.
@@ -105,13 +138,49 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   }
   const OptionChecks check("GeometricTextureTrainingOptions");
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
+  for (std::size_t k = 0; k < options.IterationsOfLevels.size(); ++k)
+  {
+    check.Iterations("IterationsOfLevels[" + std::to_string(k) + "]", options.IterationsOfLevels[k]);
+  }
   check.Count("DiscriminatorSteps", options.DiscriminatorSteps, 1, 1000);
   check.Count("GeneratorSteps", options.GeneratorSteps, 1, 1000);
   check.LearningRate("LearningRate", options.LearningRate);
-  check.Iterations("LearningRateInterval", options.LearningRateInterval);
+  check.Count("LearningRateInterval", options.LearningRateInterval, 0, 100000000);
   check.Factor("LearningRateFactor", options.LearningRateFactor);
   check.Weight("PenaltyWeight", options.PenaltyWeight);
+  check.Count("PenaltyInterval", options.PenaltyInterval, 1, 1000);
   check.Weight("ReconstructionWeight", options.ReconstructionWeight);
+}
+
+std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOptions& options, std::size_t levels)
+{
+  if (options.IterationsOfLevels.empty())
+  {
+    return std::vector<std::int64_t>(levels, options.IterationsPerLevel);
+  }
+  if (options.IterationsOfLevels.size() != levels)
+  {
+    throw InvalidInput("GeometricTextureTrainingOptions: IterationsOfLevels has " +
+      std::to_string(options.IterationsOfLevels.size()) + " entries; expected one for each of the " +
+      std::to_string(levels) + " levels, or none.");
+  }
+  return options.IterationsOfLevels;
+}
+
+std::vector<double> CostsOfLevels(
+  const std::vector<MultiscaleDataset>& references, const GeometricTextureOptions& network)
+{
+  std::vector<double> means;
+  for (const MultiscaleDataset& reference : references)
+  {
+    const std::vector<double> costs = CostsOfLevels(reference, network);
+    means.resize(costs.size(), 0.0);
+    for (std::size_t level = 0; level < costs.size(); ++level)
+    {
+      means[level] += costs[level] / static_cast<double>(references.size());
+    }
+  }
+  return means;
 }
 
 std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network)
@@ -142,15 +211,20 @@ LossHistory GeometricTextureLossHistory()
 }
 
 GeometricTextureTrainer::Internals::Internals(
-  const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options)
+  const std::vector<MultiscaleDataset>& references, const GeometricTextureTrainingOptions& options)
   : Options(options)
-  , DatasetHash(ContentHash(dataset))
+  , DatasetHash(HashOf(references))
   , Where(ChooseDevice(options.Device))
-  , Levels(MakeGeometricTextureLevels(dataset, this->Where))
   , Generator(nullptr)
   , Discriminator(nullptr)
 {
-  this->Options.Network = WithLevels(options.Network, dataset.Levels.size());
+  const std::size_t levels = references.front().Levels.size();
+  this->Options.Network = WithLevels(options.Network, levels);
+  std::int64_t end = 0;
+  for (const std::int64_t iterations : IterationsOfEachLevel(options, levels))
+  {
+    this->LevelEnds.push_back(end += iterations);
+  }
   const GeometricTextureOptions& network = this->Options.Network;
   this->Generator = MakeGeometricTextureNetwork(
     network, false, InitialGeometricTextureTensors(network, false, options.Seed));
@@ -160,12 +234,43 @@ GeometricTextureTrainer::Internals::Internals(
   this->Discriminator->to(this->Where);
   NormalKey key; // streams of levels begin with 1
   key.Seed = options.Seed;
-  this->ReconstructionNoise = NormalPoints(key, this->Levels.Template.NumberOfPoints(), network.NoiseAmplitude);
+  for (const MultiscaleDataset& dataset : references)
+  {
+    GeometricTextureReference& reference = this->References.emplace_back();
+    reference.Levels = MakeGeometricTextureLevels(dataset, this->Where);
+    reference.ReconstructionNoise = NormalPoints(
+      key, reference.Levels.Template.NumberOfPoints(), network.NoiseAmplitude);
+    ++key.Sample;
+  }
+}
+
+std::int64_t GeometricTextureTrainer::Internals::LevelOf(std::int64_t iteration) const
+{
+  return std::upper_bound(this->LevelEnds.begin(), this->LevelEnds.end(), iteration) - this->LevelEnds.begin();
+}
+
+std::int64_t GeometricTextureTrainer::Internals::InLevel(std::int64_t iteration) const
+{
+  const auto level = static_cast<std::size_t>(this->LevelOf(iteration));
+  return level == 0 ? iteration : iteration - this->LevelEnds[level - 1];
+}
+
+NormalKey GeometricTextureTrainer::Internals::KeyOfIteration() const
+{
+  NormalKey key;
+  key.Seed = this->Options.Seed;
+  key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
+  key.Sample = static_cast<std::uint32_t>(this->InLevel(this->Done()));
+  return key;
 }
 
 double GeometricTextureTrainer::Internals::LearningRateAt(std::int64_t iteration) const
 {
-  const std::int64_t passed = iteration % this->Options.IterationsPerLevel / this->Options.LearningRateInterval;
+  const auto level = static_cast<std::size_t>(this->LevelOf(iteration));
+  const std::int64_t ofLevel = this->LevelEnds[level] - (level == 0 ? 0 : this->LevelEnds[level - 1]);
+  const std::int64_t interval = this->Options.LearningRateInterval;
+  const std::int64_t passed = this->InLevel(iteration) /
+    (interval > 0 ? interval : std::max<std::int64_t>(1, ofLevel / 4));
   return this->Options.LearningRate * std::pow(this->Options.LearningRateFactor, static_cast<double>(passed));
 }
 
@@ -186,24 +291,37 @@ void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
     return;
   }
   const torch::NoGradGuard noGradients;
-  torch::Tensor noise = NoiseTensor(this->ReconstructionNoise, this->Where);
-  this->ReconstructionStart = this->Levels.Start;
-  for (std::int64_t below = 0; below < level; ++below)
+  for (this->Drawn = 0; this->Drawn < this->References.size(); ++this->Drawn)
   {
-    this->ReconstructionStart = this->Refined(static_cast<std::size_t>(below), this->ReconstructionStart, noise);
-    noise = torch::Tensor();
+    GeometricTextureReference& reference = this->Reference();
+    torch::Tensor noise = NoiseTensor(reference.ReconstructionNoise, this->Where);
+    reference.ReconstructionStart = reference.Levels.Start;
+    for (std::int64_t below = 0; below < level; ++below)
+    {
+      reference.ReconstructionStart = this->Refined(
+        static_cast<std::size_t>(below), reference.ReconstructionStart, noise);
+      noise = torch::Tensor();
+    }
   }
+  this->Drawn = 0;
+}
+
+/// Draws the reference of this iteration.
+void GeometricTextureTrainer::Internals::DrawReference()
+{
+  constexpr std::uint32_t component = 1U << 30; // beyond those of the steps
+  NormalKey key = this->KeyOfIteration();
+  key.Component = component;
+  const auto count = static_cast<double>(this->References.size());
+  this->Drawn = std::min(this->References.size() - 1, static_cast<std::size_t>(Uniform(key, 0) * count));
 }
 
 /// The noise of one pass through the levels in this iteration; @p slot numbers the passes.
-torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t level) const
+torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t level)
 {
-  NormalKey key;
-  key.Seed = this->Options.Seed;
-  key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
-  key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
+  NormalKey key = this->KeyOfIteration();
   key.Component = 3 * (static_cast<std::uint32_t>(slot) * MaximumNumberOfLevels + static_cast<std::uint32_t>(level));
-  const std::int64_t vertices = this->Levels.Data[static_cast<std::size_t>(level)].Tables.Vertices;
+  const std::int64_t vertices = this->Reference().Levels.Data[static_cast<std::size_t>(level)].Tables.Vertices;
   return NoiseTensor(NormalPoints(key, vertices, this->Options.Network.NoiseAmplitude), this->Where);
 }
 
@@ -211,7 +329,7 @@ torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::
 torch::Tensor GeometricTextureTrainer::Internals::Refined(
   std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise)
 {
-  const GeometricTextureLevelData& data = this->Levels.Data[level];
+  const GeometricTextureLevelData& data = this->Reference().Levels.Data[level];
   return DoubledSubdivision(Displaced(this->Generator->Level(level), data.Tables, positions, noise), data.Parents);
 }
 
@@ -219,7 +337,7 @@ torch::Tensor GeometricTextureTrainer::Internals::Refined(
 torch::Tensor GeometricTextureTrainer::Internals::CoarseSurface(std::int64_t slot)
 {
   const torch::NoGradGuard noGradients;
-  torch::Tensor positions = this->Levels.Start;
+  torch::Tensor positions = this->Reference().Levels.Start;
   for (std::int64_t level = 0; level < *this->Current; ++level)
   {
     positions = this->Refined(static_cast<std::size_t>(level), positions, this->Noise(slot, level));
@@ -240,6 +358,13 @@ void GeometricTextureTrainer::Internals::TakeStep(
   RequireFiniteWeights(network.parameters(), this->Done() + 1);
 }
 
+/// True in steps of the discriminator, numbered from 0 in each iteration, that have a gradient penalty.
+bool GeometricTextureTrainer::Internals::HasPenalty(std::int64_t slot) const
+{
+  const std::int64_t step = this->InLevel(this->Done()) * this->Options.DiscriminatorSteps + slot;
+  return step % this->Options.PenaltyInterval == 0;
+}
+
 void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses)
 {
   const GeometricTextureLevelData& data = this->Data();
@@ -249,20 +374,26 @@ void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, Ge
     fake = EdgeFeatureTensor(data.Tables,
       Displaced(this->LevelGenerator(), data.Tables, this->CoarseSurface(slot), this->Noise(slot, *this->Current)));
   }
-  NormalKey key;
-  key.Seed = this->Options.Seed;
-  key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
-  key.Sample = static_cast<std::uint32_t>(this->Done() % this->Options.IterationsPerLevel);
-  key.Component = static_cast<std::uint32_t>(slot);
   this->DiscriminatorAdam->zero_grad();
-  const torch::Tensor penalty = GradientPenalty(this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
-  (this->Options.PenaltyWeight * penalty).backward();
+  const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
+  if (this->HasPenalty(slot))
+  {
+    NormalKey key = this->KeyOfIteration();
+    key.Component = static_cast<std::uint32_t>(slot);
+    const torch::Tensor penalty = GradientPenalty(
+      this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
+    (static_cast<double>(this->Options.PenaltyInterval) * this->Options.PenaltyWeight * penalty).backward();
+    std::int64_t penalties = 0; // of this iteration
+    for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
+    {
+      penalties += this->HasPenalty(k) ? 1 : 0;
+    }
+    losses.Penalty += penalty.item<double>() / static_cast<double>(penalties);
+  }
   const torch::Tensor difference = CriticValue(this->Critic(), data.Tables, fake) -
     CriticValue(this->Critic(), data.Tables, data.RealFeatures);
   difference.backward();
-  const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
   losses.Critic += share * difference.item<double>();
-  losses.Penalty += share * penalty.item<double>();
   this->TakeStep(*this->DiscriminatorAdam, this->Critic(), losses.Critic + losses.Penalty);
 }
 
@@ -278,8 +409,8 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   // Level 0 reconstructs from any noise, those above from one: the passes of both kinds have numbers of their own.
   const std::int64_t fresh = slot + this->Options.GeneratorSteps;
   const torch::Tensor reconstructed = level == 0
-    ? Displaced(generator, data.Tables, this->Levels.Start, this->Noise(fresh, 0))
-    : Displaced(generator, data.Tables, this->ReconstructionStart);
+    ? Displaced(generator, data.Tables, this->Reference().Levels.Start, this->Noise(fresh, 0))
+    : Displaced(generator, data.Tables, this->Reference().ReconstructionStart);
   const torch::Tensor reconstruction = ReconstructionLoss(reconstructed, data.Real);
   (this->Options.ReconstructionWeight * reconstruction + adversarial).backward();
   const double share = 1.0 / static_cast<double>(this->Options.GeneratorSteps);
@@ -317,6 +448,7 @@ void GeometricTextureTrainer::Internals::Step()
   }
   SetLearningRate(*this->GeneratorAdam, this->LearningRateAt(this->Done()));
   SetLearningRate(*this->DiscriminatorAdam, this->LearningRateAt(this->Done()));
+  this->DrawReference();
   GeometricTextureLosses losses;
   for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
   {
@@ -331,11 +463,16 @@ void GeometricTextureTrainer::Internals::Step()
 
 GeometricTextureTrainer::GeometricTextureTrainer(
   MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options)
+  : GeometricTextureTrainer(std::vector<MultiscaleDataset>{ std::move(dataset) }, options)
+{}
+
+GeometricTextureTrainer::GeometricTextureTrainer(
+  const std::vector<MultiscaleDataset>& references, const GeometricTextureTrainingOptions& options)
 {
   CheckOptions(options);
-  CheckDataset(dataset);
-  CheckOptions(WithLevels(options.Network, dataset.Levels.size()));
-  this->Impl = std::make_unique<Internals>(dataset, options);
+  CheckReferences(references);
+  CheckOptions(WithLevels(options.Network, references.front().Levels.size()));
+  this->Impl = std::make_unique<Internals>(references, options);
 }
 
 GeometricTextureTrainer::~GeometricTextureTrainer() = default;
@@ -348,10 +485,7 @@ std::int64_t GeometricTextureTrainer::Iterations() const { return this->Impl->It
 
 const LossHistory& GeometricTextureTrainer::History() const { return this->Impl->History; }
 
-bool GeometricTextureTrainer::IsAtEndOfStage() const
-{
-  return this->Impl->Done() % this->Impl->Options.IterationsPerLevel == 0;
-}
+bool GeometricTextureTrainer::IsAtEndOfStage() const { return this->Impl->IsBetweenLevels(); }
 
 std::string GeometricTextureTrainer::DeviceName() const { return NameOf(this->Impl->Where); }
 
@@ -373,17 +507,29 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   model.Name = this->Impl->Options.Name;
   model.Generator = GeometricTextureTensorsOf(*this->Impl->Generator);
   model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
-  model.Template = this->Impl->Levels.Template;
-  model.ReconstructionNoise = this->Impl->ReconstructionNoise;
-  model.Statistics = MeasureStatistics(model);
+  std::vector<TriangleMesh> templates;
+  for (const GeometricTextureReference& reference : this->Impl->References)
+  {
+    templates.push_back(reference.Levels.Template);
+  }
+  model.Template = templates.front();
+  model.ReconstructionNoise = this->Impl->References.front().ReconstructionNoise;
+  model.Statistics = MeasureStatistics(model, templates);
   return model;
 }
 
 GeometricTextureTrainer TrainGeometricTexture(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe, const Progress& progress)
 {
+  return TrainGeometricTexture(std::vector<MultiscaleDataset>{ std::move(dataset) }, options, files, observe, progress);
+}
+
+GeometricTextureTrainer TrainGeometricTexture(const std::vector<MultiscaleDataset>& references,
+  const GeometricTextureTrainingOptions& options, const TrainingFiles& files, const TrainingObserver& observe,
+  const Progress& progress)
+{
   CheckFiles(files);
-  GeometricTextureTrainer trainer(std::move(dataset), options);
+  GeometricTextureTrainer trainer(references, options);
   TrainAndSave(trainer, files, observe, progress);
   return trainer;
 }

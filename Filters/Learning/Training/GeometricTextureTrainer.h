@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace surfsynth
 {
@@ -23,23 +24,37 @@ struct GeometricTextureTrainingOptions : ModelTrainingOptions
   GeometricTextureOptions Network;        ///< but for Levels: there are as many as in the dataset
   std::string Name = "texture";           ///< of the model, for people; not empty
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
-  std::int64_t DiscriminatorSteps = 2;    ///< in an iteration, 1 to 1000
-  std::int64_t GeneratorSteps = 3;        ///< in an iteration, after those, 1 to 1000
+  /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse levels,
+  /// where features are placed, cost a fraction of the finest one.
+  std::vector<std::int64_t> IterationsOfLevels;
+  std::int64_t DiscriminatorSteps = 2; ///< in an iteration, 1 to 1000
+  std::int64_t GeneratorSteps = 3;     ///< in an iteration, after those, 1 to 1000
   /// Iterations of a level after which the learning rate of Adam, whose decays are 0.5 and 0.99, is multiplied, each time;
-  /// >= 1.
+  /// >= 0. 0: a quarter of the iterations of the level, at least 1.
   std::int64_t LearningRateInterval = 500;
-  double LearningRateFactor = 0.5;   ///< by this, in (0, 1]
-  double PenaltyWeight = 0.1;        ///< of the gradient penalty, >= 0
+  double LearningRateFactor = 0.5; ///< by this, in (0, 1]
+  double PenaltyWeight = 0.1;      ///< of the gradient penalty, >= 0
+  /// Steps of the discriminator in a level from one gradient penalty to the next, which weighs as many times as much
+  /// [Karras2020], 1 to 1000; 1: in each step, as published.
+  std::int64_t PenaltyInterval = 1;
   double ReconstructionWeight = 5.0; ///< of the mean squared distance from the reference, >= 0
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
 void CheckOptions(const GeometricTextureTrainingOptions& options);
 
-/// Trains a texture from one mesh at several scales (sections 3 and 4): level by level, a generator that displaces the
+/// Returns the iterations of each of @p levels levels.
+/// @throws InvalidInput when IterationsOfLevels is neither empty nor of that length.
+std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOptions& options, std::size_t levels);
+
+/// Trains a texture from one mesh at several scales, or several such references (sections 3 and 4): level by level, a generator that displaces the
 /// vertices of a mesh against a discriminator that looks at features of triangles, a Wasserstein GAN with gradient penalty.
 /// Levels below the one that is trained stay as they are. A level whose channels are those of the level before begins with
 /// its weights.
+///
+/// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature, for
+/// textures that are to grow on such. Their triangles should be of the same size beside the features of the texture. The
+/// model has the template of the first one, and statistics of channels over all.
 ///
 /// Everything random is a pure function of (seed, level, iteration, step), so that a training that was interrupted and
 /// resumed gives the weights of one that was not, bit for bit with the same number of threads on the same machine.
@@ -49,6 +64,10 @@ public:
   /// @throws InvalidInput when an option is out of range, the dataset is not one of CheckDataset(), a mesh does not meet
   /// GeometricTextureSampler::Requirements(), or CUDA is asked for and there is none.
   GeometricTextureTrainer(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options);
+  /// Trains from several references. @throws InvalidInput as above, and when there is none or one has another number of
+  /// levels than the first.
+  GeometricTextureTrainer(
+    const std::vector<MultiscaleDataset>& references, const GeometricTextureTrainingOptions& options);
   ~GeometricTextureTrainer() override;
   GeometricTextureTrainer(GeometricTextureTrainer&&) noexcept;
   GeometricTextureTrainer& operator=(GeometricTextureTrainer&&) noexcept;
@@ -59,7 +78,8 @@ public:
   /// Number of the iterations of all levels.
   std::int64_t Iterations() const override;
   /// Columns iteration (over all levels), level, and means over the steps of the iteration: critic_loss (of the
-  /// discriminator: value of generated meshes minus that of the reference), gradient_penalty (before it is weighted),
+  /// discriminator: value of generated meshes minus that of the reference), gradient_penalty (before it is weighted; 0 in
+  /// iterations without one),
   /// adversarial_loss (of the generator: minus the value of generated meshes), reconstruction_loss (mean squared
   /// distance from the reference, in squared mean edge lengths; monitored); and learning_rate.
   const LossHistory& History() const override;
@@ -85,11 +105,18 @@ private:
 /// Time of an iteration of each level, in the unit of one multiplication for each triangle: that of both networks, and an
 /// overhead. For TrainingClock.
 std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network);
+/// The same for several references: means over them.
+std::vector<double> CostsOfLevels(
+  const std::vector<MultiscaleDataset>& references, const GeometricTextureOptions& network);
 
 /// Trains to the last iteration of the last level as TrainAndSave(); the files are checked before the trainer is made.
 /// @returns the trainer, with model and history.
 /// @throws the errors of GeometricTextureTrainer and TrainAndSave().
 GeometricTextureTrainer TrainGeometricTexture(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options,
   const TrainingFiles& files, const TrainingObserver& observe = {}, const Progress& progress = {});
+/// The same from several references.
+GeometricTextureTrainer TrainGeometricTexture(const std::vector<MultiscaleDataset>& references,
+  const GeometricTextureTrainingOptions& options, const TrainingFiles& files, const TrainingObserver& observe = {},
+  const Progress& progress = {});
 
 } // namespace surfsynth

@@ -3,6 +3,7 @@
 /// The state of a training of textures. Private to the training.
 #pragma once
 
+#include "Core/Random/CounterNormals.h"
 #include "Learning/Networks/GeometricTextureNetworks.h"
 #include "Learning/Training/GeometricTextureLevels.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
@@ -35,11 +36,13 @@ LossHistory GeometricTextureLossHistory();
 class GeometricTextureTrainer::Internals
 {
 public:
-  Internals(const MultiscaleDataset& dataset, const GeometricTextureTrainingOptions& options);
+  Internals(const std::vector<MultiscaleDataset>& references, const GeometricTextureTrainingOptions& options);
 
   void Step();
   std::int64_t Done() const { return static_cast<std::int64_t>(this->History.Size()); }
-  std::int64_t Iterations() const { return this->Options.Network.Levels * this->Options.IterationsPerLevel; }
+  std::int64_t Iterations() const { return this->LevelEnds.back(); }
+  /// True after the last iteration of each level, and before the first one of all.
+  bool IsBetweenLevels() const { return this->InLevel(this->Done()) == 0; }
   std::map<std::string, std::string> Recipe() const;
   TrainingCheckpoint Checkpoint();
   void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
@@ -47,26 +50,34 @@ public:
   GeometricTextureTrainingOptions Options;
   std::uint64_t DatasetHash;
   torch::Device Where;
-  GeometricTextureLevels Levels;
-  SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
+  std::vector<GeometricTextureReference> References;
   GeometricTextureNetwork Generator;
   GeometricTextureNetwork Discriminator;
   LossHistory History = GeometricTextureLossHistory();
+  std::vector<std::int64_t> LevelEnds; ///< iterations up to the end of each level
 
 private:
-  std::int64_t LevelOf(std::int64_t iteration) const { return iteration / this->Options.IterationsPerLevel; }
+  /// The level of an iteration; the number of levels after the last one.
+  std::int64_t LevelOf(std::int64_t iteration) const;
+  /// Number of iterations of its level before this one; 0 after the last one of all.
+  std::int64_t InLevel(std::int64_t iteration) const;
+  /// Seed, stream and sample of random numbers of this iteration.
+  NormalKey KeyOfIteration() const;
   double LearningRateAt(std::int64_t iteration) const;
   void AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses);
   bool SameChannelsAsBelow(std::int64_t level) const;
   void BeginLevel(std::int64_t level);
-  torch::Tensor Noise(std::int64_t slot, std::int64_t level) const;
+  void DrawReference();
+  torch::Tensor Noise(std::int64_t slot, std::int64_t level);
   torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
   torch::Tensor CoarseSurface(std::int64_t slot);
   void TakeStep(torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const;
+  bool HasPenalty(std::int64_t slot) const;
   void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
   void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
 
-  GeometricTextureLevelData& Data() { return this->Levels.Data[static_cast<std::size_t>(*this->Current)]; }
+  GeometricTextureReference& Reference() { return this->References[this->Drawn]; }
+  GeometricTextureLevelData& Data() { return this->Reference().Levels.Data[static_cast<std::size_t>(*this->Current)]; }
   GeometricTextureLevelNetworkImpl& LevelGenerator()
   {
     return this->Generator->Level(static_cast<std::size_t>(*this->Current));
@@ -79,7 +90,7 @@ private:
   std::optional<std::int64_t> Current; ///< the level that the members below are of
   std::unique_ptr<torch::optim::Adam> GeneratorAdam;
   std::unique_ptr<torch::optim::Adam> DiscriminatorAdam;
-  torch::Tensor ReconstructionStart; ///< output of the frozen levels for the noise that reconstructs; of levels above 0
+  std::size_t Drawn = 0; ///< reference of this iteration
 };
 
 } // namespace surfsynth

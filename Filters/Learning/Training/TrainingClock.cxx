@@ -47,13 +47,12 @@ void TrainingClock::Add(std::int64_t iteration)
 
 double TrainingClock::CostUntil(std::int64_t iteration) const
 {
-  const auto length = static_cast<double>(this->Iterations) / static_cast<double>(this->Costs.size());
   double cost = 0.0;
   double begin = 0.0;
-  for (const double each : this->Costs)
+  for (std::size_t stage = 0; stage < this->Costs.size(); ++stage)
   {
-    cost += each * std::clamp(static_cast<double>(iteration) - begin, 0.0, length);
-    begin += length;
+    cost += this->Costs[stage] * std::clamp(static_cast<double>(iteration) - begin, 0.0, this->Lengths[stage]);
+    begin += this->Lengths[stage];
   }
   return cost;
 }

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,13 @@ public:
   explicit TrainingClock(std::int64_t iterations, std::vector<double> costs = { 1.0 })
     : Iterations(iterations)
     , Costs(std::move(costs))
+    , Lengths(this->Costs.size(), static_cast<double>(iterations) / static_cast<double>(this->Costs.size()))
+  {}
+  /// A training whose stages have these numbers of iterations, one cost for each.
+  TrainingClock(const std::vector<std::int64_t>& iterations, std::vector<double> costs)
+    : Iterations(std::accumulate(iterations.begin(), iterations.end(), std::int64_t(0)))
+    , Costs(std::move(costs))
+    , Lengths(iterations.begin(), iterations.end())
   {}
 
   /// Number of iterations of the whole training.
@@ -54,6 +62,7 @@ private:
 
   std::int64_t Iterations;
   std::vector<double> Costs;
+  std::vector<double> Lengths; ///< iterations of each stage
   bool Forecast = false;
   std::int64_t First = 0;
   std::int64_t Last = 0;

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ATen/Parallel.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -94,7 +96,125 @@ void ExpectParameterGradients(torch::nn::Module& network, const std::function<to
   }
 }
 
+/// Value and derivatives of a critic on a surface, in one type: by the features and by each parameter of its mean value and
+/// of the gradient penalty.
+std::vector<torch::Tensor> CriticDerivatives(const TriangleMesh& mesh, torch::Dtype type, bool fused)
+{
+  FaceTables tables(mesh, type);
+  if (!fused)
+  {
+    tables.OfNeighbors.reset();
+  }
+  GeometricTextureOptions options = SmallTextureOptions();
+  options.StartChannels = 37; // whole vectors and a rest
+  options.MinimumChannels = 20;
+  options.MaximumChannels = 37;
+  GeometricTextureNetwork network = MakeGeometricTextureNetwork(
+    options, true, InitialGeometricTextureTensors(options, true, 5));
+  network->to(type);
+  GeometricTextureLevelNetworkImpl& critic = network->Level(0);
+  const torch::Tensor real = EdgeFeatureTensor(FaceTables(mesh, torch::kFloat64), PointsOf(mesh));
+  const torch::Tensor fake = (real + 0.3 * Numbers({ mesh.Triangles.rows(), 12 }, 9)).to(type).requires_grad_();
+  const torch::Tensor value = CriticValue(critic, tables, fake);
+  const torch::Tensor penalty = GradientPenalty(critic, tables, real.to(type), fake, 0.3);
+  std::vector<torch::Tensor> found = { value.detach(), penalty.detach() };
+  std::vector<torch::Tensor> inputs = critic.parameters();
+  for (const torch::Tensor& gradient : torch::autograd::grad({ penalty }, inputs, {}, c10::nullopt, false, true))
+  {
+    found.push_back(gradient.defined() ? gradient : torch::zeros({ 1 }));
+  }
+  inputs.push_back(fake);
+  for (const torch::Tensor& gradient : torch::autograd::grad({ value }, inputs))
+  {
+    found.push_back(gradient);
+  }
+  return found;
+}
+
+/// Largest difference over the largest entry; the biases before a norm have derivatives of 0 and what rounding left of it.
+double RelativeDifference(const torch::Tensor& a, const torch::Tensor& b, double smallest)
+{
+  const double scale = std::max(smallest, b.abs().max().item<double>());
+  return (a.to(torch::kFloat64) - b.to(torch::kFloat64)).abs().max().item<double>() / scale;
+}
+
 } // namespace
+
+TEST(FusedFaceConvolutions, FirstAndSecondDerivativesAreThoseOfThePlainExpressions)
+{
+  for (const TriangleMesh& mesh : { test::IrregularSphere(2), test::PlanePatch(9, 8, 1.0, 1.0, 0.2) })
+  {
+    const std::vector<torch::Tensor> fused = CriticDerivatives(mesh, torch::kFloat32, true);
+    const std::vector<torch::Tensor> plain = CriticDerivatives(mesh, torch::kFloat32, false);
+    const std::vector<torch::Tensor> exact = CriticDerivatives(mesh, torch::kFloat64, false);
+    ASSERT_EQ(fused.size(), exact.size());
+    for (std::size_t k = 0; k < exact.size(); ++k)
+    {
+      EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), 1e-4) << k;
+      // As near to the numbers in double precision as the plain expressions in single precision.
+      EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), 2.0 * RelativeDifference(plain[k], exact[k], 1e-3) + 1e-6)
+        << k;
+    }
+  }
+}
+
+TEST(FusedFrames, FeaturesAndDisplacementsHaveTheDerivativesOfThePlainExpressions)
+{
+  for (const TriangleMesh& mesh : { test::IrregularSphere(2), test::PlanePatch(9, 8, 1.0, 1.0, 0.2) })
+  {
+    const FaceTables tables(mesh, torch::kFloat64);
+    const FaceTables single(mesh, torch::kFloat32);
+    const std::int64_t faces = mesh.Triangles.rows();
+    const torch::Tensor ofFeatures = Numbers({ faces, 12 }, 1);
+    const torch::Tensor ofPoints = Numbers({ mesh.Points.rows(), 3 }, 2);
+    const torch::Tensor points = PointsOf(mesh) + 0.05 * Numbers({ mesh.Points.rows(), 3 }, 4);
+    const auto evaluate = [&](const FaceTables& of, torch::Dtype type) {
+      const torch::Tensor x = points.to(type).requires_grad_();
+      const torch::Tensor local = Numbers({ faces, 3 }, 3).to(type).requires_grad_();
+      const torch::Tensor features = EdgeFeatureTensor(of, x);
+      const torch::Tensor moved = CornerDisplacement(of, x, local);
+      const auto sum = [&type](const torch::Tensor& values, const torch::Tensor& weights) {
+        return (values * weights.to(type)).sum();
+      };
+      const auto first = torch::autograd::grad({ sum(features, ofFeatures) }, { x });
+      const auto second = torch::autograd::grad({ sum(moved, ofPoints) }, { x, local });
+      return std::vector<torch::Tensor>{ features, moved, first[0], second[0], second[1] };
+    };
+    const std::vector<torch::Tensor> exact = evaluate(tables, torch::kFloat64);
+    const std::vector<torch::Tensor> fused = evaluate(single, torch::kFloat32);
+    for (std::size_t k = 0; k < exact.size(); ++k)
+    {
+      EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), 1e-5) << k;
+    }
+  }
+}
+
+TEST(FusedFaceConvolutions, HaveTheSameBitsForEachNumberOfThreads)
+{
+  const TriangleMesh mesh = test::IrregularSphere(3);
+  const std::vector<torch::Tensor> one = CriticDerivatives(mesh, torch::kFloat32, true);
+  const int before = at::get_num_threads();
+  at::set_num_threads(3);
+  const std::vector<torch::Tensor> three = CriticDerivatives(mesh, torch::kFloat32, true);
+  at::set_num_threads(before);
+  for (std::size_t k = 0; k < one.size(); ++k)
+  {
+    EXPECT_TRUE(one[k].equal(three[k])) << k;
+  }
+}
+
+TEST(FusedFaceConvolutions, RefuseThirdDerivatives)
+{
+  const TriangleMesh mesh = TextureSurface();
+  const FaceTables tables(mesh, torch::kFloat32);
+  GeometricTextureNetwork network = SmallNetwork(true);
+  network->to(torch::kFloat32);
+  GeometricTextureLevelNetworkImpl& critic = network->Level(0);
+  const torch::Tensor real = EdgeFeatureTensor(tables, PointsOf(mesh).to(torch::kFloat32));
+  const torch::Tensor penalty = GradientPenalty(critic, tables, real, 1.1 * real, 0.3);
+  const std::vector<torch::Tensor> parameters = critic.parameters();
+  EXPECT_THROW(torch::autograd::grad({ penalty }, { parameters[0] }, {}, true, true), InvalidInput);
+}
 
 TEST(GeometricTextureLayers, FeaturesAndDisplacementsAreTheCores)
 {

@@ -5,6 +5,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/GeometricTextureTrainer.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 
@@ -82,6 +83,54 @@ GeometricTextureTrainer Trained(const GeometricTextureTrainingOptions& options, 
     trainer.Step();
   }
   return trainer;
+}
+
+/// Two references: the bumpy sphere, and a bumpy torus.
+std::vector<MultiscaleDataset> SphereAndTorus()
+{
+  std::vector<MultiscaleDataset> references = { Bumps(2), {} };
+  TriangleMesh mesh = Torus(9, 6);
+  for (int level = 0; level < 2; ++level)
+  {
+    mesh = level == 0 ? mesh : SubdivideAtMidpoints(mesh).Mesh;
+    TriangleMesh bumpy = mesh;
+    for (Eigen::Index v = 0; v < bumpy.Points.rows(); ++v)
+    {
+      bumpy.Points.row(v) *= 1.0 + 0.1 * std::sin(7.0 * bumpy.Points(v, 0) + 5.0 * bumpy.Points(v, 2));
+    }
+    references[1].Levels.push_back(bumpy);
+  }
+  return references;
+}
+
+/// After a number of steps.
+GeometricTextureTrainer Stepped(GeometricTextureTrainer trainer, std::int64_t iterations)
+{
+  for (std::int64_t k = 0; k < iterations; ++k)
+  {
+    trainer.Step();
+  }
+  return trainer;
+}
+
+/// Checks that a training from @p references goes on from checkpoints before, within, between and after levels.
+void ExpectExactResumption(const std::vector<MultiscaleDataset>& references,
+  const GeometricTextureTrainingOptions& options, const std::string& checkpoint)
+{
+  GeometricTextureTrainer whole(references, options);
+  while (whole.Iteration() < whole.Iterations())
+  {
+    whole.SaveCheckpoint(checkpoint + std::to_string(whole.Iteration()));
+    whole.Step();
+  }
+  for (std::int64_t done = 0; done < whole.Iterations(); ++done)
+  {
+    GeometricTextureTrainer resumed = Stepped({ references, options }, 2);
+    resumed.LoadCheckpoint(checkpoint + std::to_string(done));
+    resumed = Stepped(std::move(resumed), whole.Iterations() - done);
+    EXPECT_EQ(WeightsOf(resumed), WeightsOf(whole)) << done;
+    EXPECT_TRUE(resumed.History() == whole.History()) << done;
+  }
 }
 
 class GeometricTextureTraining : public ::testing::Test
@@ -170,6 +219,98 @@ TEST_F(GeometricTextureTraining, TheLearningRateHalvesWithinEachLevel)
   }
   EXPECT_EQ(history.Column("level"), (std::vector<double>{ 0, 0, 0, 1, 1, 1 }));
   EXPECT_EQ(history.Column("learning_rate"), (std::vector<double>{ 5e-4, 5e-4, 2.5e-4, 5e-4, 5e-4, 2.5e-4 }));
+}
+
+TEST_F(GeometricTextureTraining, LevelsMayHaveOtherNumbersOfIterations)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.IterationsOfLevels = { 3, 1 };
+  GeometricTextureTrainer trainer(Bumps(2), options);
+  EXPECT_EQ(trainer.Iterations(), 4);
+  std::vector<bool> ends;
+  while (trainer.Iteration() < trainer.Iterations())
+  {
+    trainer.Step();
+    ends.push_back(trainer.IsAtEndOfStage());
+  }
+  EXPECT_EQ(ends, (std::vector<bool>{ false, false, true, true }));
+  EXPECT_EQ(trainer.History().Column("level"), (std::vector<double>{ 0, 0, 0, 1 }));
+  // Level 1 is that of a training with as many iterations of each level.
+  EXPECT_EQ(WeightsOf(trainer), WeightsOf(Trained(TinyGeometricTexture(), 2, 4)));
+  EXPECT_THAT(TextOf<InvalidInput>([&] { trainer.Step(); }), HasSubstr("all 4 iterations are done"));
+  ExpectExactResumption({ Bumps(2) }, options, this->File("checkpoint"));
+  // Equal numbers are one number, in checkpoints too.
+  Trained(TinyGeometricTexture(), 2, 4).SaveCheckpoint(this->File("equal"));
+  options.IterationsOfLevels = { 3, 3 };
+  GeometricTextureTrainer equal(Bumps(2), options);
+  equal.LoadCheckpoint(this->File("equal"));
+  EXPECT_EQ(equal.Iteration(), 4);
+}
+
+TEST_F(GeometricTextureTraining, TheLearningRateMayFallAfterQuartersOfLevels)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.IterationsOfLevels = { 8, 2 };
+  options.LearningRateInterval = 0;
+  const GeometricTextureTrainer trainer = Trained(options, 2, 10);
+  EXPECT_EQ(trainer.History().Column("learning_rate"),
+    (std::vector<double>{ 5e-4, 5e-4, 2.5e-4, 2.5e-4, 1.25e-4, 1.25e-4, 6.25e-5, 6.25e-5, 5e-4, 2.5e-4 }));
+}
+
+TEST_F(GeometricTextureTraining, ThePenaltyMayComeInSomeSteps)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.PenaltyInterval = 4; // of two steps in an iteration
+  const LossHistory rare = Trained(options, 2, 6).History();
+  const LossHistory each = Trained(TinyGeometricTexture(), 2, 6).History();
+  for (std::size_t k = 0; k < rare.Size(); ++k)
+  {
+    EXPECT_EQ(rare.Value(k, "gradient_penalty") > 0.0, k % 3 != 1) << k; // in iterations 0 and 2 of each level
+    EXPECT_GT(each.Value(k, "gradient_penalty"), 0.0);
+  }
+  ExpectExactResumption({ Bumps(2) }, options, this->File("checkpoint"));
+}
+
+TEST_F(GeometricTextureTraining, LearnsFromSeveralReferences)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.IterationsPerLevel = 4;
+  const std::vector<MultiscaleDataset> references = SphereAndTorus();
+  const auto both = WeightsOf(Stepped({ references, options }, 8));
+  EXPECT_NE(both, WeightsOf(Stepped({ references[0], options }, 8)));
+  EXPECT_NE(both, WeightsOf(Stepped({ references[1], options }, 8)));
+  // The same reference twice is that reference, whichever is drawn, but for the noise that reconstructs the second.
+  const std::vector<MultiscaleDataset> twice = { references[0], references[0] };
+  EXPECT_EQ(WeightsOf(Stepped({ twice, options }, 4)), WeightsOf(Stepped({ references[0], options }, 4)));
+  ExpectExactResumption(references, options, this->File("checkpoint"));
+}
+
+TEST_F(GeometricTextureTraining, StatisticsOfTheNormsAreThoseOfAllReferences)
+{
+  const std::vector<MultiscaleDataset> references = SphereAndTorus();
+  const GeometricTextureModel model = Stepped({ references, TinyGeometricTexture() }, 2).Model();
+  EXPECT_EQ(model.Template.NumberOfPoints(), references[0].Levels[0].NumberOfPoints());
+  const std::string mean = NamesOfStatistics(1, 0).Mean;
+  const std::vector<float> ofBoth = model.Statistics.at(mean).Values;
+  const auto ofSphere = MeasureStatistics(model);
+  GeometricTextureModel onTorus = model;
+  onTorus.Template = references[1].Levels[0];
+  onTorus.Template.Points /= MeanEdgeLength(onTorus.Template);
+  const auto ofTorus = MeasureStatistics(model, { onTorus.Template });
+  for (std::size_t c = 0; c < ofBoth.size(); ++c)
+  {
+    EXPECT_NEAR(ofBoth[c], 0.5F * (ofSphere.at(mean).Values[c] + ofTorus.at(mean).Values[c]), 1e-4) << c;
+  }
+  EXPECT_NE(ofBoth, ofSphere.at(mean).Values);
+}
+
+TEST_F(GeometricTextureTraining, RefusesReferencesOfOtherNumbersOfLevels)
+{
+  const auto refusal = [](const std::vector<MultiscaleDataset>& references) {
+    return TextOf<InvalidInput>([&] { GeometricTextureTrainer(references, TinyGeometricTexture()); });
+  };
+  EXPECT_THAT(refusal({}), HasSubstr("there is no reference"));
+  EXPECT_THAT(refusal({ Bumps(2), Bumps(1) }), HasSubstr("reference 1 has 1 levels; expected 2, as reference 0 has"));
 }
 
 TEST_F(GeometricTextureTraining, LearnsToReconstructTheReference)
@@ -264,6 +405,13 @@ TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(refusal([](auto& o) { o.IterationsPerLevel = 0; }), HasSubstr("IterationsPerLevel is 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.IterationsOfLevels = { 0 }; }), HasSubstr("IterationsOfLevels[0] is 0"));
+  EXPECT_THAT(refusal([](auto& o) {
+    o.IterationsOfLevels = { 1, 2 };
+  }),
+    HasSubstr("IterationsOfLevels has 2 entries; expected one for each of the 1 levels"));
+  EXPECT_THAT(refusal([](auto& o) { o.LearningRateInterval = -1; }), HasSubstr("LearningRateInterval is -1"));
+  EXPECT_THAT(refusal([](auto& o) { o.PenaltyInterval = 0; }), HasSubstr("PenaltyInterval is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.GeneratorSteps = 1001; }), HasSubstr("GeneratorSteps is 1001"));
   EXPECT_THAT(refusal([&](auto& o) { o.LearningRate = nan; }), HasSubstr("LearningRate is nan"));
   EXPECT_THAT(refusal([](auto& o) { o.LearningRateFactor = 1.5; }), HasSubstr("LearningRateFactor is 1.5"));

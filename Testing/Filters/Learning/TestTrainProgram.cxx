@@ -302,6 +302,20 @@ TEST_F(TrainProgram, TrainsAGeometricTexture)
       "--texture-name", "bumps", "--start-channels", "4", "--minimum-channels", "4", "--device", "cpu" },
     0, "wrote ");
   EXPECT_EQ(ReadGeometricTexture(this->File("texture.safetensors")).Name, "bumps");
+  const std::vector<std::string> both = { "geometric-texture", this->File("levels.safetensors"),
+    this->File("both.safetensors"), "--references", this->File("torus.safetensors"), "--start-channels", "4",
+    "--minimum-channels", "4", "--device", "cpu", "--learning-rate-interval", "0", "--penalty-interval", "2",
+    "--iterations" };
+  const auto with = [&both](const std::string& iterations) {
+    std::vector<std::string> arguments = both;
+    arguments.push_back(iterations);
+    return arguments;
+  };
+  dataset.Levels = { Torus(8, 6) };
+  WriteMultiscaleDataset(this->File("torus.safetensors"), dataset);
+  this->Expect(with("2"), 0, "iteration 2 of 2");
+  this->Expect(with("2,1"), 1, "IterationsOfLevels has 2 entries");
+  this->Expect(with("2,x"), 2, "--iterations is \"x\"; expected a whole number");
   this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,
     "expected \"multiscale_surface\"");
 }

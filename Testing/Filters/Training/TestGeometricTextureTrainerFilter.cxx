@@ -279,6 +279,67 @@ TEST(GeometricTextureTrainerFilter, FormerNamesOfChannelsAreThoseOfMinimumAndMax
 #pragma GCC diagnostic pop
 }
 
+TEST(GeometricTextureTrainerFilter, SeveralReferencesAndNumbersOfIterationsAreThoseOfThePlainTraining)
+{
+  const MultiscaleDataset first = Dents();
+  MultiscaleDataset second = first;
+  second.Template = {};
+  for (TriangleMesh& level : second.Levels)
+  {
+    level.Points.col(2) *= 0.5;
+  }
+  GeometricTextureTrainingOptions options = SameOptions();
+  options.IterationsOfLevels = { 4, 2 };
+  options.PenaltyInterval = 2;
+  TrainingFiles files;
+  files.Model = "references.plain";
+  TrainGeometricTexture({ first, second }, options, files);
+  const auto configured = [](const std::string& name, bool hasInputs) {
+    const auto filter = TrainerFor(name, hasInputs);
+    filter->SetNumberOfIterationsOfLevels(2);
+    filter->SetIterationsOfLevel(0, 4);
+    filter->SetIterationsOfLevel(1, 2);
+    filter->SetPenaltyInterval(2);
+    return filter;
+  };
+  const auto connected = configured("references.connected", true);
+  connected->AddInputDataObject(0, BlocksOf(second));
+  OutputOf(connected);
+  EXPECT_EQ(connected->GetNumberOfIterationsDone(), 6);
+  EXPECT_TRUE(BytesOf("references.connected") == BytesOf("references.plain"));
+  WriteMultiscaleDataset("references.first", first);
+  WriteMultiscaleDataset("references.second", second);
+  const auto fromFiles = configured("references.files", false);
+  fromFiles->SetDatasetFileName("references.first");
+  fromFiles->SetNumberOfReferenceFileNames(1);
+  fromFiles->SetReferenceFileName(0, "references.second");
+  EXPECT_STREQ(fromFiles->GetReferenceFileName(0), "references.second");
+  EXPECT_EQ(fromFiles->GetReferenceFileName(1), nullptr);
+  OutputOf(fromFiles);
+  EXPECT_TRUE(BytesOf("references.files") == BytesOf("references.plain"));
+}
+
+TEST(GeometricTextureTrainerFilter, ListsArePrintedAndKeepTheirRange)
+{
+  vtkNew<vtkGeometricTextureTrainer> filter;
+  filter->SetNumberOfIterationsOfLevels(2);
+  filter->SetIterationsOfLevel(1, 0);
+  filter->SetIterationsOfLevel(2, 7);
+  EXPECT_EQ(filter->GetIterationsOfLevel(0), 2000);
+  EXPECT_EQ(filter->GetIterationsOfLevel(1), 1);
+  EXPECT_EQ(filter->GetIterationsOfLevel(2), 0);
+  filter->SetNumberOfReferenceFileNames(1);
+  filter->SetReferenceFileName(0, "a.safetensors");
+  filter->SetReferenceFileName(1, "b.safetensors");
+  EXPECT_EQ(filter->GetNumberOfReferenceFileNames(), 1);
+  std::ostringstream text;
+  filter->Print(text);
+  EXPECT_THAT(text.str(), HasSubstr("IterationsOfLevels: 2000 1\n"));
+  EXPECT_THAT(text.str(), HasSubstr("ReferenceFileNames: a.safetensors\n"));
+  filter->SetNumberOfReferenceFileNames(-1);
+  EXPECT_EQ(filter->GetNumberOfReferenceFileNames(), 0);
+}
+
 TEST(GeometricTextureTrainerFilter, TheDatasetFileIsNeverWrittenOver)
 {
   const auto filter = TrainerFor("kept.dataset", false); // removes what an earlier run left
@@ -312,9 +373,9 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   for (const char* line : { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n",
          "CheckpointInterval: 500", "Resume: 1", "DatasetFileName: \n", "TextureName: texture", "IterationsPerLevel: 1",
          "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005", "LearningRateInterval: 500",
-         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32",
-         "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0", "Device: 2",
-         "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
+         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1", "ReconstructionWeight: 5", "Layers: 3",
+         "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0",
+         "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -2,6 +2,7 @@
 """Training of geometric textures: functions around vtkMultiscaleMeshFitter and vtkGeometricTextureTrainer."""
 
 import collections
+import os
 import warnings
 
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
@@ -165,8 +166,10 @@ def fitted_levels(algorithm):
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")
 @training.documented(COLUMNS)
-def train_geometric_texture(levels=None, template=None, *, model, dataset=None, progress=None, **options):
-    """Learns a geometric texture from one surface at several scales.
+def train_geometric_texture(
+    levels=None, template=None, *, model, dataset=None, references=(), progress=None, **options
+):
+    """Learns a geometric texture from one surface at several scales, or from several.
 
     Parameters
     ----------
@@ -179,17 +182,25 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
         The model file that is written, safetensors.
     dataset : path, optional
         A dataset file that is trained on in place of ``levels`` and ``template``.
+    references : sequence, optional
+        Further surfaces with the same texture and as many levels, each as ``levels`` or a dataset file: each iteration draws
+        one of all, so that the texture is learnt on surfaces of several curvatures. Their triangles should be of the same size
+        beside the features of the texture.
     texture_name : str
         Name of the texture, for people. Default "texture".
-    iterations : int
-        Number of iterations of each level. Default 2000.
+    iterations : int or sequence of int
+        Number of iterations of each level, or one number for each level in turn: coarse levels, where features are placed,
+        take a fraction of the time of the finest one. Default 2000.
     discriminator_steps, generator_steps : int
         Steps of each network in an iteration, from 1 to 1000. Default 2 and 3.
     learning_rate_interval, learning_rate_factor : int, float
-        Number of iterations of a level after which the learning rate is multiplied by the factor, each time. Default
-        500 and 0.5.
+        Number of iterations of a level after which the learning rate is multiplied by the factor, each time; 0: a quarter
+        of the iterations of the level. Default 500 and 0.5.
     penalty_weight, reconstruction_weight : float
         Weights of the gradient penalty and of the squared distance from the reference. Default 0.1 and 5.
+    penalty_interval : int
+        Steps of the discriminator from one gradient penalty to the next, which weighs as many times as much, from 1 to 1000.
+        Default 1, as published.
     layers, start_channels, minimum_channels, maximum_channels : int
         Layers of each network, input and output included; channels of the first hidden layer at level 0, and of a hidden
         layer at least and at most. Default 7, 32, 32 and 128.
@@ -200,6 +211,13 @@ def train_geometric_texture(levels=None, template=None, *, model, dataset=None, 
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)
     _connect(algorithm, levels, template)
+    add_reference_files(algorithm, [one for one in references if isinstance(one, (str, os.PathLike))])
+    for reference in references:
+        if isinstance(reference, (str, os.PathLike)):
+            continue
+        if dataset is not None:
+            raise TypeError("beside a dataset each of the references must be a dataset file")
+        algorithm.AddInputDataObject(0, _levels(reference))
     return training.run(algorithm, COLUMNS, progress)
 
 
@@ -214,6 +232,7 @@ def configured_trainer(
     learning_rate_interval=500,
     learning_rate_factor=0.5,
     penalty_weight=0.1,
+    penalty_interval=1,
     reconstruction_weight=5.0,
     layers=7,
     start_channels=32,
@@ -229,12 +248,18 @@ def configured_trainer(
     """
     algorithm = training.configure(vtkGeometricTextureTrainer(), model, dataset, **shared)
     algorithm.SetTextureName(array_name("texture_name", texture_name))
-    algorithm.SetIterationsPerLevel(count("iterations", iterations, 1, 100000000))
+    if isinstance(iterations, (tuple, list)):
+        algorithm.SetNumberOfIterationsOfLevels(len(iterations))
+        for level, number in enumerate(iterations):
+            algorithm.SetIterationsOfLevel(level, count("iterations", number, 1, 100000000))
+    else:
+        algorithm.SetIterationsPerLevel(count("iterations", iterations, 1, 100000000))
     algorithm.SetDiscriminatorSteps(count("discriminator_steps", discriminator_steps, 1, 1000))
     algorithm.SetGeneratorSteps(count("generator_steps", generator_steps, 1, 1000))
-    algorithm.SetLearningRateInterval(count("learning_rate_interval", learning_rate_interval, 1, 100000000))
+    algorithm.SetLearningRateInterval(count("learning_rate_interval", learning_rate_interval, 0, 100000000))
     algorithm.SetLearningRateFactor(factor("learning_rate_factor", learning_rate_factor))
     algorithm.SetPenaltyWeight(at_least_0("penalty_weight", penalty_weight))
+    algorithm.SetPenaltyInterval(count("penalty_interval", penalty_interval, 1, 1000))
     algorithm.SetReconstructionWeight(at_least_0("reconstruction_weight", reconstruction_weight))
     algorithm.SetLayers(count("layers", layers, 3, 32))
     algorithm.SetStartChannels(count("start_channels", start_channels, 1, 4096))
@@ -244,21 +269,32 @@ def configured_trainer(
     return algorithm
 
 
+def add_reference_files(algorithm, paths):
+    """Gives a vtkGeometricTextureTrainer dataset files of further surfaces."""
+    algorithm.SetNumberOfReferenceFileNames(len(paths))
+    for number, path in enumerate(paths):
+        algorithm.SetReferenceFileName(number, os.fspath(path))
+
+
 def _connect(algorithm, levels, template):
     """Gives a vtkGeometricTextureTrainer its inputs, which are not modified."""
     if training.uses_dataset_file(algorithm, levels=levels, template=template):
         return
     if levels is None:
         raise TypeError("levels are needed, or a dataset")
+    algorithm.SetInputDataObject(0, _levels(levels))
+    if template is not None:
+        algorithm.SetInputDataObject(1, _surface("template", template))
+
+
+def _levels(levels):
+    """A composite dataset of the levels of one surface."""
     if isinstance(levels, (tuple, list)):
         blocks = vtkMultiBlockDataSet()
         for number, level in enumerate(levels):
             blocks.SetBlock(number, _surface("each level", level))
         levels = blocks
-    levels = given_dataset(levels, text="a sequence of surfaces or a composite dataset")
-    algorithm.SetInputDataObject(0, shallow_copy(levels))
-    if template is not None:
-        algorithm.SetInputDataObject(1, _surface("template", template))
+    return shallow_copy(given_dataset(levels, text="a sequence of surfaces or a composite dataset"))
 
 
 def _surface(name, mesh):

@@ -26,6 +26,7 @@ SYNONYMS = {
     "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),
     "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),
     "range": ({"CorrelationRange"}, "the only range of noise"),
+    "references": ({"ReferenceFileName"}, "as surfaces or as files"),
     "scale": ({"TextureScale"}, "the only scale of a texture"),
     "schedule": ({"LearningRateSchedule"}, "only the learning rate has one"),
     "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),

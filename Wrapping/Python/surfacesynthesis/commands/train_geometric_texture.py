@@ -18,16 +18,27 @@ files:
 examples:
   python3 -m surfacesynthesis levels bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
   %(prog)s bark-levels.safetensors bark.safetensors --texture-name bark
+  %(prog)s bark-levels.safetensors bark.safetensors --iterations 2000,2000,600,300 --learning-rate-interval 0 \\
+    --references branch-levels.safetensors
 """
+
+
+def iterations_of_levels(text):
+    """A number, or a list of as many as there are commas and one."""
+    numbers = [int(number) for number in text.split(",")]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
 #: Options with a number: name, type, default, metavariable, help.
 _NUMBERS = {
     "training": (
-        ("iterations", int, 2000, "N", "iterations of each level"),
+        ("iterations", iterations_of_levels, 2000, "N[,N...]", "iterations of each level, or one number for each"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
-        ("learning-rate-interval", int, 500, "N", "iterations of a level from one fall of the learning rate to the next"),
+        ("learning-rate-interval", int, 500, "N", "iterations of a level from one fall of the learning rate to the next; 0: a quarter of them"),
         ("learning-rate-factor", float, 0.5, "F", "factor of the learning rate"),
         ("penalty-weight", float, 0.1, "W", "of the gradient penalty"),
+        ("penalty-interval", int, 1, "N", "steps of the discriminator from one gradient penalty to the next"),
         ("reconstruction-weight", float, 5.0, "W", "of the squared distance from the reference"),
     ),
     "network": (
@@ -58,6 +69,14 @@ def add(kinds):
     texture_name = parser.add_argument(
         "--texture-name", default="texture", metavar="NAME", help="name of the texture (default: texture)"
     )
+    parser.add_argument(
+        "--references",
+        action="extend",
+        nargs="+",
+        default=[],
+        metavar="DATASET",
+        help="the same texture on other surfaces, of as many levels; each iteration draws one of all",
+    )
     _, options = add_training_options(parser, _NUMBERS)
     for name, former in _FORMER.items():
         add_former_option(parser, former, options[name])
@@ -66,7 +85,7 @@ def add(kinds):
 
 def run(arguments):
     """The command ``train geometric-texture``."""
-    from ..geometric_texture_training import COLUMNS, configured_trainer
+    from ..geometric_texture_training import COLUMNS, add_reference_files, configured_trainer
     from ..training import losses_of
 
     algorithm = as_usage(
@@ -76,6 +95,7 @@ def run(arguments):
         texture_name=arguments.texture_name,
         **training_parameters(arguments, _NUMBERS, arguments.model),
     )
+    add_reference_files(algorithm, arguments.references)
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
     return training_outcome(algorithm, losses, "reconstruction loss")
