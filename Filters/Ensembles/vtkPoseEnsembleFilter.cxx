@@ -3,10 +3,9 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
-#include "EnsembleTranslation.h"
+#include "EnsembleCopies.h"
 #include "FilterSupport.h"
 #include "MeshProcessing/Poses/SurfacePoses.h"
-#include "NewArray.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
 #include "SurfaceArrays.h"
@@ -14,13 +13,8 @@
 #include "SurfaceInputs.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Mesh/GridLayout.h"
 
 #include <vtkAlgorithmOutput.h>
-#include <vtkCellData.h>
-#include <vtkCompositeDataSet.h>
-#include <vtkDoubleArray.h>
-#include <vtkFloatArray.h>
 #include <vtkIndent.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -29,7 +23,7 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
+#include <vtkPointSet.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
@@ -80,27 +74,6 @@ struct PreparedPoses
   PoseKey Key;
   std::shared_ptr<const SurfacePoses> Poses;
 };
-
-/// Makes an array of three components from the rows of @p values.
-vtkSmartPointer<vtkDataArray> VectorArray(const PointMatrix& values, bool doublePrecision)
-{
-  vtkSmartPointer<vtkDataArray> array;
-  if (doublePrecision)
-  {
-    array = vtkSmartPointer<vtkDoubleArray>::New();
-  }
-  else
-  {
-    array = vtkSmartPointer<vtkFloatArray>::New();
-  }
-  array->SetNumberOfComponents(3);
-  array->SetNumberOfTuples(values.rows());
-  for (Eigen::Index v = 0; v < values.rows(); ++v)
-  {
-    array->SetTuple(v, values.data() + 3 * v);
-  }
-  return array;
-}
 } // namespace
 
 /// Equations of the last update, and the work of one update.
@@ -178,7 +151,10 @@ private:
     const auto shape = pattern ? pattern : mesh;
     const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
     const auto work = [mesh, shape, key, made] {
-      const PoseHandles handles(shape->Mesh, *shape->Topology, key.Handles, surfsynth::FindNearestPlaces);
+      const surfsynth::PlaceFinder finder = [](const surfsynth::TriangleMesh& surface, const PointMatrix& points) {
+        return surfsynth::FindNearestPlaces(surface, points);
+      };
+      const PoseHandles handles(shape->Mesh, *shape->Topology, key.Handles, finder);
       *made = std::make_shared<const SurfacePoses>(mesh->Mesh, handles, key.Options);
     };
     surfsynth::RunCancellable(work, 0.1 + 2e-5 * mesh->Mesh.NumberOfPoints(), progress);
@@ -207,55 +183,14 @@ private:
   void Fill(vtkPolyData* input, const Surface& surface, const SurfacePoses& poses, std::vector<PointMatrix>& points,
     vtkMultiBlockDataSet* output) const
   {
-    const bool doublePrecision = surfsynth::HasDoublePoints(input);
     vtkNew<vtkIntArray> regions;
     regions->SetName(this->Self->RegionArrayName.c_str());
     regions->SetNumberOfTuples(input->GetNumberOfPoints());
     std::copy(poses.Regions().begin(), poses.Regions().end(), regions->GetPointer(0));
-    output->SetNumberOfBlocks(static_cast<unsigned int>(points.size()));
-    const std::vector<Eigen::Vector3d> places = this->Places(surface, points.size());
-    for (std::size_t k = 0; k < points.size(); ++k)
-    {
-      vtkNew<vtkPolyData> pose;
-      pose->ShallowCopy(input);
-      pose->GetPointData()->SetNormals(nullptr);
-      pose->GetCellData()->SetNormals(nullptr);
-      vtkNew<vtkPoints> moved;
-      moved->SetData(VectorArray(points[k], doublePrecision));
-      pose->SetPoints(moved);
-      const auto displacement = VectorArray(points[k] - surface.Mesh.Points, doublePrecision);
-      displacement->SetName(this->Self->DisplacementArrayName.c_str());
-      pose->GetPointData()->AddArray(displacement);
-      pose->GetPointData()->AddArray(regions);
-      if (!pose->GetPointData()->GetVectors())
-      {
-        pose->GetPointData()->SetActiveVectors(this->Self->DisplacementArrayName.c_str());
-      }
-      points[k].resize(0, 3);
-      if (!places.empty())
-      {
-        surfsynth::TranslatePoints(pose, places[k]);
-        surfsynth::AddTranslationField(pose, places[k]);
-      }
-      const auto block = static_cast<unsigned int>(k);
-      output->SetBlock(block, pose);
-      const std::string name = "Sample " + std::to_string(static_cast<std::int64_t>(this->Self->FirstSample) + block);
-      output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), name.c_str());
-    }
-  }
-
-  /// The translation of each sample; none without a spread.
-  std::vector<Eigen::Vector3d> Places(const Surface& surface, std::size_t samples) const
-  {
-    if (this->Self->Spread == 0.0)
-    {
-      return {};
-    }
-    surfsynth::BoundingBox cell = ComputeBoundingBox(surface.Mesh);
-    cell.Upper = cell.Lower + this->Self->Spread * (cell.Upper - cell.Lower);
-    surfsynth::GridLayoutOptions layout;
-    layout.Spacing = 0.0;
-    return surfsynth::LayOutInGrid(std::vector<surfsynth::BoundingBox>(samples, cell), layout);
+    const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
+      this->Self->Spread, ComputeBoundingBox(surface.Mesh) };
+    const auto addRegions = [&regions](vtkPointSet* pose, std::size_t) { pose->GetPointData()->AddArray(regions); };
+    surfsynth::FillWithCopies(output, input, surface.Mesh.Points, points, options, addRegions);
   }
 
   vtkPoseEnsembleFilter* Self;

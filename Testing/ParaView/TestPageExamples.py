@@ -27,6 +27,7 @@ SMALL = {
     "vtkLatentDiffusionTrainer": {"Iterations": 2, "BatchSize": 1, "NumberOfTriangulations": 1, "NumberOfPoints": 200,
                                   "Channels": 8, "CoarseChannels": 8},
     "vtkPoseEnsembleFilter": {"NumberOfSamples": 2},
+    "vtkElasticRestFilter": {"NumberOfSamples": 2, "NumberOfSurfacePoints": 120, "TimeStep": 0.1},
     "vtkGaussianMixtureFilter": {"NumberOfSamples": 3},
 }  # fmt: skip
 

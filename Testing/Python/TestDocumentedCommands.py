@@ -431,7 +431,8 @@ INPUTS = {
 }  # fmt: skip
 #: Classes that a command needs, which a build may lack.
 NEEDS = {
-    "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset": "vtkPoseEnsembleFilter",
+    "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset rest-states": "vtkTetrahedralizeFilter",
+    "dataset": "vtkPoseEnsembleFilter",
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
     "texture-atlas": "vtkTextureAtlasFilter",

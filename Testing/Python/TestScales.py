@@ -52,6 +52,7 @@ TABLE = {
     "noise-observations": ("noise a.vtp o.vtp --range {90} --observations few.vtp --observation-array Field --posterior-mean", []),
     "estimate": ("estimate a.vtp --observation-array Field", []),
     "poses": ("dataset poses a.vtp o.safetensors --samples 2 --iterations 3", ["signals"]),
+    "rest-states": ("dataset rest-states a.vtp o.safetensors --samples 1 --surface-points 100 --maximum-time 0", ["signals"]),
     "mixtures": ("dataset mixtures a.vtp o.safetensors --samples 2", []),
     "import": ("dataset import a.vtp b.vtp c.vtp o.safetensors", ["signals"]),
     "poisson-net": ("poisson-net a.vtp o.vtp --model network.safetensors --normalization surface_area", []),

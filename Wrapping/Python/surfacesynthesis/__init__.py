@@ -63,6 +63,7 @@ from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
+from .rest_states import rest_states
 from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
 from .skinning import skin
 from .dataset_surfaces import dataset_of_surfaces, surfaces_of_dataset
@@ -70,7 +71,12 @@ from .signal_datasets import read_signal_dataset, write_signal_dataset
 from .textured_files import read_textured_mesh, write_textured_mesh
 from .texture_datasets import TextureDataset, read_texture_dataset, texture_dataset, write_texture_dataset
 from .vdb_surface import vdb_surface
-from .vtkSurfaceSynthesisEnsembles import vtkEnsembleLayoutFilter, vtkGaussianMixtureFilter, vtkSkinningFilter
+from .vtkSurfaceSynthesisEnsembles import (
+    vtkElasticRestFilter,
+    vtkEnsembleLayoutFilter,
+    vtkGaussianMixtureFilter,
+    vtkSkinningFilter,
+)
 from .vtkSurfaceSynthesisFieldLatents import (
     vtkFieldLatentDecoder,
     vtkFieldLatentEncoder,
@@ -146,6 +152,7 @@ __all__ = [
     "repair",
     "repair_measures",
     "repair_report",
+    "rest_states",
     "sample_signal",
     "sample_texture",
     "shape_model",
@@ -156,6 +163,7 @@ __all__ = [
     "topology_report",
     "vdb_surface",
     "volume_from_numpy",
+    "vtkElasticRestFilter",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",
     "vtkEnsembleStatistics",

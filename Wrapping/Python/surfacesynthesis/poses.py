@@ -2,13 +2,12 @@
 """Random poses of a shape: a function around vtkPoseEnsembleFilter."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from .arguments import INT_MIN, in_range, integer, progress_callback
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisError
-from .sampling import in_parts
+from .sampling import in_parts, positions_of_blocks
 
 try:
     from .vtkSurfaceSynthesisEnsembles import vtkPoseEnsembleFilter
@@ -110,7 +109,7 @@ def poses(
     )
     dataset = given_dataset(mesh, (vtkPolyData,), SURFACE_TEXT)
     parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress), 24, memory_limit)
-    return np.concatenate([_positions(output) for output in parts])
+    return np.concatenate([positions_of_blocks(output, "a surface") for output in parts])
 
 
 def configured_poses(
@@ -143,11 +142,3 @@ def configured_poses(
         shape.ShallowCopy(given_dataset(template, (vtkPolyData,), SURFACE_TEXT))
         algorithm.SetTemplateData(shape)
     return algorithm
-
-
-def _positions(output):
-    """[N, V, 3], the points of the blocks of the filter's output."""
-    blocks = [output.GetBlock(k) for k in range(output.GetNumberOfBlocks())]
-    if not blocks:
-        raise SurfaceSynthesisError("the mesh is empty; a surface is needed")
-    return np.stack([vtk_to_numpy(block.GetPoints().GetData()) for block in blocks])

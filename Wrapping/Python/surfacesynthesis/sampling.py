@@ -5,6 +5,9 @@ import os
 import resource
 import warnings
 
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
 from .arguments import INT_MAX, integer
 from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .pipeline import apply_filter
@@ -40,6 +43,26 @@ def require_memory(samples, sample_bytes, memory_limit):
             f"about {needed / 2**30:.6g} GiB would be needed for {samples} samples; at most {limit / 2**10:.6g} GiB are "
             f"allowed (MemoryLimit). A NumberOfSamples of {fitting} fits."
         )
+
+
+def positions_of_blocks(output, missing):
+    """The points of the blocks of a filter's output, [N, V, 3]; without blocks an error that ends with ``missing``."""
+    blocks = [output.GetBlock(k) for k in range(output.GetNumberOfBlocks())]
+    if not blocks:
+        raise SurfaceSynthesisError(f"the mesh is empty; {missing} is needed")
+    return np.stack([vtk_to_numpy(block.GetPoints().GetData()) for block in blocks])
+
+
+def farthest_samples(samples, count):
+    """Indices of ``count`` of the samples [N, V, C], ascending, by farthest-point selection: the first one, then again and
+    again the one that is farthest, in root mean square, from those chosen."""
+    flat = np.reshape(samples, (len(samples), -1)).astype(np.float64)
+    chosen, nearest = [0], np.full(len(flat), np.inf)
+    while len(chosen) < count:
+        nearest = np.minimum(nearest, ((flat - flat[chosen[-1]]) ** 2).sum(axis=1))
+        nearest[chosen] = -1.0
+        chosen.append(int(nearest.argmax()))
+    return sorted(chosen)
 
 
 def in_parts(algorithm, dataset, samples, first_sample, progress=None, point_bytes=8, memory_limit=None):

@@ -2,6 +2,7 @@
 """The command ``dataset``: many samples of a signal on a surface, or images and planar meshes, in a file to train with."""
 
 import importlib.util
+import math
 import sys
 
 from .. import vtkSurfaceSynthesisEnsembles as _ensembles
@@ -31,6 +32,7 @@ _EXAMPLES = """\
 examples:
   %(prog)s poses armadillo.off poses.safetensors --samples 3000 --points 1500 --template armadillo.off
   %(prog)s mixtures bunny.off mixtures.safetensors --samples 3000 --points 2000
+  %(prog)s rest-states bunny.off rest.safetensors --samples 2000 --candidates 3000 --points 2000
   %(prog)s mixtures bunny.off test.safetensors --samples 500 --first-sample 100000
   %(prog)s export poses.safetensors poses.vtm --samples 20
   %(prog)s import patient_*.vtp patients.safetensors
@@ -43,6 +45,9 @@ latent-diffusion and surfacesynthesis-train."""
 _POSES = """\
 Random poses of a connected surface: its extremities turn about their joints, the part near its centroid stays and the rest
 follows as rigidly as possible. Lengths are fractions of the square root of the area."""
+_REST_STATES = """\
+Shapes in which a soft body comes to rest after random drops on a floor. The surface is closed; it is remeshed and filled
+with tetrahedra for the simulation, and its own points follow. Quantities are in SI units."""
 _MIXTURES = """\
 Random mixtures of Gaussians of the distance along the surface from a few centres. Lengths are fractions of the square
 root of the area."""
@@ -62,6 +67,7 @@ def add(commands):
     if hasattr(_ensembles, "vtkPoseEnsembleFilter"):
         _add_poses(signals)
     _add_mixtures(signals)
+    _add_rest_states(signals)
     _add_textures(signals)
     if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
         _add_latents(signals)
@@ -138,6 +144,50 @@ def _add_mixtures(signals):
     add_former_option(parser, "--width", width)
 
 
+#: Options of rest states: name, default, metavar, text.
+_REST_OPTIONS = (
+    ("youngs-modulus", 1e4, "E", "Young's modulus, pascals"),
+    ("poissons-ratio", 0.4, "NU", "Poisson's ratio, from 0 to 0.495"),
+    ("density", 1e3, "D", "kilograms per cubic meter"),
+    ("friction", 0.5, "F", "coefficient of friction on the floor"),
+    ("gravity", 9.81, "G", "acceleration, meters per square second"),
+    ("damping", 0.5, "C", "loss of momentum by the air, per second"),
+    ("drop-height", 0.1, "H", "height above the floor at the beginning, meters"),
+    ("minimum-spin", math.pi, "W", "least angular speed at the beginning, radians per second"),
+    ("maximum-spin", 3.0 * math.pi, "W", "largest angular speed at the beginning, radians per second"),
+    ("time-step", 0.04, "S", "largest time step, seconds"),
+    ("maximum-time", 10.0, "S", "simulated time after which a body creeps to its equilibrium, seconds"),
+)
+
+
+def _add_rest_states(signals):
+    parser = _add_signal(signals, "rest-states", "rest states of a soft body", _REST_STATES)
+    parser.set_defaults(run=run_rest_states)
+    body = parser.add_argument_group("body")
+    body.add_argument("--tetrahedra", metavar="FILE", help="simulate these tetrahedra: .vtu .vtk")
+    body.add_argument(
+        "--surface-points", type=int, default=500, metavar="N", help="points of the simulated surface (default: 500)"
+    )
+    body.add_argument(
+        "--length-unit", type=float, metavar="M", help="meters in a unit of the file (default: diagonal of 0.5 m)"
+    )
+    body.add_argument(
+        "--up-direction", type=float, nargs=3, default=[0.0, 0.0, 1.0], metavar="X", help="upwards (default: 0 0 1)"
+    )
+    body.add_argument("--no-self-contact", action="store_true", help="let the body pass through itself")
+    drop = parser.add_argument_group("drop")
+    for name, default, metavar, text in _REST_OPTIONS:
+        drop.add_argument(
+            f"--{name}", type=float, default=default, metavar=metavar, help=f"{text} (default: {default:.6g})"
+        )
+    drop.add_argument("--no-random-orientation", action="store_true", help="begin with the orientation of the file")
+    drop.add_argument("--no-align", action="store_true", help="do not turn rest states to the plan of the surface")
+    drop.add_argument(
+        "--candidates", type=int, metavar="N", help="drop N times, and keep the samples farthest from each other"
+    )
+    add_running_options(drop)
+
+
 def _add_textures(signals):
     parser = add_command(
         signals,
@@ -211,6 +261,31 @@ def run_mixtures(arguments):
     options = {name: getattr(arguments, name) for name in ("centers", "gaussian_width", "separation")}
     as_usage(configured_mixtures, seed=arguments.seed, **options)
     return _run(arguments, "Mixture", lambda mesh, **running: gaussian_mixtures(mesh, **options, **running))
+
+
+def run_rest_states(arguments):
+    """The command ``dataset rest-states``."""
+    from ..arguments import integer
+    from ..files import read_mesh
+    from ..rest_states import configured_rest_states, rest_states
+    from ..sampling import farthest_samples
+
+    options = {name.replace("-", "_"): getattr(arguments, name.replace("-", "_")) for name, *_ in _REST_OPTIONS}
+    for name in ("surface_points", "length_unit", "up_direction"):
+        options[name] = getattr(arguments, name)
+    for name in ("random_orientation", "align", "self_contact"):
+        options[name] = not getattr(arguments, "no_" + name)
+    as_usage(configured_rest_states, seed=arguments.seed, **options)
+    candidates = arguments.candidates
+    if candidates is not None:
+        as_usage(integer, "candidates", candidates, arguments.samples)
+
+    def make(mesh, samples, **running):
+        tetrahedra = None if arguments.tetrahedra is None else read_mesh(arguments.tetrahedra)
+        states = rest_states(mesh, candidates or samples, tetrahedra=tetrahedra, **options, **running)
+        return states if candidates is None else states[farthest_samples(states, samples)]
+
+    return _run(arguments, "Position", make)
 
 
 def run_textures(arguments):

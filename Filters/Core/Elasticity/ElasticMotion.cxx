@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Elasticity/ElasticMotion.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
+#include "Core/Elasticity/IncrementalPotential.h"
+#include "Core/Solvers/RepeatedCholesky.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr int MostIterations = 40;         ///< of Newton's method in a time step
+constexpr double FallTolerance = 2e-3;     ///< norm of what is left of the gradient in motion, as a fraction of the weight
+constexpr double CreepTolerance = 0.1;     ///< in the creep, as a fraction of the imbalance that is asked for
+constexpr int MostHalvings = 40;           ///< of a move in a line search
+constexpr double SufficientDecrease = 1e-4; ///< of Armijo's rule
+constexpr double LeastTimeStep = 1e-5;     ///< seconds
+constexpr double LongestTimeStep = 2.0;    ///< of the creep, seconds
+constexpr double Rounding = 1e-12;         ///< of energies, as a fraction of weight times diagonal
+} // namespace
+
+class ElasticMotion::Internals
+{
+public:
+  Internals(const ElasticBody& body, const ElasticSurroundings& surroundings, const MotionOptions& options)
+    : Body(body)
+    , Options(options)
+    , Potential(body, surroundings)
+  {
+    const BoundingBox box = ComputeBoundingBox(body.Mesh());
+    this->Force = surroundings.Gravity * body.Masses().sum() + surroundings.Loads.norm();
+    this->Work = this->Force * (box.Upper - box.Lower).norm();
+  }
+
+  /// A time step; false when Newton's method did not converge or the energy has risen.
+  bool Step(double step, double tolerance)
+  {
+    this->Potential.Begin(this->Points, this->Velocities, step);
+    PointMatrix points = this->Points;
+    this->Potential.PrepareMove(points, PointMatrix::Zero(points.rows(), 3));
+    const double before = this->Energy(points, this->Velocities);
+    if (!this->Minimize(points, tolerance))
+    {
+      return false;
+    }
+    const PointMatrix velocities = (points - this->Points) / step;
+    const double rise = (this->Energy(points, velocities) - before) / this->Work;
+    if (rise > Rounding)
+    {
+      return false;
+    }
+    this->Result.LargestEnergyRise = std::max(this->Result.LargestEnergyRise, rise);
+    this->Points = points;
+    this->Velocities = velocities;
+    return true;
+  }
+
+  /// Kinetic energy over weight times diagonal.
+  double Motion() const
+  {
+    return 0.5 * this->Body.Masses().dot(this->Velocities.rowwise().squaredNorm()) / this->Work;
+  }
+  /// Norm of the forces left over weight and loads.
+  double Imbalance() const { return this->Potential.Imbalance(this->Points).norm() / this->Force; }
+
+  /// Time steps until the body rests, or MaximumTime.
+  void Fall(const Progress& progress)
+  {
+    double step = this->Options.TimeStep;
+    double still = 0.0;
+    while (this->Result.Time < this->Options.MaximumTime && still < this->Options.RestTime)
+    {
+      step = this->Advance(step, this->Options.TimeStep, FallTolerance);
+      still = this->Motion() <= this->Options.RestEnergy ? still + this->LastStep : 0.0;
+      Report(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
+    }
+    this->Result.HasSettled = still >= this->Options.RestTime;
+  }
+
+  /// Time steps without velocities, until forces are in balance.
+  void Creep(const Progress& progress)
+  {
+    double step = this->Options.TimeStep;
+    do
+    {
+      this->Velocities.setZero();
+      step = this->Advance(step, LongestTimeStep, CreepTolerance * this->Options.Imbalance);
+      Report(progress, 0.95);
+    } while (this->Imbalance() > this->Options.Imbalance);
+    this->Result.SmallestVolumeRatio = this->Body.SmallestVolumeRatio(this->Points);
+    this->Result.Imbalance = this->Imbalance();
+  }
+
+  PointMatrix Points;
+  PointMatrix Velocities;
+  ElasticEquilibrium Result;
+
+private:
+  /// Does a time step of at most @p step, and returns the length of the next, at most @p longest.
+  double Advance(double step, double longest, double tolerance)
+  {
+    if (++this->Result.NumberOfTimeSteps > this->Options.MaximumSteps)
+    {
+      throw SolverFailure("ElasticMotion: forces of " + FormatNumber(this->Imbalance()) +
+        " of the weight are left after " + std::to_string(this->Options.MaximumSteps) + " time steps; expected at most " +
+        FormatNumber(this->Options.Imbalance) + ". The body is too soft for its weight, or its tetrahedra are too flat.");
+    }
+    while (!this->Step(step, tolerance))
+    {
+      step *= 0.5;
+      if (step < LeastTimeStep)
+      {
+        throw SolverFailure("ElasticMotion: no time step above " + FormatNumber(LeastTimeStep) +
+          " s lowers the energy; the body is too soft for its weight, or its tetrahedra are too flat.");
+      }
+    }
+    this->LastStep = step;
+    this->Result.Time += step;
+    return std::min(1.5 * step, longest);
+  }
+
+  double Energy(const PointMatrix& points, const PointMatrix& velocities) const
+  {
+    return 0.5 * this->Body.Masses().dot(velocities.rowwise().squaredNorm()) +
+      this->Potential.PotentialEnergy(points);
+  }
+
+  /// Minimises the potential from @p points.
+  bool Minimize(PointMatrix& points, double tolerance)
+  {
+    for (int iteration = 0; iteration < MostIterations; ++iteration)
+    {
+      const PointMatrix gradient = this->Potential.Gradient(points);
+      if (gradient.norm() <= tolerance * this->Force)
+      {
+        return true;
+      }
+      ++this->Result.NumberOfIterations;
+      const PointMatrix move = this->Direction(points, gradient);
+      this->Potential.PrepareMove(points, move);
+      if (!this->Descend(points, move, gradient.cwiseProduct(move).sum()))
+      {
+        return false;
+      }
+    }
+    return false;
+  }
+
+  /// Newton's direction.
+  PointMatrix Direction(const PointMatrix& points, const PointMatrix& gradient)
+  {
+    this->Couple(this->Potential.Coupled(points));
+    this->Potential.FillStiffness(points, *this->Stiffness);
+    const Eigen::Map<const Eigen::VectorXd> rightHandSide(gradient.data(), gradient.size());
+    const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide);
+    return Eigen::Map<const PointMatrix>(solution.data(), gradient.rows(), 3);
+  }
+
+  /// Makes sure that the pattern has these pairs.
+  void Couple(const std::vector<NodePair>& pairs)
+  {
+    const auto isHeld = [this](const NodePair& pair) { return this->Stiffness->Has(pair.first, pair.second); };
+    if (!this->Stiffness || !std::all_of(pairs.begin(), pairs.end(), isHeld))
+    {
+      this->Stiffness.emplace(this->Body.Mesh(), pairs);
+      this->Solver.emplace(this->Stiffness->Matrix());
+    }
+  }
+
+  /// Line search along @p move, whose slope is @p slope.
+  bool Descend(PointMatrix& points, const PointMatrix& move, double slope) const
+  {
+    const double before = this->Potential.Value(points);
+    double part = this->Potential.LargestStep(points, move);
+    for (int halving = 0; halving < MostHalvings; ++halving, part *= 0.5)
+    {
+      const PointMatrix moved = points + part * move;
+      const double allowed = before + SufficientDecrease * part * slope + Rounding * this->Work;
+      if (this->Potential.Value(moved) <= allowed) // infinite where a tetrahedron has turned over
+      {
+        points = moved;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  const ElasticBody& Body;
+  MotionOptions Options;
+  IncrementalPotential Potential;
+  double Force = 0.0; ///< weight and loads, newtons
+  double Work = 0.0;  ///< weight times diagonal, joules
+  double LastStep = 0.0;
+  std::optional<NodeMatrix> Stiffness;
+  std::optional<RepeatedCholesky> Solver;
+};
+
+ElasticMotion::ElasticMotion(
+  const ElasticBody& body, const ElasticSurroundings& surroundings, const MotionOptions& options)
+  : Impl(std::make_unique<Internals>(body, surroundings, options))
+{}
+
+ElasticMotion::~ElasticMotion() = default;
+
+ElasticEquilibrium ElasticMotion::Settle(PointMatrix points, PointMatrix velocities, const Progress& progress)
+{
+  this->Impl->Result = {};
+  this->Impl->Points = std::move(points);
+  this->Impl->Velocities = std::move(velocities);
+  this->Impl->Fall(progress);
+  this->Impl->Creep(progress);
+  ElasticEquilibrium result = this->Impl->Result;
+  result.Points = this->Impl->Points;
+  Report(progress, 1.0);
+  return result;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Core/Elasticity/SelfContact.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Part of their distance by which a point and a triangle may approach in one move.
+constexpr double Approach = 0.8;
+/// Largest number of grid cells along an axis.
+constexpr double MostCells = 48.0;
+/// Pairs nearer than this many distances of the barrier at rest never touch.
+constexpr double RestDistances = 2.0;
+
+/// Barycentric coordinates of the place in the triangle a, b, c that is nearest to p [Ericson2005].
+Eigen::Vector3d NearestWeights(
+  const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+{
+  const auto alongEdge = [&p](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const Eigen::Vector3d edge = to - from;
+    return std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+  };
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double square = normal.squaredNorm();
+  if (square > 0.0)
+  {
+    const Eigen::Vector3d weights((c - b).cross(p - b).dot(normal) / square, (a - c).cross(p - c).dot(normal) / square,
+      (b - a).cross(p - a).dot(normal) / square);
+    if (weights.minCoeff() >= 0.0)
+    {
+      return weights;
+    }
+  }
+  Eigen::Vector3d best = Eigen::Vector3d::UnitX();
+  double nearest = (p - a).squaredNorm();
+  const std::array<Eigen::Vector3d, 3> corners{ a, b, c };
+  for (int k = 0; k < 3; ++k)
+  {
+    const int next = (k + 1) % 3;
+    const double t = alongEdge(corners[k], corners[next]);
+    const double distance = (p - (1.0 - t) * corners[k] - t * corners[next]).squaredNorm();
+    if (distance < nearest)
+    {
+      nearest = distance;
+      best = (1.0 - t) * Eigen::Vector3d::Unit(k) + t * Eigen::Vector3d::Unit(next);
+    }
+  }
+  return best;
+}
+
+/// Largest length by which @p move can bring a point and a triangle nearer to each other.
+double ApproachOf(const PointMatrix& move, Index point, const TriangleMatrix& triangles, Index f)
+{
+  double largest = 0.0;
+  for (int corner = 0; corner < 3; ++corner)
+  {
+    largest = std::max(largest, (move.row(point) - move.row(triangles(f, corner))).squaredNorm());
+  }
+  return std::sqrt(largest);
+}
+
+/// Cells of a box, and the triangles whose boxes, made larger by a radius, meet each.
+class TriangleGrid
+{
+public:
+  TriangleGrid(const PointMatrix& points, const TriangleMatrix& triangles, double radius)
+    : Lower(points.colwise().minCoeff().transpose())
+  {
+    const Eigen::Vector3d extent = points.colwise().maxCoeff().transpose() - this->Lower;
+    double edges = 0.0;
+    for (Eigen::Index f = 0; f < triangles.rows(); ++f)
+    {
+      edges += (points.row(triangles(f, 1)) - points.row(triangles(f, 0))).norm();
+    }
+    const double mean = edges / static_cast<double>(std::max<Eigen::Index>(triangles.rows(), 1));
+    this->Cell = std::max(std::max(mean, 2.0 * radius), extent.maxCoeff() / MostCells);
+    this->Size = (extent / this->Cell).array().floor().cast<int>() + 1;
+    this->Start.assign(static_cast<std::size_t>(this->Size.prod()) + 1, 0);
+    const auto each = [&](const auto& visit) {
+      for (Index f = 0; f < triangles.rows(); ++f)
+      {
+        this->VisitBox(points, triangles, f, radius, visit);
+      }
+    };
+    each([this](std::size_t cell, Index) { ++this->Start[cell + 1]; });
+    for (std::size_t cell = 1; cell < this->Start.size(); ++cell)
+    {
+      this->Start[cell] += this->Start[cell - 1];
+    }
+    this->Triangles.resize(static_cast<std::size_t>(this->Start.back()));
+    std::vector<Index> next(this->Start.begin(), this->Start.end() - 1);
+    each([&](std::size_t cell, Index f) { this->Triangles[next[cell]++] = f; });
+  }
+
+  /// Calls visit(f) for the triangles at a point inside the box.
+  template <typename Visit>
+  void ForEachAt(const Eigen::Vector3d& point, const Visit& visit) const
+  {
+    const Eigen::Array3i place = this->PlaceOf(point);
+    const std::size_t cell = this->CellAt(place);
+    for (Index k = this->Start[cell]; k < this->Start[cell + 1]; ++k)
+    {
+      visit(this->Triangles[k]);
+    }
+  }
+
+private:
+  Eigen::Array3i PlaceOf(const Eigen::Vector3d& point) const
+  {
+    const Eigen::Array3d place = ((point - this->Lower) / this->Cell).array().floor();
+    return place.max(0.0).min((this->Size - 1).cast<double>()).cast<int>();
+  }
+  std::size_t CellAt(const Eigen::Array3i& place) const
+  {
+    return (static_cast<std::size_t>(place[2]) * this->Size[1] + place[1]) * this->Size[0] + place[0];
+  }
+  template <typename Visit>
+  void VisitBox(
+    const PointMatrix& points, const TriangleMatrix& triangles, Index f, double radius, const Visit& visit) const
+  {
+    const Eigen::Vector3d a = points.row(triangles(f, 0)).transpose();
+    const Eigen::Vector3d b = points.row(triangles(f, 1)).transpose();
+    const Eigen::Vector3d c = points.row(triangles(f, 2)).transpose();
+    const Eigen::Array3i first = this->PlaceOf((a.cwiseMin(b).cwiseMin(c).array() - radius).matrix());
+    const Eigen::Array3i last = this->PlaceOf((a.cwiseMax(b).cwiseMax(c).array() + radius).matrix());
+    for (int z = first[2]; z <= last[2]; ++z)
+    {
+      for (int y = first[1]; y <= last[1]; ++y)
+      {
+        for (int x = first[0]; x <= last[0]; ++x)
+        {
+          visit(this->CellAt({ x, y, z }), f);
+        }
+      }
+    }
+  }
+
+  Eigen::Vector3d Lower;
+  double Cell = 0.0;
+  Eigen::Array3i Size;
+  std::vector<Index> Start;
+  std::vector<Index> Triangles;
+};
+} // namespace
+
+SelfContact::SelfContact(
+  const Barrier& barrier, TriangleMatrix boundary, Eigen::VectorXd areas, const PointMatrix& rest)
+  : Surface(barrier)
+  , Boundary(std::move(boundary))
+  , Areas(std::move(areas))
+{
+  for (Index v = 0; v < this->Areas.size(); ++v)
+  {
+    if (this->Areas[v] > 0.0)
+    {
+      this->BoundaryPoints.push_back(v);
+    }
+  }
+  this->NearAtRest =
+    this->Near(rest, PointMatrix::Zero(rest.rows(), 3), RestDistances * barrier.Distance());
+}
+
+std::vector<SelfContact::Pair> SelfContact::Near(
+  const PointMatrix& points, const PointMatrix& move, double distance) const
+{
+  const double longest = std::sqrt((move.rowwise() - move.colwise().mean()).rowwise().squaredNorm().maxCoeff());
+  const TriangleGrid grid(points, this->Boundary, distance + 2.0 * longest);
+  std::vector<Pair> pairs;
+  for (const Index p : this->BoundaryPoints)
+  {
+    grid.ForEachAt(points.row(p).transpose(), [&](Index f) {
+      const bool isCorner = p == this->Boundary(f, 0) || p == this->Boundary(f, 1) || p == this->Boundary(f, 2);
+      if (!isCorner &&
+        this->PlaceOf(points, { p, f }).Distance < distance + ApproachOf(move, p, this->Boundary, f) &&
+        !std::binary_search(this->NearAtRest.begin(), this->NearAtRest.end(), Pair(p, f)))
+      {
+        pairs.emplace_back(p, f);
+      }
+    });
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+void SelfContact::Find(const PointMatrix& points, const PointMatrix& move)
+{
+  this->Pairs = this->Near(points, move, this->Surface.Distance());
+}
+
+ContactPlace SelfContact::PlaceOf(const PointMatrix& points, const Pair& pair) const
+{
+  ContactPlace place;
+  const auto corners = this->Boundary.row(pair.second);
+  place.Nodes = { pair.first, corners[0], corners[1], corners[2] };
+  const Eigen::Vector3d p = points.row(pair.first).transpose();
+  const Eigen::Vector3d a = points.row(corners[0]).transpose();
+  const Eigen::Vector3d b = points.row(corners[1]).transpose();
+  const Eigen::Vector3d c = points.row(corners[2]).transpose();
+  const Eigen::Vector3d weights = NearestWeights(p, a, b, c);
+  const Eigen::Vector3d difference = p - weights[0] * a - weights[1] * b - weights[2] * c;
+  place.Distance = difference.norm();
+  const Eigen::Vector3d direction =
+    place.Distance > 0.0 ? Eigen::Vector3d(difference / place.Distance) : Eigen::Vector3d::Zero();
+  place.Derivative = { direction, -weights[0] * direction, -weights[1] * direction, -weights[2] * direction };
+  return place;
+}
+
+std::vector<NodePair> SelfContact::Coupled(const PointMatrix& points) const
+{
+  std::vector<NodePair> coupled;
+  for (const Pair& pair : this->Pairs)
+  {
+    const ContactPlace place = this->PlaceOf(points, pair);
+    if (place.Distance < this->Surface.Distance())
+    {
+      for (int corner = 1; corner < 4; ++corner)
+      {
+        coupled.emplace_back(place.Nodes[0], place.Nodes[corner]);
+      }
+    }
+  }
+  return coupled;
+}
+
+double SelfContact::Energy(const PointMatrix& points) const
+{
+  double energy = 0.0;
+  for (const Pair& pair : this->Pairs)
+  {
+    energy += this->Areas[pair.first] * this->Surface.Energy(this->PlaceOf(points, pair).Distance);
+  }
+  return energy;
+}
+
+void SelfContact::AddGradient(const PointMatrix& points, PointMatrix& gradient) const
+{
+  for (const Pair& pair : this->Pairs)
+  {
+    const ContactPlace place = this->PlaceOf(points, pair);
+    const double force = this->Areas[pair.first] * this->Surface.Pressure(place.Distance);
+    for (int k = 0; k < 4 && force > 0.0; ++k)
+    {
+      gradient.row(place.Nodes[k]) -= force * place.Derivative[k].transpose();
+    }
+  }
+}
+
+void SelfContact::AddStiffness(const PointMatrix& points, NodeMatrix& stiffness) const
+{
+  for (const Pair& pair : this->Pairs)
+  {
+    const ContactPlace place = this->PlaceOf(points, pair);
+    const double factor = this->Areas[pair.first] * this->Surface.Curvature(place.Distance);
+    for (int a = 0; a < 4 && factor > 0.0; ++a)
+    {
+      for (int b = 0; b < 4; ++b)
+      {
+        stiffness.Add(
+          place.Nodes[a], place.Nodes[b], factor * place.Derivative[a] * place.Derivative[b].transpose());
+      }
+    }
+  }
+}
+
+double SelfContact::LargestStep(const PointMatrix& points, const PointMatrix& move) const
+{
+  double part = 1.0;
+  for (const Pair& pair : this->Pairs)
+  {
+    const ContactPlace place = this->PlaceOf(points, pair);
+    const double speed = ApproachOf(move, pair.first, this->Boundary, pair.second);
+    part = speed > 0.0 ? std::min(part, Approach * place.Distance / speed) : part;
+  }
+  return part;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkElasticRestFilter.h"
+
+#include "BlockBridge.h"
+#include "BlockCache.h"
+#include "ElasticDomain.h"
+#include "EnsembleCopies.h"
+#include "FilterSupport.h"
+#include "Reporting.h"
+#include "SampleMemory.h"
+#include "SurfaceBridge.h"
+#include "VolumeBridge.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Elasticity/ElasticDrops.h"
+
+#include <vtkAlgorithmOutput.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointSet.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+using surfsynth::ElasticDomain;
+using surfsynth::ElasticEquilibrium;
+using surfsynth::PointMatrix;
+
+vtkStandardNewMacro(vtkElasticRestFilter);
+
+namespace
+{
+const surfsynth::BlockTypes BodyToRestStates{ { "vtkPolyData", "vtkUnstructuredGrid" }, "vtkMultiBlockDataSet" };
+
+/// Diagonal of a body without a unit, meters.
+constexpr double DefaultDiagonal = 0.5;
+
+/// Between world units and meters with z upwards and the lowest point at height 0.
+struct Frame
+{
+  Frame(const PointMatrix& points, const Eigen::Vector3d& up, double lengthUnit)
+    : Turn(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix())
+  {
+    const Eigen::RowVector3d extent = points.colwise().maxCoeff() - points.colwise().minCoeff();
+    this->Meters = lengthUnit > 0.0 ? lengthUnit : DefaultDiagonal / extent.norm();
+    this->Floor = (points * this->Turn.transpose()).col(2).minCoeff();
+  }
+  PointMatrix ToMeters(const PointMatrix& points) const
+  {
+    PointMatrix turned = points * this->Turn.transpose();
+    turned.col(2).array() -= this->Floor;
+    return this->Meters * turned;
+  }
+  PointMatrix ToWorld(const PointMatrix& points) const
+  {
+    PointMatrix turned = points / this->Meters;
+    turned.col(2).array() += this->Floor;
+    return turned * this->Turn;
+  }
+
+  Eigen::Matrix3d Turn;
+  double Meters; ///< in a world unit
+  double Floor;  ///< height of the lowest point, world units
+};
+
+/// A body in a domain, ready to be dropped.
+struct PreparedBody
+{
+  std::uint64_t TetrahedraHash = 0; ///< of port 1
+  int SurfacePoints = 0;
+  std::shared_ptr<const ElasticDomain> Domain;
+};
+
+void AddNumber(vtkFieldData* data, const char* name, double value)
+{
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->InsertNextValue(value);
+  data->AddArray(array);
+}
+} // namespace
+
+/// Bodies of the last update, and the work of one update.
+class vtkElasticRestFilter::Internals
+{
+public:
+  explicit Internals(vtkElasticRestFilter* self)
+    : Self(self)
+  {}
+
+  /// Starts an update with tetrahedra, or null.
+  void Begin(vtkDataObject* tetrahedra)
+  {
+    this->Grid = vtkUnstructuredGrid::SafeDownCast(tetrahedra);
+    this->Tetrahedra.reset();
+    this->Blocks.Begin();
+  }
+
+  /// Ends an update: forgets what it has not used.
+  void End()
+  {
+    this->Tetrahedra.reset();
+    this->Grid = nullptr;
+    this->Blocks.DropUnused();
+  }
+
+  void MakeRestStates(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  {
+    const ElasticDomain& domain = this->DomainOf(block, surfsynth::SubProgress(progress, 0.0, 0.1));
+    const Frame frame(domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
+    const surfsynth::ElasticDrops drops(
+      { frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra }, this->Options());
+    surfsynth::NormalKey key;
+    key.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    key.Sample = static_cast<std::uint32_t>(this->Self->FirstSample);
+    key.Stream = block.FlatIndex;
+    const std::vector<ElasticEquilibrium> states =
+      drops.Sample(key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.98));
+    std::vector<PointMatrix> points;
+    for (const ElasticEquilibrium& state : states)
+    {
+      points.push_back(domain.Follow(frame.ToWorld(state.Points)));
+    }
+    const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
+      this->Self->Spread, ComputeBoundingBox(domain.Mesh) };
+    const auto addNumbers = [&](vtkPointSet* copy, std::size_t k) { this->AddNumbers(copy, states[k], frame.Floor); };
+    surfsynth::FillWithCopies(vtkMultiBlockDataSet::SafeDownCast(block.Output),
+      vtkPointSet::SafeDownCast(block.Input), domain.Points, points, options, addNumbers);
+  }
+
+  surfsynth::BlockCache<PreparedBody> Blocks;
+  vtkTypeInt64 NumberOfPreparations = 0;
+
+private:
+  surfsynth::DropOptions Options() const
+  {
+    surfsynth::DropOptions options;
+    options.Material = { this->Self->YoungsModulus, this->Self->PoissonsRatio, this->Self->Density };
+    options.Surroundings.Gravity = this->Self->Gravity;
+    options.Surroundings.Friction = this->Self->Friction;
+    options.Surroundings.Damping = this->Self->Damping;
+    options.Surroundings.HasSelfContact = this->Self->SelfContact;
+    options.Motion.TimeStep = this->Self->TimeStep;
+    options.Motion.MaximumTime = this->Self->MaximumTime;
+    options.DropHeight = this->Self->DropHeight;
+    options.MinimumSpin = this->Self->MinimumSpin;
+    options.MaximumSpin = this->Self->MaximumSpin;
+    options.RandomOrientation = this->Self->RandomOrientation;
+    options.Align = this->Self->Align;
+    return options;
+  }
+
+  const ElasticDomain& DomainOf(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  {
+    const surfsynth::TetrahedralMesh* given = this->GivenTetrahedra();
+    PreparedBody body;
+    body.TetrahedraHash = given ? surfsynth::ContentHash(*given) : 0;
+    body.SurfacePoints = given ? 0 : this->Self->NumberOfSurfacePoints;
+    surfsynth::Surface content = this->ContentOf(block);
+    const auto isCurrent = [&body](const PreparedBody& held) {
+      return held.TetrahedraHash == body.TetrahedraHash && held.SurfacePoints == body.SurfacePoints;
+    };
+    if (const PreparedBody* held = this->Blocks.Find(content, isCurrent))
+    {
+      return *held->Domain;
+    }
+    this->Blocks.Drop(content);
+    body.Domain = std::make_shared<const ElasticDomain>(
+      surfsynth::MakeElasticDomain(block.Input, given, body.SurfacePoints, progress));
+    ++this->NumberOfPreparations;
+    return *this->Blocks.Insert(content, std::move(body)).Domain;
+  }
+
+  /// What the cache knows a block by.
+  surfsynth::Surface ContentOf(const surfsynth::Block& block) const
+  {
+    auto* grid = vtkUnstructuredGrid::SafeDownCast(block.Input);
+    surfsynth::Surface content =
+      grid ? surfsynth::ConvertVolume(grid) : surfsynth::ConvertSurface(vtkPolyData::SafeDownCast(block.Input));
+    content.FlatIndex = block.FlatIndex;
+    return content;
+  }
+
+  /// The tetrahedra of port 1, converted at the first call of an update; null for none.
+  const surfsynth::TetrahedralMesh* GivenTetrahedra()
+  {
+    try
+    {
+      if (this->Grid && !this->Tetrahedra)
+      {
+        this->Tetrahedra = surfsynth::TetrahedraOf(this->Grid);
+      }
+      return this->Tetrahedra ? &*this->Tetrahedra : nullptr;
+    }
+    catch (const surfsynth::InvalidInput& error)
+    {
+      throw surfsynth::InvalidInput(std::string("The tetrahedra: ") + error.what());
+    }
+  }
+
+  /// Adds what is known of a rest state to field data of the copy's own.
+  void AddNumbers(vtkPointSet* copy, const ElasticEquilibrium& state, double floor) const
+  {
+    vtkNew<vtkFieldData> data;
+    data->ShallowCopy(copy->GetFieldData());
+    AddNumber(data, "SettlingTime", state.Time);
+    AddNumber(data, "ForceImbalance", state.Imbalance);
+    AddNumber(data, "SmallestVolumeRatio", state.SmallestVolumeRatio);
+    AddNumber(data, "EnergyRise", state.LargestEnergyRise);
+    AddNumber(data, "FloorHeight", floor);
+    copy->SetFieldData(data);
+  }
+
+  vtkElasticRestFilter* Self;
+  vtkSmartPointer<vtkUnstructuredGrid> Grid;
+  std::optional<surfsynth::TetrahedralMesh> Tetrahedra; ///< of this update
+};
+
+vtkElasticRestFilter::vtkElasticRestFilter()
+  : Impl(std::make_unique<Internals>(this))
+{
+  this->SetNumberOfInputPorts(2);
+}
+
+vtkElasticRestFilter::~vtkElasticRestFilter() = default;
+
+void vtkElasticRestFilter::SetTetrahedraConnection(vtkAlgorithmOutput* port) { this->SetInputConnection(1, port); }
+
+void vtkElasticRestFilter::SetTetrahedraData(vtkDataObject* tetrahedra) { this->SetInputDataObject(1, tetrahedra); }
+
+void vtkElasticRestFilter::SetDisplacementArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
+}
+
+int vtkElasticRestFilter::FillInputPortInformation(int port, vtkInformation* info)
+{
+  if (port == 0)
+  {
+    return surfsynth::AcceptBlocks(info, BodyToRestStates);
+  }
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+  return 1;
+}
+
+int vtkElasticRestFilter::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, BodyToRestStates);
+}
+
+int vtkElasticRestFilter::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  std::string problem;
+  if (this->DisplacementArrayName.empty())
+  {
+    problem = "DisplacementArrayName is empty; a name for the point array is needed.";
+  }
+  else if (this->MinimumSpin > this->MaximumSpin)
+  {
+    problem = "MinimumSpin is above MaximumSpin; expected a lower bound of at most the upper one.";
+  }
+  else if (!(Eigen::Map<const Eigen::Vector3d>(this->UpDirection).norm() > 0.0))
+  {
+    problem = "UpDirection has no length; expected a direction.";
+  }
+  else
+  {
+    // Points and displacements, in double precision while they are made and afterwards in that of the input.
+    problem = surfsynth::ProblemOfMemory(
+      vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
+  }
+  if (!problem.empty())
+  {
+    surfsynth::ReportError(this, "", problem);
+    vtkDataObject::GetData(outputVector)->Initialize();
+    return 0;
+  }
+  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]));
+  const auto makeRestStates = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+    this->Impl->MakeRestStates(block, progress);
+  };
+  const int success = surfsynth::ProcessBlocks(this, inputVector, outputVector, BodyToRestStates, makeRestStates);
+  this->Impl->End();
+  return success;
+}
+
+vtkTypeInt64 vtkElasticRestFilter::GetNumberOfPreparations() const { return this->Impl->NumberOfPreparations; }
+
+void vtkElasticRestFilter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "NumberOfSamples: " << this->NumberOfSamples << "\n";
+  os << indent << "FirstSample: " << this->FirstSample << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "Spread: " << this->Spread << "\n";
+  os << indent << "NumberOfSurfacePoints: " << this->NumberOfSurfacePoints << "\n";
+  os << indent << "LengthUnit: " << this->LengthUnit << "\n";
+  os << indent << "YoungsModulus: " << this->YoungsModulus << "\n";
+  os << indent << "PoissonsRatio: " << this->PoissonsRatio << "\n";
+  os << indent << "Density: " << this->Density << "\n";
+  os << indent << "Friction: " << this->Friction << "\n";
+  os << indent << "Gravity: " << this->Gravity << "\n";
+  os << indent << "Damping: " << this->Damping << "\n";
+  os << indent << "DropHeight: " << this->DropHeight << "\n";
+  os << indent << "MinimumSpin: " << this->MinimumSpin << "\n";
+  os << indent << "MaximumSpin: " << this->MaximumSpin << "\n";
+  os << indent << "RandomOrientation: " << this->RandomOrientation << "\n";
+  os << indent << "Align: " << this->Align << "\n";
+  os << indent << "SelfContact: " << this->SelfContact << "\n";
+  os << indent << "UpDirection: (" << this->UpDirection[0] << ", " << this->UpDirection[1] << ", "
+     << this->UpDirection[2] << ")\n";
+  os << indent << "TimeStep: " << this->TimeStep << "\n";
+  os << indent << "MaximumTime: " << this->MaximumTime << "\n";
+  os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "NumberOfPreparations: " << this->GetNumberOfPreparations() << "\n";
+}

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Elastic bodies: derivatives, mechanics in closed form, and what rest states promise.
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Elasticity/ElasticDrops.h"
+#include "Core/Elasticity/NodeMatrix.h"
+
+#include <Eigen/Geometry>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+using namespace surfsynth;
+
+namespace
+{
+using Map = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+
+/// Tetrahedra of a grid of cells, six each, whose points in the unit cube are mapped.
+TetrahedralMesh Grid(int nx, int ny, int nz, const Map& map)
+{
+  TetrahedralMesh mesh;
+  const auto id = [&](int i, int j, int k) { return static_cast<Index>((k * (ny + 1) + j) * (nx + 1) + i); };
+  mesh.Points.resize(static_cast<Eigen::Index>(nx + 1) * (ny + 1) * (nz + 1), 3);
+  mesh.Tetrahedra.resize(static_cast<Eigen::Index>(nx) * ny * nz * 6, 4);
+  for (int k = 0; k <= nz; ++k)
+  {
+    for (int j = 0; j <= ny; ++j)
+    {
+      for (int i = 0; i <= nx; ++i)
+      {
+        mesh.Points.row(id(i, j, k)) = map({ double(i) / nx, double(j) / ny, double(k) / nz }).transpose();
+      }
+    }
+  }
+  const int orders[6][3] = { { 0, 1, 2 }, { 0, 2, 1 }, { 1, 0, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 2, 1, 0 } };
+  for (int cell = 0; cell < nx * ny * nz; ++cell)
+  {
+    for (int t = 0; t < 6; ++t)
+    {
+      int corner[3] = { cell % nx, cell / nx % ny, cell / (nx * ny) };
+      mesh.Tetrahedra(6 * cell + t, 0) = id(corner[0], corner[1], corner[2]);
+      for (int step = 0; step < 3; ++step)
+      {
+        ++corner[orders[t][step]];
+        mesh.Tetrahedra(6 * cell + t, step + 1) = id(corner[0], corner[1], corner[2]);
+      }
+    }
+  }
+  return mesh;
+}
+
+TetrahedralMesh Box(int nx, int ny, int nz, const Eigen::Vector3d& size)
+{
+  return Grid(nx, ny, nz, [size](const Eigen::Vector3d& x) { return Eigen::Vector3d(x.cwiseProduct(size)); });
+}
+
+/// A plank that is no cuboid, of @p cells cells across.
+TetrahedralMesh Wedge(int cells)
+{
+  return Grid(2 * cells, cells, cells, [](const Eigen::Vector3d& x) {
+    return Eigen::Vector3d(0.5 * x[0], 0.25 * x[1] * (1.0 - 0.4 * x[0]), 0.2 * x[2] * (1.0 - 0.3 * x[1]));
+  });
+}
+
+PointMatrix Wavy(const PointMatrix& points, double amplitude)
+{
+  PointMatrix moved = points;
+  for (Eigen::Index k = 0; k < moved.size(); ++k)
+  {
+    moved.data()[k] += amplitude * std::sin(3.7 * static_cast<double>(k));
+  }
+  return moved;
+}
+
+PointMatrix GradientOf(const ElasticBody& body, const PointMatrix& points)
+{
+  PointMatrix gradient = PointMatrix::Zero(points.rows(), 3);
+  body.AddGradient(points, gradient);
+  return gradient;
+}
+
+/// A quasi-static equilibrium without floor under loads.
+ElasticEquilibrium Loaded(const ElasticBody& body, ElasticSurroundings surroundings)
+{
+  surroundings.HasFloor = false;
+  surroundings.HasSelfContact = false;
+  surroundings.Gravity = 0.0;
+  MotionOptions options;
+  options.MaximumTime = 0.0;
+  options.Imbalance = 1e-5;
+  ElasticMotion motion(body, surroundings, options);
+  return motion.Settle(body.Mesh().Points, PointMatrix::Zero(body.Mesh().NumberOfPoints(), 3));
+}
+
+/// Deflection of the end of a cantilever over that of beam theory with shear, with @p cells across its height.
+double BendingRatio(int cells)
+{
+  constexpr double Length = 1.0;
+  constexpr double Height = 0.1;
+  constexpr double Force = 0.05;
+  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
+  const ElasticBody body(Box(5 * cells, 2, cells, { Length, Height, Height }), material);
+  const PointMatrix& points = body.Mesh().Points;
+  ElasticSurroundings surroundings;
+  surroundings.Loads = PointMatrix::Zero(points.rows(), 3);
+  surroundings.IsFixed.assign(static_cast<std::size_t>(points.rows()), false);
+  const auto edge = [](double x) { return x < 1e-9 || x > Height - 1e-9 ? 0.5 : 1.0; };
+  double deflection = 0.0;
+  for (Eigen::Index v = 0; v < points.rows(); ++v)
+  {
+    surroundings.IsFixed[static_cast<std::size_t>(v)] = points(v, 0) == 0.0;
+    if (points(v, 0) > Length - 1e-9)
+    {
+      surroundings.Loads(v, 2) = -Force * edge(points(v, 1)) * edge(points(v, 2)) / (2 * cells);
+    }
+  }
+  const PointMatrix bent = Loaded(body, surroundings).Points;
+  for (Eigen::Index v = 0; v < points.rows(); ++v)
+  {
+    deflection += surroundings.Loads(v, 2) / -Force * (points(v, 2) - bent(v, 2));
+  }
+  const double inertia = std::pow(Height, 4) / 12.0;
+  const double shear = 5.0 / 6.0 * Height * Height * material.YoungsModulus / 2.0;
+  const double theory =
+    Force * std::pow(Length, 3) / (3.0 * material.YoungsModulus * inertia) + Force * Length / shear;
+  return deflection / theory;
+}
+
+/// A ball of radius 1 on z = 0, of @p cells cells across, whose points crowd around its lowest one: the conformal map of
+/// the ball to itself by inversion, scaling and inversion.
+TetrahedralMesh Ball(int cells, double crowding)
+{
+  const Eigen::Vector3d north(0.0, 0.0, 1.0);
+  const Eigen::Vector3d south(0.0, 0.0, -1.0);
+  const auto invert = [north](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(north + 4.0 * (p - north) / (p - north).squaredNorm());
+  };
+  return Grid(cells, cells, cells, [=](const Eigen::Vector3d& x) {
+    Eigen::Vector3d p = 2.0 * x - Eigen::Vector3d::Ones();
+    const double largest = p.cwiseAbs().maxCoeff();
+    p *= largest > 0.0 ? largest / p.norm() : 1.0;
+    if ((p - north).norm() > 1e-9)
+    {
+      p = invert(south + crowding * (invert(p) - south));
+    }
+    return Eigen::Vector3d(p - south);
+  });
+}
+
+/// Indentation of a ball that lies on the floor under its weight over that of Hertz.
+double IndentationRatio(int cells)
+{
+  constexpr double Indentation = 0.01;
+  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
+  const ElasticBody body(Ball(cells, 0.15), material);
+  const PointMatrix& points = body.Mesh().Points;
+  ElasticSurroundings surroundings;
+  surroundings.ContactDistance = 5e-3 * Indentation;
+  surroundings.HasSelfContact = false;
+  surroundings.Friction = 0.0;
+  const double force = 4.0 / 3.0 * material.YoungsModulus * std::pow(Indentation, 1.5);
+  surroundings.Gravity = force / body.Masses().sum();
+  MotionOptions options;
+  options.MaximumTime = 0.0;
+  options.Imbalance = 1e-3;
+  PointMatrix start = points;
+  start.col(2).array() += surroundings.ContactDistance * std::sqrt(12.0);
+  ElasticMotion motion(body, surroundings, options);
+  const PointMatrix rest = motion.Settle(start, PointMatrix::Zero(points.rows(), 3)).Points;
+  const double sunk = body.Masses().dot(points.col(2) - rest.col(2)) / body.Masses().sum();
+  return (sunk + rest.col(2).minCoeff()) / Indentation;
+}
+
+DropOptions QuickDrop()
+{
+  DropOptions options;
+  options.Motion.TimeStep = 0.05;
+  return options;
+}
+} // namespace
+
+TEST(Elasticity, GradientIsTheDerivativeOfTheEnergy)
+{
+  const ElasticBody body(Box(3, 2, 2, { 0.3, 0.2, 0.2 }), {});
+  const PointMatrix points = Wavy(body.Mesh().Points, 0.01);
+  const PointMatrix direction = Wavy(PointMatrix::Zero(points.rows(), 3), 1.0);
+  constexpr double Step = 1e-6;
+  const double difference =
+    (body.Energy(points + Step * direction) - body.Energy(points - Step * direction)) / (2.0 * Step);
+  const double slope = GradientOf(body, points).cwiseProduct(direction).sum();
+  EXPECT_NEAR(difference, slope, 1e-7 * std::abs(slope));
+}
+
+TEST(Elasticity, StiffnessIsTheDerivativeOfTheGradientWhereItIsPositive)
+{
+  const ElasticBody body(Box(3, 2, 2, { 0.3, 0.2, 0.2 }), {});
+  // Stretched everywhere, so that no eigenvalue is negative.
+  const PointMatrix points = Wavy(1.15 * body.Mesh().Points, 1e-3);
+  const PointMatrix direction = Wavy(PointMatrix::Zero(points.rows(), 3), 1.0);
+  constexpr double Step = 1e-6;
+  const PointMatrix difference =
+    (GradientOf(body, points + Step * direction) - GradientOf(body, points - Step * direction)) / (2.0 * Step);
+  NodeMatrix stiffness(body.Mesh(), {});
+  body.AddStiffness(points, stiffness);
+  const Eigen::VectorXd product =
+    stiffness.Matrix() * Eigen::Map<const Eigen::VectorXd>(direction.data(), direction.size());
+  const Eigen::Map<const Eigen::VectorXd> expected(difference.data(), difference.size());
+  EXPECT_LT((product - expected).norm(), 1e-6 * expected.norm());
+}
+
+TEST(Elasticity, SmallStretchFollowsHooke)
+{
+  const ElasticMaterial material{ 1e4, 0.3, 1000.0 };
+  const NeoHookean density(material);
+  constexpr double Strain = 1e-5;
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Identity();
+  EXPECT_NEAR(density.Energy(gradient), 0.0, 1e-9);
+  EXPECT_LT(density.Stress(gradient).norm(), 1e-9);
+  gradient(0, 0) += Strain;
+  gradient(1, 1) -= material.PoissonsRatio * Strain;
+  gradient(2, 2) -= material.PoissonsRatio * Strain;
+  const Eigen::Matrix3d stress = density.Stress(gradient);
+  EXPECT_NEAR(stress(0, 0), material.YoungsModulus * Strain, 1e-4 * material.YoungsModulus * Strain);
+  EXPECT_NEAR(stress(1, 1), 0.0, 1e-4 * material.YoungsModulus * Strain);
+  gradient = Eigen::Matrix3d::Identity();
+  gradient(0, 1) = Strain;
+  const double shear = material.YoungsModulus / (2.0 * (1.0 + material.PoissonsRatio)) * Strain;
+  EXPECT_NEAR(density.Stress(gradient)(1, 0), shear, 1e-4 * shear);
+}
+
+TEST(Elasticity, RotationsCostNothing)
+{
+  const ElasticBody body(Wedge(2), {});
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const PointMatrix turned = body.Mesh().Points * turn.transpose();
+  EXPECT_NEAR(body.Energy(turned), 0.0, 1e-10);
+  EXPECT_LT(GradientOf(body, turned).norm(), 1e-9);
+}
+
+TEST(Elasticity, CantileverBendsAsBeamTheorySays)
+{
+  const double coarse = BendingRatio(8);
+  const double fine = BendingRatio(14);
+  EXPECT_NEAR(fine, 1.0, 0.05) << "14 tetrahedra across";
+  EXPECT_LT(coarse, fine) << "linear tetrahedra are too stiff";
+}
+
+TEST(Elasticity, BallIsIndentedAsHertzSays)
+{
+  const double coarse = IndentationRatio(8);
+  const double fine = IndentationRatio(12);
+  // Errors of the meshes fall with the length of their edges.
+  EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0));
+  EXPECT_NEAR(fine + (fine - coarse) * 8.0 / (12.0 - 8.0), 1.0, 0.05);
+}
+
+TEST(Elasticity, RestStatesKeepWhatIsPromised)
+{
+  const ElasticDrops drops(Wedge(3), QuickDrop());
+  const BoundingBox box = ComputeBoundingBox(drops.Body().Mesh());
+  const double size = (box.Upper - box.Lower).norm();
+  for (const ElasticEquilibrium& state : drops.Sample({ 5, 0, 0, 0 }, 2))
+  {
+    EXPECT_LT(state.Imbalance, 1e-3);
+    EXPECT_GT(state.SmallestVolumeRatio, 0.0);
+    EXPECT_LE(state.LargestEnergyRise, 1e-12);
+    EXPECT_TRUE(state.HasSettled);
+    EXPECT_GT(state.Points.col(2).minCoeff(), 0.0);
+    EXPECT_LT(state.Points.col(2).minCoeff(), 2e-3 * size) << "it lies on the floor";
+  }
+}
+
+TEST(Elasticity, DropsDependOnSeedAndSampleOnly)
+{
+  DropOptions options = QuickDrop();
+  options.Motion.MaximumTime = 0.4;
+  const ElasticDrops drops(Wedge(2), options);
+  const ThreadScope oneThread(1);
+  const auto alone = drops.Sample({ 5, 1, 0, 0 }, 1);
+  const ThreadScope twoThreads(2);
+  const auto together = drops.Sample({ 5, 0, 0, 0 }, 2);
+  EXPECT_EQ(alone[0].Points, together[1].Points);
+  EXPECT_GT((together[0].Points - together[1].Points).norm(), 1e-3);
+  EXPECT_GT((drops.Drop({ 6, 1, 0, 0 }).Points - alone[0].Points).norm(), 1e-3);
+}
+
+TEST(Elasticity, BodyDoesNotPassThroughItself)
+{
+  // A tall clamp: two soft tongues over a foot, which bend onto each other under their weight.
+  TetrahedralMesh mesh = Box(5, 2, 12, { 0.05, 0.04, 0.3 });
+  std::vector<Index> kept;
+  for (Index t = 0; t < mesh.NumberOfTetrahedra(); ++t)
+  {
+    const Index cell = t / 6;
+    const bool isSlot = cell % 5 == 2 && cell / 10 > 0;
+    if (!isSlot)
+    {
+      kept.push_back(t);
+    }
+  }
+  mesh.Tetrahedra = TetrahedronMatrix(mesh.Tetrahedra(kept, Eigen::all));
+  DropOptions options;
+  options.Material.YoungsModulus = 4e3;
+  options.DropHeight = 0.02;
+  options.Motion.MaximumTime = 1.0;
+  const auto crossings = [&mesh](const PointMatrix& points) {
+    // The tongues are on either side of a slot: their inner walls keep their order along the line between them.
+    const auto id = [](int i, int j, int k) { return (k * 3 + j) * 6 + i; };
+    int count = 0;
+    for (int k = 2; k <= 12; ++k)
+    {
+      for (int j = 0; j < 3; ++j)
+      {
+        const Eigen::RowVector3d across = points.row(id(3, j, k)) - points.row(id(2, j, k));
+        const Eigen::RowVector3d outside = points.row(id(2, j, k)) - points.row(id(0, j, k));
+        count += across.dot(outside) < 0.0 ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  const ElasticDrops drops(mesh, options);
+  const ElasticEquilibrium state = drops.Drop({ 3, 0, 0, 0 });
+  EXPECT_EQ(crossings(state.Points), 0);
+  EXPECT_GT(state.SmallestVolumeRatio, 0.0);
+}
+
+TEST(Elasticity, WrongConstantsAreErrors)
+{
+  const TetrahedralMesh mesh = Box(1, 1, 1, { 1.0, 1.0, 1.0 });
+  EXPECT_THROW(ElasticBody(mesh, { 0.0, 0.3, 1000.0 }), InvalidInput);
+  EXPECT_THROW(ElasticBody(mesh, { 1e4, 0.5, 1000.0 }), InvalidInput);
+  EXPECT_THROW(ElasticBody(mesh, { 1e4, 0.3, std::nan("") }), InvalidInput);
+  TetrahedralMesh stray = mesh;
+  stray.Points.conservativeResize(stray.Points.rows() + 1, 3);
+  stray.Points.bottomRows(1).setZero();
+  EXPECT_THROW(ElasticBody(stray, {}), InvalidInput);
+  DropOptions options;
+  options.MaximumSpin = 0.0;
+  EXPECT_THROW(ElasticDrops(mesh, options), InvalidInput);
+}
+
+TEST(Elasticity, DropsCanBeCancelled)
+{
+  const ElasticDrops drops(Wedge(2), {});
+  EXPECT_THROW(drops.Sample({}, 2, [](double) { return false; }), Cancelled);
+}
