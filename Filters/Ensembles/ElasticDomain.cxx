@@ -101,9 +101,8 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
   options.NumberOfPoints = points;
   options.FindPlaces = false;
   options.FindOrigins = false;
-  const auto work = [result, mesh, options](const std::atomic<bool>& stop) {
-    *result = RemeshIsotropically(mesh, options, &stop).Mesh;
-  };
+  const auto work = [result, mesh, options](
+                      const std::atomic<bool>& stop) { *result = RemeshIsotropically(mesh, options, &stop).Mesh; };
   RunCancellable(work, 0.5 + 1e-5 * mesh.NumberOfPoints(), progress);
   return std::move(*result);
 }

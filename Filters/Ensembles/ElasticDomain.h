@@ -22,9 +22,10 @@ namespace surfsynth
 struct ElasticDomain
 {
   TetrahedralMesh Mesh;
-  PointMatrix Points;                        ///< [V, 3], of the dataset
-  std::vector<std::array<Index, 4>> Corners; ///< [V], nodes that each point moves with; -1 first where it is not finite and stays
-  std::vector<Eigen::Vector4d> Weights;      ///< [V], sum 1; below 0 outside the tetrahedra
+  PointMatrix Points; ///< [V, 3], of the dataset
+  std::vector<std::array<Index, 4>>
+    Corners; ///< [V], nodes that each point moves with; -1 first where it is not finite and stays
+  std::vector<Eigen::Vector4d> Weights; ///< [V], sum 1; below 0 outside the tetrahedra
 
   /// Points of the dataset for these nodes.
   PointMatrix Follow(const PointMatrix& nodes) const;

@@ -120,15 +120,16 @@ public:
   void MakeRestStates(const surfsynth::Block& block, const surfsynth::Progress& progress)
   {
     const ElasticDomain& domain = this->DomainOf(block, surfsynth::SubProgress(progress, 0.0, 0.1));
-    const Frame frame(domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
+    const Frame frame(
+      domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
     const surfsynth::ElasticDrops drops(
       { frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra }, this->Options());
     surfsynth::NormalKey key;
     key.Seed = static_cast<std::uint64_t>(this->Self->Seed);
     key.Sample = static_cast<std::uint32_t>(this->Self->FirstSample);
     key.Stream = block.FlatIndex;
-    const std::vector<ElasticEquilibrium> states =
-      drops.Sample(key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.98));
+    const std::vector<ElasticEquilibrium> states = drops.Sample(
+      key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.98));
     std::vector<PointMatrix> points;
     for (const ElasticEquilibrium& state : states)
     {
@@ -137,8 +138,8 @@ public:
     const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
       this->Self->Spread, ComputeBoundingBox(domain.Mesh) };
     const auto addNumbers = [&](vtkPointSet* copy, std::size_t k) { this->AddNumbers(copy, states[k], frame.Floor); };
-    surfsynth::FillWithCopies(vtkMultiBlockDataSet::SafeDownCast(block.Output),
-      vtkPointSet::SafeDownCast(block.Input), domain.Points, points, options, addNumbers);
+    surfsynth::FillWithCopies(vtkMultiBlockDataSet::SafeDownCast(block.Output), vtkPointSet::SafeDownCast(block.Input),
+      domain.Points, points, options, addNumbers);
   }
 
   surfsynth::BlockCache<PreparedBody> Blocks;
@@ -188,8 +189,8 @@ private:
   surfsynth::Surface ContentOf(const surfsynth::Block& block) const
   {
     auto* grid = vtkUnstructuredGrid::SafeDownCast(block.Input);
-    surfsynth::Surface content =
-      grid ? surfsynth::ConvertVolume(grid) : surfsynth::ConvertSurface(vtkPolyData::SafeDownCast(block.Input));
+    surfsynth::Surface content = grid ? surfsynth::ConvertVolume(grid)
+                                      : surfsynth::ConvertSurface(vtkPolyData::SafeDownCast(block.Input));
     content.FlatIndex = block.FlatIndex;
     return content;
   }

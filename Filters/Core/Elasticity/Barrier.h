@@ -21,7 +21,10 @@ public:
   {}
 
   /// Barrier whose pressure at half of the distance @p begin is @p pressure, pascals.
-  static Barrier OfPressure(double begin, double pressure) { return { begin, pressure / ((std::log(2.0) + 0.5) * begin) }; }
+  static Barrier OfPressure(double begin, double pressure)
+  {
+    return { begin, pressure / ((std::log(2.0) + 0.5) * begin) };
+  }
 
   /// Distance at which contact begins, meters.
   double Distance() const { return this->Begin; }

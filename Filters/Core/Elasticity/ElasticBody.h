@@ -53,8 +53,8 @@ private:
   TetrahedralMesh Rest;
   ElasticMaterial Constants;
   NeoHookean Density;
-  std::vector<double> Volumes;                                 ///< [T], at rest
-  std::vector<Eigen::Matrix<double, 4, 3>> ShapeGradients;     ///< [T], of the four barycentric coordinates, per meter
+  std::vector<double> Volumes;                             ///< [T], at rest
+  std::vector<Eigen::Matrix<double, 4, 3>> ShapeGradients; ///< [T], of the four barycentric coordinates, per meter
   Eigen::VectorXd NodeMasses;
   Eigen::VectorXd Areas;
   TriangleMatrix Faces;

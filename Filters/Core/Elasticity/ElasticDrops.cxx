@@ -144,8 +144,7 @@ void ElasticDrops::AlignPlan(PointMatrix& points) const
   points.leftCols<2>().rowwise() += center.head<2>();
 }
 
-std::vector<ElasticEquilibrium> ElasticDrops::Sample(
-  const NormalKey& key, int count, const Progress& progress) const
+std::vector<ElasticEquilibrium> ElasticDrops::Sample(const NormalKey& key, int count, const Progress& progress) const
 {
   std::vector<ElasticEquilibrium> states(static_cast<std::size_t>(count));
   const SingleThreadedBlas oneThread;

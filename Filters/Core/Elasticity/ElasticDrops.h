@@ -20,11 +20,12 @@ struct DropOptions
   ElasticMaterial Material;         ///< of the whole body
   ElasticSurroundings Surroundings; ///< without loads
   MotionOptions Motion;
-  double DropHeight = 0.1;             ///< height of the lowest point above the floor at the beginning, meters, at least 0
+  double DropHeight = 0.1; ///< height of the lowest point above the floor at the beginning, meters, at least 0
   double MinimumSpin = 3.14159265358979; ///< least angular speed at the beginning, radians per second, at least 0
   double MaximumSpin = 9.42477796076938; ///< largest one
-  bool RandomOrientation = true;       ///< any orientation at the beginning is as likely as any other
-  bool Align = true; ///< turn rest states about z, so that the long axis of their plan is that of the body's, and center them
+  bool RandomOrientation = true;         ///< any orientation at the beginning is as likely as any other
+  bool Align =
+    true; ///< turn rest states about z, so that the long axis of their plan is that of the body's, and center them
 };
 
 /// A body that is dropped many times. The z axis points upwards, the floor is z = 0.

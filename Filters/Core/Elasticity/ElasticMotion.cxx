@@ -17,14 +17,23 @@ namespace surfsynth
 
 namespace
 {
-constexpr int MostIterations = 40;         ///< of Newton's method in a time step
-constexpr double FallTolerance = 2e-3;     ///< norm of what is left of the gradient in motion, as a fraction of the weight
-constexpr double CreepTolerance = 0.1;     ///< in the creep, as a fraction of the imbalance that is asked for
-constexpr int MostHalvings = 40;           ///< of a move in a line search
+constexpr int MostFallIterations = 8; ///< of Newton's method in a time step of the motion, which ends there unconverged
+constexpr int MostCreepIterations = 40; ///< in one of the creep
+constexpr double FallTolerance = 2e-3;  ///< norm of what is left of the gradient in motion, as a fraction of the weight
+constexpr double CreepTolerance = 0.1;  ///< in the creep, as a fraction of the imbalance that is asked for
+constexpr int MostHalvings = 40;        ///< of a move in a line search
 constexpr double SufficientDecrease = 1e-4; ///< of Armijo's rule
-constexpr double LeastTimeStep = 1e-5;     ///< seconds
-constexpr double LongestTimeStep = 2.0;    ///< of the creep, seconds
-constexpr double Rounding = 1e-12;         ///< of energies, as a fraction of weight times diagonal
+constexpr double LongestMove = 0.1;         ///< of a node against the mean in an iteration, in diagonals
+constexpr double LeastTimeStep = 1e-5;      ///< seconds
+constexpr double LongestTimeStep = 2.0;     ///< of the creep, seconds
+constexpr double Rounding = 1e-12;          ///< of energies, as a fraction of weight times diagonal
+
+/// End of Newton's method.
+struct Accuracy
+{
+  double Tolerance; ///< norm of the gradient, as a fraction of weight and loads
+  int MostIterations;
+};
 } // namespace
 
 class ElasticMotion::Internals
@@ -37,17 +46,18 @@ public:
   {
     const BoundingBox box = ComputeBoundingBox(body.Mesh());
     this->Force = surroundings.Gravity * body.Masses().sum() + surroundings.Loads.norm();
-    this->Work = this->Force * (box.Upper - box.Lower).norm();
+    this->Diagonal = (box.Upper - box.Lower).norm();
+    this->Work = this->Force * this->Diagonal;
   }
 
-  /// A time step; false when Newton's method did not converge or the energy has risen.
-  bool Step(double step, double tolerance)
+  /// A time step; false when no move lowers the potential or the energy has risen.
+  bool Step(double step, const Accuracy& accuracy)
   {
     this->Potential.Begin(this->Points, this->Velocities, step);
     PointMatrix points = this->Points;
     this->Potential.PrepareMove(points, PointMatrix::Zero(points.rows(), 3));
     const double before = this->Energy(points, this->Velocities);
-    if (!this->Minimize(points, tolerance))
+    if (!this->Minimize(points, accuracy))
     {
       return false;
     }
@@ -64,10 +74,7 @@ public:
   }
 
   /// Kinetic energy over weight times diagonal.
-  double Motion() const
-  {
-    return 0.5 * this->Body.Masses().dot(this->Velocities.rowwise().squaredNorm()) / this->Work;
-  }
+  double Motion() const { return 0.5 * this->Body.Masses().dot(this->Velocities.rowwise().squaredNorm()) / this->Work; }
   /// Norm of the forces left over weight and loads.
   double Imbalance() const { return this->Potential.Imbalance(this->Points).norm() / this->Force; }
 
@@ -78,7 +85,7 @@ public:
     double still = 0.0;
     while (this->Result.Time < this->Options.MaximumTime && still < this->Options.RestTime)
     {
-      step = this->Advance(step, this->Options.TimeStep, FallTolerance);
+      step = this->Advance(step, this->Options.TimeStep, { FallTolerance, MostFallIterations });
       still = this->Motion() <= this->Options.RestEnergy ? still + this->LastStep : 0.0;
       Report(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
     }
@@ -92,7 +99,7 @@ public:
     do
     {
       this->Velocities.setZero();
-      step = this->Advance(step, LongestTimeStep, CreepTolerance * this->Options.Imbalance);
+      step = this->Advance(step, LongestTimeStep, { CreepTolerance * this->Options.Imbalance, MostCreepIterations });
       Report(progress, 0.95);
     } while (this->Imbalance() > this->Options.Imbalance);
     this->Result.SmallestVolumeRatio = this->Body.SmallestVolumeRatio(this->Points);
@@ -105,15 +112,16 @@ public:
 
 private:
   /// Does a time step of at most @p step, and returns the length of the next, at most @p longest.
-  double Advance(double step, double longest, double tolerance)
+  double Advance(double step, double longest, const Accuracy& accuracy)
   {
     if (++this->Result.NumberOfTimeSteps > this->Options.MaximumSteps)
     {
       throw SolverFailure("ElasticMotion: forces of " + FormatNumber(this->Imbalance()) +
-        " of the weight are left after " + std::to_string(this->Options.MaximumSteps) + " time steps; expected at most " +
-        FormatNumber(this->Options.Imbalance) + ". The body is too soft for its weight, or its tetrahedra are too flat.");
+        " of the weight are left after " + std::to_string(this->Options.MaximumSteps) +
+        " time steps; expected at most " + FormatNumber(this->Options.Imbalance) +
+        ". The body is too soft for its weight, or its tetrahedra are too flat.");
     }
-    while (!this->Step(step, tolerance))
+    while (!this->Step(step, accuracy))
     {
       step *= 0.5;
       if (step < LeastTimeStep)
@@ -129,17 +137,16 @@ private:
 
   double Energy(const PointMatrix& points, const PointMatrix& velocities) const
   {
-    return 0.5 * this->Body.Masses().dot(velocities.rowwise().squaredNorm()) +
-      this->Potential.PotentialEnergy(points);
+    return 0.5 * this->Body.Masses().dot(velocities.rowwise().squaredNorm()) + this->Potential.PotentialEnergy(points);
   }
 
-  /// Minimises the potential from @p points.
-  bool Minimize(PointMatrix& points, double tolerance)
+  /// Lowers the potential from @p points, to its minimum where the iterations suffice.
+  bool Minimize(PointMatrix& points, const Accuracy& accuracy)
   {
-    for (int iteration = 0; iteration < MostIterations; ++iteration)
+    for (int iteration = 0; iteration < accuracy.MostIterations; ++iteration)
     {
       const PointMatrix gradient = this->Potential.Gradient(points);
-      if (gradient.norm() <= tolerance * this->Force)
+      if (gradient.norm() <= accuracy.Tolerance * this->Force)
       {
         return true;
       }
@@ -148,20 +155,26 @@ private:
       this->Potential.PrepareMove(points, move);
       if (!this->Descend(points, move, gradient.cwiseProduct(move).sum()))
       {
-        return false;
+        return iteration > 0;
       }
     }
-    return false;
+    return true;
   }
 
-  /// Newton's direction.
+  /// Newton's direction, shortened where the body would be torn about.
   PointMatrix Direction(const PointMatrix& points, const PointMatrix& gradient)
   {
     this->Couple(this->Potential.Coupled(points));
     this->Potential.FillStiffness(points, *this->Stiffness);
     const Eigen::Map<const Eigen::VectorXd> rightHandSide(gradient.data(), gradient.size());
     const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide);
-    return Eigen::Map<const PointMatrix>(solution.data(), gradient.rows(), 3);
+    PointMatrix move = Eigen::Map<const PointMatrix>(solution.data(), gradient.rows(), 3);
+    const double longest = (move.rowwise() - move.colwise().mean()).rowwise().norm().maxCoeff();
+    if (longest > LongestMove * this->Diagonal)
+    {
+      move *= LongestMove * this->Diagonal / longest;
+    }
+    return move;
   }
 
   /// Makes sure that the pattern has these pairs.
@@ -196,8 +209,9 @@ private:
   const ElasticBody& Body;
   MotionOptions Options;
   IncrementalPotential Potential;
-  double Force = 0.0; ///< weight and loads, newtons
-  double Work = 0.0;  ///< weight times diagonal, joules
+  double Force = 0.0;    ///< weight and loads, newtons
+  double Diagonal = 0.0; ///< of the box at rest, meters
+  double Work = 0.0;     ///< weight times diagonal, joules
   double LastStep = 0.0;
   std::optional<NodeMatrix> Stiffness;
   std::optional<RepeatedCholesky> Solver;

@@ -27,7 +27,8 @@ void Require(bool isFine, const char* name, double found, const char* expected)
 {
   if (!isFine)
   {
-    throw InvalidInput(std::string("NeoHookean: ") + name + " is " + FormatNumber(found) + "; expected " + expected + ".");
+    throw InvalidInput(
+      std::string("NeoHookean: ") + name + " is " + FormatNumber(found) + "; expected " + expected + ".");
   }
 }
 

@@ -20,9 +20,9 @@ struct ElasticMaterial
 /// the axes U and V it acts on stretches by a symmetric 3 x 3 matrix, and on each pair of shears by two numbers.
 struct NeoHookeanStiffness
 {
-  Eigen::Matrix3d U;        ///< axes of the deformed shape
-  Eigen::Matrix3d V;        ///< axes of the shape at rest
-  Eigen::Matrix3d Stretch;  ///< on the singular values
+  Eigen::Matrix3d U;         ///< axes of the deformed shape
+  Eigen::Matrix3d V;         ///< axes of the shape at rest
+  Eigen::Matrix3d Stretch;   ///< on the singular values
   Eigen::Vector3d Symmetric; ///< on symmetric shears in the planes across axes 0, 1, 2
   Eigen::Vector3d Rotation;  ///< on antisymmetric ones
 };

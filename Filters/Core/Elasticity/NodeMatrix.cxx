@@ -87,8 +87,7 @@ int NodeMatrix::Place(Index a, Index b) const
 
 bool NodeMatrix::Has(Index a, Index b) const
 {
-  return std::binary_search(
-    this->Neighbors.begin() + this->Start[b], this->Neighbors.begin() + this->Start[b + 1], a);
+  return std::binary_search(this->Neighbors.begin() + this->Start[b], this->Neighbors.begin() + this->Start[b + 1], a);
 }
 
 void NodeMatrix::Fix(const std::vector<bool>& isFixed, double scale)

@@ -59,9 +59,9 @@ private:
   }
 
   TetrahedronMatrix Nodes;
-  std::vector<Index> Start;                   ///< [V + 1], neighbors of node v, itself among them, are Neighbors[Start[v] ..)
-  std::vector<Index> Neighbors;               ///< ascending
-  std::vector<std::array<int, 16>> Corners;   ///< [T], places of the blocks of each tetrahedron
+  std::vector<Index> Start;     ///< [V + 1], neighbors of node v, itself among them, are Neighbors[Start[v] ..)
+  std::vector<Index> Neighbors; ///< ascending
+  std::vector<std::array<int, 16>> Corners; ///< [T], places of the blocks of each tetrahedron
   SparseMatrix Entries;
 };
 

@@ -66,6 +66,32 @@ double ApproachOf(const PointMatrix& move, Index point, const TriangleMatrix& tr
   return std::sqrt(largest);
 }
 
+/// Ball around a triangle.
+struct TriangleBall
+{
+  Eigen::Vector3d Center;
+  double Radius = 0.0;
+  double Move = 0.0; ///< largest move of a corner
+};
+
+/// Balls around the triangles, whose points move by at most @p lengths [V].
+std::vector<TriangleBall> BallsAround(
+  const PointMatrix& points, const TriangleMatrix& triangles, const Eigen::VectorXd& lengths)
+{
+  std::vector<TriangleBall> balls(static_cast<std::size_t>(triangles.rows()));
+  for (Eigen::Index f = 0; f < triangles.rows(); ++f)
+  {
+    TriangleBall& ball = balls[static_cast<std::size_t>(f)];
+    ball.Center = (points.row(triangles(f, 0)) + points.row(triangles(f, 1)) + points.row(triangles(f, 2))) / 3.0;
+    for (int corner = 0; corner < 3; ++corner)
+    {
+      ball.Radius = std::max(ball.Radius, (points.row(triangles(f, corner)).transpose() - ball.Center).norm());
+      ball.Move = std::max(ball.Move, lengths[triangles(f, corner)]);
+    }
+  }
+  return balls;
+}
+
 /// Cells of a box, and the triangles whose boxes, made larger by a radius, meet each.
 class TriangleGrid
 {
@@ -163,22 +189,28 @@ SelfContact::SelfContact(
       this->BoundaryPoints.push_back(v);
     }
   }
-  this->NearAtRest =
-    this->Near(rest, PointMatrix::Zero(rest.rows(), 3), RestDistances * barrier.Distance());
+  this->NearAtRest = this->Near(rest, PointMatrix::Zero(rest.rows(), 3), RestDistances * barrier.Distance());
 }
 
 std::vector<SelfContact::Pair> SelfContact::Near(
   const PointMatrix& points, const PointMatrix& move, double distance) const
 {
-  const double longest = std::sqrt((move.rowwise() - move.colwise().mean()).rowwise().squaredNorm().maxCoeff());
-  const TriangleGrid grid(points, this->Boundary, distance + 2.0 * longest);
+  const Eigen::VectorXd lengths = (move.rowwise() - move.colwise().mean()).rowwise().norm();
+  const TriangleGrid grid(points, this->Boundary, distance + 2.0 * lengths.maxCoeff());
+  const std::vector<TriangleBall> balls = BallsAround(points, this->Boundary, lengths);
   std::vector<Pair> pairs;
   for (const Index p : this->BoundaryPoints)
   {
-    grid.ForEachAt(points.row(p).transpose(), [&](Index f) {
+    const Eigen::Vector3d place = points.row(p).transpose();
+    grid.ForEachAt(place, [&](Index f) {
+      const TriangleBall& ball = balls[static_cast<std::size_t>(f)];
+      const double reach = ball.Radius + ball.Move + lengths[p] + distance;
+      if ((place - ball.Center).squaredNorm() > reach * reach)
+      {
+        return;
+      }
       const bool isCorner = p == this->Boundary(f, 0) || p == this->Boundary(f, 1) || p == this->Boundary(f, 2);
-      if (!isCorner &&
-        this->PlaceOf(points, { p, f }).Distance < distance + ApproachOf(move, p, this->Boundary, f) &&
+      if (!isCorner && this->PlaceOf(points, { p, f }).Distance < distance + ApproachOf(move, p, this->Boundary, f) &&
         !std::binary_search(this->NearAtRest.begin(), this->NearAtRest.end(), Pair(p, f)))
       {
         pairs.emplace_back(p, f);
@@ -206,8 +238,8 @@ ContactPlace SelfContact::PlaceOf(const PointMatrix& points, const Pair& pair) c
   const Eigen::Vector3d weights = NearestWeights(p, a, b, c);
   const Eigen::Vector3d difference = p - weights[0] * a - weights[1] * b - weights[2] * c;
   place.Distance = difference.norm();
-  const Eigen::Vector3d direction =
-    place.Distance > 0.0 ? Eigen::Vector3d(difference / place.Distance) : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d direction = place.Distance > 0.0 ? Eigen::Vector3d(difference / place.Distance)
+                                                         : Eigen::Vector3d::Zero();
   place.Derivative = { direction, -weights[0] * direction, -weights[1] * direction, -weights[2] * direction };
   return place;
 }
@@ -262,8 +294,7 @@ void SelfContact::AddStiffness(const PointMatrix& points, NodeMatrix& stiffness)
     {
       for (int b = 0; b < 4; ++b)
       {
-        stiffness.Add(
-          place.Nodes[a], place.Nodes[b], factor * place.Derivative[a] * place.Derivative[b].transpose());
+        stiffness.Add(place.Nodes[a], place.Nodes[b], factor * place.Derivative[a] * place.Derivative[b].transpose());
       }
     }
   }

@@ -19,8 +19,8 @@ namespace surfsynth
 /// A point of the boundary and the nearest place in a triangle of the boundary.
 struct ContactPlace
 {
-  std::array<Index, 4> Nodes{};      ///< the point, then the corners of the triangle
-  double Distance = 0.0;             ///< meters
+  std::array<Index, 4> Nodes{};              ///< the point, then the corners of the triangle
+  double Distance = 0.0;                     ///< meters
   std::array<Eigen::Vector3d, 4> Derivative; ///< of the distance by the positions of the nodes
 };
 
