@@ -278,8 +278,8 @@ LIMITS = {
         "The body and its skeleton must be given: the filter fits neither bones nor weights to a surface."],
     "vtkEnsembleLayoutFilter": ["Samples are moved only: memory and time are those of a copy of their points."],
     "vtkElasticRestFilter": [
-        "Edges of the body may pass through each other, and it slides on itself without friction. The points of a surface that is "
-        "finer than the simulated mesh may pass the floor by as much as that mesh leaves off. Linear tetrahedra are stiffer than "
+        "Edges of the body may pass through each other, and it slides on itself without friction. Parts of a surface that the "
+        "simulated mesh leaves off follow it without a weight of their own. Linear tetrahedra are stiffer than "
         "the body: a beam of eight across its height bends 11 % less than theory, of fourteen 4 %."],
     "vtkPoseEnsembleFilter": [
         "About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000.",

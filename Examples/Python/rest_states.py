@@ -9,7 +9,7 @@ down. Writes rest_states.png, and rest_states_K.vtm with the rest states of surf
 
     a row for each surface: the shape, and four rest states of half a meter of soft tissue (10 kPa) after drops with random
     orientations and spins
-    the brain, of tetrahedra in its own millimeters, without weight and with Young's moduli of 10, 3 and 1 kPa
+    the brain, of tetrahedra in its own millimeters, without weight and with Young's moduli of 30, 10, 3 and 1 kPa
 
 Colors are the logarithm of how much larger the area has become.
 """
@@ -29,14 +29,13 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
 import gallery_meshes as meshes
 import gallery_rendering as rendering
-from brain_fields import tetrahedra_of
 from medical import BRAIN, Clock
 
 SIZE = (400, 330)
 BAR = 130
 SHAPES = ("bunny00.off", "armadillo.off")
 LIMIT = 0.4
-MODULI = (1e4, 3e3, 1e3)
+MODULI = (3e4, 1e4, 3e3, 1e3)
 VIEW = (0.25, -1.0, 0.32)
 #: Turns of the shapes of libcgal-demo to z upwards.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -109,6 +108,14 @@ def drops(sheet, row, mesh, name, path):
     ss.write_mesh(states, path)
 
 
+def tetrahedra_of(scan, edge_length):
+    """Tetrahedra in a brain whose folds are closed."""
+    surface = ss.vdb_surface(scan, smoothing="mean_curvature", smoothing_iterations=4, closing=3.0, fill_cavities=True,
+                             largest_component=True)
+    surface = ss.remesh(surface, edge_length=edge_length, feature_angle=None)
+    return ss.tetrahedralize(surface, edge_length=1.5 * edge_length)
+
+
 def tissue(sheet, row, grid):
     """A volume under its weight, for several stiffnesses."""
     surface = vtkDataSetSurfaceFilter()
@@ -135,7 +142,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surfaces", nargs="*", help="closed surfaces that surfacesynthesis.read_mesh() reads, z upwards")
     parser.add_argument("--brain", default=BRAIN, metavar="FILE", help="a volume that surfacesynthesis.read_volume() reads")
-    parser.add_argument("--edge-length", type=float, default=7.0, metavar="L", help="of its tetrahedra, mm (default: 7)")
+    parser.add_argument("--edge-length", type=float, default=8.0, metavar="L", help="of its surface, mm (default: 8)")
     parser.add_argument("--output", required=True, metavar="DIR", help="folder to write to; made when it is missing")
     parser.add_argument("--colors", type=int, metavar="N", help="reduce the picture to N colours (needs Pillow)")
     options = parser.parse_args(arguments)
@@ -151,7 +158,7 @@ def main(arguments=None):
             drops(sheet, row, mesh, name, os.path.join(options.output, f"rest_states_{row}.vtm"))
             clock.say(f"four rest states of {name}")
             sheet.add_bar(row, rendering.cool_warm(LIMIT), -LIMIT, LIMIT, "logarithm\nof area")
-        _, grid = tetrahedra_of(ss.read_volume(options.brain), options.edge_length)
+        grid = tetrahedra_of(ss.read_volume(options.brain), options.edge_length)
         tissue(sheet, len(bodies), grid)
         sheet.add_bar(len(bodies), rendering.cool_warm(LIMIT), -LIMIT, LIMIT, "logarithm\nof area")
         sheet.write(os.path.join(options.output, "rest_states.png"), options.colors)

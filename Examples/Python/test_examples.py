@@ -133,6 +133,31 @@ def check_bone_shapes(folder):
     assert shapes.GetPointData().HasArray("Shape_5") and shapes.GetPointData().HasArray("Shape_Mean")
 
 
+def check_rest_states(folder):
+    """An ellipsoid at rest on the floor, and a small ball of tetrahedra under its weight."""
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(16)
+    sphere.SetPhiResolution(16)
+    sphere.Update()
+    points = vtk_to_numpy(sphere.GetOutput().GetPoints().GetData())
+    points[:, 2] *= 2.0
+    surface = os.path.join(folder, "soft.vtp")
+    surfacesynthesis.write_mesh(sphere.GetOutput(), surface)
+    output = os.path.join(folder, "rest_states")
+    shutil.rmtree(output, ignore_errors=True)
+    script = [sys.executable, os.path.join(HERE, "rest_states.py"), surface, "--brain", write_ball(folder)]
+    done = run("xvfb-run", "-a", *script, "--edge-length", "6", "--output", output)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "rest_states.png"), 2130, rows=2)
+    sunk = [float(height) for height in re.findall(r"Pa: (\S+) mm lower", done.stdout)]
+    assert len(sunk) == 4 and 0 < sunk[0] < sunk[1] < sunk[2] < sunk[3], "softer bodies sink more"
+    states = surfacesynthesis.read_mesh(os.path.join(output, "rest_states_0.vtm"))
+    assert states.GetNumberOfBlocks() == 4
+    for k in range(4):
+        height = vtk_to_numpy(states.GetBlock(k).GetPoints().GetData())[:, 2]
+        assert abs(height.min() - points[:, 2].min()) < 0.01 and np.ptp(height) < 1.6, "it has fallen over"
+
+
 def check_picture(path, width, rows=1):
     """Of the announced width, and no row of it is blank or all the same colour."""
     reader = vtkPNGReader()
@@ -485,6 +510,7 @@ if __name__ == "__main__":
         "atlas_and_shapes": check_atlas_and_shapes,
         "medical": check_medical,
         "bone_shapes": check_bone_shapes,
+        "rest_states": check_rest_states,
         "observed_fields": check_observed_fields,
         "predicted_curvature": check_predicted_curvature,
         "flow_matching": check_flow_matching,

@@ -54,17 +54,23 @@ TetrahedralMesh Compact(const TetrahedralMesh& mesh)
   return compact;
 }
 
-/// Barycentric coordinates of @p point in tetrahedron @p t, below 0 outside.
-Eigen::Vector4d WeightsIn(const TetrahedralMesh& mesh, Index t, const Eigen::Vector3d& point)
+/// Edges of tetrahedron @p t from its first corner, as columns.
+Eigen::Matrix3d EdgesOf(const TetrahedralMesh& mesh, const PointMatrix& points, Index t)
 {
   Eigen::Matrix3d edges;
-  const Eigen::Vector3d first = mesh.Points.row(mesh.Tetrahedra(t, 0)).transpose();
   for (int k = 0; k < 3; ++k)
   {
-    edges.col(k) = mesh.Points.row(mesh.Tetrahedra(t, k + 1)).transpose() - first;
+    edges.col(k) = (points.row(mesh.Tetrahedra(t, k + 1)) - points.row(mesh.Tetrahedra(t, 0))).transpose();
   }
-  const Eigen::Vector3d others = edges.inverse() * (point - first);
-  return Eigen::Vector4d(1.0 - others.sum(), others[0], others[1], others[2]);
+  return edges;
+}
+
+/// The rotation nearest to the deformation of tetrahedron @p t.
+Eigen::Matrix3d RotationOf(const TetrahedralMesh& mesh, const PointMatrix& nodes, Index t)
+{
+  const Eigen::Matrix3d gradient = EdgesOf(mesh, nodes, t) * EdgesOf(mesh, mesh.Points, t).inverse();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(gradient, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose(); // no reflection: tetrahedra do not turn over
 }
 
 PointMatrix CoordinatesOf(vtkPointSet* set)
@@ -81,14 +87,13 @@ PointMatrix CoordinatesOf(vtkPointSet* set)
 void Bind(ElasticDomain& domain)
 {
   const PointMatrix finite = domain.Points.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
-  const std::vector<VolumePlace> places = FindNearestPlaces(domain.Mesh, finite);
-  for (Eigen::Index v = 0; v < domain.Points.rows(); ++v)
+  domain.Places = FindNearestPlaces(domain.Mesh, finite);
+  domain.Offsets.resize(finite.rows(), 3);
+  for (Eigen::Index v = 0; v < finite.rows(); ++v)
   {
-    const Index t = places[static_cast<std::size_t>(v)].Tetrahedron;
-    const auto row = domain.Mesh.Tetrahedra.row(t);
-    const bool isFinite = domain.Points.row(v).allFinite();
-    domain.Corners.push_back({ isFinite ? row[0] : -1, row[1], row[2], row[3] });
-    domain.Weights.push_back(WeightsIn(domain.Mesh, t, finite.row(v).transpose()));
+    VolumePlace& place = domain.Places[static_cast<std::size_t>(v)];
+    domain.Offsets.row(v) = finite.row(v) - PositionOf(domain.Mesh, place).transpose();
+    place.Tetrahedron = domain.Points.row(v).allFinite() ? place.Tetrahedron : -1;
   }
 }
 
@@ -98,6 +103,7 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
 {
   const auto result = std::make_shared<TriangleMesh>();
   RemeshingOptions options;
+  options.EdgeLength = MeanEdgeLength(mesh);
   options.NumberOfPoints = points;
   options.FindPlaces = false;
   options.FindOrigins = false;
@@ -137,17 +143,19 @@ TetrahedralMesh Filled(vtkPolyData*, int, const Progress&)
 
 PointMatrix ElasticDomain::Follow(const PointMatrix& nodes) const
 {
+  const TetrahedralMesh moved{ nodes, this->Mesh.Tetrahedra };
+  const double inside = 1e-9 * FindLongestEdge(this->Mesh);
   PointMatrix points = this->Points;
-  for (std::size_t v = 0; v < this->Corners.size(); ++v)
+  for (Eigen::Index v = 0; v < points.rows(); ++v)
   {
-    if (this->Corners[v][0] >= 0)
+    const VolumePlace& place = this->Places[static_cast<std::size_t>(v)];
+    if (place.Tetrahedron >= 0)
     {
-      Eigen::RowVector3d point = Eigen::RowVector3d::Zero();
-      for (std::size_t corner = 0; corner < 4; ++corner)
+      points.row(v) = PositionOf(moved, place).transpose();
+      if (this->Offsets.row(v).norm() > inside)
       {
-        point += this->Weights[v][static_cast<Eigen::Index>(corner)] * nodes.row(this->Corners[v][corner]);
+        points.row(v) += this->Offsets.row(v) * RotationOf(this->Mesh, nodes, place.Tetrahedron).transpose();
       }
-      points.row(static_cast<Eigen::Index>(v)) = point;
     }
   }
   return points;

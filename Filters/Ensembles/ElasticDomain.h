@@ -8,8 +8,8 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/TetrahedralMesh.h"
 #include "Core/Mesh/TriangleMesh.h"
+#include "Core/Mesh/VolumePlace.h"
 
-#include <array>
 #include <vector>
 
 class vtkDataObject;
@@ -22,12 +22,11 @@ namespace surfsynth
 struct ElasticDomain
 {
   TetrahedralMesh Mesh;
-  PointMatrix Points; ///< [V, 3], of the dataset
-  std::vector<std::array<Index, 4>>
-    Corners; ///< [V], nodes that each point moves with; -1 first where it is not finite and stays
-  std::vector<Eigen::Vector4d> Weights; ///< [V], sum 1; below 0 outside the tetrahedra
+  PointMatrix Points;              ///< [V, 3], of the dataset
+  std::vector<VolumePlace> Places; ///< [V], nearest to each point; no place where it is not finite and stays
+  PointMatrix Offsets;             ///< [V, 3], of each point from its place: 0 inside the tetrahedra
 
-  /// Points of the dataset for these nodes.
+  /// Points of the dataset for these nodes: their places, and offsets that turn with the tetrahedra.
   PointMatrix Follow(const PointMatrix& nodes) const;
 };
 

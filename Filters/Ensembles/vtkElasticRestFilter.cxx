@@ -71,6 +71,14 @@ struct Frame
     return turned * this->Turn;
   }
 
+  /// Lifts what is below the floor onto it.
+  PointMatrix AboveFloor(const PointMatrix& points) const
+  {
+    PointMatrix turned = points * this->Turn.transpose();
+    turned.col(2) = turned.col(2).cwiseMax(this->Floor);
+    return turned * this->Turn;
+  }
+
   Eigen::Matrix3d Turn;
   double Meters; ///< in a world unit
   double Floor;  ///< height of the lowest point, world units
@@ -133,7 +141,7 @@ public:
     std::vector<PointMatrix> points;
     for (const ElasticEquilibrium& state : states)
     {
-      points.push_back(domain.Follow(frame.ToWorld(state.Points)));
+      points.push_back(frame.AboveFloor(domain.Follow(frame.ToWorld(state.Points))));
     }
     const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
       this->Self->Spread, ComputeBoundingBox(domain.Mesh) };

@@ -36,7 +36,7 @@
  * In a rest state forces are in balance to half a thousandth of the weight, no tetrahedron is turned over, no node of the
  * simulated mesh is below the floor, and the energy has never risen. Points of the body do not pass through its own
  * triangles; edges may pass each other, and there is no friction of the body with itself. The points of a surface that is
- * finer than the simulated mesh follow it and may pass the floor by as much as that mesh leaves off. A body that has not
+ * finer than the simulated mesh follow it; those that would pass the floor are put onto it. A body that has not
  * come to rest after MaximumTime creeps to the next equilibrium.
  *
  * @par Cost

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rest states of soft bodies: rest_states() and the command ``dataset rest-states``."""
+
+import numpy as np
+import pytest
+import surfacesynthesis as ss
+from surfacesynthesis.command_line import main
+from surfacesynthesis.sampling import farthest_samples
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkUnstructuredGrid
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+CAN_FILL = hasattr(ss, "vtkTetrahedralizeFilter") and hasattr(ss, "vtkIsotropicRemeshFilter")
+needs_filling = pytest.mark.skipif(not CAN_FILL, reason="surfaces are filled with CGAL and TetGen")
+QUICK = {"surface_points": 80, "maximum_time": 0.5}
+
+
+def bone(scale=1.0):
+    """A ball that is twice as high as wide, as arrays."""
+    source = vtkSphereSource()
+    source.SetThetaResolution(16)
+    source.SetPhiResolution(12)
+    source.Update()
+    points = vtk_to_numpy(source.GetOutput().GetPoints().GetData()).astype(float) * (1.0, 1.0, 2.0)
+    return scale * points, vtk_to_numpy(source.GetOutput().GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
+def volume():
+    """A cube of six tetrahedra."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    ids = np.array([[0, 1, 3, 7], [0, 5, 1, 7], [0, 4, 5, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7]])
+    cells = vtkCellArray()
+    cells.SetData(4, numpy_to_vtkIdTypeArray(ids.ravel(), deep=True))
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(vtkPoints())
+    grid.GetPoints().SetData(numpy_to_vtk(corners, deep=True))
+    grid.SetCells(VTK_TETRA, cells)
+    return grid
+
+
+@needs_filling
+def test_bodies_lie_on_the_floor_and_keep_their_volume():
+    points, triangles = bone()
+    states = ss.rest_states((points, triangles), 2, seed=1, surface_points=80)
+    assert states.shape == (2, len(points), 3) and states.dtype == np.float64
+    for state in states:
+        assert abs(state[:, 2].min() - points[:, 2].min()) < 0.01 * np.ptp(points)
+        corners = state[triangles]
+        inside = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+        before = points[triangles]
+        rest = np.einsum("ij,ij->i", before[:, 0], np.cross(before[:, 1], before[:, 2])).sum() / 6
+        assert 0.7 < inside / rest < 1.05
+    assert np.abs(states[0] - states[1]).max() > 0.01 * np.ptp(points), "drops differ"
+
+
+@needs_filling
+def test_samples_do_not_depend_on_the_batch_or_the_unit():
+    together = ss.rest_states(bone(), 2, seed=4, **QUICK)
+    assert np.array_equal(ss.rest_states(bone(), 1, seed=4, first_sample=1, **QUICK)[0], together[1])
+    large = ss.rest_states(bone(1024.0), 1, seed=4, **QUICK)[0]
+    assert np.abs(large / 1024.0 - together[0]).max() < 1e-6 * np.ptp(together[0])
+
+
+def test_stiff_tetrahedra_keep_their_shape_and_soft_ones_sink():
+    laid = {"drop_height": 0.0, "minimum_spin": 0.0, "maximum_spin": 0.0, "random_orientation": False, "maximum_time": 0.0}
+    stiff, soft = (ss.rest_states(volume(), 1, youngs_modulus=e, **laid)[0] for e in (1e8, 1e4))
+    assert abs(np.ptp(stiff[:, 2]) - 1.0) < 1e-3
+    assert np.ptp(soft[:, 2]) < 0.98
+
+
+def test_arguments_are_checked():
+    for wrong in ({"poissons_ratio": 0.5}, {"density": 0.0}, {"minimum_spin": 2.0, "maximum_spin": 1.0},
+                  {"up_direction": (0, 0, 0)}, {"time_step": 2.0}):  # fmt: skip
+        with pytest.raises(ValueError):
+            ss.rest_states(volume(), 1, **wrong)
+    with pytest.raises(ss.SurfaceSynthesisError, match="boundary"):
+        ss.rest_states((np.eye(3), np.array([[0, 1, 2]])), 1)
+
+
+def test_farthest_samples_are_spread():
+    line = np.array([0.0, 0.1, 0.2, 5.0, 5.1, 9.0])[:, None, None]
+    assert farthest_samples(line, 3) == [0, 3, 5] or farthest_samples(line, 3) == [0, 4, 5]
+    assert farthest_samples(line, 6) == list(range(6))
+
+
+@needs_filling
+def test_the_command_writes_a_dataset(tmp_path):
+    source, target = str(tmp_path / "a.ply"), str(tmp_path / "o.safetensors")
+    ss.write_mesh(bone(), source)
+    options = ["--samples", "2", "--candidates", "3", "--surface-points", "80", "--maximum-time", "0.3", "--quiet"]
+    assert main(["dataset", "rest-states", source, target, *options]) == 0
+    (entry,) = ss.read_signal_dataset(target).sources
+    assert entry.signals.shape == (2, len(bone()[0]), 3)
