@@ -87,12 +87,13 @@ def show(sheet, row, column, title, points, rest, triangles, floor, extent):
     sheet.add(row, column, title, shown, view, array="Stretch", colors=rendering.cool_warm(LIMIT))
 
 
-def drops(sheet, row, mesh, name, path):
+def drops(sheet, row, mesh, name, surface_points, path):
     """A shape and four of its rest states."""
     rest, triangles = meshes.arrays_of(mesh)
     algorithm = ss.vtkElasticRestFilter()
     algorithm.SetInputDataObject(mesh)
     algorithm.SetNumberOfSamples(4)
+    algorithm.SetNumberOfSurfacePoints(surface_points)
     algorithm.SetSeed(3)
     algorithm.Update()
     states = algorithm.GetOutputDataObject(0)
@@ -143,6 +144,7 @@ def main(arguments=None):
     parser.add_argument("surfaces", nargs="*", help="closed surfaces that surfacesynthesis.read_mesh() reads, z upwards")
     parser.add_argument("--brain", default=BRAIN, metavar="FILE", help="a volume that surfacesynthesis.read_volume() reads")
     parser.add_argument("--edge-length", type=float, default=8.0, metavar="L", help="of its surface, mm (default: 8)")
+    parser.add_argument("--surface-points", type=int, default=500, metavar="N", help="of simulated surfaces (default: 500)")
     parser.add_argument("--output", required=True, metavar="DIR", help="folder to write to; made when it is missing")
     parser.add_argument("--colors", type=int, metavar="N", help="reduce the picture to N colours (needs Pillow)")
     options = parser.parse_args(arguments)
@@ -155,7 +157,8 @@ def main(arguments=None):
             bodies.append((mesh, os.path.splitext(os.path.basename(path))[0].rstrip("0")))
         sheet = rendering.Sheet(len(bodies) + 1, 5, SIZE, margin=BAR)
         for row, (mesh, name) in enumerate(bodies):
-            drops(sheet, row, mesh, name, os.path.join(options.output, f"rest_states_{row}.vtm"))
+            path = os.path.join(options.output, f"rest_states_{row}.vtm")
+            drops(sheet, row, mesh, name, options.surface_points, path)
             clock.say(f"four rest states of {name}")
             sheet.add_bar(row, rendering.cool_warm(LIMIT), -LIMIT, LIMIT, "logarithm\nof area")
         grid = tetrahedra_of(ss.read_volume(options.brain), options.edge_length)

@@ -146,7 +146,7 @@ def check_rest_states(folder):
     output = os.path.join(folder, "rest_states")
     shutil.rmtree(output, ignore_errors=True)
     script = [sys.executable, os.path.join(HERE, "rest_states.py"), surface, "--brain", write_ball(folder)]
-    done = run("xvfb-run", "-a", *script, "--edge-length", "6", "--output", output)
+    done = run("xvfb-run", "-a", *script, "--edge-length", "6", "--surface-points", "100", "--output", output)
     assert done.returncode == 0
     check_picture(os.path.join(output, "rest_states.png"), 2130, rows=2)
     sunk = [float(height) for height in re.findall(r"Pa: (\S+) mm lower", done.stdout)]
@@ -155,7 +155,8 @@ def check_rest_states(folder):
     assert states.GetNumberOfBlocks() == 4
     for k in range(4):
         height = vtk_to_numpy(states.GetBlock(k).GetPoints().GetData())[:, 2]
-        assert abs(height.min() - points[:, 2].min()) < 0.01 and np.ptp(height) < 1.6, "it has fallen over"
+        assert abs(height.min() - points[:, 2].min()) < 0.05, "it lies on the floor"
+        assert np.ptp(height) < 1.6, "it has fallen over"
 
 
 def check_picture(path, width, rows=1):

@@ -195,11 +195,18 @@ public:
 
   ///@{
   /**
-   * Bounds of the angular speed at the beginning, radians per second, at least 0; it is uniform between them, about a
-   * random axis. A lower bound above the upper one is an error. Defaults pi and 3 pi.
+   * Least angular speed at the beginning, radians per second, at least 0. The speed is uniform between it and MaximumSpin,
+   * about a random axis. Default 3.14159265358979.
    */
   vtkSetClampMacro(MinimumSpin, double, 0.0, 1e4);
   vtkGetMacro(MinimumSpin, double);
+  ///@}
+
+  ///@{
+  /**
+   * Largest angular speed at the beginning, radians per second, at least 0; below MinimumSpin it is an error. Default
+   * 9.42477796076938.
+   */
   vtkSetClampMacro(MaximumSpin, double, 0.0, 1e4);
   vtkGetMacro(MaximumSpin, double);
   ///@}

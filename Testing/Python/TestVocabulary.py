@@ -45,6 +45,7 @@ HOMONYMS = {("vtkGaussianMixtureFilter", "Width"), ("vtkMultiscaleMeshFitter", "
 COMMON = {
     "bare": "surface without its relief",
     "bones": "table of bones",
+    "candidates": "samples that are chosen from",
     "color_by": "array that is shown first",
     "config": "file of a network's configuration",
     "csv": "table as comma-separated values",

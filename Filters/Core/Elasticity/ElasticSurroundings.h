@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What acts on an elastic body from outside.
+/// Forces and obstacles around an elastic body.
 #pragma once
 
 #include "Core/Mesh/TriangleMesh.h"

@@ -32,6 +32,7 @@ SYNONYMS = {
     "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),
     "surface_samples": ({"Samples"}, "samples are those of an ensemble"),
     "template": ({"Template", "TemplateData"}, "the mesh that stands for a shape"),
+    "tetrahedra": ({"TetrahedraData"}, "the tetrahedra that are simulated in place of a surface"),
     "trajectory": ({"OutputTrajectory"}, "the states in place of the last one"),
 }
 
