@@ -185,6 +185,7 @@ int main(int argc, char** argv)
     return EXIT_FAILURE;
   }
   bench::RegisterCore();
+  bench::RegisterElasticity();
   bench::RegisterStatistics();
   bench::RegisterReferences();
   bench::RegisterPoissonNet();

@@ -62,6 +62,7 @@ double MeasuredProductRate();
 #endif
 
 void RegisterCore();
+void RegisterElasticity();
 void RegisterStatistics();
 void RegisterReferences();
 void RegisterPoissonNet();
