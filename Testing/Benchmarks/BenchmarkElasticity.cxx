@@ -2,6 +2,7 @@
 //
 // Soft bodies: whole drops to their rest states, and a solve of Newton's method beside Eigen's on the same matrix.
 #include "BenchmarkMeshes.h"
+#include "ExampleVolumes.h"
 
 #include "Core/Elasticity/ElasticBody.h"
 #include "Core/Elasticity/ElasticDrops.h"
@@ -12,8 +13,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <cmath>
-
 namespace
 {
 using namespace surfsynth;
@@ -21,29 +20,8 @@ using namespace surfsynth;
 /// A block of 10 x 6 x 6 cells of six tetrahedra, half a meter from corner to corner: 539 nodes, 2,160 tetrahedra.
 TetrahedralMesh Block()
 {
-  constexpr int X = 10;
-  constexpr int Y = 6;
-  constexpr int Z = 6;
-  const auto id = [](int i, int j, int k) { return static_cast<Index>((k * (Y + 1) + j) * (X + 1) + i); };
-  TetrahedralMesh mesh{ PointMatrix((X + 1) * (Y + 1) * (Z + 1), 3), TetrahedronMatrix(X * Y * Z * 6, 4) };
-  for (int point = 0; point < mesh.NumberOfPoints(); ++point)
-  {
-    mesh.Points.row(point) << point % (X + 1), point / (X + 1) % (Y + 1), point / ((X + 1) * (Y + 1));
-  }
-  mesh.Points *= 0.5 / std::sqrt(X * X + Y * Y + Z * Z);
-  const int orders[6][3] = { { 0, 1, 2 }, { 0, 2, 1 }, { 1, 0, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 2, 1, 0 } };
-  for (int t = 0; t < mesh.NumberOfTetrahedra(); ++t)
-  {
-    const int cell = t / 6;
-    int corner[3] = { cell % X, cell / X % Y, cell / (X * Y) };
-    mesh.Tetrahedra(t, 0) = id(corner[0], corner[1], corner[2]);
-    for (int step = 0; step < 3; ++step)
-    {
-      ++corner[orders[t % 6][step]];
-      mesh.Tetrahedra(t, step + 1) = id(corner[0], corner[1], corner[2]);
-    }
-  }
-  return mesh;
+  const Eigen::Vector3d cells(10.0, 6.0, 6.0);
+  return test::BoxOfTetrahedra({ 10, 6, 6 }, 0.5 * cells.normalized());
 }
 
 /// The matrix of a time step of 0.04 s at rest.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Elastic bodies: derivatives, mechanics in closed form, and what rest states promise.
+#include "ExampleVolumes.h"
+
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Elasticity/ElasticDrops.h"
@@ -15,54 +17,27 @@
 #include <vector>
 
 using namespace surfsynth;
+using surfsynth::test::BoxOfTetrahedra;
 
 namespace
 {
 using Map = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
-/// Tetrahedra of a grid of cells, six each, whose points in the unit cube are mapped.
-TetrahedralMesh Grid(int nx, int ny, int nz, const Map& map)
+/// The unit cube of so many cells, whose points are mapped.
+TetrahedralMesh Mapped(int nx, int ny, int nz, const Map& map)
 {
-  TetrahedralMesh mesh;
-  const auto id = [&](int i, int j, int k) { return static_cast<Index>((k * (ny + 1) + j) * (nx + 1) + i); };
-  mesh.Points.resize(static_cast<Eigen::Index>(nx + 1) * (ny + 1) * (nz + 1), 3);
-  mesh.Tetrahedra.resize(static_cast<Eigen::Index>(nx) * ny * nz * 6, 4);
-  for (int k = 0; k <= nz; ++k)
+  TetrahedralMesh mesh = BoxOfTetrahedra({ nx, ny, nz });
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
-    for (int j = 0; j <= ny; ++j)
-    {
-      for (int i = 0; i <= nx; ++i)
-      {
-        mesh.Points.row(id(i, j, k)) = map({ double(i) / nx, double(j) / ny, double(k) / nz }).transpose();
-      }
-    }
-  }
-  const int orders[6][3] = { { 0, 1, 2 }, { 0, 2, 1 }, { 1, 0, 2 }, { 1, 2, 0 }, { 2, 0, 1 }, { 2, 1, 0 } };
-  for (int cell = 0; cell < nx * ny * nz; ++cell)
-  {
-    for (int t = 0; t < 6; ++t)
-    {
-      int corner[3] = { cell % nx, cell / nx % ny, cell / (nx * ny) };
-      mesh.Tetrahedra(6 * cell + t, 0) = id(corner[0], corner[1], corner[2]);
-      for (int step = 0; step < 3; ++step)
-      {
-        ++corner[orders[t][step]];
-        mesh.Tetrahedra(6 * cell + t, step + 1) = id(corner[0], corner[1], corner[2]);
-      }
-    }
+    mesh.Points.row(v) = map(mesh.Points.row(v).transpose()).transpose();
   }
   return mesh;
-}
-
-TetrahedralMesh Box(int nx, int ny, int nz, const Eigen::Vector3d& size)
-{
-  return Grid(nx, ny, nz, [size](const Eigen::Vector3d& x) { return Eigen::Vector3d(x.cwiseProduct(size)); });
 }
 
 /// A plank that is no cuboid, of @p cells cells across.
 TetrahedralMesh Wedge(int cells)
 {
-  return Grid(2 * cells, cells, cells, [](const Eigen::Vector3d& x) {
+  return Mapped(2 * cells, cells, cells, [](const Eigen::Vector3d& x) {
     return Eigen::Vector3d(0.5 * x[0], 0.25 * x[1] * (1.0 - 0.4 * x[0]), 0.2 * x[2] * (1.0 - 0.3 * x[1]));
   });
 }
@@ -104,7 +79,7 @@ double BendingRatio(int cells)
   constexpr double Height = 0.1;
   constexpr double Force = 0.05;
   const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
-  const ElasticBody body(Box(5 * cells, 2, cells, { Length, Height, Height }), material);
+  const ElasticBody body(BoxOfTetrahedra({ 5 * cells, 2, cells }, { Length, Height, Height }), material);
   const PointMatrix& points = body.Mesh().Points;
   ElasticSurroundings surroundings;
   surroundings.Loads = PointMatrix::Zero(points.rows(), 3);
@@ -139,7 +114,7 @@ TetrahedralMesh Ball(int cells, double crowding)
   const auto invert = [north](const Eigen::Vector3d& p) {
     return Eigen::Vector3d(north + 4.0 * (p - north) / (p - north).squaredNorm());
   };
-  return Grid(cells, cells, cells, [=](const Eigen::Vector3d& x) {
+  return Mapped(cells, cells, cells, [=](const Eigen::Vector3d& x) {
     Eigen::Vector3d p = 2.0 * x - Eigen::Vector3d::Ones();
     const double largest = p.cwiseAbs().maxCoeff();
     p *= largest > 0.0 ? largest / p.norm() : 1.0;
@@ -207,7 +182,7 @@ DropOptions QuickDrop()
 
 TEST(Elasticity, GradientIsTheDerivativeOfTheEnergy)
 {
-  const ElasticBody body(Box(3, 2, 2, { 0.3, 0.2, 0.2 }), {});
+  const ElasticBody body(BoxOfTetrahedra({ 3, 2, 2 }, { 0.3, 0.2, 0.2 }), {});
   const PointMatrix points = Wavy(body.Mesh().Points, 0.01);
   const PointMatrix direction = Wavy(PointMatrix::Zero(points.rows(), 3), 1.0);
   constexpr double Step = 1e-6;
@@ -219,7 +194,7 @@ TEST(Elasticity, GradientIsTheDerivativeOfTheEnergy)
 
 TEST(Elasticity, StiffnessIsTheDerivativeOfTheGradientWhereItIsPositive)
 {
-  const ElasticBody body(Box(3, 2, 2, { 0.3, 0.2, 0.2 }), {});
+  const ElasticBody body(BoxOfTetrahedra({ 3, 2, 2 }, { 0.3, 0.2, 0.2 }), {});
   // Stretched everywhere, so that no eigenvalue is negative.
   const PointMatrix points = Wavy(1.01 * body.Mesh().Points, 1e-5);
   const PointMatrix direction = Wavy(PointMatrix::Zero(points.rows(), 3), 1.0);
@@ -314,7 +289,7 @@ TEST(Elasticity, DropsDependOnSeedAndSampleOnly)
 TEST(Elasticity, BodyDoesNotPassThroughItself)
 {
   // Jaws with a slot between them, of which the upper one sags onto the lower one.
-  TetrahedralMesh mesh = Box(8, 2, 5, { 0.2, 0.05, 0.1 });
+  TetrahedralMesh mesh = BoxOfTetrahedra({ 8, 2, 5 }, { 0.2, 0.05, 0.1 });
   std::vector<Index> kept;
   for (Index t = 0; t < mesh.NumberOfTetrahedra(); ++t)
   {
@@ -340,7 +315,7 @@ TEST(Elasticity, BodyDoesNotPassThroughItself)
 
 TEST(Elasticity, WrongConstantsAreErrors)
 {
-  const TetrahedralMesh mesh = Box(1, 1, 1, { 1.0, 1.0, 1.0 });
+  const TetrahedralMesh mesh = BoxOfTetrahedra({ 1, 1, 1 }, { 1.0, 1.0, 1.0 });
   EXPECT_THROW(ElasticBody(mesh, { 0.0, 0.3, 1000.0 }), InvalidInput);
   EXPECT_THROW(ElasticBody(mesh, { 1e4, 0.5, 1000.0 }), InvalidInput);
   EXPECT_THROW(ElasticBody(mesh, { 1e4, 0.3, std::nan("") }), InvalidInput);

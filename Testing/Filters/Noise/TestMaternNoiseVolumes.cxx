@@ -4,6 +4,7 @@
 #include "ExampleVolumes.h"
 #include "FilterChecks.h"
 #include "VtkSurfaces.h"
+#include "VtkVolumes.h"
 
 #include "vtkMaternNoiseFilter.h"
 
@@ -39,25 +40,6 @@ using Grid3 = vtkSmartPointer<vtkUnstructuredGrid>;
 namespace
 {
 TetrahedralMesh Box() { return BoxOfTetrahedra({ 8, 6, 5 }, { 1.0, 0.8, 0.6 }, 0.1); }
-
-Grid3 GridOf(const TetrahedralMesh& mesh, int type = VTK_DOUBLE)
-{
-  auto grid = Grid3::New();
-  vtkNew<vtkPoints> points;
-  points->SetDataType(type);
-  for (surfsynth::Index v = 0; v < mesh.NumberOfPoints(); ++v)
-  {
-    points->InsertNextPoint(mesh.Points.row(v).data());
-  }
-  grid->SetPoints(points);
-  for (surfsynth::Index t = 0; t < mesh.NumberOfTetrahedra(); ++t)
-  {
-    const vtkIdType ids[4] = { mesh.Tetrahedra(t, 0), mesh.Tetrahedra(t, 1), mesh.Tetrahedra(t, 2),
-      mesh.Tetrahedra(t, 3) };
-    grid->InsertNextCell(VTK_TETRA, 4, ids);
-  }
-  return grid;
-}
 
 vtkSmartPointer<vtkMaternNoiseFilter> FilterOn(vtkDataObject* input, double range = 0.8)
 {

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Output of vtkElasticRestFilter: rest states of small bodies.
+#include "ExampleVolumes.h"
+#include "FilterChecks.h"
+#include "FilterContract.h"
+#include "VtkSurfaces.h"
+#include "VtkVolumes.h"
+
+#include "vtkElasticRestFilter.h"
+
+#include <vtkDataArray.h>
+#include <vtkFieldData.h>
+#include <vtkFloatArray.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+#include <string>
+
+using namespace surfsynthtest;
+using surfsynth::test::BoxOfTetrahedra;
+using testing::HasSubstr;
+
+namespace
+{
+vtkSmartPointer<vtkUnstructuredGrid> Plank(int type = VTK_DOUBLE)
+{
+  return GridOf(BoxOfTetrahedra({ 5, 3, 2 }, { 1.0, 0.6, 0.3 }), type);
+}
+
+/// Samples of half a second, so that tests are quick.
+vtkSmartPointer<vtkElasticRestFilter> Quick(vtkDataObject* input, int samples = 1)
+{
+  auto filter = vtkSmartPointer<vtkElasticRestFilter>::New();
+  filter->SetInputDataObject(input);
+  filter->SetNumberOfSamples(samples);
+  filter->SetMaximumTime(0.4);
+  return filter;
+}
+
+vtkPointSet* Sample(vtkElasticRestFilter* filter, unsigned int k)
+{
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  return output && k < output->GetNumberOfBlocks() ? vtkPointSet::SafeDownCast(output->GetBlock(k)) : nullptr;
+}
+
+vtkDataArray* PointsOfFirst(vtkAlgorithm* filter)
+{
+  return Sample(vtkElasticRestFilter::SafeDownCast(filter), 0)->GetPoints()->GetData();
+}
+
+double Number(vtkPointSet* sample, const char* name) { return sample->GetFieldData()->GetArray(name)->GetTuple1(0); }
+} // namespace
+
+TEST(ElasticRest, StatesKeepWhatIsPromised)
+{
+  const auto plank = Plank();
+  const auto filter = Quick(plank, 2);
+  filter->SetMaximumTime(10.0);
+  ASSERT_TRUE(Update(filter));
+  double box[6];
+  plank->GetBounds(box);
+  for (unsigned int k = 0; k < 2; ++k)
+  {
+    vtkPointSet* state = Sample(filter, k);
+    ASSERT_NE(state, nullptr);
+    EXPECT_LE(Number(state, "ForceImbalance"), 1e-3);
+    EXPECT_GT(Number(state, "SmallestVolumeRatio"), 0.0);
+    EXPECT_LE(Number(state, "EnergyRise"), 1e-12);
+    EXPECT_LT(Number(state, "SettlingTime"), 10.0);
+    EXPECT_EQ(Number(state, "FloorHeight"), box[4]);
+    double bounds[6];
+    state->GetBounds(bounds);
+    EXPECT_GE(bounds[4], box[4]);
+    EXPECT_LT(bounds[4], box[4] + 5e-3) << "it lies on the floor";
+    EXPECT_GT(bounds[1] - bounds[0], 0.9) << "its long axis is that of the input";
+  }
+}
+
+TEST(ElasticRest, KeepsArraysAndPrecisionAndDropsNormals)
+{
+  for (const int type : { VTK_FLOAT, VTK_DOUBLE })
+  {
+    const auto plank = Plank(type);
+    vtkNew<vtkFloatArray> normals;
+    normals->SetNumberOfComponents(3);
+    normals->SetNumberOfTuples(plank->GetNumberOfPoints());
+    normals->Fill(1.0);
+    plank->GetPointData()->SetNormals(normals);
+    vtkNew<vtkFloatArray> heat;
+    heat->SetName("heat");
+    heat->SetNumberOfTuples(plank->GetNumberOfPoints());
+    heat->Fill(2.0);
+    plank->GetPointData()->AddArray(heat);
+    const auto filter = Quick(plank);
+    filter->SetDisplacementArrayName("moved");
+    ASSERT_TRUE(Update(filter));
+    vtkPointSet* state = Sample(filter, 0);
+    ASSERT_NE(state, nullptr);
+    EXPECT_TRUE(state->IsA("vtkUnstructuredGrid"));
+    EXPECT_EQ(state->GetPoints()->GetDataType(), type);
+    EXPECT_FALSE(state->GetPointData()->GetNormals());
+    EXPECT_TRUE(state->GetPointData()->GetArray("heat"));
+    EXPECT_TRUE(plank->GetPointData()->GetNormals()) << "the input is not changed";
+    EXPECT_FALSE(plank->GetFieldData()->GetArray("FloorHeight"));
+    vtkDataArray* moved = state->GetPointData()->GetArray("moved");
+    ASSERT_TRUE(moved);
+    for (vtkIdType p = 0; p < state->GetNumberOfPoints(); ++p)
+    {
+      for (int c = 0; c < 3; ++c)
+      {
+        EXPECT_NEAR(plank->GetPoint(p)[c] + moved->GetComponent(p, c), state->GetPoint(p)[c], 1e-6);
+      }
+    }
+  }
+}
+
+TEST(ElasticRest, HasTheSameBitsForEveryNumberOfThreadsAndAloneOrInABatch)
+{
+  const auto plank = Plank();
+  const FilterMaker make = [&plank]() -> vtkSmartPointer<vtkAlgorithm> { return Quick(plank, 2); };
+  ExpectSameBitsForAllThreads(make, PointsOfFirst);
+  const auto both = Quick(plank, 2);
+  const auto second = Quick(plank);
+  second->SetFirstSample(1);
+  ASSERT_TRUE(Update(both) && Update(second));
+  EXPECT_TRUE(SameBits(Sample(both, 1)->GetPoints()->GetData(), Sample(second, 0)->GetPoints()->GetData()));
+  EXPECT_FALSE(SameBits(Sample(both, 0)->GetPoints()->GetData(), Sample(second, 0)->GetPoints()->GetData()));
+}
+
+TEST(ElasticRest, PreparesABodyOnce)
+{
+  const auto filter = Quick(Plank());
+  ASSERT_TRUE(Update(filter));
+  filter->SetSeed(4);
+  filter->SetYoungsModulus(2e4);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfPreparations(), 1);
+  filter->SetInputDataObject(GridOf(BoxOfTetrahedra({ 4, 3, 2 })));
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfPreparations(), 2);
+}
+
+TEST(ElasticRest, SurfacesFollowGivenTetrahedra)
+{
+  // A ball inside a box: its points lie in tetrahedra, and a point that no polygon uses stays if it is not finite.
+  Soup ball = Icosphere(2);
+  for (double& x : ball.Points)
+  {
+    x = 0.5 + 0.4 * x;
+  }
+  ball.AddPoint(0.0, 0.0, std::numeric_limits<double>::quiet_NaN());
+  const auto surface = ball.ToPolyData();
+  const auto filter = Quick(surface);
+  filter->SetTetrahedraData(GridOf(BoxOfTetrahedra({ 3, 3, 3 })));
+  ASSERT_TRUE(Update(filter));
+  vtkPointSet* state = Sample(filter, 0);
+  ASSERT_NE(state, nullptr);
+  EXPECT_TRUE(state->IsA("vtkPolyData"));
+  EXPECT_GT(state->GetPoint(0)[2], -1e-9);
+  EXPECT_NE(state->GetPoint(0)[2], surface->GetPoint(0)[2]);
+  filter->SetTetrahedraData(Plank());
+  EXPECT_TRUE(Update(filter));
+  EXPECT_EQ(filter->GetNumberOfPreparations(), 2);
+}
+
+TEST(ElasticRest, FallsAgainstTheDirectionUpwards)
+{
+  const auto plank = Plank();
+  const auto filter = Quick(plank);
+  filter->SetUpDirection(-2.0, 0.0, 0.0);
+  ASSERT_TRUE(Update(filter));
+  double box[6];
+  double bounds[6];
+  plank->GetBounds(box);
+  Sample(filter, 0)->GetBounds(bounds);
+  EXPECT_NEAR(bounds[1], box[1], 5e-3) << "the floor is at the largest x";
+}
+
+TEST(ElasticRest, BlocksFallEachByItself)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, Plank());
+  blocks->SetBlock(1, Plank());
+  const auto filter = Quick(blocks);
+  ASSERT_TRUE(Update(filter));
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  ASSERT_EQ(output->GetNumberOfBlocks(), 2u);
+  vtkPointSet* states[2];
+  for (unsigned int k = 0; k < 2; ++k)
+  {
+    auto* samples = vtkMultiBlockDataSet::SafeDownCast(output->GetBlock(k));
+    ASSERT_TRUE(samples);
+    states[k] = vtkPointSet::SafeDownCast(samples->GetBlock(0));
+    ASSERT_TRUE(states[k]);
+  }
+  EXPECT_FALSE(SameBits(states[0]->GetPoints()->GetData(), states[1]->GetPoints()->GetData()));
+}
+
+TEST(ElasticRest, SaysWhatIsWrong)
+{
+  EXPECT_THAT(ErrorOf(Quick(Grid(3).ToPolyData())), HasSubstr("boundary"));
+  auto flat = BoxOfTetrahedra({ 2, 2, 2 });
+  flat.Points.col(2).setZero();
+  EXPECT_THAT(ErrorOf(Quick(GridOf(flat))), HasSubstr("volume"));
+  const auto filter = Quick(Plank());
+  filter->SetMinimumSpin(5.0);
+  filter->SetMaximumSpin(1.0);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("MinimumSpin is above MaximumSpin"));
+  filter->SetMinimumSpin(1.0);
+  filter->SetUpDirection(0.0, 0.0, 0.0);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("UpDirection has no length"));
+  filter->SetUpDirection(0.0, 0.0, 1.0);
+  filter->SetDisplacementArrayName("");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
+  const auto ball = Quick(Icosphere(1).ToPolyData());
+  ball->SetTetrahedraData(GridOf(flat));
+  EXPECT_THAT(ErrorOf(ball), HasSubstr("The tetrahedra: "));
+}
+
+TEST(ElasticRest, EmptyInputGivesEmptyOutput)
+{
+  vtkNew<vtkUnstructuredGrid> nothing;
+  const auto filter = Quick(nothing);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_EQ(Sample(filter, 0), nullptr);
+}
+
+TEST(ElasticRest, AnAbortLeavesNothingAndTheNextUpdateIsComplete)
+{
+  const auto filter = Quick(Plank(), 12);
+  ExpectAbort(filter, 0.3);
+  filter->SetNumberOfSamples(1);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_NE(Sample(filter, 0), nullptr);
+}
+
+TEST(ElasticRest, PrintsItsProperties)
+{
+  vtkNew<vtkElasticRestFilter> filter;
+  std::ostringstream text;
+  filter->Print(text);
+  for (const char* name : { "Seed: 0", "NumberOfSamples: 6", "NumberOfSurfacePoints: 500", "LengthUnit: 0",
+         "YoungsModulus: 10000", "PoissonsRatio: 0.4", "Density: 1000", "Friction: 0.5", "Gravity: 9.81",
+         "Damping: 0.5", "DropHeight: 0.1", "MinimumSpin: 3.14159", "MaximumSpin: 9.42478", "UpDirection: (0, 0, 1)",
+         "TimeStep: 0.04", "MaximumTime: 10", "DisplacementArrayName: Displacement", "NumberOfPreparations: 0" })
+  {
+    EXPECT_THAT(text.str(), HasSubstr(name));
+  }
+}
