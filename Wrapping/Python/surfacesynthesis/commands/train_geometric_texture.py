@@ -18,8 +18,8 @@ files:
 examples:
   python3 -m surfacesynthesis levels bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
   %(prog)s bark-levels.safetensors bark.safetensors --texture-name bark
-  %(prog)s bark-levels.safetensors bark.safetensors --iterations 2000,2000,600,300 --learning-rate-interval 0 \\
-    --references branch-levels.safetensors
+  python3 -m surfacesynthesis levels branch.ply branch-levels.safetensors --iterations 500 --learning-rate 1e-2
+  %(prog)s bark-levels.safetensors bark.safetensors --texture-name bark --references branch-levels.safetensors
 """
 
 
