@@ -57,6 +57,8 @@ ELSEWHERE = ["Examples/ParaView/README.md", "Testing/Benchmarks/README.md"]
 #: Printed text, and the text that runs. Where a number is left to its default, an option is added.
 REDUCED = {
     "--samples 2000 --candidates 3000 --points 2000": "--samples 1 --candidates 2 --points 300 --surface-points 80 --maximum-time 0",
+    "rest.safetensors resting.safetensors":
+        "rest.safetensors resting.safetensors --width 16 --blocks 2 --iterations 1",
     "rest.safetensors --samples 100": "rest.safetensors --samples 1 --surface-points 80 --maximum-time 0",
     "--samples 3000 --points 1500": "--samples 2 --points 300",
     "--samples 3000 --points 2000": "--samples 2 --points 300",
@@ -66,7 +68,6 @@ REDUCED = {
     "--signal Heat": "--signal Heat --width 16 --blocks 2 --iterations 1",
     "--encoder-iterations 20000": "--encoder-iterations 1 --iterations 1 --width 16 --blocks 2",
     "bark-levels.safetensors --iterations 500": "bark-levels.safetensors --iterations 1 --levels 2",
-    "branch-levels.safetensors --iterations 500": "branch-levels.safetensors --iterations 1 --levels 2",
     "levels bark.ply bark-levels.safetensors\n": "levels bark.ply bark-levels.safetensors --iterations 1 --levels 3\n",
     "--template torus --levels 4": "--template torus --levels 2 --iterations 1",
     "--template coarse-hand.ply": "--template coarse-hand.ply --levels 2 --iterations 1",
@@ -410,7 +411,7 @@ INPUTS = {
     "train flow-matching": {"poses.safetensors": signals("Position"), "neutral.ply": ball,
                             "faces_1.ply": ball, "faces_2.ply": wide_ball, "heart.vtp": with_arrays,
                             "bodies.safetensors": signals("Position", 2)},
-    "train geometric-texture": {"bark.ply": ball, "branch.ply": wide_ball},
+    "train geometric-texture": {"bark.ply": ball},
     "view": {"result.vtp": observed("MaternNoise")},
     "README.md": {"bear.off": lambda path: ball(path, 3), "ch2bet.nii.gz": zipped_volume},
     "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball, "bunny.ply": ball,

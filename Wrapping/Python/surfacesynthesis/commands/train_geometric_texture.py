@@ -18,8 +18,6 @@ files:
 examples:
   python3 -m surfacesynthesis levels bark.ply bark-levels.safetensors --iterations 500 --learning-rate 1e-2
   %(prog)s bark-levels.safetensors bark.safetensors --texture-name bark
-  python3 -m surfacesynthesis levels branch.ply branch-levels.safetensors --iterations 500 --learning-rate 1e-2
-  %(prog)s bark-levels.safetensors bark-of-both.safetensors --texture-name bark --references branch-levels.safetensors
 """
 
 
