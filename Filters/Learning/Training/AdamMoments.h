@@ -6,6 +6,8 @@
 #include <torch/torch.h>
 
 #include <memory>
+#include <sstream>
+#include <string>
 #include <type_traits>
 
 namespace surfsynth
@@ -24,7 +26,9 @@ auto StateKey(const State&, const torch::Tensor& parameter)
 {
   if constexpr (std::is_same_v<typename State::key_type, std::string>)
   {
-    return c10::guts::to_string(parameter.unsafeGetTensorImpl());
+    std::ostringstream text;
+    text << parameter.unsafeGetTensorImpl();
+    return text.str();
   }
   else
   {
