@@ -16,7 +16,8 @@
  * output.
  *
  * Port 1, optional: a vtkUnstructuredGrid of tetrahedra around the same surface, such as vtkTetrahedralizeFilter makes of
- * a decimated one: it is simulated in place of those made here. Needed where the library was built without CGAL or TetGen.
+ * a decimated one: it is simulated in place of those made here. Not used for an input of tetrahedra. Needed where the
+ * library was built without CGAL or TetGen.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the

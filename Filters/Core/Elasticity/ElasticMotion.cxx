@@ -87,7 +87,7 @@ public:
     {
       step = this->Advance(step, this->Options.TimeStep, { FallTolerance, MostFallIterations });
       still = this->Motion() <= this->Options.RestEnergy ? still + this->LastStep : 0.0;
-      Report(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
+      this->ReportDone(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
     }
     this->Result.HasSettled = still >= this->Options.RestTime;
   }
@@ -100,7 +100,7 @@ public:
     {
       this->Velocities.setZero();
       step = this->Advance(step, LongestTimeStep, { CreepTolerance * this->Options.Imbalance, MostCreepIterations });
-      Report(progress, 0.95);
+      this->ReportDone(progress, 0.95);
     } while (this->Imbalance() > this->Options.Imbalance);
     this->Result.SmallestVolumeRatio = this->Body.SmallestVolumeRatio(this->Points);
     this->Result.Imbalance = this->Imbalance();
@@ -109,8 +109,15 @@ public:
   PointMatrix Points;
   PointMatrix Velocities;
   ElasticEquilibrium Result;
+  Progress Heartbeat; ///< repeats the last report in a factorization, which may take seconds
 
 private:
+  void ReportDone(const Progress& progress, double fraction)
+  {
+    Report(progress, fraction);
+    this->Heartbeat = SubProgress(progress, fraction, fraction);
+  }
+
   /// Does a time step of at most @p step, and returns the length of the next, at most @p longest.
   double Advance(double step, double longest, const Accuracy& accuracy)
   {
@@ -167,7 +174,7 @@ private:
     this->Couple(this->Potential.Coupled(points));
     this->Potential.FillStiffness(points, *this->Stiffness);
     const Eigen::Map<const Eigen::VectorXd> rightHandSide(gradient.data(), gradient.size());
-    const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide);
+    const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide, this->Heartbeat);
     PointMatrix move = Eigen::Map<const PointMatrix>(solution.data(), gradient.rows(), 3);
     const double longest = (move.rowwise() - move.colwise().mean()).rowwise().norm().maxCoeff();
     if (longest > LongestMove * this->Diagonal)
@@ -227,6 +234,7 @@ ElasticMotion::~ElasticMotion() = default;
 ElasticEquilibrium ElasticMotion::Settle(PointMatrix points, PointMatrix velocities, const Progress& progress)
 {
   this->Impl->Result = {};
+  this->Impl->Heartbeat = SubProgress(progress, 0.0, 0.0);
   this->Impl->Points = std::move(points);
   this->Impl->Velocities = std::move(velocities);
   this->Impl->Fall(progress);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Elastic bodies: derivatives, mechanics in closed form, and what rest states promise.
+#include "ElasticMechanics.h"
 #include "ExampleVolumes.h"
 
 #include "Core/Common/Errors.h"
@@ -13,31 +14,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <vector>
 
 using namespace surfsynth;
+using surfsynth::test::BendingRatio;
 using surfsynth::test::BoxOfTetrahedra;
+using surfsynth::test::IndentationRatio;
+using surfsynth::test::MappedBox;
 
 namespace
 {
-using Map = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
-
-/// The unit cube of so many cells, whose points are mapped.
-TetrahedralMesh Mapped(int nx, int ny, int nz, const Map& map)
-{
-  TetrahedralMesh mesh = BoxOfTetrahedra({ nx, ny, nz });
-  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
-  {
-    mesh.Points.row(v) = map(mesh.Points.row(v).transpose()).transpose();
-  }
-  return mesh;
-}
-
 /// A plank that is no cuboid, of @p cells cells across.
 TetrahedralMesh Wedge(int cells)
 {
-  return Mapped(2 * cells, cells, cells, [](const Eigen::Vector3d& x) {
+  return MappedBox({ 2 * cells, cells, cells }, [](const Eigen::Vector3d& x) {
     return Eigen::Vector3d(0.5 * x[0], 0.25 * x[1] * (1.0 - 0.4 * x[0]), 0.2 * x[2] * (1.0 - 0.3 * x[1]));
   });
 }
@@ -57,97 +47,6 @@ PointMatrix GradientOf(const ElasticBody& body, const PointMatrix& points)
   PointMatrix gradient = PointMatrix::Zero(points.rows(), 3);
   body.AddGradient(points, gradient);
   return gradient;
-}
-
-/// A quasi-static equilibrium without floor under loads.
-ElasticEquilibrium Loaded(const ElasticBody& body, ElasticSurroundings surroundings)
-{
-  surroundings.HasFloor = false;
-  surroundings.HasSelfContact = false;
-  surroundings.Gravity = 0.0;
-  MotionOptions options;
-  options.MaximumTime = 0.0;
-  options.Imbalance = 1e-5;
-  ElasticMotion motion(body, surroundings, options);
-  return motion.Settle(body.Mesh().Points, PointMatrix::Zero(body.Mesh().NumberOfPoints(), 3));
-}
-
-/// Deflection of the end of a cantilever over that of beam theory with shear, with @p cells across its height.
-double BendingRatio(int cells)
-{
-  constexpr double Length = 1.0;
-  constexpr double Height = 0.1;
-  constexpr double Force = 0.05;
-  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
-  const ElasticBody body(BoxOfTetrahedra({ 5 * cells, 2, cells }, { Length, Height, Height }), material);
-  const PointMatrix& points = body.Mesh().Points;
-  ElasticSurroundings surroundings;
-  surroundings.Loads = PointMatrix::Zero(points.rows(), 3);
-  surroundings.IsFixed.assign(static_cast<std::size_t>(points.rows()), false);
-  const auto edge = [](double x) { return x < 1e-9 || x > Height - 1e-9 ? 0.5 : 1.0; };
-  double deflection = 0.0;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    surroundings.IsFixed[static_cast<std::size_t>(v)] = points(v, 0) == 0.0;
-    if (points(v, 0) > Length - 1e-9)
-    {
-      surroundings.Loads(v, 2) = -Force * edge(points(v, 1)) * edge(points(v, 2)) / (2 * cells);
-    }
-  }
-  const PointMatrix bent = Loaded(body, surroundings).Points;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    deflection += surroundings.Loads(v, 2) / -Force * (points(v, 2) - bent(v, 2));
-  }
-  const double inertia = std::pow(Height, 4) / 12.0;
-  const double shear = 5.0 / 6.0 * Height * Height * material.YoungsModulus / 2.0;
-  const double theory = Force * std::pow(Length, 3) / (3.0 * material.YoungsModulus * inertia) + Force * Length / shear;
-  return deflection / theory;
-}
-
-/// A ball of radius 1 on z = 0, of @p cells cells across, whose points crowd around its lowest one: the conformal map of
-/// the ball to itself by inversion, scaling and inversion.
-TetrahedralMesh Ball(int cells, double crowding)
-{
-  const Eigen::Vector3d north(0.0, 0.0, 1.0);
-  const Eigen::Vector3d south(0.0, 0.0, -1.0);
-  const auto invert = [north](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(north + 4.0 * (p - north) / (p - north).squaredNorm());
-  };
-  return Mapped(cells, cells, cells, [=](const Eigen::Vector3d& x) {
-    Eigen::Vector3d p = 2.0 * x - Eigen::Vector3d::Ones();
-    const double largest = p.cwiseAbs().maxCoeff();
-    p *= largest > 0.0 ? largest / p.norm() : 1.0;
-    if ((p - north).norm() > 1e-9)
-    {
-      p = invert(south + crowding * (invert(p) - south));
-    }
-    return Eigen::Vector3d(p - south);
-  });
-}
-
-/// Indentation of a ball that lies on the floor under its weight over that of Hertz.
-double IndentationRatio(int cells)
-{
-  constexpr double Indentation = 0.01;
-  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
-  const ElasticBody body(Ball(cells, 0.15), material);
-  const PointMatrix& points = body.Mesh().Points;
-  ElasticSurroundings surroundings;
-  surroundings.ContactDistance = 5e-3 * Indentation;
-  surroundings.HasSelfContact = false;
-  surroundings.Friction = 0.0;
-  const double force = 4.0 / 3.0 * material.YoungsModulus * std::pow(Indentation, 1.5);
-  surroundings.Gravity = force / body.Masses().sum();
-  MotionOptions options;
-  options.MaximumTime = 0.0;
-  options.Imbalance = 1e-3;
-  PointMatrix start = points;
-  start.col(2).array() += surroundings.ContactDistance * std::sqrt(12.0);
-  ElasticMotion motion(body, surroundings, options);
-  const PointMatrix rest = motion.Settle(start, PointMatrix::Zero(points.rows(), 3)).Points;
-  const double sunk = body.Masses().dot(points.col(2) - rest.col(2)) / body.Masses().sum();
-  return (sunk + rest.col(2).minCoeff()) / Indentation;
 }
 
 /// Number of points that lie inside a tetrahedron they are no corner of.
@@ -241,16 +140,16 @@ TEST(Elasticity, RotationsCostNothing)
 
 TEST(Elasticity, CantileverBendsAsBeamTheorySays)
 {
-  const double coarse = BendingRatio(8);
-  const double fine = BendingRatio(14);
+  const double coarse = BendingRatio(8, 0.0);
+  const double fine = BendingRatio(14, 0.0);
   EXPECT_NEAR(fine, 1.0, 0.05) << "14 tetrahedra across";
   EXPECT_LT(coarse, fine) << "linear tetrahedra are too stiff";
 }
 
 TEST(Elasticity, BallIsIndentedAsHertzSays)
 {
-  const double coarse = IndentationRatio(8);
-  const double fine = IndentationRatio(12);
+  const double coarse = IndentationRatio(8, 0.0);
+  const double fine = IndentationRatio(12, 0.0);
   // Errors of the meshes fall with the length of their edges.
   EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0));
   EXPECT_NEAR(fine + (fine - coarse) * 8.0 / (12.0 - 8.0), 1.0, 0.05);
