@@ -80,6 +80,9 @@ def test_arguments_are_checked():
                   {"up_direction": (0, 0, 0)}, {"time_step": 2.0}):  # fmt: skip
         with pytest.raises(ValueError):
             ss.rest_states(volume(), 1, **wrong)
+    for name in ("random_orientation", "align", "self_contact"):
+        with pytest.raises(TypeError, match=name):
+            ss.rest_states(volume(), 1, **{name: "no"})
     with pytest.raises(ss.SurfaceSynthesisError, match="boundary"):
         ss.rest_states((np.eye(3), np.array([[0, 1, 2]])), 1)
 
