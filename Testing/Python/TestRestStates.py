@@ -93,6 +93,27 @@ def test_farthest_samples_are_spread():
     assert farthest_samples(line, 6) == list(range(6))
 
 
+def by_differences(samples, count):
+    """The selection of farthest_samples(), by the differences of samples themselves."""
+    chosen = [0]
+    while len(chosen) < count:
+        differences = samples[:, None] - samples[None, chosen]
+        nearest = (differences**2).sum(axis=(2, 3)).min(axis=1)
+        nearest[chosen] = -1.0
+        chosen.append(int(nearest.argmax()))
+    return sorted(chosen)
+
+
+@pytest.mark.parametrize("type_", [np.float32, np.float64])
+def test_farthest_samples_are_those_of_differences(type_):
+    samples = np.random.default_rng(3).normal(size=(60, 7, 3)).astype(type_) + 1000.0  # far from the origin
+    samples[20:30] = samples[:10]
+    for count in (1, 2, 20, 55):
+        assert farthest_samples(samples, count) == by_differences(samples.astype(float), count)
+    alike = np.broadcast_to(samples[:1], (5, 7, 3))
+    assert farthest_samples(alike, 3) == [0, 1, 2]
+
+
 @needs_filling
 def test_the_command_writes_a_dataset(tmp_path):
     source, target = str(tmp_path / "a.ply"), str(tmp_path / "o.safetensors")
