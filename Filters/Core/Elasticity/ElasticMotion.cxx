@@ -27,6 +27,11 @@ constexpr double LongestMove = 0.1;         ///< of a node against the mean in a
 constexpr double LeastTimeStep = 1e-5;      ///< seconds
 constexpr double LongestTimeStep = 2.0;     ///< of the creep, seconds
 constexpr double Rounding = 1e-12;          ///< of energies, as a fraction of weight times diagonal
+constexpr double StressRounding = 1e-14;    ///< of energies, as a fraction of stress times volume
+/// Why steps fail.
+constexpr const char* Causes = "The body is too soft for its weight (YoungsModulus, Density, Gravity; LengthUnit where "
+                               "it is larger than meant), falls "
+                               "for too long (DropHeight), or has tetrahedra that are too flat.";
 
 /// End of Newton's method.
 struct Accuracy
@@ -48,6 +53,22 @@ public:
     this->Force = surroundings.Gravity * body.Masses().sum() + surroundings.Loads.norm();
     this->Diagonal = (box.Upper - box.Lower).norm();
     this->Work = this->Force * this->Diagonal;
+    this->Volume = body.Masses().sum() / body.Material().Density;
+  }
+
+  /// Begins a motion.
+  void Begin(PointMatrix points, PointMatrix velocities, const Progress& progress)
+  {
+    this->Result = {};
+    this->Heartbeat = SubProgress(progress, 0.0, 0.0);
+    this->Points = std::move(points);
+    this->Velocities = std::move(velocities);
+    this->Potential.PrepareMove(this->Points, PointMatrix::Zero(this->Points.rows(), 3));
+    // Coordinates are rounded by 1e-16 of the size, against stresses of at most sqrt(2 E U / V) in the mean, where U, the
+    // energy that is there, is that of the beginning.
+    const double available = this->Work + std::abs(this->Energy(this->Points, this->Velocities));
+    const double stress = std::sqrt(this->Body.Material().YoungsModulus * available / this->Volume);
+    this->Tolerance = std::max(Rounding * this->Work, StressRounding * (available + stress * this->Volume));
   }
 
   /// A time step; false when no move lowers the potential or the energy has risen.
@@ -62,12 +83,12 @@ public:
       return false;
     }
     const PointMatrix velocities = (points - this->Points) / step;
-    const double rise = (this->Energy(points, velocities) - before) / this->Work;
-    if (rise > Rounding)
+    const double rise = this->Energy(points, velocities) - before;
+    if (!(rise <= this->Tolerance))
     {
       return false;
     }
-    this->Result.LargestEnergyRise = std::max(this->Result.LargestEnergyRise, rise);
+    this->Result.LargestEnergyRise = std::max(this->Result.LargestEnergyRise, rise / this->Work);
     this->Points = points;
     this->Velocities = velocities;
     return true;
@@ -107,9 +128,7 @@ public:
   }
 
   PointMatrix Points;
-  PointMatrix Velocities;
   ElasticEquilibrium Result;
-  Progress Heartbeat; ///< repeats the last report in a factorization, which may take seconds
 
 private:
   void ReportDone(const Progress& progress, double fraction)
@@ -125,16 +144,15 @@ private:
     {
       throw SolverFailure("ElasticMotion: forces of " + FormatNumber(this->Imbalance()) +
         " of the weight are left after " + std::to_string(this->Options.MaximumSteps) +
-        " time steps; expected at most " + FormatNumber(this->Options.Imbalance) +
-        ". The body is too soft for its weight, or its tetrahedra are too flat.");
+        " time steps; expected at most " + FormatNumber(this->Options.Imbalance) + ". " + Causes);
     }
     while (!this->Step(step, accuracy))
     {
       step *= 0.5;
       if (step < LeastTimeStep)
       {
-        throw SolverFailure("ElasticMotion: no time step above " + FormatNumber(LeastTimeStep) +
-          " s lowers the energy; the body is too soft for its weight, or its tetrahedra are too flat.");
+        throw SolverFailure(
+          "ElasticMotion: no time step above " + FormatNumber(LeastTimeStep) + " s lowers the energy. " + Causes);
       }
     }
     this->LastStep = step;
@@ -203,7 +221,7 @@ private:
     for (int halving = 0; halving < MostHalvings; ++halving, part *= 0.5)
     {
       const PointMatrix moved = points + part * move;
-      const double allowed = before + SufficientDecrease * part * slope + Rounding * this->Work;
+      const double allowed = before + SufficientDecrease * part * slope + this->Tolerance;
       if (this->Potential.Value(moved) <= allowed) // infinite where a tetrahedron has turned over
       {
         points = moved;
@@ -216,10 +234,14 @@ private:
   const ElasticBody& Body;
   MotionOptions Options;
   IncrementalPotential Potential;
-  double Force = 0.0;    ///< weight and loads, newtons
-  double Diagonal = 0.0; ///< of the box at rest, meters
-  double Work = 0.0;     ///< weight times diagonal, joules
+  double Force = 0.0;     ///< weight and loads, newtons
+  double Diagonal = 0.0;  ///< of the box at rest, meters
+  double Work = 0.0;      ///< weight times diagonal, joules
+  double Volume = 0.0;    ///< cubic meters
+  double Tolerance = 0.0; ///< rounding of energies, joules
   double LastStep = 0.0;
+  PointMatrix Velocities;
+  Progress Heartbeat; ///< repeats the last report in a factorization, which may take seconds
   std::optional<NodeMatrix> Stiffness;
   std::optional<RepeatedCholesky> Solver;
 };
@@ -233,10 +255,7 @@ ElasticMotion::~ElasticMotion() = default;
 
 ElasticEquilibrium ElasticMotion::Settle(PointMatrix points, PointMatrix velocities, const Progress& progress)
 {
-  this->Impl->Result = {};
-  this->Impl->Heartbeat = SubProgress(progress, 0.0, 0.0);
-  this->Impl->Points = std::move(points);
-  this->Impl->Velocities = std::move(velocities);
+  this->Impl->Begin(std::move(points), std::move(velocities), progress);
   this->Impl->Fall(progress);
   this->Impl->Creep(progress);
   ElasticEquilibrium result = this->Impl->Result;

@@ -3,6 +3,7 @@
 // Elastic bodies: derivatives, mechanics in closed form, and what rest states promise.
 #include "ElasticMechanics.h"
 #include "ExampleVolumes.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -14,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 using namespace surfsynth;
@@ -21,6 +23,7 @@ using surfsynth::test::BendingRatio;
 using surfsynth::test::BoxOfTetrahedra;
 using surfsynth::test::IndentationRatio;
 using surfsynth::test::MappedBox;
+using surfsynthtest::MessageOf;
 
 namespace
 {
@@ -129,12 +132,33 @@ TEST(Elasticity, SmallStretchFollowsHooke)
   EXPECT_NEAR(density.Stress(gradient)(1, 0), shear, 1e-4 * shear);
 }
 
+TEST(Elasticity, EnergiesOfStiffBodiesAreNotThoseOfRounding)
+{
+  // Strains of a stiff body under its weight: their energy is far below the rounding of the modulus.
+  const ElasticMaterial material{ 1e12, 0.3, 1000.0 };
+  const NeoHookean density(material);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  EXPECT_NEAR(density.Energy(turn), 0.0, 1e-15);
+  for (const double strain : { 0x1p-30, -0x1p-30, 0x1p-16, 0x1p-8 })
+  {
+    // Volume and shape change: lambda and mu of Hooke's law; the next term is of the order of the strain.
+    Eigen::Matrix3d gradient = (1.0 + strain) * Eigen::Matrix3d::Identity();
+    const double bulk = material.YoungsModulus / (3.0 * (1.0 - 2.0 * material.PoissonsRatio));
+    const double expected = 4.5 * bulk * strain * strain;
+    EXPECT_NEAR(density.Energy(gradient), expected, (1e-5 + 10.0 * std::abs(strain)) * expected) << strain;
+    gradient = Eigen::Matrix3d::Identity();
+    gradient(0, 1) = strain;
+    const double shear = 0.25 * material.YoungsModulus / (1.0 + material.PoissonsRatio) * strain * strain;
+    EXPECT_NEAR(density.Energy(gradient), shear, (1e-5 + 10.0 * std::abs(strain)) * shear) << strain;
+  }
+}
+
 TEST(Elasticity, RotationsCostNothing)
 {
   const ElasticBody body(Wedge(2), {});
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   const PointMatrix turned = body.Mesh().Points * turn.transpose();
-  EXPECT_NEAR(body.Energy(turned), 0.0, 1e-10);
+  EXPECT_NEAR(body.Energy(turned), 0.0, 1e-20);
   EXPECT_LT(GradientOf(body, turned).norm(), 1e-9);
 }
 
@@ -168,6 +192,34 @@ TEST(Elasticity, RestStatesKeepWhatIsPromised)
     EXPECT_TRUE(state.HasSettled);
     EXPECT_GT(state.Points.col(2).minCoeff(), 0.0);
     EXPECT_LT(state.Points.col(2).minCoeff(), 2e-3 * size) << "it lies on the floor";
+  }
+}
+
+TEST(Elasticity, StiffBodiesSettleWithoutARiseOfTheEnergy)
+{
+  for (const double modulus : { 1e11, 1e12 })
+  {
+    DropOptions options;
+    options.Material.YoungsModulus = modulus;
+    options.DropHeight = 0.02;
+    options.Motion.MaximumTime = 30.0;
+    const ElasticEquilibrium state = ElasticDrops(Wedge(1), options).Drop({ 5, 1, 0, 0 });
+    EXPECT_TRUE(state.HasSettled) << modulus;
+    EXPECT_LT(state.Imbalance, 1e-3) << modulus;
+    EXPECT_NEAR(state.SmallestVolumeRatio, 1.0, 1e-6) << modulus;
+    EXPECT_LE(state.LargestEnergyRise, 1e-9) << modulus;
+    EXPECT_GT(state.Points.col(2).minCoeff(), 0.0) << modulus;
+  }
+}
+
+TEST(Elasticity, FailuresNameWhatToChange)
+{
+  DropOptions options = QuickDrop();
+  options.Motion.MaximumSteps = 3;
+  const std::string text = MessageOf([&] { ElasticDrops(Wedge(1), options).Drop({}); });
+  for (const char* name : { "YoungsModulus", "LengthUnit", "DropHeight" })
+  {
+    EXPECT_NE(text.find(name), std::string::npos) << text;
   }
 }
 
