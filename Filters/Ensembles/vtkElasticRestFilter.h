@@ -23,10 +23,10 @@
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the
  * input for each sample, named "Sample k" for k = FirstSample, FirstSample + 1, ...: with moved points of the same
  * precision, without normals, with a point array of the displacement (three components) and the field arrays
- * "SettlingTime" (seconds of simulated time), "ForceImbalance" (norm of the forces that are left on the nodes over the
- * weight), "SmallestVolumeRatio" (of a tetrahedron, over that before), "EnergyRise" (largest rise of the energy in a time
- * step over weight times diagonal) and "FloorHeight" (along UpDirection, world units). The floor is at the lowest point
- * of the input.
+ * "SettlingTime" (seconds of the fall, without those of the creep), "ForceImbalance" (norm of the forces that are left
+ * on the nodes over the weight), "SmallestVolumeRatio" (of a tetrahedron, over that before), "EnergyRise" (largest rise
+ * of the energy in a time step over weight times diagonal) and "FloorHeight" (along UpDirection, world units). The floor
+ * is at the lowest point of the input.
  *
  * @par Units
  * Properties are in SI units. LengthUnit says how long a world unit is; by default the diagonal of the box of the
@@ -234,7 +234,8 @@ public:
 
   ///@{
   /**
-   * On: the body does not pass through itself; see above. Default on.
+   * On: points of the body do not pass through its own triangles; edges may pass each other, and there is no friction of
+   * the body with itself. Off: parts of the body may lie in each other. Default on.
    */
   vtkSetMacro(SelfContact, bool);
   vtkGetMacro(SelfContact, bool);

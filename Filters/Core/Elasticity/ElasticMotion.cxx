@@ -107,6 +107,7 @@ public:
     while (this->Result.Time < this->Options.MaximumTime && still < this->Options.RestTime)
     {
       step = this->Advance(step, this->Options.TimeStep, { FallTolerance, MostFallIterations });
+      this->Result.Time += this->LastStep;
       still = this->Motion() <= this->Options.RestEnergy ? still + this->LastStep : 0.0;
       this->ReportDone(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
     }
@@ -156,7 +157,6 @@ private:
       }
     }
     this->LastStep = step;
-    this->Result.Time += step;
     return std::min(1.5 * step, longest);
   }
 

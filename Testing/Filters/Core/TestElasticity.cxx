@@ -190,6 +190,8 @@ TEST(Elasticity, RestStatesKeepWhatIsPromised)
     EXPECT_GT(state.SmallestVolumeRatio, 0.0);
     EXPECT_LE(state.LargestEnergyRise, 1e-12);
     EXPECT_TRUE(state.HasSettled);
+    EXPECT_GE(state.Time, 0.2) << "it was at rest for so long";
+    EXPECT_LT(state.Time, 10.0);
     EXPECT_GT(state.Points.col(2).minCoeff(), 0.0);
     EXPECT_LT(state.Points.col(2).minCoeff(), 2e-3 * size) << "it lies on the floor";
   }
@@ -262,6 +264,19 @@ TEST(Elasticity, BodyDoesNotPassThroughItself)
   EXPECT_EQ(PointsInside(mesh, ElasticDrops(mesh, options).Drop({}).Points), 0);
   options.Surroundings.HasSelfContact = false;
   EXPECT_GT(PointsInside(mesh, ElasticDrops(mesh, options).Drop({}).Points), 0) << "they would meet";
+}
+
+TEST(Elasticity, CreepTakesNoTime)
+{
+  DropOptions options = QuickDrop();
+  options.Motion.MaximumTime = 0.0;
+  const ElasticEquilibrium laid = ElasticDrops(Wedge(1), options).Drop({});
+  EXPECT_EQ(laid.Time, 0.0);
+  EXPECT_GT(laid.NumberOfTimeSteps, 0);
+  options.Motion.MaximumTime = 0.12;
+  const double time = ElasticDrops(Wedge(1), options).Drop({}).Time;
+  EXPECT_GE(time, 0.12);
+  EXPECT_LE(time, 0.12 + options.Motion.TimeStep);
 }
 
 TEST(Elasticity, WrongConstantsAreErrors)
