@@ -54,6 +54,9 @@ struct Frame
   Frame(const PointMatrix& points, const Eigen::Vector3d& up, double lengthUnit)
     : Turn(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix())
   {
+    // Divided first, since the square of its length may be too large or too small for a number.
+    const Eigen::Vector3d direction = (up / up.cwiseAbs().maxCoeff()).normalized();
+    this->Turn = Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::RowVector3d extent = points.colwise().maxCoeff() - points.colwise().minCoeff();
     this->Meters = lengthUnit > 0.0 ? lengthUnit : DefaultDiagonal / extent.norm();
     this->Floor = (points * this->Turn.transpose()).col(2).minCoeff();
@@ -284,9 +287,9 @@ int vtkElasticRestFilter::RequestData(
   {
     problem = "MinimumSpin is above MaximumSpin; expected a lower bound of at most the upper one.";
   }
-  else if (!(Eigen::Map<const Eigen::Vector3d>(this->UpDirection).norm() > 0.0))
+  else if (const Eigen::Map<const Eigen::Vector3d> up(this->UpDirection); !up.allFinite() || up.isZero(0.0))
   {
-    problem = "UpDirection has no length; expected a direction.";
+    problem = "UpDirection is not finite, or has no length; expected a direction.";
   }
   else
   {

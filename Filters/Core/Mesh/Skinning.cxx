@@ -22,6 +22,9 @@ Quaternion ToQuaternion(const Eigen::Vector4d& v) { return { v[0], v[1], v[2], v
 
 Eigen::Vector4d ToVector(const Quaternion& q) { return { q.w(), q.x(), q.y(), q.z() }; }
 
+/// The unit quaternion of one of any finite length but 0, whose square may be too large or too small for a number.
+Quaternion ToUnitQuaternion(const Eigen::Vector4d& v) { return ToQuaternion(v / v.cwiseAbs().maxCoeff()).normalized(); }
+
 void RequireSkeleton(const Skeleton& skeleton, const SkeletonPose& pose)
 {
   const Eigen::Index bones = skeleton.Heads.rows();
@@ -45,7 +48,7 @@ void RequireSkeleton(const Skeleton& skeleton, const SkeletonPose& pose)
     require(skeleton.Heads.row(b).allFinite(), "the head" + of + " is not finite", "finite numbers");
     require(
       !isMoved || pose.Translations.row(b).allFinite(), "the translation" + of + " is not finite", "finite numbers");
-    require(pose.Rotations.row(b).allFinite() && pose.Rotations.row(b).norm() > 0.0,
+    require(pose.Rotations.row(b).allFinite() && !pose.Rotations.row(b).isZero(0.0),
       "the rotation" + of + " is not finite or 0", "a quaternion of any length but 0");
     const Index parent = skeleton.Parents[b];
     require(parent >= -1 && parent < bones, "the parent" + of + " is " + std::to_string(parent),
@@ -215,8 +218,7 @@ std::vector<RigidMotion> ComputeBoneMotions(const Skeleton& skeleton, const Skel
       {
         moved += turn * pose.Translations.row(*bone).transpose();
       }
-      const Quaternion rotation =
-        (turn * ToQuaternion(pose.Rotations.row(*bone).transpose()).normalized()).normalized();
+      const Quaternion rotation = (turn * ToUnitQuaternion(pose.Rotations.row(*bone).transpose())).normalized();
       motions[*bone] = { ToVector(rotation), moved - rotation * head };
       isDone[*bone] = true;
     }

@@ -113,6 +113,24 @@ TEST(Skinning, ReproducesARigidMotionForAllWeights)
   }
 }
 
+TEST(Skinning, TakesQuaternionsOfAnyLength)
+{
+  const SkeletonPose unit = Bent(1.0, { 1.0, 2.0, -0.5 });
+  const auto expected = ComputeBoneMotions(Arm(), unit);
+  for (const double length : { 1e200, -1e300, 1e-200, 1e-300 })
+  {
+    SkeletonPose pose = unit;
+    pose.Rotations *= length;
+    const auto motions = ComputeBoneMotions(Arm(), pose);
+    for (std::size_t b = 0; b < motions.size(); ++b)
+    {
+      const double sign = motions[b].Rotation.dot(expected[b].Rotation) < 0.0 ? -1.0 : 1.0; // both are one rotation
+      EXPECT_LT((motions[b].Rotation - sign * expected[b].Rotation).norm(), 1e-15) << length;
+      EXPECT_LT((motions[b].Translation - expected[b].Translation).norm(), 1e-15) << length;
+    }
+  }
+}
+
 TEST(Skinning, TurnsTheForearmAboutTheElbow)
 {
   PointMatrix points(3, 3);
@@ -230,6 +248,8 @@ TEST(Skinning, RefusesBadSkeletonsAndPoses)
   EXPECT_THAT(
     message([](Skeleton&, SkeletonPose& p) { p.Rotations.row(1).setZero(); }), HasSubstr("rotation of bone 1"));
   EXPECT_THAT(message([](Skeleton&, SkeletonPose& p) { p.Rotations(0, 0) = NAN; }), HasSubstr("rotation of bone 0"));
+  EXPECT_THAT(
+    message([](Skeleton&, SkeletonPose& p) { p.Rotations(1, 2) = INFINITY; }), HasSubstr("rotation of bone 1"));
   EXPECT_THAT(message([](Skeleton&, SkeletonPose& p) { p.Translations.setConstant(2, 3, NAN); }),
     HasSubstr("translation of bone 0"));
   EXPECT_THAT(

@@ -178,13 +178,17 @@ TEST(ElasticRest, FallsAgainstTheDirectionUpwards)
 {
   const auto plank = Plank();
   const auto filter = Quick(plank);
-  filter->SetUpDirection(-2.0, 0.0, 0.0);
-  ASSERT_TRUE(Update(filter));
   double box[6];
   double bounds[6];
   plank->GetBounds(box);
-  Sample(filter, 0)->GetBounds(bounds);
-  EXPECT_NEAR(bounds[1], box[1], 5e-3) << "the floor is at the largest x";
+  for (const double length : { 2.0, 1e200, 1e-200 })
+  {
+    filter->SetUpDirection(-length, 0.0, 0.0);
+    ASSERT_TRUE(Update(filter));
+    double bounds[6];
+    Sample(filter, 0)->GetBounds(bounds);
+    EXPECT_NEAR(bounds[1], box[1], 5e-3) << "the floor is at the largest x; length " << length;
+  }
 }
 
 TEST(ElasticRest, BlocksFallEachByItself)
@@ -222,8 +226,12 @@ TEST(ElasticRest, SaysWhatIsWrong)
   filter->SetMaximumSpin(1.0);
   EXPECT_THAT(ErrorOf(filter), HasSubstr("MinimumSpin is above MaximumSpin"));
   filter->SetMinimumSpin(1.0);
-  filter->SetUpDirection(0.0, 0.0, 0.0);
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("UpDirection has no length"));
+  constexpr double Infinity = std::numeric_limits<double>::infinity();
+  for (const double z : { 0.0, Infinity, -Infinity, std::numeric_limits<double>::quiet_NaN() })
+  {
+    filter->SetUpDirection(0.0, 0.0, z);
+    EXPECT_THAT(ErrorOf(filter), HasSubstr("UpDirection is not finite, or has no length")) << z;
+  }
   filter->SetUpDirection(0.0, 0.0, 1.0);
   filter->SetDisplacementArrayName("");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
