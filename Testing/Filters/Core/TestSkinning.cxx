@@ -3,6 +3,7 @@
 #include "ExampleMeshes.h"
 #include "ThrownText.h"
 
+#include "Core/Common/Errors.h"
 #include "Core/Mesh/Skinning.h"
 
 #include <Eigen/Geometry>
@@ -10,8 +11,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 using namespace surfsynth;
 using surfsynthtest::MessageOf;
@@ -202,6 +205,24 @@ TEST(Skinning, DividesRoundedWeightsByTheirSum)
     rounded.Values *= 1.005;
     EXPECT_LT((SkinPoints(Ring(), rounded, motions, method) - exact).cwiseAbs().maxCoeff(), 1e-15);
   }
+}
+
+TEST(Skinning, ReportsProgressAndCanBeCancelled)
+{
+  const TriangleMesh mesh = test::Icosphere(5); // 10,242 points
+  const SkinWeights weights = WeightsOf(std::vector<double>(static_cast<std::size_t>(mesh.NumberOfPoints()), 0.3));
+  const auto motions = ComputeBoneMotions(Arm(), Bent(1.0, Eigen::Vector3d::UnitY()));
+  std::vector<double> reports;
+  const auto record = [&reports](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  };
+  SkinPoints(mesh.Points, weights, motions, SkinningMethod::DualQuaternion, record);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_GT(reports.size(), 4u);
+  EXPECT_EQ(reports.back(), 1.0);
+  const auto stop = [](double fraction) { return fraction < 0.5; };
+  EXPECT_THROW(SkinPoints(mesh.Points, weights, motions, SkinningMethod::DualQuaternion, stop), Cancelled);
 }
 
 TEST(Skinning, RefusesBadWeights)

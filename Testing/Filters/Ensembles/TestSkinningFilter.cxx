@@ -79,9 +79,9 @@ vtkSmartPointer<vtkTable> Pose()
 }
 
 /// A sphere whose points go with the second bone where x > 0, and with both where x is 0.
-vtkSmartPointer<vtkPolyData> Body(int type = VTK_DOUBLE)
+vtkSmartPointer<vtkPolyData> Body(int type = VTK_DOUBLE, int level = 2)
 {
-  auto body = Icosphere(2).ToPolyData(type);
+  auto body = Icosphere(level).ToPolyData(type);
   std::vector<double> indices, weights, all;
   for (vtkIdType p = 0; p < body->GetNumberOfPoints(); ++p)
   {
@@ -236,6 +236,24 @@ TEST(SkinningFilter, PosesVolumesBlocksAndNothing)
   const auto none = Filter(empty, Bones(), Pose());
   ASSERT_TRUE(Update(none));
   EXPECT_EQ(OutputOf(none)->GetNumberOfPoints(), 0);
+}
+
+TEST(SkinningFilter, ReportsProgressAndStopsOnRequest)
+{
+  const auto body = Body(VTK_DOUBLE, 6); // 40,962 points
+  ExpectSteadyProgress(Filter(body, Bones(), Pose()));
+  for (const double fraction : { 0.0, 0.3, 0.9 })
+  {
+    ExpectAbortAndRecovery(Filter(body, Bones(), Pose()), fraction, 1.0);
+  }
+}
+
+TEST(SkinningFilter, HasTheSameBitsForEveryNumberOfThreads)
+{
+  const auto body = Body(VTK_DOUBLE, 6);
+  const FilterMaker make = [&body]() -> vtkSmartPointer<vtkAlgorithm> { return Filter(body, Bones(), Pose()); };
+  ExpectSameBitsForAllThreads(
+    make, [](vtkAlgorithm* f) { return OutputOf(vtkSkinningFilter::SafeDownCast(f))->GetPoints()->GetData(); });
 }
 
 TEST(SkinningFilter, NamesWhatIsWrong)
