@@ -73,6 +73,8 @@ def test_bad_input_is_named(body):
         skin(body, {**BONES, "Parent": [-1, 0, 0]}, POSE)
     with pytest.raises(ValueError, match='columns of pose .* not 2 of "Rotation", 1 of "Translation"'):
         skin(body, BONES, {**POSE, "Translation": [[0.0, 0.0, 1.0]]})
+    with pytest.raises(SurfaceSynthesisError, match='"Translation:2" of the pose is missing'):
+        skin(body, BONES, {**POSE, "Translation:0": [1.0, 0.0], "Translation:1": [0.0, 0.0]})
 
 
 def test_the_command_reads_tables_of_files(body, tmp_path):

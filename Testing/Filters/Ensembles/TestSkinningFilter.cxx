@@ -279,6 +279,17 @@ TEST(SkinningFilter, NamesWhatIsWrong)
   flat->RemoveColumnByName("Rotation");
   AddTo<vtkDoubleArray>(flat->GetRowData(), "Rotation", 3, std::vector<double>(6, 1.0));
   EXPECT_THAT(ErrorWith(body, Bones(), flat), HasSubstr("3 component(s); 4 are needed"));
+  const auto partial = Pose();
+  AddTo<vtkDoubleArray>(partial->GetRowData(), "Translation:0", 1, std::vector<double>{ 1, 0 });
+  AddTo<vtkDoubleArray>(partial->GetRowData(), "Translation:2", 1, std::vector<double>{ 1, 0 });
+  EXPECT_THAT(
+    ErrorWith(body, Bones(), partial), AllOf(HasSubstr("\"Translation:1\""), HasSubstr("3 are needed, or none")));
+  const auto text = Pose();
+  vtkNew<vtkStringArray> words;
+  words->SetName("Translation");
+  words->SetNumberOfValues(2);
+  text->AddColumn(words);
+  EXPECT_THAT(ErrorWith(body, Bones(), text), HasSubstr("\"Translation\" of the pose is not numeric"));
   const auto unknown = Body();
   unknown->GetPointData()->GetArray("BoneIndices")->SetComponent(9, 0, 7.0);
   unknown->GetPointData()->GetArray("BoneWeights")->SetComponent(9, 0, 1.0);
