@@ -5,6 +5,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/VolumeOperators.h"
 
 #ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
 #include "MeshProcessing/Remeshing/IsotropicRemeshing.h"
@@ -54,21 +55,11 @@ TetrahedralMesh Compact(const TetrahedralMesh& mesh)
   return compact;
 }
 
-/// Edges of tetrahedron @p t from its first corner, as columns.
-Eigen::Matrix3d EdgesOf(const TetrahedralMesh& mesh, const PointMatrix& points, Index t)
-{
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k)
-  {
-    edges.col(k) = (points.row(mesh.Tetrahedra(t, k + 1)) - points.row(mesh.Tetrahedra(t, 0))).transpose();
-  }
-  return edges;
-}
-
 /// The rotation nearest to the deformation of tetrahedron @p t.
 Eigen::Matrix3d RotationOf(const TetrahedralMesh& mesh, const PointMatrix& nodes, Index t)
 {
-  const Eigen::Matrix3d gradient = EdgesOf(mesh, nodes, t) * EdgesOf(mesh, mesh.Points, t).inverse();
+  const Eigen::Matrix3d before = EdgesFromFirstCorner(mesh.Points, mesh.Tetrahedra, t);
+  const Eigen::Matrix3d gradient = EdgesFromFirstCorner(nodes, mesh.Tetrahedra, t) * before.inverse();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(gradient, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return svd.matrixU() * svd.matrixV().transpose(); // no reflection: tetrahedra do not turn over
 }

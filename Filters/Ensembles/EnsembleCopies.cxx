@@ -2,10 +2,10 @@
 #include "EnsembleCopies.h"
 
 #include "EnsembleTranslation.h"
+#include "SurfaceArrays.h"
 
 #include "Core/Mesh/GridLayout.h"
 
-#include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -71,8 +71,7 @@ void FillWithCopies(vtkMultiBlockDataSet* output, vtkPointSet* input, const Poin
   {
     const auto copy = vtkSmartPointer<vtkPointSet>::Take(input->NewInstance());
     copy->ShallowCopy(input);
-    copy->GetPointData()->SetNormals(nullptr);
-    copy->GetCellData()->SetNormals(nullptr);
+    DropNormals(copy);
     vtkNew<vtkPoints> moved;
     moved->SetData(VectorArray(samples[k], doublePrecision));
     copy->SetPoints(moved);

@@ -151,6 +151,7 @@ private:
     const auto shape = pattern ? pattern : mesh;
     const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
     const auto work = [mesh, shape, key, made] {
+      // Not the function itself: volumes have one of the same name.
       const surfsynth::PlaceFinder finder = [](const surfsynth::TriangleMesh& surface, const PointMatrix& points) {
         return surfsynth::FindNearestPlaces(surface, points);
       };

@@ -97,6 +97,10 @@ TEST(ElasticRest, KeepsArraysAndPrecisionAndDropsNormals)
     normals->SetNumberOfTuples(plank->GetNumberOfPoints());
     normals->Fill(1.0);
     plank->GetPointData()->SetNormals(normals);
+    vtkNew<vtkFloatArray> others; // not active, but known by their name
+    others->DeepCopy(normals);
+    others->SetName("Normals");
+    plank->GetPointData()->AddArray(others);
     vtkNew<vtkFloatArray> heat;
     heat->SetName("heat");
     heat->SetNumberOfTuples(plank->GetNumberOfPoints());
@@ -110,6 +114,7 @@ TEST(ElasticRest, KeepsArraysAndPrecisionAndDropsNormals)
     EXPECT_TRUE(state->IsA("vtkUnstructuredGrid"));
     EXPECT_EQ(state->GetPoints()->GetDataType(), type);
     EXPECT_FALSE(state->GetPointData()->GetNormals());
+    EXPECT_FALSE(state->GetPointData()->HasArray("Normals"));
     EXPECT_TRUE(state->GetPointData()->GetArray("heat"));
     EXPECT_TRUE(plank->GetPointData()->GetNormals()) << "the input is not changed";
     EXPECT_FALSE(plank->GetFieldData()->GetArray("FloorHeight"));
