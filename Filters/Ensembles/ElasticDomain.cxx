@@ -4,6 +4,8 @@
 #include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
+#include "Core/Common/Parallel.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Core/Operators/VolumeOperators.h"
 
@@ -12,14 +14,11 @@
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 #endif
 
-#include <vtkPointSet.h>
-#include <vtkPolyData.h>
-#include <vtkUnstructuredGrid.h>
-
 #include <Eigen/Dense>
 
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -64,16 +63,6 @@ Eigen::Matrix3d RotationOf(const TetrahedralMesh& mesh, const PointMatrix& nodes
   return svd.matrixU() * svd.matrixV().transpose(); // no reflection: tetrahedra do not turn over
 }
 
-PointMatrix CoordinatesOf(vtkPointSet* set)
-{
-  PointMatrix points(set->GetNumberOfPoints(), 3);
-  for (vtkIdType p = 0; p < set->GetNumberOfPoints(); ++p)
-  {
-    set->GetPoint(p, points.data() + 3 * p);
-  }
-  return points;
-}
-
 /// Binds the points to the tetrahedra that are nearest to them.
 void Bind(ElasticDomain& domain)
 {
@@ -104,13 +93,13 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
   return std::move(*result);
 }
 
-TetrahedralMesh Filled(vtkPolyData* input, int surfacePoints, const Progress& progress)
+TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)
 {
   MeshRequirements requirements;
   requirements.Closed = true;
   requirements.ManifoldVertices = true;
   requirements.ConsistentWinding = true;
-  const Surface surface = ToSurface(input, requirements);
+  CheckSurface(surface, requirements);
   TriangleMesh mesh = UsedPoints(surface.Mesh).Compact(surface.Mesh);
   TetrahedralizeOptions options;
   std::function<std::int64_t(std::int64_t)> cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
@@ -124,7 +113,7 @@ TetrahedralMesh Filled(vtkPolyData* input, int surfacePoints, const Progress& pr
   return { filled.Points, filled.Tetrahedra };
 }
 #else
-TetrahedralMesh Filled(vtkPolyData*, int, const Progress&)
+TetrahedralMesh Filled(Surface&, int, const Progress&)
 {
   throw InvalidInput("A surface is to be filled with tetrahedra, but the library was built without CGAL or TetGen; "
                      "expected tetrahedra at port 1 (SetTetrahedraConnection).");
@@ -137,47 +126,47 @@ PointMatrix ElasticDomain::Follow(const PointMatrix& nodes) const
   const TetrahedralMesh moved{ nodes, this->Mesh.Tetrahedra };
   const double inside = 1e-9 * FindLongestEdge(this->Mesh);
   PointMatrix points = this->Points;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    const VolumePlace& place = this->Places[static_cast<std::size_t>(v)];
-    if (place.Tetrahedron >= 0)
+  ParallelFor(points.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
+      const VolumePlace& place = this->Places[static_cast<std::size_t>(v)];
+      if (place.Tetrahedron < 0)
+      {
+        continue;
+      }
       points.row(v) = PositionOf(moved, place).transpose();
       if (this->Offsets.row(v).norm() > inside)
       {
         points.row(v) += this->Offsets.row(v) * RotationOf(this->Mesh, nodes, place.Tetrahedron).transpose();
       }
     }
-  }
+  });
   return points;
 }
 
-TetrahedralMesh TetrahedraOf(vtkUnstructuredGrid* grid)
+TetrahedralMesh TetrahedraOf(const Surface& volume)
 {
-  const Surface volume = ConvertVolume(grid);
   RequireValidVolume(*volume.Volume, [&volume](std::int64_t t) { return volume.Cell(t); });
   return Compact(*volume.Volume);
 }
 
 ElasticDomain MakeElasticDomain(
-  vtkDataObject* input, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress)
+  Surface& content, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress)
 {
   ElasticDomain domain;
-  auto* grid = vtkUnstructuredGrid::SafeDownCast(input);
-  if (grid && !IsVolume(grid))
+  if (content.Volume && content.Volume->NumberOfTetrahedra() == 0)
   {
     throw InvalidInput("The vtkUnstructuredGrid has no tetrahedron; expected tetrahedra, or a vtkPolyData.");
   }
-  if (grid)
+  if (content.Volume)
   {
-    domain.Mesh = TetrahedraOf(grid);
+    domain.Mesh = TetrahedraOf(content);
   }
   else
   {
-    domain.Mesh = tetrahedra ? *tetrahedra
-                             : Filled(vtkPolyData::SafeDownCast(input), surfacePoints, SubProgress(progress, 0.0, 0.9));
+    domain.Mesh = tetrahedra ? *tetrahedra : Filled(content, surfacePoints, SubProgress(progress, 0.0, 0.9));
   }
-  domain.Points = CoordinatesOf(vtkPointSet::SafeDownCast(input));
+  domain.Points = content.Mesh.Points;
   Bind(domain);
   Report(progress, 1.0);
   return domain;

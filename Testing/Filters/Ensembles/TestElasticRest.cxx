@@ -23,6 +23,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -251,6 +252,25 @@ TEST(ElasticRest, EmptyInputGivesEmptyOutput)
   const auto filter = Quick(nothing);
   ASSERT_TRUE(Update(filter));
   EXPECT_EQ(Sample(filter, 0), nullptr);
+}
+
+TEST(ElasticRest, ReportsAndStopsWhileManyPointsFollow)
+{
+  // Many points around few tetrahedra: most of the time goes into what follows the simulation.
+  const auto filter = Quick(RingSphere(300, 300), 4);
+  filter->SetMaximumTime(0.0);
+  filter->SetTetrahedraData(GridOf(BoxOfTetrahedra({ 2, 2, 2 })));
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  ExpectMonotone(events.Progress);
+  EXPECT_EQ(std::count_if(events.Progress.begin(), events.Progress.end(), [](double x) { return x > 0.94; }), 8)
+    << "each sample follows and is copied";
+  EXPECT_EQ(events.Progress.back(), 1.0);
+  for (const double fraction : { 0.95, 0.98 })
+  {
+    filter->SetSeed(filter->GetSeed() + 1);
+    ExpectAbort(filter, fraction);
+  }
 }
 
 TEST(ElasticRest, AnAbortLeavesNothingAndTheNextUpdateIsComplete)
