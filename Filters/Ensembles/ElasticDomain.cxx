@@ -19,8 +19,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 
 namespace surfsynth
@@ -93,6 +93,29 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
   return std::move(*result);
 }
 
+/// Tetrahedra in a remeshed surface. TetGen's reasons are about triangles and options that the caller does not know.
+FilledSurface FillRemeshed(const TriangleMesh& mesh, const TetrahedralizeOptions& options, const Progress& progress)
+{
+  const auto throwReason = [&mesh] {
+    throw InvalidInput("The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
+      " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
+      "(SetTetrahedraConnection) may help.");
+  };
+  try
+  {
+    return Tetrahedralize(mesh, options, {}, progress);
+  }
+  catch (const InvalidInput&)
+  {
+    throwReason();
+  }
+  catch (const SolverFailure&)
+  {
+    throwReason();
+  }
+  return {};
+}
+
 TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)
 {
   MeshRequirements requirements;
@@ -102,14 +125,19 @@ TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& prog
   CheckSurface(surface, requirements);
   TriangleMesh mesh = UsedPoints(surface.Mesh).Compact(surface.Mesh);
   TetrahedralizeOptions options;
-  std::function<std::int64_t(std::int64_t)> cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
+  FilledSurface filled;
   if (surfacePoints > 0)
   {
     mesh = Remeshed(mesh, surfacePoints, SubProgress(progress, 0.0, 0.5));
-    cellOfTriangle = {};
+    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    filled = FillRemeshed(mesh, options, SubProgress(progress, 0.5, 1.0));
   }
-  options.TargetEdgeLength = MeanEdgeLength(mesh);
-  const FilledSurface filled = Tetrahedralize(mesh, options, cellOfTriangle, SubProgress(progress, 0.5, 1.0));
+  else
+  {
+    const auto cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
+    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    filled = Tetrahedralize(mesh, options, cellOfTriangle, progress);
+  }
   return { filled.Points, filled.Tetrahedra };
 }
 #else

@@ -27,10 +27,13 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <vector>
 
 using namespace surfsynthtest;
 using surfsynth::test::BoxOfTetrahedra;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 namespace
 {
@@ -185,7 +188,6 @@ TEST(ElasticRest, FallsAgainstTheDirectionUpwards)
   const auto plank = Plank();
   const auto filter = Quick(plank);
   double box[6];
-  double bounds[6];
   plank->GetBounds(box);
   for (const double length : { 2.0, 1e200, 1e-200 })
   {
@@ -245,6 +247,32 @@ TEST(ElasticRest, SaysWhatIsWrong)
   ball->SetTetrahedraData(GridOf(flat));
   EXPECT_THAT(ErrorOf(ball), HasSubstr("The tetrahedra: "));
 }
+
+#ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
+TEST(ElasticRest, SaysWhichSurfaceCannotBeFilled)
+{
+  // A shell whose two sides are nearer to each other than the chords of coarse triangles.
+  Soup shell = Icosphere(3);
+  const Soup outer = shell;
+  for (const double x : outer.Points)
+  {
+    shell.Points.push_back(0.99 * x);
+  }
+  for (std::vector<vtkIdType> triangle : outer.Polys)
+  {
+    for (vtkIdType& p : triangle)
+    {
+      p += outer.NumberOfPoints();
+    }
+    shell.Polys.push_back(triangle);
+  }
+  const auto filter = Quick(shell.ToPolyData());
+  filter->SetNumberOfSurfacePoints(40);
+  EXPECT_THAT(ErrorOf(filter),
+    AllOf(HasSubstr("remeshed to "), HasSubstr(" points (NumberOfSurfacePoints), cannot be filled"),
+      Not(HasSubstr("triangle")), Not(HasSubstr("TargetEdgeLength"))));
+}
+#endif
 
 TEST(ElasticRest, EmptyInputGivesEmptyOutput)
 {
