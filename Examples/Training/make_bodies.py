@@ -195,6 +195,15 @@ def posed(mesh, package, blends, samples, first_sample, show):
     return values
 
 
+def edge_ratios(mesh, values):
+    """The 1st and 99th percentile of the lengths of edges in poses, [N, V, 3], over those at rest."""
+    points, triangles = arrays_of(mesh)
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    edges = np.unique(edges, axis=0)
+    lengths = [np.linalg.norm(pose[edges[:, 0]] - pose[edges[:, 1]], axis=1) for pose in (points, *values)]
+    return np.percentile(np.array(lengths[1:]) / lengths[0], (1, 99))
+
+
 def simplified(mesh, package, points):
     """The surface with about so many points, with the weights of the nearest places: the largest INFLUENCES of each point."""
     decimation = vtkQuadricDecimation()
@@ -281,6 +290,8 @@ def main(arguments=None):
         surfacesynthesis.write_signal_dataset(path, [(mesh, values)], "Position", package.origin, package.license)
         seconds = time.monotonic() - started
         print(f"\r{samples:,} poses on {mesh.GetNumberOfPoints():,} points, {seconds:.0f} s -> {path}", flush=True)
+        low, high = edge_ratios(mesh, values[:100])
+        print(f"edges of {min(samples, 100)} poses have {low:.2f} to {high:.2f} of their length at rest", flush=True)
 
 
 if __name__ == "__main__":

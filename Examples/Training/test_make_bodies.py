@@ -157,6 +157,9 @@ def check_own_package(folder):
     make_bodies.main([folder, "--package", package_folder, *options])
     values = check_files(folder, 6, 3)
     check_pose_of_the_package(folder, package)
+    surface = surfacesynthesis.read_mesh(os.path.join(folder, "body.vtp"))
+    points = make_bodies.arrays_of(surface)[0]
+    assert np.allclose(make_bodies.edge_ratios(surface, np.array([0.5 * points, points, 2.0 * points])), (0.5, 2.0))
     fewer = os.path.join(folder, "fewer")
     make_bodies.main([fewer, "--package", package_folder, *options, "--poses", "2"])
     again = surfacesynthesis.read_signal_dataset(os.path.join(fewer, "body_poses.safetensors")).sources[0]

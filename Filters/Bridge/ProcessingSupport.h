@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Parts that the frames around RequestData share. Private to the bridge.
+/// Parts that the frames around RequestData share, for filters that none of the frames fits. Not installed.
 #pragma once
+
+#include "vtkSurfaceSynthesisBridgeModule.h" // For export macro
 
 #include "Reporting.h"
 
@@ -26,7 +28,7 @@ class Ranks;
 
 /// Progress of one call of a filter's RequestData: reports of core calls go to UpdateProgress(), never backwards, and
 /// the user's request to stop goes to them.
-class PipelineProgress
+class VTKSURFACESYNTHESISBRIDGE_EXPORT PipelineProgress
 {
 public:
   explicit PipelineProgress(vtkAlgorithm* self)
@@ -49,17 +51,18 @@ struct BlockPlace
 };
 
 /// Returns the place of the dataset at which the iterator stands.
-BlockPlace PlaceOf(vtkDataObjectTreeIterator* place);
+VTKSURFACESYNTHESISBRIDGE_EXPORT BlockPlace PlaceOf(vtkDataObjectTreeIterator* place);
 
 /// Calls @p work on @p input, which may be null, and returns the text of what went wrong; empty when nothing did.
 /// @throws Cancelled
-std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::string Attempt(vtkDataObject* input, const std::function<void()>& work);
 
 /// Calls @p work with as many threads for the core as vtkSMPTools uses, and turns what it throws into one error event
 /// or, when it was cancelled, into an empty output that the next update makes again. The data objects on the inputs stay
 /// alive meanwhile, also when an observer of an event connects others.
 /// @return what RequestData returns: 1 when @p work returned true or was cancelled, else 0.
-int RunGuarded(vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work);
+VTKSURFACESYNTHESISBRIDGE_EXPORT int RunGuarded(
+  vtkAlgorithm* self, vtkInformationVector* outputVector, const std::function<bool()>& work);
 
 /// Throws Cancelled on every rank when @p cancelled is true on one. Collective.
 void CancelTogether(const Ranks& ranks, bool cancelled);

@@ -4,23 +4,23 @@
 #include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/LoopGrain.h"
+#include "Core/Common/Parallel.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/VolumeOperators.h"
 
 #ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
 #include "MeshProcessing/Remeshing/IsotropicRemeshing.h"
 #include "MeshProcessing/Tetrahedra/Tetrahedralizer.h"
 #endif
 
-#include <vtkPointSet.h>
-#include <vtkPolyData.h>
-#include <vtkUnstructuredGrid.h>
-
 #include <Eigen/Dense>
 
 #include <atomic>
 #include <cmath>
-#include <functional>
+#include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 
 namespace surfsynth
@@ -54,33 +54,13 @@ TetrahedralMesh Compact(const TetrahedralMesh& mesh)
   return compact;
 }
 
-/// Edges of tetrahedron @p t from its first corner, as columns.
-Eigen::Matrix3d EdgesOf(const TetrahedralMesh& mesh, const PointMatrix& points, Index t)
-{
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k)
-  {
-    edges.col(k) = (points.row(mesh.Tetrahedra(t, k + 1)) - points.row(mesh.Tetrahedra(t, 0))).transpose();
-  }
-  return edges;
-}
-
 /// The rotation nearest to the deformation of tetrahedron @p t.
 Eigen::Matrix3d RotationOf(const TetrahedralMesh& mesh, const PointMatrix& nodes, Index t)
 {
-  const Eigen::Matrix3d gradient = EdgesOf(mesh, nodes, t) * EdgesOf(mesh, mesh.Points, t).inverse();
+  const Eigen::Matrix3d before = EdgesFromFirstCorner(mesh.Points, mesh.Tetrahedra, t);
+  const Eigen::Matrix3d gradient = EdgesFromFirstCorner(nodes, mesh.Tetrahedra, t) * before.inverse();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(gradient, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return svd.matrixU() * svd.matrixV().transpose(); // no reflection: tetrahedra do not turn over
-}
-
-PointMatrix CoordinatesOf(vtkPointSet* set)
-{
-  PointMatrix points(set->GetNumberOfPoints(), 3);
-  for (vtkIdType p = 0; p < set->GetNumberOfPoints(); ++p)
-  {
-    set->GetPoint(p, points.data() + 3 * p);
-  }
-  return points;
 }
 
 /// Binds the points to the tetrahedra that are nearest to them.
@@ -113,27 +93,55 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
   return std::move(*result);
 }
 
-TetrahedralMesh Filled(vtkPolyData* input, int surfacePoints, const Progress& progress)
+/// Tetrahedra in a remeshed surface. TetGen's reasons are about triangles and options that the caller does not know.
+FilledSurface FillRemeshed(const TriangleMesh& mesh, const TetrahedralizeOptions& options, const Progress& progress)
+{
+  const auto throwReason = [&mesh] {
+    throw InvalidInput("The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
+      " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
+      "(SetTetrahedraConnection) may help.");
+  };
+  try
+  {
+    return Tetrahedralize(mesh, options, {}, progress);
+  }
+  catch (const InvalidInput&)
+  {
+    throwReason();
+  }
+  catch (const SolverFailure&)
+  {
+    throwReason();
+  }
+  return {};
+}
+
+TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)
 {
   MeshRequirements requirements;
   requirements.Closed = true;
   requirements.ManifoldVertices = true;
   requirements.ConsistentWinding = true;
-  const Surface surface = ToSurface(input, requirements);
+  CheckSurface(surface, requirements);
   TriangleMesh mesh = UsedPoints(surface.Mesh).Compact(surface.Mesh);
   TetrahedralizeOptions options;
-  std::function<std::int64_t(std::int64_t)> cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
+  FilledSurface filled;
   if (surfacePoints > 0)
   {
     mesh = Remeshed(mesh, surfacePoints, SubProgress(progress, 0.0, 0.5));
-    cellOfTriangle = {};
+    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    filled = FillRemeshed(mesh, options, SubProgress(progress, 0.5, 1.0));
   }
-  options.TargetEdgeLength = MeanEdgeLength(mesh);
-  const FilledSurface filled = Tetrahedralize(mesh, options, cellOfTriangle, SubProgress(progress, 0.5, 1.0));
+  else
+  {
+    const auto cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
+    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    filled = Tetrahedralize(mesh, options, cellOfTriangle, progress);
+  }
   return { filled.Points, filled.Tetrahedra };
 }
 #else
-TetrahedralMesh Filled(vtkPolyData*, int, const Progress&)
+TetrahedralMesh Filled(Surface&, int, const Progress&)
 {
   throw InvalidInput("A surface is to be filled with tetrahedra, but the library was built without CGAL or TetGen; "
                      "expected tetrahedra at port 1 (SetTetrahedraConnection).");
@@ -146,47 +154,47 @@ PointMatrix ElasticDomain::Follow(const PointMatrix& nodes) const
   const TetrahedralMesh moved{ nodes, this->Mesh.Tetrahedra };
   const double inside = 1e-9 * FindLongestEdge(this->Mesh);
   PointMatrix points = this->Points;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    const VolumePlace& place = this->Places[static_cast<std::size_t>(v)];
-    if (place.Tetrahedron >= 0)
+  ParallelFor(points.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v)
     {
+      const VolumePlace& place = this->Places[static_cast<std::size_t>(v)];
+      if (place.Tetrahedron < 0)
+      {
+        continue;
+      }
       points.row(v) = PositionOf(moved, place).transpose();
       if (this->Offsets.row(v).norm() > inside)
       {
         points.row(v) += this->Offsets.row(v) * RotationOf(this->Mesh, nodes, place.Tetrahedron).transpose();
       }
     }
-  }
+  });
   return points;
 }
 
-TetrahedralMesh TetrahedraOf(vtkUnstructuredGrid* grid)
+TetrahedralMesh TetrahedraOf(const Surface& volume)
 {
-  const Surface volume = ConvertVolume(grid);
   RequireValidVolume(*volume.Volume, [&volume](std::int64_t t) { return volume.Cell(t); });
   return Compact(*volume.Volume);
 }
 
 ElasticDomain MakeElasticDomain(
-  vtkDataObject* input, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress)
+  Surface& content, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress)
 {
   ElasticDomain domain;
-  auto* grid = vtkUnstructuredGrid::SafeDownCast(input);
-  if (grid && !IsVolume(grid))
+  if (content.Volume && content.Volume->NumberOfTetrahedra() == 0)
   {
     throw InvalidInput("The vtkUnstructuredGrid has no tetrahedron; expected tetrahedra, or a vtkPolyData.");
   }
-  if (grid)
+  if (content.Volume)
   {
-    domain.Mesh = TetrahedraOf(grid);
+    domain.Mesh = TetrahedraOf(content);
   }
   else
   {
-    domain.Mesh = tetrahedra ? *tetrahedra
-                             : Filled(vtkPolyData::SafeDownCast(input), surfacePoints, SubProgress(progress, 0.0, 0.9));
+    domain.Mesh = tetrahedra ? *tetrahedra : Filled(content, surfacePoints, SubProgress(progress, 0.0, 0.9));
   }
-  domain.Points = CoordinatesOf(vtkPointSet::SafeDownCast(input));
+  domain.Points = content.Mesh.Points;
   Bind(domain);
   Report(progress, 1.0);
   return domain;

@@ -12,9 +12,6 @@
 
 #include <vector>
 
-class vtkDataObject;
-class vtkUnstructuredGrid;
-
 namespace surfsynth
 {
 
@@ -30,14 +27,14 @@ struct ElasticDomain
   PointMatrix Follow(const PointMatrix& nodes) const;
 };
 
-/// Converts the tetrahedra of @p grid and checks them.
+/// Checks the tetrahedra of a converted volume, and returns them without unused points.
 /// @throws InvalidInput
-TetrahedralMesh TetrahedraOf(vtkUnstructuredGrid* grid);
+TetrahedralMesh TetrahedraOf(const Surface& volume);
 
-/// Makes the domain of a dataset: its own tetrahedra; or @p tetrahedra, where there are some; or tetrahedra that fill the
-/// surface, remeshed to @p surfacePoints points, or as it is for 0.
+/// Makes the domain of a converted dataset: its own tetrahedra; or @p tetrahedra, where there are some; or tetrahedra that
+/// fill the surface, which is checked, remeshed to @p surfacePoints points, or as it is for 0.
 /// @throws InvalidInput, SolverFailure, Cancelled
 ElasticDomain MakeElasticDomain(
-  vtkDataObject* input, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress);
+  Surface& content, const TetrahedralMesh* tetrahedra, int surfacePoints, const Progress& progress);
 
 } // namespace surfsynth

@@ -2,10 +2,10 @@
 #include "EnsembleCopies.h"
 
 #include "EnsembleTranslation.h"
+#include "SurfaceArrays.h"
 
 #include "Core/Mesh/GridLayout.h"
 
-#include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
@@ -61,7 +61,8 @@ std::vector<Eigen::Vector3d> Places(const CopyOptions& options, std::size_t samp
 } // namespace
 
 void FillWithCopies(vtkMultiBlockDataSet* output, vtkPointSet* input, const PointMatrix& rest,
-  std::vector<PointMatrix>& samples, const CopyOptions& options, const CopyDecorator& decorate)
+  std::vector<PointMatrix>& samples, const CopyOptions& options, const CopyDecorator& decorate,
+  const Progress& progress)
 {
   const bool doublePrecision = input->GetPoints() && input->GetPoints()->GetDataType() == VTK_DOUBLE;
   const std::vector<Eigen::Vector3d> places = Places(options, samples.size());
@@ -71,8 +72,7 @@ void FillWithCopies(vtkMultiBlockDataSet* output, vtkPointSet* input, const Poin
   {
     const auto copy = vtkSmartPointer<vtkPointSet>::Take(input->NewInstance());
     copy->ShallowCopy(input);
-    copy->GetPointData()->SetNormals(nullptr);
-    copy->GetCellData()->SetNormals(nullptr);
+    DropNormals(copy);
     vtkNew<vtkPoints> moved;
     moved->SetData(VectorArray(samples[k], doublePrecision));
     copy->SetPoints(moved);
@@ -94,6 +94,7 @@ void FillWithCopies(vtkMultiBlockDataSet* output, vtkPointSet* input, const Poin
     output->SetBlock(block, copy);
     const std::string title = "Sample " + std::to_string(static_cast<std::int64_t>(options.FirstSample) + block);
     output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), title.c_str());
+    Report(progress, static_cast<double>(k + 1) / static_cast<double>(samples.size()));
   }
 }
 

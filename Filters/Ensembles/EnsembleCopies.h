@@ -3,6 +3,7 @@
 /// Members of an ensemble as moved copies of one dataset. Private to the module.
 #pragma once
 
+#include "Core/Common/Progress.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <cstddef>
@@ -30,7 +31,9 @@ using CopyDecorator = std::function<void(vtkPointSet* copy, std::size_t k)>;
 
 /// Fills @p output with a copy of @p input for each sample, named "Sample k": with its points, of the precision of the
 /// input, with their displacement from @p rest [V, 3], and without normals. Frees @p samples one by one.
+/// @throws Cancelled
 void FillWithCopies(vtkMultiBlockDataSet* output, vtkPointSet* input, const PointMatrix& rest,
-  std::vector<PointMatrix>& samples, const CopyOptions& options, const CopyDecorator& decorate);
+  std::vector<PointMatrix>& samples, const CopyOptions& options, const CopyDecorator& decorate,
+  const Progress& progress);
 
 } // namespace surfsynth

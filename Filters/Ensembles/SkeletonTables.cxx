@@ -21,39 +21,57 @@ namespace
 {
 using Columns = Eigen::MatrixXd;
 
-/// A column with components, or those that files have for it; no rows when there is none.
-/// @param kind of the table, for messages
-Columns ReadColumns(vtkTable* table, const char* kind, const std::string& name, int components)
+/// Columns "Head:0", "Head:1", ..., as files have them, in place of one with components; no rows when there is none.
+/// @throws InvalidInput when there are some, but not all.
+Columns ReadParts(vtkTable* table, const char* kind, const std::string& name, int components)
 {
-  const vtkIdType rows = table->GetNumberOfRows();
-  Columns values(rows, components);
-  if (auto* whole = vtkDataArray::SafeDownCast(table->GetColumnByName(name.c_str())))
-  {
-    if (whole->GetNumberOfComponents() != components)
-    {
-      throw InvalidInput(std::string("The column \"") + name + "\" of the " + kind + " has " +
-        std::to_string(whole->GetNumberOfComponents()) + " component(s); " + std::to_string(components) +
-        " are needed.");
-    }
-    for (vtkIdType row = 0; row < rows; ++row)
-    {
-      for (int c = 0; c < components; ++c)
-      {
-        values(row, c) = whole->GetComponent(row, c);
-      }
-    }
-    return values;
-  }
+  Columns values(table->GetNumberOfRows(), components);
+  int found = 0;
+  std::string missing;
   for (int c = 0; c < components; ++c)
   {
-    auto* part = vtkDataArray::SafeDownCast(table->GetColumnByName((name + ":" + std::to_string(c)).c_str()));
-    if (!part)
-    {
-      return Columns(0, components);
-    }
-    for (vtkIdType row = 0; row < rows; ++row)
+    const std::string partName = name + ":" + std::to_string(c);
+    vtkAbstractArray* column = table->GetColumnByName(partName.c_str());
+    auto* part = vtkDataArray::SafeDownCast(column);
+    found += column ? 1 : 0;
+    missing = !part && missing.empty() ? partName : missing;
+    for (vtkIdType row = 0; part && row < table->GetNumberOfRows(); ++row)
     {
       values(row, c) = part->GetComponent(row, 0);
+    }
+  }
+  if (found > 0 && !missing.empty())
+  {
+    throw InvalidInput("The column \"" + missing + "\" of the " + kind +
+      " is missing or not numeric, though others of \"" + name + "\" are there; " + std::to_string(components) +
+      " are needed, or none.");
+  }
+  return found > 0 ? values : Columns(0, components);
+}
+
+/// A column with components, or those that files have for it; no rows when there is none.
+/// @param kind of the table, for messages
+/// @throws InvalidInput for one that is not numeric or has another number of components.
+Columns ReadColumns(vtkTable* table, const char* kind, const std::string& name, int components)
+{
+  vtkAbstractArray* column = table->GetColumnByName(name.c_str());
+  if (!column)
+  {
+    return ReadParts(table, kind, name, components);
+  }
+  auto* whole = vtkDataArray::SafeDownCast(column);
+  if (!whole || whole->GetNumberOfComponents() != components)
+  {
+    throw InvalidInput(std::string("The column \"") + name + "\" of the " + kind +
+      (whole ? " has " + std::to_string(whole->GetNumberOfComponents()) + " component(s); " : " is not numeric; ") +
+      std::to_string(components) + " are needed.");
+  }
+  Columns values(table->GetNumberOfRows(), components);
+  for (vtkIdType row = 0; row < values.rows(); ++row)
+  {
+    for (int c = 0; c < components; ++c)
+    {
+      values(row, c) = whole->GetComponent(row, c);
     }
   }
   return values;

@@ -52,8 +52,10 @@ constexpr double DefaultDiagonal = 0.5;
 struct Frame
 {
   Frame(const PointMatrix& points, const Eigen::Vector3d& up, double lengthUnit)
-    : Turn(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix())
   {
+    // Divided first, since the square of its length may be too large or too small for a number.
+    const Eigen::Vector3d direction = (up / up.cwiseAbs().maxCoeff()).normalized();
+    this->Turn = Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::RowVector3d extent = points.colwise().maxCoeff() - points.colwise().minCoeff();
     this->Meters = lengthUnit > 0.0 ? lengthUnit : DefaultDiagonal / extent.norm();
     this->Floor = (points * this->Turn.transpose()).col(2).minCoeff();
@@ -136,18 +138,21 @@ public:
     key.Seed = static_cast<std::uint64_t>(this->Self->Seed);
     key.Sample = static_cast<std::uint32_t>(this->Self->FirstSample);
     key.Stream = block.FlatIndex;
-    const std::vector<ElasticEquilibrium> states = drops.Sample(
-      key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.98));
+    std::vector<ElasticEquilibrium> states = drops.Sample(
+      key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.94));
+    const surfsynth::Progress following = surfsynth::SubProgress(progress, 0.94, 0.97);
     std::vector<PointMatrix> points;
-    for (const ElasticEquilibrium& state : states)
+    for (ElasticEquilibrium& state : states)
     {
       points.push_back(frame.AboveFloor(domain.Follow(frame.ToWorld(state.Points))));
+      state.Points.resize(0, 3);
+      surfsynth::Report(following, static_cast<double>(points.size()) / static_cast<double>(states.size()));
     }
     const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
       this->Self->Spread, ComputeBoundingBox(domain.Mesh) };
     const auto addNumbers = [&](vtkPointSet* copy, std::size_t k) { this->AddNumbers(copy, states[k], frame.Floor); };
     surfsynth::FillWithCopies(vtkMultiBlockDataSet::SafeDownCast(block.Output), vtkPointSet::SafeDownCast(block.Input),
-      domain.Points, points, options, addNumbers);
+      domain.Points, points, options, addNumbers, surfsynth::SubProgress(progress, 0.97, 1.0));
   }
 
   surfsynth::BlockCache<PreparedBody> Blocks;
@@ -188,12 +193,12 @@ private:
     }
     this->Blocks.Drop(content);
     body.Domain = std::make_shared<const ElasticDomain>(
-      surfsynth::MakeElasticDomain(block.Input, given, body.SurfacePoints, progress));
+      surfsynth::MakeElasticDomain(content, given, body.SurfacePoints, progress));
     ++this->NumberOfPreparations;
     return *this->Blocks.Insert(content, std::move(body)).Domain;
   }
 
-  /// What the cache knows a block by.
+  /// The converted block, which the cache knows it by.
   surfsynth::Surface ContentOf(const surfsynth::Block& block) const
   {
     auto* grid = vtkUnstructuredGrid::SafeDownCast(block.Input);
@@ -210,7 +215,7 @@ private:
     {
       if (this->Grid && !this->Tetrahedra)
       {
-        this->Tetrahedra = surfsynth::TetrahedraOf(this->Grid);
+        this->Tetrahedra = surfsynth::TetrahedraOf(surfsynth::ConvertVolume(this->Grid));
       }
       return this->Tetrahedra ? &*this->Tetrahedra : nullptr;
     }
@@ -284,9 +289,9 @@ int vtkElasticRestFilter::RequestData(
   {
     problem = "MinimumSpin is above MaximumSpin; expected a lower bound of at most the upper one.";
   }
-  else if (!(Eigen::Map<const Eigen::Vector3d>(this->UpDirection).norm() > 0.0))
+  else if (const Eigen::Map<const Eigen::Vector3d> up(this->UpDirection); !up.allFinite() || up.isZero(0.0))
   {
-    problem = "UpDirection has no length; expected a direction.";
+    problem = "UpDirection is not finite, or has no length; expected a direction.";
   }
   else
   {

@@ -16,16 +16,17 @@
  * output.
  *
  * Port 1, optional: a vtkUnstructuredGrid of tetrahedra around the same surface, such as vtkTetrahedralizeFilter makes of
- * a decimated one: it is simulated in place of those made here. Needed where the library was built without CGAL or TetGen.
+ * a decimated one: it is simulated in place of those made here. Not used for an input of tetrahedra. Needed where the
+ * library was built without CGAL or TetGen.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the
  * input for each sample, named "Sample k" for k = FirstSample, FirstSample + 1, ...: with moved points of the same
  * precision, without normals, with a point array of the displacement (three components) and the field arrays
- * "SettlingTime" (seconds of simulated time), "ForceImbalance" (norm of the forces that are left on the nodes over the
- * weight), "SmallestVolumeRatio" (of a tetrahedron, over that before), "EnergyRise" (largest rise of the energy in a time
- * step over weight times diagonal) and "FloorHeight" (along UpDirection, world units). The floor is at the lowest point
- * of the input.
+ * "SettlingTime" (seconds of the fall, without those of the creep), "ForceImbalance" (norm of the forces that are left
+ * on the nodes over the weight), "SmallestVolumeRatio" (of a tetrahedron, over that before), "EnergyRise" (largest rise
+ * of the energy in a time step over weight times diagonal) and "FloorHeight" (along UpDirection, world units). The floor
+ * is at the lowest point of the input.
  *
  * @par Units
  * Properties are in SI units. LengthUnit says how long a world unit is; by default the diagonal of the box of the
@@ -34,10 +35,11 @@
  *
  * @par What is promised
  * In a rest state forces are in balance to half a thousandth of the weight, no tetrahedron is turned over, no node of the
- * simulated mesh is below the floor, and the energy has never risen. Points of the body do not pass through its own
- * triangles; edges may pass each other, and there is no friction of the body with itself. The points of a surface that is
- * finer than the simulated mesh follow it; those that would pass the floor are put onto it. A body that has not
- * come to rest after MaximumTime creeps to the next equilibrium.
+ * simulated mesh is below the floor, and the energy has never risen by more than its rounding. Points of the body do not
+ * pass through its own triangles; edges may pass each other, and there is no friction of the body with itself. The points
+ * of a surface that is finer than the simulated mesh follow it; those that would pass the floor are put onto it. A body
+ * that has not come to rest after MaximumTime creeps to the next equilibrium. Time steps end after eight iterations, which
+ * slows the turns of stiff bodies (above about 1e8 Pa), so that they come to rest later than they should.
  *
  * @par Cost
  * About two seconds of one processor for each sample on 600 nodes; samples are made in parallel. Tetrahedra are kept until
@@ -232,7 +234,8 @@ public:
 
   ///@{
   /**
-   * On: the body does not pass through itself; see above. Default on.
+   * On: points of the body do not pass through its own triangles; edges may pass each other, and there is no friction of
+   * the body with itself. Off: parts of the body may lie in each other. Default on.
    */
   vtkSetMacro(SelfContact, bool);
   vtkGetMacro(SelfContact, bool);

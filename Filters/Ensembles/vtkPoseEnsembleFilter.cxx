@@ -115,7 +115,8 @@ public:
       points[sample - request.FirstSample] = std::move(pose);
     };
     poses.Sample(request, keep, surfsynth::SubProgress(progress, 0.1, 0.98));
-    this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output));
+    this->Fill(input, surface, poses, points, vtkMultiBlockDataSet::SafeDownCast(block.Output),
+      surfsynth::SubProgress(progress, 0.98, 1.0));
   }
 
   surfsynth::BlockCache<PreparedPoses> Blocks;
@@ -151,6 +152,7 @@ private:
     const auto shape = pattern ? pattern : mesh;
     const auto made = std::make_shared<std::shared_ptr<const SurfacePoses>>();
     const auto work = [mesh, shape, key, made] {
+      // Not the function itself: volumes have one of the same name.
       const surfsynth::PlaceFinder finder = [](const surfsynth::TriangleMesh& surface, const PointMatrix& points) {
         return surfsynth::FindNearestPlaces(surface, points);
       };
@@ -181,7 +183,7 @@ private:
 
   /// One deformed copy of @p input for each sample.
   void Fill(vtkPolyData* input, const Surface& surface, const SurfacePoses& poses, std::vector<PointMatrix>& points,
-    vtkMultiBlockDataSet* output) const
+    vtkMultiBlockDataSet* output, const surfsynth::Progress& progress) const
   {
     vtkNew<vtkIntArray> regions;
     regions->SetName(this->Self->RegionArrayName.c_str());
@@ -190,7 +192,7 @@ private:
     const surfsynth::CopyOptions options{ this->Self->DisplacementArrayName, this->Self->FirstSample,
       this->Self->Spread, ComputeBoundingBox(surface.Mesh) };
     const auto addRegions = [&regions](vtkPointSet* pose, std::size_t) { pose->GetPointData()->AddArray(regions); };
-    surfsynth::FillWithCopies(output, input, surface.Mesh.Points, points, options, addRegions);
+    surfsynth::FillWithCopies(output, input, surface.Mesh.Points, points, options, addRegions, progress);
   }
 
   vtkPoseEnsembleFilter* Self;

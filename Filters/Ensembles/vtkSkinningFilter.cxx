@@ -2,6 +2,7 @@
 #include "vtkSkinningFilter.h"
 
 #include "FilterSupport.h"
+#include "ProcessingSupport.h"
 #include "Reporting.h"
 #include "SkeletonTables.h"
 #include "SurfaceArrays.h"
@@ -20,7 +21,7 @@
 #include <vtkPoints.h>
 #include <vtkTable.h>
 
-#include <exception>
+#include <string>
 
 vtkStandardNewMacro(vtkSkinningFilter);
 
@@ -97,23 +98,25 @@ int vtkSkinningFilter::RequestData(
   {
     return 1;
   }
-  try
-  {
+  surfsynth::PipelineProgress steps(this);
+  const auto poseBody = [&] {
+    surfsynth::Report(steps.Within(0.0, 0.0), 0.0);
     const auto motions = surfsynth::ComputeBoneMotions(
       surfsynth::ReadSkeleton(bones), surfsynth::ReadSkeletonPose(pose, bones));
+    const auto weights = surfsynth::ReadSkinWeights(body, this->BoneIndexArrayName, this->BoneWeightArrayName);
     ReplacePoints(output,
-      surfsynth::SkinPoints(PointsOf(body),
-        surfsynth::ReadSkinWeights(body, this->BoneIndexArrayName, this->BoneWeightArrayName), motions,
-        static_cast<surfsynth::SkinningMethod>(this->SkinningMethod)));
-    this->UpdateProgress(1.0);
-    return 1;
-  }
-  catch (const std::exception& error)
-  {
-    surfsynth::ReportError(this, "", error.what());
-  }
-  output->Initialize();
-  return 0;
+      surfsynth::SkinPoints(PointsOf(body), weights, motions,
+        static_cast<surfsynth::SkinningMethod>(this->SkinningMethod), steps.Within(0.2, 1.0)));
+  };
+  return surfsynth::RunGuarded(this, outputVector, [&] {
+    const std::string error = surfsynth::Attempt(body, poseBody);
+    if (!error.empty())
+    {
+      surfsynth::ReportError(this, "", error);
+      output->Initialize();
+    }
+    return error.empty();
+  });
 }
 
 void vtkSkinningFilter::PrintSelf(ostream& os, vtkIndent indent)

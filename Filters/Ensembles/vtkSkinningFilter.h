@@ -33,7 +33,7 @@
  * rest: the active ones and arrays named "Normals". Empty input gives empty output.
  *
  * @par Cost
- * About 0.1 microseconds for each point and influence.
+ * Proportional to points times influences; points are moved in parallel.
  *
  * @sa vtkPoseEnsembleFilter, vtkWeightedTransformFilter, vtkWarpVector
  */

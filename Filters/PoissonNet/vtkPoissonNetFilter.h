@@ -21,10 +21,10 @@
  * more than two triangles, consistent winding (the network is not mirror-invariant) and one component (a Poisson
  * equation leaves the constant on each further component undetermined; switch ComponentCoupling on for parts that
  * belong together, or split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The error message
- * names the defect, the first offending cell or point and the filter that repairs it. A warning is given where good results are unlikely: for a closed surface whose faces point
- * inwards, and for an area below 0.1 or above 10 that is not normalised. A composite input is processed block by
- * block; a block that cannot be processed is reported and left empty, the others are not affected. Empty input gives
- * empty output.
+ * names the defect, the first offending cell or point and the filter that repairs it. A warning is given where good
+ * results are unlikely: for a closed surface whose faces point inwards, and for an area below 0.1 or above 10 that is
+ * not normalised. A composite input is processed block by block; a block that cannot be processed is reported and
+ * left empty, the others are not affected. Empty input gives empty output.
  *
  * @par Optional arrays of the input
  * The point array ConditionArrayName, any numeric type, with as many components as the model takes conditions. The

@@ -62,8 +62,9 @@ struct SignalDataset
 void CheckDataset(const SignalDataset& dataset);
 
 /// Reads a dataset file: safetensors with the metadata `content` ("surface_signals"), `format_version` ("1") and
-/// `signal_name`, maybe `origin` and `license`, and for each source k = 0, 1, ... the tensors `sources.<k>.points` [V, 3] of a floating-point type,
-/// `sources.<k>.triangles` [F, 3] integers and `sources.<k>.signals` [N, V, C] of a floating-point type.
+/// `signal_name`, maybe `origin` and `license`, and for each source k = 0, 1, ... the tensors `sources.<k>.points`
+/// [V, 3] of a floating-point type, `sources.<k>.triangles` [F, 3] integers and `sources.<k>.signals` [N, V, C] of a
+/// floating-point type.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format; ModelMismatch
 /// when it is no such dataset.
 SignalDataset ReadSignalDataset(const std::string& path);

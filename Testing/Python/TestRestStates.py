@@ -80,6 +80,9 @@ def test_arguments_are_checked():
                   {"up_direction": (0, 0, 0)}, {"time_step": 2.0}):  # fmt: skip
         with pytest.raises(ValueError):
             ss.rest_states(volume(), 1, **wrong)
+    for name in ("random_orientation", "align", "self_contact"):
+        with pytest.raises(TypeError, match=name):
+            ss.rest_states(volume(), 1, **{name: "no"})
     with pytest.raises(ss.SurfaceSynthesisError, match="boundary"):
         ss.rest_states((np.eye(3), np.array([[0, 1, 2]])), 1)
 
@@ -88,6 +91,27 @@ def test_farthest_samples_are_spread():
     line = np.array([0.0, 0.1, 0.2, 5.0, 5.1, 9.0])[:, None, None]
     assert farthest_samples(line, 3) == [0, 3, 5] or farthest_samples(line, 3) == [0, 4, 5]
     assert farthest_samples(line, 6) == list(range(6))
+
+
+def by_differences(samples, count):
+    """The selection of farthest_samples(), by the differences of samples themselves."""
+    chosen = [0]
+    while len(chosen) < count:
+        differences = samples[:, None] - samples[None, chosen]
+        nearest = (differences**2).sum(axis=(2, 3)).min(axis=1)
+        nearest[chosen] = -1.0
+        chosen.append(int(nearest.argmax()))
+    return sorted(chosen)
+
+
+@pytest.mark.parametrize("type_", [np.float32, np.float64])
+def test_farthest_samples_are_those_of_differences(type_):
+    samples = np.random.default_rng(3).normal(size=(60, 7, 3)).astype(type_) + 1000.0  # far from the origin
+    samples[20:30] = samples[:10]
+    for count in (1, 2, 20, 55):
+        assert farthest_samples(samples, count) == by_differences(samples.astype(float), count)
+    alike = np.broadcast_to(samples[:1], (5, 7, 3))
+    assert farthest_samples(alike, 3) == [0, 1, 2]
 
 
 @needs_filling

@@ -69,6 +69,12 @@ def test_bad_input_is_named(body):
         skin(body, BONES, POSE, skinning_method="cubic")
     with pytest.raises(TypeError, match="bones must be a vtkTable, a mapping"):
         skin(body, [[0, 0, 0]], POSE)
+    with pytest.raises(ValueError, match='columns of bones .* not 2 of "Head", 3 of "Parent", 2 of "Name"'):
+        skin(body, {**BONES, "Parent": [-1, 0, 0]}, POSE)
+    with pytest.raises(ValueError, match='columns of pose .* not 2 of "Rotation", 1 of "Translation"'):
+        skin(body, BONES, {**POSE, "Translation": [[0.0, 0.0, 1.0]]})
+    with pytest.raises(SurfaceSynthesisError, match='"Translation:2" of the pose is missing'):
+        skin(body, BONES, {**POSE, "Translation:0": [1.0, 0.0], "Translation:1": [0.0, 0.0]})
 
 
 def test_the_command_reads_tables_of_files(body, tmp_path):
@@ -81,5 +87,8 @@ def test_the_command_reads_tables_of_files(body, tmp_path):
     assert main(["skin", source, target, *options]) == 0
     assert np.allclose(points_of(read_mesh(target)), expected(points_of(body)), atol=1e-15)
     assert main(["skin", source, target, *options, "--skinning-method", "linear_blend"]) == 0
+    bones.write_bytes(b"\xef\xbb\xbf" + bones.read_bytes())  # spreadsheets begin files with a byte order mark
+    assert main(["skin", source, target, *options]) == 0
+    assert np.allclose(points_of(read_mesh(target)), expected(points_of(body)), atol=1e-15)
     pose.write_text("Name,Rotation:0\nlower,half\n")
     assert main(["skin", source, target, *options]) != 0

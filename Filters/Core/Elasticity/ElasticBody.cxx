@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -22,22 +21,11 @@ namespace
 /// Corners of the face opposite to each corner, with the normal outwards.
 constexpr int FaceCorners[4][3] = { { 1, 2, 3 }, { 0, 3, 2 }, { 0, 1, 3 }, { 0, 2, 1 } };
 
-/// Columns are the edges from corner 0 to the others.
-Eigen::Matrix3d Edges(const PointMatrix& points, const TetrahedronMatrix& tetrahedra, Index t)
-{
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k)
-  {
-    edges.col(k) = (points.row(tetrahedra(t, k + 1)) - points.row(tetrahedra(t, 0))).transpose();
-  }
-  return edges;
-}
-
 TetrahedralMesh WithPositiveVolumes(TetrahedralMesh mesh)
 {
   for (Index t = 0; t < mesh.NumberOfTetrahedra(); ++t)
   {
-    if (Edges(mesh.Points, mesh.Tetrahedra, t).determinant() < 0.0)
+    if (EdgesFromFirstCorner(mesh.Points, mesh.Tetrahedra, t).determinant() < 0.0)
     {
       std::swap(mesh.Tetrahedra(t, 2), mesh.Tetrahedra(t, 3));
     }
@@ -78,7 +66,7 @@ ElasticBody::ElasticBody(TetrahedralMesh mesh, const ElasticMaterial& material)
   }
   for (Index t = 0; t < this->Rest.NumberOfTetrahedra(); ++t)
   {
-    const Eigen::Matrix3d edges = Edges(this->Rest.Points, this->Rest.Tetrahedra, t);
+    const Eigen::Matrix3d edges = EdgesFromFirstCorner(this->Rest.Points, this->Rest.Tetrahedra, t);
     this->Volumes.push_back(edges.determinant() / 6.0);
     Eigen::Matrix<double, 4, 3> gradients;
     gradients.bottomRows<3>() = edges.inverse();
@@ -116,7 +104,7 @@ void ElasticBody::FindBoundary()
 
 Eigen::Matrix3d ElasticBody::DeformationGradient(const PointMatrix& points, Index t) const
 {
-  return Edges(points, this->Rest.Tetrahedra, t) * this->ShapeGradients[t].bottomRows<3>();
+  return EdgesFromFirstCorner(points, this->Rest.Tetrahedra, t) * this->ShapeGradients[t].bottomRows<3>();
 }
 
 double ElasticBody::Energy(const PointMatrix& points) const
@@ -169,7 +157,7 @@ double ElasticBody::SmallestVolumeRatio(const PointMatrix& points) const
   double smallest = std::numeric_limits<double>::infinity();
   for (Index t = 0; t < this->Rest.NumberOfTetrahedra(); ++t)
   {
-    const double volume = Edges(points, this->Rest.Tetrahedra, t).determinant() / 6.0;
+    const double volume = EdgesFromFirstCorner(points, this->Rest.Tetrahedra, t).determinant() / 6.0;
     smallest = std::min(smallest, volume / this->Volumes[t]);
   }
   return smallest;

@@ -27,6 +27,11 @@ constexpr double LongestMove = 0.1;         ///< of a node against the mean in a
 constexpr double LeastTimeStep = 1e-5;      ///< seconds
 constexpr double LongestTimeStep = 2.0;     ///< of the creep, seconds
 constexpr double Rounding = 1e-12;          ///< of energies, as a fraction of weight times diagonal
+constexpr double StressRounding = 1e-14;    ///< of energies, as a fraction of stress times volume
+/// Why steps fail.
+constexpr const char* Causes = "The body is too soft for its weight (YoungsModulus, Density, Gravity; LengthUnit where "
+                               "it is larger than meant), falls "
+                               "for too long (DropHeight), or has tetrahedra that are too flat.";
 
 /// End of Newton's method.
 struct Accuracy
@@ -48,6 +53,22 @@ public:
     this->Force = surroundings.Gravity * body.Masses().sum() + surroundings.Loads.norm();
     this->Diagonal = (box.Upper - box.Lower).norm();
     this->Work = this->Force * this->Diagonal;
+    this->Volume = body.Masses().sum() / body.Material().Density;
+  }
+
+  /// Begins a motion.
+  void Begin(PointMatrix points, PointMatrix velocities, const Progress& progress)
+  {
+    this->Result = {};
+    this->Heartbeat = SubProgress(progress, 0.0, 0.0);
+    this->Points = std::move(points);
+    this->Velocities = std::move(velocities);
+    this->Potential.PrepareMove(this->Points, PointMatrix::Zero(this->Points.rows(), 3));
+    // Coordinates are rounded by 1e-16 of the size, against stresses of at most sqrt(2 E U / V) in the mean, where U, the
+    // energy that is there, is that of the beginning.
+    const double available = this->Work + std::abs(this->Energy(this->Points, this->Velocities));
+    const double stress = std::sqrt(this->Body.Material().YoungsModulus * available / this->Volume);
+    this->Tolerance = std::max(Rounding * this->Work, StressRounding * (available + stress * this->Volume));
   }
 
   /// A time step; false when no move lowers the potential or the energy has risen.
@@ -62,12 +83,12 @@ public:
       return false;
     }
     const PointMatrix velocities = (points - this->Points) / step;
-    const double rise = (this->Energy(points, velocities) - before) / this->Work;
-    if (rise > Rounding)
+    const double rise = this->Energy(points, velocities) - before;
+    if (!(rise <= this->Tolerance))
     {
       return false;
     }
-    this->Result.LargestEnergyRise = std::max(this->Result.LargestEnergyRise, rise);
+    this->Result.LargestEnergyRise = std::max(this->Result.LargestEnergyRise, rise / this->Work);
     this->Points = points;
     this->Velocities = velocities;
     return true;
@@ -86,8 +107,9 @@ public:
     while (this->Result.Time < this->Options.MaximumTime && still < this->Options.RestTime)
     {
       step = this->Advance(step, this->Options.TimeStep, { FallTolerance, MostFallIterations });
+      this->Result.Time += this->LastStep;
       still = this->Motion() <= this->Options.RestEnergy ? still + this->LastStep : 0.0;
-      Report(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
+      this->ReportDone(progress, 0.9 * std::min(this->Result.Time / this->Options.MaximumTime, 1.0));
     }
     this->Result.HasSettled = still >= this->Options.RestTime;
   }
@@ -100,17 +122,22 @@ public:
     {
       this->Velocities.setZero();
       step = this->Advance(step, LongestTimeStep, { CreepTolerance * this->Options.Imbalance, MostCreepIterations });
-      Report(progress, 0.95);
+      this->ReportDone(progress, 0.95);
     } while (this->Imbalance() > this->Options.Imbalance);
     this->Result.SmallestVolumeRatio = this->Body.SmallestVolumeRatio(this->Points);
     this->Result.Imbalance = this->Imbalance();
   }
 
   PointMatrix Points;
-  PointMatrix Velocities;
   ElasticEquilibrium Result;
 
 private:
+  void ReportDone(const Progress& progress, double fraction)
+  {
+    Report(progress, fraction);
+    this->Heartbeat = SubProgress(progress, fraction, fraction);
+  }
+
   /// Does a time step of at most @p step, and returns the length of the next, at most @p longest.
   double Advance(double step, double longest, const Accuracy& accuracy)
   {
@@ -118,20 +145,18 @@ private:
     {
       throw SolverFailure("ElasticMotion: forces of " + FormatNumber(this->Imbalance()) +
         " of the weight are left after " + std::to_string(this->Options.MaximumSteps) +
-        " time steps; expected at most " + FormatNumber(this->Options.Imbalance) +
-        ". The body is too soft for its weight, or its tetrahedra are too flat.");
+        " time steps; expected at most " + FormatNumber(this->Options.Imbalance) + ". " + Causes);
     }
     while (!this->Step(step, accuracy))
     {
       step *= 0.5;
       if (step < LeastTimeStep)
       {
-        throw SolverFailure("ElasticMotion: no time step above " + FormatNumber(LeastTimeStep) +
-          " s lowers the energy; the body is too soft for its weight, or its tetrahedra are too flat.");
+        throw SolverFailure(
+          "ElasticMotion: no time step above " + FormatNumber(LeastTimeStep) + " s lowers the energy. " + Causes);
       }
     }
     this->LastStep = step;
-    this->Result.Time += step;
     return std::min(1.5 * step, longest);
   }
 
@@ -167,7 +192,7 @@ private:
     this->Couple(this->Potential.Coupled(points));
     this->Potential.FillStiffness(points, *this->Stiffness);
     const Eigen::Map<const Eigen::VectorXd> rightHandSide(gradient.data(), gradient.size());
-    const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide);
+    const Eigen::VectorXd solution = this->Solver->Solve(this->Stiffness->Matrix(), -rightHandSide, this->Heartbeat);
     PointMatrix move = Eigen::Map<const PointMatrix>(solution.data(), gradient.rows(), 3);
     const double longest = (move.rowwise() - move.colwise().mean()).rowwise().norm().maxCoeff();
     if (longest > LongestMove * this->Diagonal)
@@ -196,7 +221,7 @@ private:
     for (int halving = 0; halving < MostHalvings; ++halving, part *= 0.5)
     {
       const PointMatrix moved = points + part * move;
-      const double allowed = before + SufficientDecrease * part * slope + Rounding * this->Work;
+      const double allowed = before + SufficientDecrease * part * slope + this->Tolerance;
       if (this->Potential.Value(moved) <= allowed) // infinite where a tetrahedron has turned over
       {
         points = moved;
@@ -209,10 +234,14 @@ private:
   const ElasticBody& Body;
   MotionOptions Options;
   IncrementalPotential Potential;
-  double Force = 0.0;    ///< weight and loads, newtons
-  double Diagonal = 0.0; ///< of the box at rest, meters
-  double Work = 0.0;     ///< weight times diagonal, joules
+  double Force = 0.0;     ///< weight and loads, newtons
+  double Diagonal = 0.0;  ///< of the box at rest, meters
+  double Work = 0.0;      ///< weight times diagonal, joules
+  double Volume = 0.0;    ///< cubic meters
+  double Tolerance = 0.0; ///< rounding of energies, joules
   double LastStep = 0.0;
+  PointMatrix Velocities;
+  Progress Heartbeat; ///< repeats the last report in a factorization, which may take seconds
   std::optional<NodeMatrix> Stiffness;
   std::optional<RepeatedCholesky> Solver;
 };
@@ -226,9 +255,7 @@ ElasticMotion::~ElasticMotion() = default;
 
 ElasticEquilibrium ElasticMotion::Settle(PointMatrix points, PointMatrix velocities, const Progress& progress)
 {
-  this->Impl->Result = {};
-  this->Impl->Points = std::move(points);
-  this->Impl->Velocities = std::move(velocities);
+  this->Impl->Begin(std::move(points), std::move(velocities), progress);
   this->Impl->Fall(progress);
   this->Impl->Creep(progress);
   ElasticEquilibrium result = this->Impl->Result;

@@ -27,7 +27,7 @@ struct MotionOptions
 struct ElasticEquilibrium
 {
   PointMatrix Points;               ///< [V, 3], meters
-  double Time = 0.0;                ///< simulated time until the body rested, seconds
+  double Time = 0.0;                ///< simulated time until velocities were dropped, seconds
   bool HasSettled = false;          ///< true: before MaximumTime
   double Imbalance = 0.0;           ///< norm of the forces left on the nodes, as a fraction of weight and loads
   double SmallestVolumeRatio = 0.0; ///< smallest volume of a tetrahedron over that at rest

@@ -3,6 +3,8 @@
 
 #include "Core/Mesh/TetrahedralMesh.h"
 
+#include <algorithm>
+
 namespace surfsynth
 {
 

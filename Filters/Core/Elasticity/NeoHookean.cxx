@@ -62,35 +62,35 @@ NeoHookean::NeoHookean(const ElasticMaterial& material)
   this->Mu = 4.0 / 3.0 * shear;
   this->Lambda = lame + 5.0 / 6.0 * shear;
   this->Alpha = 1.0 + 0.75 * this->Mu / this->Lambda;
-  const double volume = 1.0 - this->Alpha;
-  this->AtRest = 0.5 * this->Lambda * volume * volume - 0.5 * this->Mu * std::log(4.0);
 }
 
-Eigen::Vector3d NeoHookean::OfVolume(double volume) const
+Eigen::Vector2d NeoHookean::OfVolume(double volume) const
 {
-  const double change = volume - this->Alpha;
-  const Eigen::Vector3d plain = this->Lambda * Eigen::Vector3d(0.5 * change * change, change, 1.0);
   const Barrier barrier(BarrierVolume, this->Lambda);
-  return plain + Eigen::Vector3d(barrier.Energy(volume), -barrier.Pressure(volume), barrier.Curvature(volume));
+  return { this->Lambda * (volume - this->Alpha) - barrier.Pressure(volume), this->Lambda + barrier.Curvature(volume) };
 }
 
 double NeoHookean::Energy(const Eigen::Matrix3d& gradient) const
 {
-  const double square = gradient.squaredNorm();
   const double volume = gradient.determinant();
-  if (volume <= 0.0)
+  if (!(volume > 0.0))
   {
     return std::numeric_limits<double>::infinity();
   }
-  return 0.5 * this->Mu * (square - 3.0) + this->OfVolume(volume)[0] - 0.5 * this->Mu * std::log(square + 1.0) -
-    this->AtRest;
+  // With C = F^T F - 1: J^2 - 1 = det(1 + C) - 1, of the three invariants of C. Linear parts of stretch and volume cancel.
+  const Eigen::Matrix3d strain = gradient.transpose() * gradient - Eigen::Matrix3d::Identity();
+  const double trace = strain.trace();
+  const double minors = 0.5 * (trace * trace - strain.squaredNorm());
+  const double growth = (trace + minors + strain.determinant()) / (volume + 1.0); // J - 1
+  const double shear = 0.5 * (trace - std::log1p(0.25 * trace)) - 0.75 * growth;
+  return this->Mu * shear + 0.5 * this->Lambda * growth * growth + Barrier(BarrierVolume, this->Lambda).Energy(volume);
 }
 
 Eigen::Matrix3d NeoHookean::Stress(const Eigen::Matrix3d& gradient) const
 {
   const double shear = this->Mu * (1.0 - 1.0 / (gradient.squaredNorm() + 1.0));
   const Eigen::Matrix3d cofactor = Cofactor(gradient);
-  return shear * gradient + this->OfVolume(gradient.col(0).dot(cofactor.col(0)))[1] * cofactor;
+  return shear * gradient + this->OfVolume(gradient.col(0).dot(cofactor.col(0)))[0] * cofactor;
 }
 
 NeoHookeanStiffness NeoHookean::Stiffness(const Eigen::Matrix3d& gradient) const
@@ -103,11 +103,11 @@ NeoHookeanStiffness NeoHookean::Stiffness(const Eigen::Matrix3d& gradient) const
   stiffness.U = gradient * stiffness.V * s.cwiseInverse().asDiagonal();
   const double square = s.squaredNorm() + 1.0;
   const double shear = this->Mu * (1.0 - 1.0 / square);
-  const Eigen::Vector3d ofVolume = this->OfVolume(s.prod());
-  const double pressure = ofVolume[1];
+  const Eigen::Vector2d ofVolume = this->OfVolume(s.prod());
+  const double pressure = ofVolume[0];
   const Eigen::Vector3d others(s[1] * s[2], s[2] * s[0], s[0] * s[1]); // derivatives of the volume
   Eigen::Matrix3d stretch = 2.0 * this->Mu / (square * square) * s * s.transpose();
-  stretch += ofVolume[2] * others * others.transpose();
+  stretch += ofVolume[1] * others * others.transpose();
   stretch.diagonal().array() += shear;
   for (int k = 0; k < 3; ++k)
   {

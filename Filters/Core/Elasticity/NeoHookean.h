@@ -30,7 +30,8 @@ struct NeoHookeanStiffness
 /// Energy density of the stable neo-Hookean material, joules per cubic meter,
 ///   Psi(F) = mu / 2 (|F|^2 - 3) + lambda / 2 (J - alpha)^2 - mu / 2 log(|F|^2 + 1) + constant,   J = det F,
 /// which is 0 at rest; mu and lambda are such that small strains follow Hooke's law. Below a quarter of the volume a barrier
-/// is added, -lambda (J - 1/4)^2 log(4 J), which is infinite at 0: nothing turns over.
+/// is added, -lambda (J - 1/4)^2 log(4 J), which is infinite at 0: nothing turns over. Energies are made of F^T F - 1, so
+/// that their rounding is that of stress times strain, not of the modulus.
 class NeoHookean
 {
 public:
@@ -45,13 +46,12 @@ public:
   NeoHookeanStiffness Stiffness(const Eigen::Matrix3d& gradient) const;
 
 private:
-  /// Part of the energy that depends on the volume, and its first two derivatives.
-  Eigen::Vector3d OfVolume(double volume) const;
+  /// First two derivatives of the part of the energy that depends on the volume.
+  Eigen::Vector2d OfVolume(double volume) const;
 
   double Mu;
   double Lambda;
   double Alpha; ///< 1 + 3 mu / (4 lambda)
-  double AtRest;
 };
 
 } // namespace surfsynth

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Elasticity/SelfContact.h"
 
-#include <Eigen/Geometry>
+#include "Core/Mesh/NearestWeights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,42 +18,6 @@ constexpr double Approach = 0.8;
 constexpr double MostCells = 48.0;
 /// Pairs nearer than this many distances of the barrier at rest never touch.
 constexpr double RestDistances = 2.0;
-
-/// Barycentric coordinates of the place in the triangle a, b, c that is nearest to p [Ericson2005].
-Eigen::Vector3d NearestWeights(
-  const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
-{
-  const auto alongEdge = [&p](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    const Eigen::Vector3d edge = to - from;
-    return std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
-  };
-  const Eigen::Vector3d normal = (b - a).cross(c - a);
-  const double square = normal.squaredNorm();
-  if (square > 0.0)
-  {
-    const Eigen::Vector3d weights((c - b).cross(p - b).dot(normal) / square, (a - c).cross(p - c).dot(normal) / square,
-      (b - a).cross(p - a).dot(normal) / square);
-    if (weights.minCoeff() >= 0.0)
-    {
-      return weights;
-    }
-  }
-  Eigen::Vector3d best = Eigen::Vector3d::UnitX();
-  double nearest = (p - a).squaredNorm();
-  const std::array<Eigen::Vector3d, 3> corners{ a, b, c };
-  for (int k = 0; k < 3; ++k)
-  {
-    const int next = (k + 1) % 3;
-    const double t = alongEdge(corners[k], corners[next]);
-    const double distance = (p - (1.0 - t) * corners[k] - t * corners[next]).squaredNorm();
-    if (distance < nearest)
-    {
-      nearest = distance;
-      best = (1.0 - t) * Eigen::Vector3d::Unit(k) + t * Eigen::Vector3d::Unit(next);
-    }
-  }
-  return best;
-}
 
 /// Largest length by which @p move can bring a point and a triangle nearer to each other.
 double ApproachOf(const PointMatrix& move, Index point, const TriangleMatrix& triangles, Index f)
@@ -232,11 +196,10 @@ ContactPlace SelfContact::PlaceOf(const PointMatrix& points, const Pair& pair) c
   const auto corners = this->Boundary.row(pair.second);
   place.Nodes = { pair.first, corners[0], corners[1], corners[2] };
   const Eigen::Vector3d p = points.row(pair.first).transpose();
-  const Eigen::Vector3d a = points.row(corners[0]).transpose();
-  const Eigen::Vector3d b = points.row(corners[1]).transpose();
-  const Eigen::Vector3d c = points.row(corners[2]).transpose();
-  const Eigen::Vector3d weights = NearestWeights(p, a, b, c);
-  const Eigen::Vector3d difference = p - weights[0] * a - weights[1] * b - weights[2] * c;
+  const std::array<Eigen::Vector3d, 3> triangle{ points.row(corners[0]).transpose(), points.row(corners[1]).transpose(),
+    points.row(corners[2]).transpose() };
+  const Eigen::Vector3d weights = NearestWeights(triangle, p);
+  const Eigen::Vector3d difference = p - weights[0] * triangle[0] - weights[1] * triangle[1] - weights[2] * triangle[2];
   place.Distance = difference.norm();
   const Eigen::Vector3d direction = place.Distance > 0.0 ? Eigen::Vector3d(difference / place.Distance)
                                                          : Eigen::Vector3d::Zero();

@@ -2,12 +2,13 @@
 #include "Core/Mesh/Skinning.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/FormatNumber.h"
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/SharedProgress.h"
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -18,9 +19,15 @@ namespace
 {
 using Quaternion = Eigen::Quaterniond;
 
+/// Points between two reports of progress.
+constexpr std::int64_t ReportedPoints = 256;
+
 Quaternion ToQuaternion(const Eigen::Vector4d& v) { return { v[0], v[1], v[2], v[3] }; }
 
 Eigen::Vector4d ToVector(const Quaternion& q) { return { q.w(), q.x(), q.y(), q.z() }; }
+
+/// The unit quaternion of one of any finite length but 0, whose square may be too large or too small for a number.
+Quaternion ToUnitQuaternion(const Eigen::Vector4d& v) { return ToQuaternion(v / v.cwiseAbs().maxCoeff()).normalized(); }
 
 void RequireSkeleton(const Skeleton& skeleton, const SkeletonPose& pose)
 {
@@ -45,7 +52,7 @@ void RequireSkeleton(const Skeleton& skeleton, const SkeletonPose& pose)
     require(skeleton.Heads.row(b).allFinite(), "the head" + of + " is not finite", "finite numbers");
     require(
       !isMoved || pose.Translations.row(b).allFinite(), "the translation" + of + " is not finite", "finite numbers");
-    require(pose.Rotations.row(b).allFinite() && pose.Rotations.row(b).norm() > 0.0,
+    require(pose.Rotations.row(b).allFinite() && !pose.Rotations.row(b).isZero(0.0),
       "the rotation" + of + " is not finite or 0", "a quaternion of any length but 0");
     const Index parent = skeleton.Parents[b];
     require(parent >= -1 && parent < bones, "the parent" + of + " is " + std::to_string(parent),
@@ -215,8 +222,7 @@ std::vector<RigidMotion> ComputeBoneMotions(const Skeleton& skeleton, const Skel
       {
         moved += turn * pose.Translations.row(*bone).transpose();
       }
-      const Quaternion rotation =
-        (turn * ToQuaternion(pose.Rotations.row(*bone).transpose()).normalized()).normalized();
+      const Quaternion rotation = (turn * ToUnitQuaternion(pose.Rotations.row(*bone).transpose())).normalized();
       motions[*bone] = { ToVector(rotation), moved - rotation * head };
       isDone[*bone] = true;
     }
@@ -224,8 +230,8 @@ std::vector<RigidMotion> ComputeBoneMotions(const Skeleton& skeleton, const Skel
   return motions;
 }
 
-PointMatrix SkinPoints(
-  const PointMatrix& points, const SkinWeights& weights, const std::vector<RigidMotion>& motions, SkinningMethod method)
+PointMatrix SkinPoints(const PointMatrix& points, const SkinWeights& weights, const std::vector<RigidMotion>& motions,
+  SkinningMethod method, const Progress& progress)
 {
   RequireWeights(points, weights, motions.size());
   std::vector<Eigen::Matrix3d> rotations;
@@ -236,15 +242,25 @@ PointMatrix SkinPoints(
     dualQuaternions.push_back(ToDualQuaternion(motion));
   }
   PointMatrix moved(points.rows(), 3);
+  const auto move = [&](std::int64_t v) {
+    const Eigen::Vector3d point = points.row(v).transpose();
+    moved.row(v) = (method == SkinningMethod::LinearBlend ? BlendLinearly(weights, rotations, motions, v, point)
+                                                          : BlendDualQuaternions(weights, dualQuaternions, v, point))
+                     .transpose();
+  };
+  SharedProgress shared(progress, points.rows());
   ParallelFor(points.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t v = begin; v < end; ++v)
+    for (std::int64_t first = begin; first < end; first += ReportedPoints)
     {
-      const Eigen::Vector3d point = points.row(v).transpose();
-      moved.row(v) = (method == SkinningMethod::LinearBlend ? BlendLinearly(weights, rotations, motions, v, point)
-                                                            : BlendDualQuaternions(weights, dualQuaternions, v, point))
-                       .transpose();
+      const std::int64_t last = std::min(first + ReportedPoints, end);
+      for (std::int64_t v = first; v < last; ++v)
+      {
+        move(v);
+      }
+      shared.Advance(last - first);
     }
   });
+  Report(progress, 1.0);
   return moved;
 }
 

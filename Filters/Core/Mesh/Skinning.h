@@ -3,6 +3,7 @@
 /// Skinning: motion of the points of a body with the bones of a skeleton.
 #pragma once
 
+#include "Core/Common/Progress.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -61,8 +62,8 @@ std::vector<RigidMotion> ComputeBoneMotions(const Skeleton& skeleton, const Skel
 
 /// Moves @p points, [V, 3].
 /// @throws InvalidInput for weights that are negative, not finite or do not sum up to 1, bones that do not exist, and
-/// arrays that do not fit; the text says how many points and names the first.
+/// arrays that do not fit; the text says how many points and names the first. Cancelled.
 PointMatrix SkinPoints(const PointMatrix& points, const SkinWeights& weights, const std::vector<RigidMotion>& motions,
-  SkinningMethod method);
+  SkinningMethod method, const Progress& progress = {});
 
 } // namespace surfsynth

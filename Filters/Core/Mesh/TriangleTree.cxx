@@ -2,6 +2,7 @@
 #include "Core/Mesh/TriangleTree.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace surfsynth
@@ -17,10 +18,12 @@ bool IsBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 }
 } // namespace
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh, std::vector<Index> triangles)
+TriangleTree::TriangleTree(const TriangleMesh& mesh, std::vector<Index> groups)
   : Mesh(mesh)
-  , Triangles(std::move(triangles))
+  , Groups(std::move(groups))
+  , Triangles(this->Groups.size())
 {
+  std::iota(this->Triangles.begin(), this->Triangles.end(), 0);
   this->Build(0, this->Triangles.size());
 }
 
@@ -34,8 +37,10 @@ int TriangleTree::Build(std::size_t begin, std::size_t end)
       3.0);
   };
   Node node{ Eigen::AlignedBox3d(), begin, end };
+  node.Group = this->Groups[this->Triangles[begin]];
   for (std::size_t k = begin; k < end; ++k)
   {
+    node.Group = this->Groups[this->Triangles[k]] == node.Group ? node.Group : Several;
     for (int c = 0; c < 3; ++c)
     {
       node.Box.extend(Eigen::Vector3d(this->Mesh.Points.row(this->Mesh.Triangles(this->Triangles[k], c)).transpose()));
@@ -59,12 +64,23 @@ int TriangleTree::Build(std::size_t begin, std::size_t end)
   return id;
 }
 
-void TriangleTree::Find(const Eigen::Vector3d& point, NearestPlace& nearest) const { this->Find(0, point, nearest); }
+void TriangleTree::FindOutside(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const
+{
+  this->Find(
+    0, point, [group](Index found) { return found != group; }, nearest);
+}
 
-void TriangleTree::Find(int id, const Eigen::Vector3d& point, NearestPlace& nearest) const
+void TriangleTree::FindIn(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const
+{
+  this->Find(
+    0, point, [group](Index found) { return found == group || found == Several; }, nearest);
+}
+
+template <typename Wanted>
+void TriangleTree::Find(int id, const Eigen::Vector3d& point, const Wanted& isWanted, NearestPlace& nearest) const
 {
   const Node& node = this->Nodes[static_cast<std::size_t>(id)];
-  if (node.Box.squaredExteriorDistance(point) > nearest.SquaredDistance)
+  if (!isWanted(node.Group) || node.Box.squaredExteriorDistance(point) > nearest.SquaredDistance)
   {
     return;
   }
@@ -74,12 +90,16 @@ void TriangleTree::Find(int id, const Eigen::Vector3d& point, NearestPlace& near
       return this->Nodes[static_cast<std::size_t>(child)].Box.squaredExteriorDistance(point);
     };
     const bool isLeftNearer = distance(id + 1) <= distance(node.Right);
-    this->Find(isLeftNearer ? id + 1 : node.Right, point, nearest);
-    this->Find(isLeftNearer ? node.Right : id + 1, point, nearest);
+    this->Find(isLeftNearer ? id + 1 : node.Right, point, isWanted, nearest);
+    this->Find(isLeftNearer ? node.Right : id + 1, point, isWanted, nearest);
     return;
   }
   for (std::size_t k = node.Begin; k < node.End; ++k)
   {
+    if (!isWanted(this->Groups[this->Triangles[k]]))
+    {
+      continue;
+    }
     const SurfacePlace place = NearestOnTriangle(this->Mesh, this->Triangles[k], point);
     const Eigen::Vector3d position = PositionOf(this->Mesh, place);
     const double distance = (position - point).squaredNorm();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Tree of bounding boxes over triangles, for nearest places. Private to the core.
+/// Tree of bounding boxes over the triangles of a mesh in groups, for nearest places in or outside of a group. Private to
+/// the core.
 #pragma once
 
 #include "Core/Mesh/SurfacePlace.h"
@@ -22,30 +23,38 @@ struct NearestPlace
   double SquaredDistance = std::numeric_limits<double>::infinity(); ///< from the point that is asked for
 };
 
-/// Bounding boxes over some triangles of a mesh, halved at the median of centers along the longest side.
+/// Bounding boxes over the triangles of a mesh, halved at the median of centers along the longest side. A box with triangles
+/// of one group only is known as such, so that a search outside of a group or in it skips all that it does not want.
 class TriangleTree
 {
 public:
-  /// Builds the tree. @p mesh must outlive it; @p triangles is not empty.
-  TriangleTree(const TriangleMesh& mesh, std::vector<Index> triangles);
+  /// Builds the tree. @p mesh, with at least one triangle, must outlive it.
+  /// @param groups of the triangles, [F], numbers from 0
+  TriangleTree(const TriangleMesh& mesh, std::vector<Index> groups);
 
-  /// Replaces @p nearest by the place of the triangles that is nearest to @p point, where it is nearer or, at the same
+  /// Replaces @p nearest by the place, outside of @p group, that is nearest to @p point, where it is nearer or, at the same
   /// distance, has the smaller coordinates in lexicographic order.
-  void Find(const Eigen::Vector3d& point, NearestPlace& nearest) const;
+  void FindOutside(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const;
+  /// The same with the places in @p group.
+  void FindIn(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const;
 
 private:
   struct Node
   {
     Eigen::AlignedBox3d Box;
-    std::size_t Begin; ///< first triangle
-    std::size_t End;   ///< behind the last
-    int Right = -1;    ///< second child; the first follows the node. -1 for a leaf
+    std::size_t Begin;     ///< first triangle
+    std::size_t End;       ///< behind the last
+    int Right = -1;        ///< second child; the first follows the node. -1 for a leaf
+    Index Group = Several; ///< of all triangles
   };
+  static constexpr Index Several = -1;
 
   int Build(std::size_t begin, std::size_t end);
-  void Find(int node, const Eigen::Vector3d& point, NearestPlace& nearest) const;
+  template <typename Wanted>
+  void Find(int node, const Eigen::Vector3d& point, const Wanted& isWanted, NearestPlace& nearest) const;
 
   const TriangleMesh& Mesh;
+  std::vector<Index> Groups;
   std::vector<Index> Triangles;
   std::vector<Node> Nodes;
 };

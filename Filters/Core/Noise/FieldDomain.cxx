@@ -23,9 +23,9 @@ MeshComponents SurfaceDomain::Components(const Eigen::VectorXd& mass) const
 
 SparseMatrix SurfaceDomain::Stiffness() const { return FieldStiffness(this->Mesh, this->Topology, this->Options); }
 
-SparseMatrix SurfaceDomain::Coupling() const
+SparseMatrix SurfaceDomain::Coupling(const Progress& progress) const
 {
-  const SparseMatrix coupling = CouplingMatrix(this->Mesh, this->Topology, this->Options.Coupling);
+  const SparseMatrix coupling = CouplingMatrix(this->Mesh, this->Topology, this->Options.Coupling, progress);
   if (coupling.rows() > 0 && this->Options.Model == NoiseModel::Matern && !this->Options.Arrays.Barrier.empty())
   {
     throw InvalidInput(
@@ -76,7 +76,7 @@ SparseMatrix VolumeDomain::Stiffness() const
     : VolumeStiffness(this->Mesh);
 }
 
-SparseMatrix VolumeDomain::Coupling() const
+SparseMatrix VolumeDomain::Coupling(const Progress&) const
 {
   if (this->Options.Coupling.IsOn)
   {

@@ -3,6 +3,7 @@
 /// Domain of a random field, as its assembly sees it: a surface or a volume. Private to the noise.
 #pragma once
 
+#include "Core/Common/Progress.h"
 #include "Core/Mesh/TetrahedralMesh.h"
 #include "Core/Mesh/TriangleMesh.h"
 #include "Core/Noise/LatticeNoise.h"
@@ -28,7 +29,7 @@ public:
   /// Stiffness of the field's Laplacian: anisotropic where the options say so.
   virtual SparseMatrix Stiffness() const = 0;
   /// Coupling of the components to be added to the stiffness; without rows for none.
-  virtual SparseMatrix Coupling() const = 0;
+  virtual SparseMatrix Coupling(const Progress& progress) const = 0;
   /// Vertices at which the boundary condition sets the field to 0, [V]; empty for none.
   virtual std::vector<bool> Pinned() const = 0;
   /// Lumped mass of the boundary times the coefficient of the Robin condition, [V]; empty for other conditions.
@@ -53,7 +54,7 @@ public:
   Eigen::VectorXd Mass() const override;
   MeshComponents Components(const Eigen::VectorXd& mass) const override;
   SparseMatrix Stiffness() const override;
-  SparseMatrix Coupling() const override;
+  SparseMatrix Coupling(const Progress& progress) const override;
   std::vector<bool> Pinned() const override;
   Eigen::VectorXd RobinMass() const override;
   LatticeNoise Lattice(double side) const override;
@@ -76,7 +77,7 @@ public:
   MeshComponents Components(const Eigen::VectorXd& mass) const override;
   SparseMatrix Stiffness() const override;
   /// @throws InvalidInput for options that couple
-  SparseMatrix Coupling() const override;
+  SparseMatrix Coupling(const Progress& progress) const override;
   std::vector<bool> Pinned() const override;
   Eigen::VectorXd RobinMass() const override;
   /// @throws InvalidInput

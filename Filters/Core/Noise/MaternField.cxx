@@ -89,7 +89,7 @@ void MaternField::Internals::Assemble(const FieldDomain& domain, const Progress&
   SparseMatrix stiffness = domain.Stiffness();
   this->ChooseScreening(stiffness);
   this->ChooseAmplitude(domain);
-  const SparseMatrix coupling = domain.Coupling();
+  const SparseMatrix coupling = domain.Coupling(SubProgress(progress, 0.05, 0.15));
   if (coupling.rows() > 0)
   {
     stiffness += coupling;

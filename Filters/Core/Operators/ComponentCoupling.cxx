@@ -3,12 +3,13 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
-#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Common/SharedProgress.h"
 #include "Core/Mesh/TriangleTree.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -23,50 +24,38 @@ namespace
 constexpr double AutomaticDistance = 0.03;
 /// Largest distance of a vertex from its place over that of the place from the component of the vertex.
 constexpr double LargestRatio = 2.0;
+/// Vertices whose places are searched for in one task.
+constexpr std::int64_t VerticesOfTask = 256;
 
-/// A search for nearest places in each component.
-class ComponentTrees
+/// The place that a vertex is coupled to; no triangle for none.
+/// @param own component of the vertex
+NearestPlace FacingPlace(const TriangleTree& tree, Index own, const Eigen::Vector3d& vertex, double limit)
 {
-public:
-  ComponentTrees(const TriangleMesh& mesh, const MeshComponents& components)
+  NearestPlace nearest;
+  nearest.SquaredDistance = limit * limit * (1.0 + 1e-12);
+  tree.FindOutside(own, vertex, nearest);
+  if (nearest.Place.Triangle >= 0)
   {
-    std::vector<std::vector<Index>> triangles(static_cast<std::size_t>(components.Count));
-    for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-    {
-      triangles[components.OfVertex[mesh.Triangles(f, 0)]].push_back(f);
-    }
-    for (std::vector<Index>& own : triangles)
-    {
-      this->Trees.emplace_back(mesh, std::move(own));
-    }
+    // The way back is at least as long as 1 / LargestRatio of the way, when nothing nearer is found.
+    NearestPlace back;
+    back.SquaredDistance = nearest.SquaredDistance / (LargestRatio * LargestRatio);
+    const double limitOfBack = back.SquaredDistance;
+    tree.FindIn(own, nearest.Position, back);
+    nearest.Place.Triangle = back.SquaredDistance < limitOfBack ? -1 : nearest.Place.Triangle;
   }
+  return nearest;
+}
 
-  /// The place of all components but @p own nearest to @p point, within @p limit.
-  NearestPlace FindOutside(Index own, const Eigen::Vector3d& point, double limit) const
+/// Component of each triangle, [F].
+std::vector<Index> ComponentsOfTriangles(const TriangleMesh& mesh, const MeshComponents& components)
+{
+  std::vector<Index> of(static_cast<std::size_t>(mesh.NumberOfTriangles()));
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
-    NearestPlace nearest;
-    nearest.SquaredDistance = limit * limit * (1.0 + 1e-12);
-    for (std::size_t c = 0; c < this->Trees.size(); ++c)
-    {
-      if (static_cast<Index>(c) != own)
-      {
-        this->Trees[c].Find(point, nearest);
-      }
-    }
-    return nearest;
+    of[f] = components.OfVertex[mesh.Triangles(f, 0)];
   }
-
-  /// The place of the component @p own nearest to @p point.
-  NearestPlace FindIn(Index own, const Eigen::Vector3d& point) const
-  {
-    NearestPlace nearest;
-    this->Trees[own].Find(point, nearest);
-    return nearest;
-  }
-
-private:
-  std::vector<TriangleTree> Trees;
-};
+  return of;
+}
 
 void RequireOptions(const ComponentCoupling& coupling)
 {
@@ -123,8 +112,8 @@ void RequireJoined(const std::vector<CoupledPair>& pairs, const MeshComponents& 
 }
 } // namespace
 
-std::vector<CoupledPair> FindCoupledPairs(
-  const TriangleMesh& mesh, const MeshComponents& components, const ComponentCoupling& coupling)
+std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshComponents& components,
+  const ComponentCoupling& coupling, const Progress& progress)
 {
   RequireOptions(coupling);
   if (components.Count < 2)
@@ -133,23 +122,25 @@ std::vector<CoupledPair> FindCoupledPairs(
   }
   const double area = std::accumulate(components.Area.begin(), components.Area.end(), 0.0);
   const double limit = coupling.Distance > 0.0 ? coupling.Distance : AutomaticDistance * std::sqrt(area);
-  const ComponentTrees trees(mesh, components);
+  const TriangleTree tree(mesh, ComponentsOfTriangles(mesh, components));
   std::vector<NearestPlace> places(components.OfVertex.size());
-  ParallelFor(mesh.NumberOfPoints(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
+  SharedProgress shared(progress, mesh.NumberOfPoints());
+  const auto findPlaces = [&](std::int64_t task) {
+    const std::int64_t begin = task * VerticesOfTask;
+    const std::int64_t end = std::min<std::int64_t>(begin + VerticesOfTask, mesh.NumberOfPoints());
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index own = components.OfVertex[v];
-      NearestPlace& place = places[v];
-      if (own < 0)
+      if (own >= 0)
       {
-        continue;
+        places[v] = FacingPlace(tree, own, mesh.Points.row(v).transpose(), limit);
       }
-      place = trees.FindOutside(own, mesh.Points.row(v).transpose(), limit);
-      const bool isFacing = place.Place.Triangle >= 0 &&
-        place.SquaredDistance <= LargestRatio * LargestRatio * trees.FindIn(own, place.Position).SquaredDistance;
-      place.Place.Triangle = isFacing ? place.Place.Triangle : -1;
     }
-  });
+    shared.Advance(end - begin);
+  };
+  const std::int64_t tasks = (mesh.NumberOfPoints() + VerticesOfTask - 1) / VerticesOfTask;
+  ParallelTasks(tasks, findPlaces, [&shared] { shared.Advance(0); });
+  Report(progress, 1.0);
   std::vector<CoupledPair> pairs;
   for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
   {
@@ -164,7 +155,8 @@ std::vector<CoupledPair> FindCoupledPairs(
   return pairs;
 }
 
-SparseMatrix CouplingMatrix(const TriangleMesh& mesh, const MeshTopology& topology, const ComponentCoupling& coupling)
+SparseMatrix CouplingMatrix(
+  const TriangleMesh& mesh, const MeshTopology& topology, const ComponentCoupling& coupling, const Progress& progress)
 {
   if (!coupling.IsOn)
   {
@@ -172,7 +164,7 @@ SparseMatrix CouplingMatrix(const TriangleMesh& mesh, const MeshTopology& topolo
   }
   const Eigen::VectorXd mass = LumpedMass(mesh, topology);
   const MeshComponents components = ComputeComponents(topology, mass);
-  const std::vector<CoupledPair> pairs = FindCoupledPairs(mesh, components, coupling);
+  const std::vector<CoupledPair> pairs = FindCoupledPairs(mesh, components, coupling, progress);
   if (components.Count < 2)
   {
     return {};

@@ -3,6 +3,7 @@
 /// Coupling of the connected components of a mesh, for equations that would leave each component on its own.
 #pragma once
 
+#include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshTopology.h"
 #include "Core/Mesh/TriangleMesh.h"
 #include "Core/Operators/SurfaceOperators.h"
@@ -38,17 +39,19 @@ struct CoupledPair
 /// Finds the pairs that couple the components of @p mesh: each vertex and the nearest place of all other components,
 /// where their distance is at most ComponentCoupling::Distance, and at most twice the distance of that place from the
 /// component of the vertex, so that only parts that face each other are coupled. The nearest of several places of equal
-/// distance is the first by coordinates, so that the pairs do not depend on the order of the components.
+/// distance is the first by coordinates, so that the pairs do not depend on the order of the components. The time hardly
+/// depends on the number of components.
 /// @return pairs in ascending order of Vertex; none for one component
-/// @throws InvalidInput for options out of range, and where pairs do not join all components to one.
-std::vector<CoupledPair> FindCoupledPairs(
-  const TriangleMesh& mesh, const MeshComponents& components, const ComponentCoupling& coupling);
+/// @throws InvalidInput for options out of range, and where pairs do not join all components to one. Cancelled.
+std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshComponents& components,
+  const ComponentCoupling& coupling, const Progress& progress = {});
 
 /// Returns w B'B, [V, V]: u' (w B'B) u is w / A times the sum over the pairs of m_v (u_v - u_q)^2, with m_v the lumped
 /// mass of the vertex, u_q the value at the other end and A the sum of all m_v. It has no unit, as the stiffness L, and
 /// depends on the triangulation only as L does. A matrix without rows when the coupling is off or there is one component.
 /// Same errors as FindCoupledPairs().
-SparseMatrix CouplingMatrix(const TriangleMesh& mesh, const MeshTopology& topology, const ComponentCoupling& coupling);
+SparseMatrix CouplingMatrix(const TriangleMesh& mesh, const MeshTopology& topology, const ComponentCoupling& coupling,
+  const Progress& progress = {});
 
 /// Returns the components as the single one that a coupling makes of them: the sum of their areas, closed when all are,
 /// with the Euler characteristic of the largest.

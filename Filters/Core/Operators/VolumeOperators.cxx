@@ -31,12 +31,7 @@ Eigen::Matrix3d TensorOf(const VolumeTensors& tensors, Eigen::Index t)
 /// Entries of the element matrix of tetrahedron @p t for its six pairs of corners.
 void FillPairs(const TetrahedralMesh& mesh, const VolumeTensors& tensors, Index t, double* pairs)
 {
-  const auto ids = mesh.Tetrahedra.row(t);
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k)
-  {
-    edges.col(k) = (mesh.Points.row(ids(k + 1)) - mesh.Points.row(ids(0))).transpose();
-  }
+  const Eigen::Matrix3d edges = EdgesFromFirstCorner(mesh.Points, mesh.Tetrahedra, t);
   Eigen::Matrix<double, 3, 4> gradients; // times sixfold
   gradients.col(1) = edges.col(1).cross(edges.col(2));
   gradients.col(2) = edges.col(2).cross(edges.col(0));

@@ -21,6 +21,17 @@
 namespace surfsynth
 {
 
+/// Edges of tetrahedron @p t from its first corner to the others, as columns, for @p points at rest or moved, world units.
+inline Eigen::Matrix3d EdgesFromFirstCorner(const PointMatrix& points, const TetrahedronMatrix& tetrahedra, Index t)
+{
+  Eigen::Matrix3d edges;
+  for (int k = 0; k < 3; ++k)
+  {
+    edges.col(k) = (points.row(tetrahedra(t, k + 1)) - points.row(tetrahedra(t, 0))).transpose();
+  }
+  return edges;
+}
+
 /// Lumped mass, [V] float64, cubic world units: a quarter of the volume of the tetrahedra around each vertex; 0 for a
 /// vertex that no tetrahedron uses. Sums to the volume.
 Eigen::VectorXd LumpedMass(const TetrahedralMesh& mesh);

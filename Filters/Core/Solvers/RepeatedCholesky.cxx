@@ -23,10 +23,11 @@ public:
     : Analysis(AnalyzeSupernodes(matrix))
   {}
 
-  Eigen::VectorXd Solve(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide) const
+  Eigen::VectorXd Solve(
+    const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide, const Progress& progress) const
   {
     const ThreadScope oneThread(1);
-    const SupernodalFactor factor(this->Analysis, matrix, {});
+    const SupernodalFactor factor(this->Analysis, matrix, progress);
     Eigen::VectorXd ordered(rightHandSide.size());
     for (Eigen::Index row = 0; row < ordered.size(); ++row)
     {
@@ -50,8 +51,9 @@ class RepeatedCholesky::Internals
 public:
   explicit Internals(const SparseMatrix& matrix) { this->Solver.analyzePattern(matrix); }
 
-  Eigen::VectorXd Solve(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide)
+  Eigen::VectorXd Solve(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide, const Progress& progress)
   {
+    Report(progress, 0.0);
     this->Solver.factorize(matrix);
     if (this->Solver.info() != Eigen::Success)
     {
@@ -74,9 +76,10 @@ RepeatedCholesky::~RepeatedCholesky() = default;
 RepeatedCholesky::RepeatedCholesky(RepeatedCholesky&&) noexcept = default;
 RepeatedCholesky& RepeatedCholesky::operator=(RepeatedCholesky&&) noexcept = default;
 
-Eigen::VectorXd RepeatedCholesky::Solve(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide)
+Eigen::VectorXd RepeatedCholesky::Solve(
+  const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide, const Progress& progress)
 {
-  return this->Impl->Solve(matrix, rightHandSide);
+  return this->Impl->Solve(matrix, rightHandSide, progress);
 }
 
 } // namespace surfsynth

@@ -3,6 +3,7 @@
 /// Sparse Cholesky for many matrices of one pattern, as Newton's method needs it.
 #pragma once
 
+#include "Core/Common/Progress.h"
 #include "Core/Operators/SurfaceOperators.h"
 
 #include <Eigen/Core>
@@ -25,8 +26,9 @@ public:
   RepeatedCholesky& operator=(RepeatedCholesky&&) noexcept;
 
   /// Factors @p matrix, of the pattern that was analysed, and solves for one right-hand side of length N.
-  /// @throws SolverFailure when it is not positive definite to working precision.
-  Eigen::VectorXd Solve(const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide);
+  /// @throws SolverFailure when it is not positive definite to working precision; Cancelled.
+  Eigen::VectorXd Solve(
+    const SparseMatrix& matrix, const Eigen::VectorXd& rightHandSide, const Progress& progress = {});
 
 private:
   class Internals;

@@ -22,14 +22,14 @@ std::optional<CholeskySolver> MakeSmoother(const TriangleMesh& mesh, const MeshT
   // A vertex that no triangle uses has neither mass nor stiffness; any diagonal leaves it alone.
   const Eigen::VectorXd diagonal = (mass.array() > 0.0).select(mass, 1.0);
   SparseMatrix stiffness = CotangentStiffness(mesh, topology);
-  const SparseMatrix coupled = CouplingMatrix(mesh, topology, coupling);
+  const SparseMatrix coupled = CouplingMatrix(mesh, topology, coupling, SubProgress(progress, 0.0, 0.1));
   if (coupled.rows() > 0)
   {
     stiffness += coupled;
   }
   SparseMatrix matrix = noise.Smoothing * stiffness;
   matrix += SparseMatrix(diagonal.asDiagonal());
-  return CholeskySolver(matrix, progress);
+  return CholeskySolver(matrix, SubProgress(progress, 0.1, 1.0));
 }
 
 MaternFieldOptions CoupledOptions(const FlowNoise& noise, const ComponentCoupling& coupling)

@@ -117,8 +117,8 @@ PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopol
   operators.VertexMass = RoundedMass(LumpedMass(rounded, topology));
   Report(progress, 0.1);
   SparseMatrix stiffness = CotangentStiffness(rounded, topology, SquaredAreaShift);
-  SparseMatrix coupled = CouplingMatrix(rounded, topology, coupling);
-  const Progress factoring = SubProgress(progress, 0.1, 1.0);
+  SparseMatrix coupled = CouplingMatrix(rounded, topology, coupling, SubProgress(progress, 0.1, 0.2));
+  const Progress factoring = SubProgress(progress, 0.2, 1.0);
   if (shift == PoissonShift::Mass)
   {
     AddMass(stiffness, LumpedMass(rounded, topology));

@@ -62,8 +62,8 @@ struct PoissonOperators
 PoissonOperators BuildPoissonOperators(const TriangleMesh& mesh, const MeshTopology& topology,
   const Progress& progress = {}, PoissonShift shift = PoissonShift::Identity, const ComponentCoupling& coupling = {});
 
-/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I, plus @p coupling where it has rows. When that fails, adds 1e-5, then 1e-4 and so on
-/// to the diagonal, each on top of the last, up to five times.
+/// Factors double(float32(@p stiffness)) + double(float32(1e-6)) I, plus @p coupling where it has rows. When that
+/// fails, adds 1e-5, then 1e-4 and so on to the diagonal, each on top of the last, up to five times.
 /// @throws SolverFailure when even that fails; Cancelled.
 std::shared_ptr<const CholeskySolver> FactorPoissonMatrix(
   const SparseMatrix& stiffness, const Progress& progress = {}, const SparseMatrix& coupling = {});

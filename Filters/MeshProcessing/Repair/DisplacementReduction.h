@@ -31,8 +31,9 @@ struct ReducedDisplacement
 /// reached 0: a displacement along normals alone, a height field, intersects only where the base is curved more than the
 /// texture is high, so that little height is lost. Factors below 0.02 become 0. Towards 1 the reduction fades over about
 /// twice the largest displacement there, in rings of edges, as a cosine. Pairs are those of FindIntersectingPairs(), of the
-/// points rounded to single precision, in which meshes are written for slicers, and as they are. Pairs whose corners have no displacement
-/// left are those of the base, and stay. Points without a displacement keep their place to the last bit.
+/// points rounded to single precision, in which meshes are written for slicers, and as they are. Pairs whose corners
+/// have no displacement left are those of the base, and stay. Points without a displacement keep their place to the
+/// last bit.
 ///
 /// Deterministic. A round costs the search for pairs with moved triangles.
 /// @param base the mesh without displacement, valid: finite points, ids in range, proper triangles

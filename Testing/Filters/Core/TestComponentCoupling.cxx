@@ -4,6 +4,7 @@
 #include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/SurfacePlace.h"
 #include "Core/Noise/MaternField.h"
 #include "Core/Operators/ComponentCoupling.h"
 
@@ -12,7 +13,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 using namespace surfsynth;
 using surfsynthtest::MessageOf;
@@ -133,6 +138,74 @@ TEST(ComponentCoupling, PairsOnlyPartsThatFaceEachOther)
   }
   EXPECT_LE(farthest, 0.2);
   EXPECT_GT(farthest, Gap);
+}
+
+TEST(ComponentCoupling, FindsAmongManyComponentsWhatASearchInEachFinds)
+{
+  // Beads of a string around a ball, each of which touches nothing.
+  TriangleMesh mesh = test::Icosphere(3);
+  constexpr int Beads = 60;
+  for (int k = 0; k < Beads; ++k)
+  {
+    const double angle = 2.0 * 3.14159265358979 * k / Beads;
+    const double radius = 1.05 + 0.015 * (k % 3);
+    const Eigen::Vector3d center(radius * std::cos(angle), radius * std::sin(angle), 0.02 * (k % 2));
+    mesh = test::Join(mesh, test::Translated(test::Icosphere(1, 0.04), center));
+  }
+  const MeshTopology topology(mesh);
+  const MeshComponents components = ComputeComponents(topology, LumpedMass(mesh, topology));
+  ASSERT_EQ(components.Count, 1 + Beads);
+  const double limit = 0.03 * std::sqrt(LumpedMass(mesh).sum());
+  const auto nearest = [&](const Eigen::Vector3d& point, Index component, bool inside) {
+    double least = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d found = Eigen::Vector3d::Zero();
+    for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+    {
+      const Eigen::Vector3d place = PositionOf(mesh, NearestOnTriangle(mesh, f, point));
+      const bool isWanted = (components.OfVertex[mesh.Triangles(f, 0)] == component) == inside;
+      if (isWanted && (place - point).norm() < least)
+      {
+        least = (place - point).norm();
+        found = place;
+      }
+    }
+    return std::make_pair(least, found);
+  };
+  const std::vector<CoupledPair> pairs = FindCoupledPairs(mesh, components, Coupled());
+  std::size_t next = 0;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    const Eigen::Vector3d vertex = mesh.Points.row(v).transpose();
+    const auto [distance, place] = nearest(vertex, components.OfVertex[v], false);
+    const double back = nearest(place, components.OfVertex[v], true).first;
+    const bool isCoupled = next < pairs.size() && pairs[next].Vertex == v;
+    if (std::abs(distance - limit) > 1e-9 && std::abs(distance - 2.0 * back) > 1e-9)
+    {
+      ASSERT_EQ(isCoupled, distance < limit && distance < 2.0 * back) << "point " << v;
+    }
+    if (isCoupled)
+    {
+      ASSERT_NEAR((OtherEnd(mesh, pairs[next++]) - vertex).norm(), distance, 1e-12);
+    }
+  }
+  EXPECT_EQ(next, pairs.size());
+  EXPECT_GT(next, 0u);
+}
+
+TEST(ComponentCoupling, ReportsProgressAndCanBeCancelled)
+{
+  const TriangleMesh mesh = BodyWithEye();
+  const MeshTopology topology(mesh);
+  std::vector<double> reports;
+  const auto record = [&reports](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  };
+  CouplingMatrix(mesh, topology, Coupled(), record);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  ASSERT_FALSE(reports.empty());
+  EXPECT_EQ(reports.back(), 1.0);
+  EXPECT_THROW(CouplingMatrix(mesh, topology, Coupled(), [](double) { return false; }), Cancelled);
 }
 
 TEST(ComponentCoupling, DoesNotDependOnTheOrderOfComponents)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Elastic bodies: derivatives, mechanics in closed form, and what rest states promise.
+#include "ElasticMechanics.h"
 #include "ExampleVolumes.h"
+#include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
@@ -13,31 +15,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
+#include <string>
 #include <vector>
 
 using namespace surfsynth;
+using surfsynth::test::BendingRatio;
 using surfsynth::test::BoxOfTetrahedra;
+using surfsynth::test::IndentationRatio;
+using surfsynth::test::MappedBox;
+using surfsynthtest::MessageOf;
 
 namespace
 {
-using Map = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
-
-/// The unit cube of so many cells, whose points are mapped.
-TetrahedralMesh Mapped(int nx, int ny, int nz, const Map& map)
-{
-  TetrahedralMesh mesh = BoxOfTetrahedra({ nx, ny, nz });
-  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
-  {
-    mesh.Points.row(v) = map(mesh.Points.row(v).transpose()).transpose();
-  }
-  return mesh;
-}
-
 /// A plank that is no cuboid, of @p cells cells across.
 TetrahedralMesh Wedge(int cells)
 {
-  return Mapped(2 * cells, cells, cells, [](const Eigen::Vector3d& x) {
+  return MappedBox({ 2 * cells, cells, cells }, [](const Eigen::Vector3d& x) {
     return Eigen::Vector3d(0.5 * x[0], 0.25 * x[1] * (1.0 - 0.4 * x[0]), 0.2 * x[2] * (1.0 - 0.3 * x[1]));
   });
 }
@@ -57,97 +50,6 @@ PointMatrix GradientOf(const ElasticBody& body, const PointMatrix& points)
   PointMatrix gradient = PointMatrix::Zero(points.rows(), 3);
   body.AddGradient(points, gradient);
   return gradient;
-}
-
-/// A quasi-static equilibrium without floor under loads.
-ElasticEquilibrium Loaded(const ElasticBody& body, ElasticSurroundings surroundings)
-{
-  surroundings.HasFloor = false;
-  surroundings.HasSelfContact = false;
-  surroundings.Gravity = 0.0;
-  MotionOptions options;
-  options.MaximumTime = 0.0;
-  options.Imbalance = 1e-5;
-  ElasticMotion motion(body, surroundings, options);
-  return motion.Settle(body.Mesh().Points, PointMatrix::Zero(body.Mesh().NumberOfPoints(), 3));
-}
-
-/// Deflection of the end of a cantilever over that of beam theory with shear, with @p cells across its height.
-double BendingRatio(int cells)
-{
-  constexpr double Length = 1.0;
-  constexpr double Height = 0.1;
-  constexpr double Force = 0.05;
-  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
-  const ElasticBody body(BoxOfTetrahedra({ 5 * cells, 2, cells }, { Length, Height, Height }), material);
-  const PointMatrix& points = body.Mesh().Points;
-  ElasticSurroundings surroundings;
-  surroundings.Loads = PointMatrix::Zero(points.rows(), 3);
-  surroundings.IsFixed.assign(static_cast<std::size_t>(points.rows()), false);
-  const auto edge = [](double x) { return x < 1e-9 || x > Height - 1e-9 ? 0.5 : 1.0; };
-  double deflection = 0.0;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    surroundings.IsFixed[static_cast<std::size_t>(v)] = points(v, 0) == 0.0;
-    if (points(v, 0) > Length - 1e-9)
-    {
-      surroundings.Loads(v, 2) = -Force * edge(points(v, 1)) * edge(points(v, 2)) / (2 * cells);
-    }
-  }
-  const PointMatrix bent = Loaded(body, surroundings).Points;
-  for (Eigen::Index v = 0; v < points.rows(); ++v)
-  {
-    deflection += surroundings.Loads(v, 2) / -Force * (points(v, 2) - bent(v, 2));
-  }
-  const double inertia = std::pow(Height, 4) / 12.0;
-  const double shear = 5.0 / 6.0 * Height * Height * material.YoungsModulus / 2.0;
-  const double theory = Force * std::pow(Length, 3) / (3.0 * material.YoungsModulus * inertia) + Force * Length / shear;
-  return deflection / theory;
-}
-
-/// A ball of radius 1 on z = 0, of @p cells cells across, whose points crowd around its lowest one: the conformal map of
-/// the ball to itself by inversion, scaling and inversion.
-TetrahedralMesh Ball(int cells, double crowding)
-{
-  const Eigen::Vector3d north(0.0, 0.0, 1.0);
-  const Eigen::Vector3d south(0.0, 0.0, -1.0);
-  const auto invert = [north](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(north + 4.0 * (p - north) / (p - north).squaredNorm());
-  };
-  return Mapped(cells, cells, cells, [=](const Eigen::Vector3d& x) {
-    Eigen::Vector3d p = 2.0 * x - Eigen::Vector3d::Ones();
-    const double largest = p.cwiseAbs().maxCoeff();
-    p *= largest > 0.0 ? largest / p.norm() : 1.0;
-    if ((p - north).norm() > 1e-9)
-    {
-      p = invert(south + crowding * (invert(p) - south));
-    }
-    return Eigen::Vector3d(p - south);
-  });
-}
-
-/// Indentation of a ball that lies on the floor under its weight over that of Hertz.
-double IndentationRatio(int cells)
-{
-  constexpr double Indentation = 0.01;
-  const ElasticMaterial material{ 1e6, 0.0, 1000.0 };
-  const ElasticBody body(Ball(cells, 0.15), material);
-  const PointMatrix& points = body.Mesh().Points;
-  ElasticSurroundings surroundings;
-  surroundings.ContactDistance = 5e-3 * Indentation;
-  surroundings.HasSelfContact = false;
-  surroundings.Friction = 0.0;
-  const double force = 4.0 / 3.0 * material.YoungsModulus * std::pow(Indentation, 1.5);
-  surroundings.Gravity = force / body.Masses().sum();
-  MotionOptions options;
-  options.MaximumTime = 0.0;
-  options.Imbalance = 1e-3;
-  PointMatrix start = points;
-  start.col(2).array() += surroundings.ContactDistance * std::sqrt(12.0);
-  ElasticMotion motion(body, surroundings, options);
-  const PointMatrix rest = motion.Settle(start, PointMatrix::Zero(points.rows(), 3)).Points;
-  const double sunk = body.Masses().dot(points.col(2) - rest.col(2)) / body.Masses().sum();
-  return (sunk + rest.col(2).minCoeff()) / Indentation;
 }
 
 /// Number of points that lie inside a tetrahedron they are no corner of.
@@ -230,27 +132,48 @@ TEST(Elasticity, SmallStretchFollowsHooke)
   EXPECT_NEAR(density.Stress(gradient)(1, 0), shear, 1e-4 * shear);
 }
 
+TEST(Elasticity, EnergiesOfStiffBodiesAreNotThoseOfRounding)
+{
+  // Strains of a stiff body under its weight: their energy is far below the rounding of the modulus.
+  const ElasticMaterial material{ 1e12, 0.3, 1000.0 };
+  const NeoHookean density(material);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  EXPECT_NEAR(density.Energy(turn), 0.0, 1e-15);
+  for (const double strain : { 0x1p-30, -0x1p-30, 0x1p-16, 0x1p-8 })
+  {
+    // Volume and shape change: lambda and mu of Hooke's law; the next term is of the order of the strain.
+    Eigen::Matrix3d gradient = (1.0 + strain) * Eigen::Matrix3d::Identity();
+    const double bulk = material.YoungsModulus / (3.0 * (1.0 - 2.0 * material.PoissonsRatio));
+    const double expected = 4.5 * bulk * strain * strain;
+    EXPECT_NEAR(density.Energy(gradient), expected, (1e-5 + 10.0 * std::abs(strain)) * expected) << strain;
+    gradient = Eigen::Matrix3d::Identity();
+    gradient(0, 1) = strain;
+    const double shear = 0.25 * material.YoungsModulus / (1.0 + material.PoissonsRatio) * strain * strain;
+    EXPECT_NEAR(density.Energy(gradient), shear, (1e-5 + 10.0 * std::abs(strain)) * shear) << strain;
+  }
+}
+
 TEST(Elasticity, RotationsCostNothing)
 {
   const ElasticBody body(Wedge(2), {});
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   const PointMatrix turned = body.Mesh().Points * turn.transpose();
-  EXPECT_NEAR(body.Energy(turned), 0.0, 1e-10);
+  EXPECT_NEAR(body.Energy(turned), 0.0, 1e-20);
   EXPECT_LT(GradientOf(body, turned).norm(), 1e-9);
 }
 
 TEST(Elasticity, CantileverBendsAsBeamTheorySays)
 {
-  const double coarse = BendingRatio(8);
-  const double fine = BendingRatio(14);
+  const double coarse = BendingRatio(8, 0.0);
+  const double fine = BendingRatio(14, 0.0);
   EXPECT_NEAR(fine, 1.0, 0.05) << "14 tetrahedra across";
   EXPECT_LT(coarse, fine) << "linear tetrahedra are too stiff";
 }
 
 TEST(Elasticity, BallIsIndentedAsHertzSays)
 {
-  const double coarse = IndentationRatio(8);
-  const double fine = IndentationRatio(12);
+  const double coarse = IndentationRatio(8, 0.0);
+  const double fine = IndentationRatio(12, 0.0);
   // Errors of the meshes fall with the length of their edges.
   EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0));
   EXPECT_NEAR(fine + (fine - coarse) * 8.0 / (12.0 - 8.0), 1.0, 0.05);
@@ -267,8 +190,38 @@ TEST(Elasticity, RestStatesKeepWhatIsPromised)
     EXPECT_GT(state.SmallestVolumeRatio, 0.0);
     EXPECT_LE(state.LargestEnergyRise, 1e-12);
     EXPECT_TRUE(state.HasSettled);
+    EXPECT_GE(state.Time, 0.2) << "it was at rest for so long";
+    EXPECT_LT(state.Time, 10.0);
     EXPECT_GT(state.Points.col(2).minCoeff(), 0.0);
     EXPECT_LT(state.Points.col(2).minCoeff(), 2e-3 * size) << "it lies on the floor";
+  }
+}
+
+TEST(Elasticity, StiffBodiesSettleWithoutARiseOfTheEnergy)
+{
+  for (const double modulus : { 1e11, 1e12 })
+  {
+    DropOptions options;
+    options.Material.YoungsModulus = modulus;
+    options.DropHeight = 0.02;
+    options.Motion.MaximumTime = 30.0;
+    const ElasticEquilibrium state = ElasticDrops(Wedge(1), options).Drop({ 5, 1, 0, 0 });
+    EXPECT_TRUE(state.HasSettled) << modulus;
+    EXPECT_LT(state.Imbalance, 1e-3) << modulus;
+    EXPECT_NEAR(state.SmallestVolumeRatio, 1.0, 1e-6) << modulus;
+    EXPECT_LE(state.LargestEnergyRise, 1e-9) << modulus;
+    EXPECT_GT(state.Points.col(2).minCoeff(), 0.0) << modulus;
+  }
+}
+
+TEST(Elasticity, FailuresNameWhatToChange)
+{
+  DropOptions options = QuickDrop();
+  options.Motion.MaximumSteps = 3;
+  const std::string text = MessageOf([&] { ElasticDrops(Wedge(1), options).Drop({}); });
+  for (const char* name : { "YoungsModulus", "LengthUnit", "DropHeight" })
+  {
+    EXPECT_NE(text.find(name), std::string::npos) << text;
   }
 }
 
@@ -311,6 +264,19 @@ TEST(Elasticity, BodyDoesNotPassThroughItself)
   EXPECT_EQ(PointsInside(mesh, ElasticDrops(mesh, options).Drop({}).Points), 0);
   options.Surroundings.HasSelfContact = false;
   EXPECT_GT(PointsInside(mesh, ElasticDrops(mesh, options).Drop({}).Points), 0) << "they would meet";
+}
+
+TEST(Elasticity, CreepTakesNoTime)
+{
+  DropOptions options = QuickDrop();
+  options.Motion.MaximumTime = 0.0;
+  const ElasticEquilibrium laid = ElasticDrops(Wedge(1), options).Drop({});
+  EXPECT_EQ(laid.Time, 0.0);
+  EXPECT_GT(laid.NumberOfTimeSteps, 0);
+  options.Motion.MaximumTime = 0.12;
+  const double time = ElasticDrops(Wedge(1), options).Drop({}).Time;
+  EXPECT_GE(time, 0.12);
+  EXPECT_LE(time, 0.12 + options.Motion.TimeStep);
 }
 
 TEST(Elasticity, WrongConstantsAreErrors)

@@ -3,6 +3,7 @@
 #include "ExampleMeshes.h"
 #include "ThrownText.h"
 
+#include "Core/Common/Errors.h"
 #include "Core/Mesh/Skinning.h"
 
 #include <Eigen/Geometry>
@@ -10,8 +11,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 using namespace surfsynth;
 using surfsynthtest::MessageOf;
@@ -113,6 +116,24 @@ TEST(Skinning, ReproducesARigidMotionForAllWeights)
   }
 }
 
+TEST(Skinning, TakesQuaternionsOfAnyLength)
+{
+  const SkeletonPose unit = Bent(1.0, { 1.0, 2.0, -0.5 });
+  const auto expected = ComputeBoneMotions(Arm(), unit);
+  for (const double length : { 1e200, -1e300, 1e-200, 1e-300 })
+  {
+    SkeletonPose pose = unit;
+    pose.Rotations *= length;
+    const auto motions = ComputeBoneMotions(Arm(), pose);
+    for (std::size_t b = 0; b < motions.size(); ++b)
+    {
+      const double sign = motions[b].Rotation.dot(expected[b].Rotation) < 0.0 ? -1.0 : 1.0; // both are one rotation
+      EXPECT_LT((motions[b].Rotation - sign * expected[b].Rotation).norm(), 1e-15) << length;
+      EXPECT_LT((motions[b].Translation - expected[b].Translation).norm(), 1e-15) << length;
+    }
+  }
+}
+
 TEST(Skinning, TurnsTheForearmAboutTheElbow)
 {
   PointMatrix points(3, 3);
@@ -186,6 +207,24 @@ TEST(Skinning, DividesRoundedWeightsByTheirSum)
   }
 }
 
+TEST(Skinning, ReportsProgressAndCanBeCancelled)
+{
+  const TriangleMesh mesh = test::Icosphere(5); // 10,242 points
+  const SkinWeights weights = WeightsOf(std::vector<double>(static_cast<std::size_t>(mesh.NumberOfPoints()), 0.3));
+  const auto motions = ComputeBoneMotions(Arm(), Bent(1.0, Eigen::Vector3d::UnitY()));
+  std::vector<double> reports;
+  const auto record = [&reports](double fraction) {
+    reports.push_back(fraction);
+    return true;
+  };
+  SkinPoints(mesh.Points, weights, motions, SkinningMethod::DualQuaternion, record);
+  EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+  EXPECT_GT(reports.size(), 4u);
+  EXPECT_EQ(reports.back(), 1.0);
+  const auto stop = [](double fraction) { return fraction < 0.5; };
+  EXPECT_THROW(SkinPoints(mesh.Points, weights, motions, SkinningMethod::DualQuaternion, stop), Cancelled);
+}
+
 TEST(Skinning, RefusesBadWeights)
 {
   const auto motions = ComputeBoneMotions(Arm(), AtRest());
@@ -230,6 +269,8 @@ TEST(Skinning, RefusesBadSkeletonsAndPoses)
   EXPECT_THAT(
     message([](Skeleton&, SkeletonPose& p) { p.Rotations.row(1).setZero(); }), HasSubstr("rotation of bone 1"));
   EXPECT_THAT(message([](Skeleton&, SkeletonPose& p) { p.Rotations(0, 0) = NAN; }), HasSubstr("rotation of bone 0"));
+  EXPECT_THAT(
+    message([](Skeleton&, SkeletonPose& p) { p.Rotations(1, 2) = INFINITY; }), HasSubstr("rotation of bone 1"));
   EXPECT_THAT(message([](Skeleton&, SkeletonPose& p) { p.Translations.setConstant(2, 3, NAN); }),
     HasSubstr("translation of bone 0"));
   EXPECT_THAT(

@@ -23,13 +23,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <sstream>
 #include <string>
+#include <vector>
 
 using namespace surfsynthtest;
 using surfsynth::test::BoxOfTetrahedra;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 namespace
 {
@@ -97,6 +101,10 @@ TEST(ElasticRest, KeepsArraysAndPrecisionAndDropsNormals)
     normals->SetNumberOfTuples(plank->GetNumberOfPoints());
     normals->Fill(1.0);
     plank->GetPointData()->SetNormals(normals);
+    vtkNew<vtkFloatArray> others; // not active, but known by their name
+    others->DeepCopy(normals);
+    others->SetName("Normals");
+    plank->GetPointData()->AddArray(others);
     vtkNew<vtkFloatArray> heat;
     heat->SetName("heat");
     heat->SetNumberOfTuples(plank->GetNumberOfPoints());
@@ -110,6 +118,7 @@ TEST(ElasticRest, KeepsArraysAndPrecisionAndDropsNormals)
     EXPECT_TRUE(state->IsA("vtkUnstructuredGrid"));
     EXPECT_EQ(state->GetPoints()->GetDataType(), type);
     EXPECT_FALSE(state->GetPointData()->GetNormals());
+    EXPECT_FALSE(state->GetPointData()->HasArray("Normals"));
     EXPECT_TRUE(state->GetPointData()->GetArray("heat"));
     EXPECT_TRUE(plank->GetPointData()->GetNormals()) << "the input is not changed";
     EXPECT_FALSE(plank->GetFieldData()->GetArray("FloorHeight"));
@@ -178,13 +187,16 @@ TEST(ElasticRest, FallsAgainstTheDirectionUpwards)
 {
   const auto plank = Plank();
   const auto filter = Quick(plank);
-  filter->SetUpDirection(-2.0, 0.0, 0.0);
-  ASSERT_TRUE(Update(filter));
   double box[6];
-  double bounds[6];
   plank->GetBounds(box);
-  Sample(filter, 0)->GetBounds(bounds);
-  EXPECT_NEAR(bounds[1], box[1], 5e-3) << "the floor is at the largest x";
+  for (const double length : { 2.0, 1e200, 1e-200 })
+  {
+    filter->SetUpDirection(-length, 0.0, 0.0);
+    ASSERT_TRUE(Update(filter));
+    double bounds[6];
+    Sample(filter, 0)->GetBounds(bounds);
+    EXPECT_NEAR(bounds[1], box[1], 5e-3) << "the floor is at the largest x; length " << length;
+  }
 }
 
 TEST(ElasticRest, BlocksFallEachByItself)
@@ -222,8 +234,12 @@ TEST(ElasticRest, SaysWhatIsWrong)
   filter->SetMaximumSpin(1.0);
   EXPECT_THAT(ErrorOf(filter), HasSubstr("MinimumSpin is above MaximumSpin"));
   filter->SetMinimumSpin(1.0);
-  filter->SetUpDirection(0.0, 0.0, 0.0);
-  EXPECT_THAT(ErrorOf(filter), HasSubstr("UpDirection has no length"));
+  constexpr double Infinity = std::numeric_limits<double>::infinity();
+  for (const double z : { 0.0, Infinity, -Infinity, std::numeric_limits<double>::quiet_NaN() })
+  {
+    filter->SetUpDirection(0.0, 0.0, z);
+    EXPECT_THAT(ErrorOf(filter), HasSubstr("UpDirection is not finite, or has no length")) << z;
+  }
   filter->SetUpDirection(0.0, 0.0, 1.0);
   filter->SetDisplacementArrayName("");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
@@ -232,12 +248,57 @@ TEST(ElasticRest, SaysWhatIsWrong)
   EXPECT_THAT(ErrorOf(ball), HasSubstr("The tetrahedra: "));
 }
 
+#ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
+TEST(ElasticRest, SaysWhichSurfaceCannotBeFilled)
+{
+  // A shell whose two sides are nearer to each other than the chords of coarse triangles.
+  Soup shell = Icosphere(3);
+  const Soup outer = shell;
+  for (const double x : outer.Points)
+  {
+    shell.Points.push_back(0.99 * x);
+  }
+  for (std::vector<vtkIdType> triangle : outer.Polys)
+  {
+    for (vtkIdType& p : triangle)
+    {
+      p += outer.NumberOfPoints();
+    }
+    shell.Polys.push_back(triangle);
+  }
+  const auto filter = Quick(shell.ToPolyData());
+  filter->SetNumberOfSurfacePoints(40);
+  EXPECT_THAT(ErrorOf(filter),
+    AllOf(HasSubstr("remeshed to "), HasSubstr(" points (NumberOfSurfacePoints), cannot be filled"),
+      Not(HasSubstr("triangle")), Not(HasSubstr("TargetEdgeLength"))));
+}
+#endif
+
 TEST(ElasticRest, EmptyInputGivesEmptyOutput)
 {
   vtkNew<vtkUnstructuredGrid> nothing;
   const auto filter = Quick(nothing);
   ASSERT_TRUE(Update(filter));
   EXPECT_EQ(Sample(filter, 0), nullptr);
+}
+
+TEST(ElasticRest, ReportsAndStopsWhileManyPointsFollow)
+{
+  // Many points around few tetrahedra: most of the time goes into what follows the simulation.
+  const auto filter = Quick(RingSphere(300, 300), 4);
+  filter->SetMaximumTime(0.0);
+  filter->SetTetrahedraData(GridOf(BoxOfTetrahedra({ 2, 2, 2 })));
+  EventRecorder events(filter);
+  ASSERT_TRUE(Update(filter));
+  ExpectMonotone(events.Progress);
+  EXPECT_EQ(std::count_if(events.Progress.begin(), events.Progress.end(), [](double x) { return x > 0.94; }), 8)
+    << "each sample follows and is copied";
+  EXPECT_EQ(events.Progress.back(), 1.0);
+  for (const double fraction : { 0.95, 0.98 })
+  {
+    filter->SetSeed(filter->GetSeed() + 1);
+    ExpectAbort(filter, fraction);
+  }
 }
 
 TEST(ElasticRest, AnAbortLeavesNothingAndTheNextUpdateIsComplete)

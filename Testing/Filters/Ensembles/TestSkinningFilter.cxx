@@ -79,9 +79,9 @@ vtkSmartPointer<vtkTable> Pose()
 }
 
 /// A sphere whose points go with the second bone where x > 0, and with both where x is 0.
-vtkSmartPointer<vtkPolyData> Body(int type = VTK_DOUBLE)
+vtkSmartPointer<vtkPolyData> Body(int type = VTK_DOUBLE, int level = 2)
 {
-  auto body = Icosphere(2).ToPolyData(type);
+  auto body = Icosphere(level).ToPolyData(type);
   std::vector<double> indices, weights, all;
   for (vtkIdType p = 0; p < body->GetNumberOfPoints(); ++p)
   {
@@ -238,6 +238,24 @@ TEST(SkinningFilter, PosesVolumesBlocksAndNothing)
   EXPECT_EQ(OutputOf(none)->GetNumberOfPoints(), 0);
 }
 
+TEST(SkinningFilter, ReportsProgressAndStopsOnRequest)
+{
+  const auto body = Body(VTK_DOUBLE, 6); // 40,962 points
+  ExpectSteadyProgress(Filter(body, Bones(), Pose()));
+  for (const double fraction : { 0.0, 0.3, 0.9 })
+  {
+    ExpectAbortAndRecovery(Filter(body, Bones(), Pose()), fraction, 1.0);
+  }
+}
+
+TEST(SkinningFilter, HasTheSameBitsForEveryNumberOfThreads)
+{
+  const auto body = Body(VTK_DOUBLE, 6);
+  const FilterMaker make = [&body]() -> vtkSmartPointer<vtkAlgorithm> { return Filter(body, Bones(), Pose()); };
+  ExpectSameBitsForAllThreads(
+    make, [](vtkAlgorithm* f) { return OutputOf(vtkSkinningFilter::SafeDownCast(f))->GetPoints()->GetData(); });
+}
+
 TEST(SkinningFilter, NamesWhatIsWrong)
 {
   const auto body = Body();
@@ -261,6 +279,17 @@ TEST(SkinningFilter, NamesWhatIsWrong)
   flat->RemoveColumnByName("Rotation");
   AddTo<vtkDoubleArray>(flat->GetRowData(), "Rotation", 3, std::vector<double>(6, 1.0));
   EXPECT_THAT(ErrorWith(body, Bones(), flat), HasSubstr("3 component(s); 4 are needed"));
+  const auto partial = Pose();
+  AddTo<vtkDoubleArray>(partial->GetRowData(), "Translation:0", 1, std::vector<double>{ 1, 0 });
+  AddTo<vtkDoubleArray>(partial->GetRowData(), "Translation:2", 1, std::vector<double>{ 1, 0 });
+  EXPECT_THAT(
+    ErrorWith(body, Bones(), partial), AllOf(HasSubstr("\"Translation:1\""), HasSubstr("3 are needed, or none")));
+  const auto text = Pose();
+  vtkNew<vtkStringArray> words;
+  words->SetName("Translation");
+  words->SetNumberOfValues(2);
+  text->AddColumn(words);
+  EXPECT_THAT(ErrorWith(body, Bones(), text), HasSubstr("\"Translation\" of the pose is not numeric"));
   const auto unknown = Body();
   unknown->GetPointData()->GetArray("BoneIndices")->SetComponent(9, 0, 7.0);
   unknown->GetPointData()->GetArray("BoneWeights")->SetComponent(9, 0, 1.0);

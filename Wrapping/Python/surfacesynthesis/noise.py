@@ -232,9 +232,9 @@ def matern_noise(
         names the observations. Goes with ``displacement`` and ``observations``. Default False.
     component_coupling : bool
         True couples the connected components of the surface, so that parts move together, such as eyes in a body: each
-        point within ``coupling_distance`` of another component is tied to the nearest place there. Goes with surfaces; off, components are independent. Results do not depend
-        on the order of the components, and one component gives the same bits as without. A component without a pair
-        raises. Default False.
+        point within ``coupling_distance`` of another component is tied to the nearest place there. Goes with surfaces;
+        off, components are independent. Results do not depend on the order of the components, and one component gives
+        the same bits as without. A component without a pair raises. Default False.
     coupling_weight : float
         Weight of the squared differences of coupled points against the Dirichlet energy, without unit, above 0; larger
         ties parts more tightly. Default 1e6.

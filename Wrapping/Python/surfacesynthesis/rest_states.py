@@ -6,7 +6,7 @@ import math
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 
-from .arguments import INT_MAX, INT_MIN, in_range, integer, progress_callback
+from .arguments import INT_MAX, INT_MIN, flag, in_range, integer, progress_callback
 from .datasets import given_dataset
 from .sampling import in_parts, positions_of_blocks
 from .vtkSurfaceSynthesisEnsembles import vtkElasticRestFilter
@@ -174,9 +174,9 @@ def configured_rest_states(
     algorithm.SetDropHeight(in_range("drop_height", drop_height, 0.0, 1e6))
     algorithm.SetMinimumSpin(in_range("minimum_spin", minimum_spin, 0.0, 1e4))
     algorithm.SetMaximumSpin(in_range("maximum_spin", maximum_spin, minimum_spin, 1e4))
-    algorithm.SetRandomOrientation(bool(random_orientation))
-    algorithm.SetAlign(bool(align))
-    algorithm.SetSelfContact(bool(self_contact))
+    algorithm.SetRandomOrientation(flag("random_orientation", random_orientation))
+    algorithm.SetAlign(flag("align", align))
+    algorithm.SetSelfContact(flag("self_contact", self_contact))
     algorithm.SetUpDirection(*_direction(up_direction))
     algorithm.SetTimeStep(in_range("time_step", time_step, 1e-4, 1.0))
     algorithm.SetMaximumTime(in_range("maximum_time", maximum_time, 0.0, 1e6))

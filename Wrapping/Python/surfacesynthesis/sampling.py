@@ -14,6 +14,8 @@ from .pipeline import apply_filter
 
 #: Samples that are made together, so that VTK's datasets, with all their arrays, are there for a part only.
 TOGETHER = 500
+#: Rounding of squared distances that are made of inner products, as a fraction of the squares.
+_ROUNDING = 1e-13
 
 
 def checked_range(samples, first_sample):
@@ -57,9 +59,14 @@ def farthest_samples(samples, count):
     """Indices of ``count`` of the samples [N, V, C], ascending, by farthest-point selection: the first one, then again and
     again the one that is farthest, in root mean square, from those chosen."""
     flat = np.reshape(samples, (len(samples), -1)).astype(np.float64)
+    flat -= flat.mean(axis=0)  # so that the differences of squares below lose less to rounding
+    squares = np.einsum("ij,ij->i", flat, flat)
     chosen, nearest = [0], np.full(len(flat), np.inf)
     while len(chosen) < count:
-        nearest = np.minimum(nearest, ((flat - flat[chosen[-1]]) ** 2).sum(axis=1))
+        sums = squares + squares[chosen[-1]]
+        distances = sums - 2.0 * (flat @ flat[chosen[-1]])
+        distances[distances < _ROUNDING * sums] = 0.0  # of samples that are alike
+        nearest = np.minimum(nearest, distances)
         nearest[chosen] = -1.0
         chosen.append(int(nearest.argmax()))
     return sorted(chosen)

@@ -41,14 +41,14 @@ def skin(
     mesh : vtkPointSet, composite dataset (vtkDataObjectTree) or pair (points, triangles)
         The body at rest: a surface, a volume or points, float or double. The mesh is never modified.
     bones : vtkTable, mapping or path
-        The bones, or a file of comma-separated values with them, with the columns "Head", [B, 3], the joint at which each one turns, world units; "Parent", [B], the row
-        of the bone that carries it, -1 for none; and, optional, "Name".
+        The bones, or a file of comma-separated values with them, with the columns "Head", [B, 3], the joint at which each
+        one turns, world units; "Parent", [B], the row of the bone that carries it, -1 for none; and, optional, "Name".
     pose : vtkTable, mapping, path or array [B, 4]
-        The pose, or a file with it, with the columns "Rotation", [B, 4], a quaternion w, x, y, z of any length but 0: the rotation of the bone
-        about its head, relative to its parent, in the axes of the body at rest; optional "Translation", [B, 3], the
-        displacement of the head from where its parent carries it, world units; and optional "Name". With names in both
-        tables a row is for the bone of its name, and bones without a row keep their rotation to the parent. An array is that
-        of rotations.
+        The pose, or a file with it, with the columns "Rotation", [B, 4], a quaternion w, x, y, z of any length but 0: the
+        rotation of the bone about its head, relative to its parent, in the axes of the body at rest; optional
+        "Translation", [B, 3], the displacement of the head from where the parent carries it, world units; and optional
+        "Name". With names in both tables a row is for the bone of its name, and bones without a row keep their rotation to
+        the parent. An array is that of rotations.
     skinning_method : str
         "dual_quaternion" (default): the rigid motion of the weighted mean of unit dual quaternions. "linear_blend": the
         weighted mean of the moved points, which shrinks where bones turn far against each other.
@@ -119,27 +119,41 @@ def _table_of(argument, given):
         given = _columns_of(given)
     if not isinstance(given, collections.abc.Mapping):
         raise TypeError(f"{argument} must be a vtkTable, a mapping of columns or a path, not {type(given).__name__}")
-    for name, values in given.items():
-        if name == "Name":
-            column = vtkStringArray()
-            for text in values:
-                column.InsertNextValue(str(text))
-        else:
-            values = np.asarray(values)
-            if values.dtype.kind not in "fiu" or values.ndim not in (1, 2):
-                raise TypeError(
-                    f'the column "{name}" of {argument} must be an array of numbers [B] or [B, C], not of {values.dtype} '
-                    f"{list(values.shape)}"
-                )
-            column = numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float64), deep=True)
+    columns = {
+        name: _names(values) if name == "Name" else _numbers(argument, name, values) for name, values in given.items()
+    }
+    rows = {name: column.GetNumberOfTuples() for name, column in columns.items()}
+    if len(set(rows.values())) > 1:
+        found = ", ".join(f'{count} of "{name}"' for name, count in rows.items())
+        raise ValueError(f"the columns of {argument} must have the same number of rows, not {found}")
+    for name, column in columns.items():
         column.SetName(name)
         table.AddColumn(column)
     return table
 
 
+def _names(values):
+    """A column of texts."""
+    column = vtkStringArray()
+    for text in values:
+        column.InsertNextValue(str(text))
+    return column
+
+
+def _numbers(argument, name, values):
+    """A column of numbers."""
+    values = np.asarray(values)
+    if values.dtype.kind not in "fiu" or values.ndim not in (1, 2):
+        raise TypeError(
+            f'the column "{name}" of {argument} must be an array of numbers [B] or [B, C], not of {values.dtype} '
+            f"{list(values.shape)}"
+        )
+    return numpy_to_vtk(np.ascontiguousarray(values, dtype=np.float64), deep=True)
+
+
 def _columns_of(path):
     """The columns of a table of comma-separated values by their names: numbers, but for names."""
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(path, newline="", encoding="utf-8-sig") as file:
         rows = [row for row in csv.reader(file) if row]
     if not rows or any(len(row) != len(rows[0]) for row in rows):
         raise SurfaceSynthesisError(f"{path}: a row of names and rows of as many values are needed")
