@@ -244,14 +244,19 @@ def reference_levels(name, levels=LEVELS, seed=1, surface="ball"):
     return meshes[:levels]
 
 
+def require_surfaces(parser, options):
+    """Ends the program where a texture of ``options.only`` is not known on one of ``options.surfaces``."""
+    if "labyrinth" in options.only and set(options.surfaces) != {"ball"}:
+        parser.error("the labyrinth is a harmonic of the ball: --only spikes knobs, or --surfaces ball")
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
     parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"])
     options = parser.parse_args(arguments)
-    if "labyrinth" in options.only and options.surfaces != ["ball"]:
-        parser.error("the labyrinth is a harmonic of the ball: --only spikes knobs")
+    require_surfaces(parser, options)
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:
         for surface in options.surfaces:
