@@ -12,7 +12,8 @@
  * @par Model file
  * safetensors with the metadata `architecture` ("geometric_texture"), as the training of geometric textures writes it.
  * Files are checked before use; a damaged file, or one without such a model, is an error that names the cause. A file
- * is read once, and again in an update after its size or time of modification has changed.
+ * is read once, and again in an update after its size or time of modification has changed. Published checkpoints become
+ * model files, without template and statistics, by convert_checkpoint() of the Python package.
  *
  * @par Input
  * The target: vtkPolyData with triangles, polygons or strips, float or double points, of any genus, open or closed, any
