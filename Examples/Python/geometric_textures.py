@@ -215,9 +215,9 @@ SHAPES = {
 }
 
 
-def unit_ball():
-    """The finest level of the balls that textures are learnt from, without the texture."""
-    ball = balls(LEVELS)[-1]
+def unit_ball(level=LEVELS - 1):
+    """A level of the balls that textures are learnt from, without the texture."""
+    ball = balls(LEVELS)[level]
     ball.GetPoints().SetData(numpy_to_vtk(directions(ball), deep=True))
     return ball
 
@@ -237,16 +237,17 @@ def shape(name, points):
     return remeshed((corners, triangles), points)
 
 
-def reference_features(texture, seed=1, reference=None):
+def reference_features(texture, seed=1, reference=None, level=LEVELS - 1):
     """Features of a ball that the texture was learnt from (seed 1), or of another with other random places."""
-    ball = reference_levels(texture, seed=seed)[-1]
-    return surfacesynthesis.geometric_texture_features(ball, unit_ball(), reference)
+    ball = reference_levels(texture, seed=seed)[level]
+    return surfacesynthesis.geometric_texture_features(ball, unit_ball(level), reference)
 
 
-def features_on(target, model, seed, reference=None, norm_statistics="target"):
-    """Features of a synthesized texture."""
-    bare = bare_levels(target, LEVELS - START)[-1]
-    output, _ = synthesized(target, model, start_level=START, seed=seed, norm_statistics=norm_statistics)
+def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1):
+    """Features of a level of a synthesized texture."""
+    bare = bare_levels(target, level - START + 1)[-1]
+    how = {"start_level": START, "end_level": level, "seed": seed, "norm_statistics": norm_statistics}
+    output, _ = synthesized(target, model, **how)
     return surfacesynthesis.geometric_texture_features(output, bare, reference)
 
 
@@ -254,16 +255,17 @@ def features(options):
     """A row for the reference, for five other balls, and for each shape, with means over five seeds."""
     print("| texture | surface | peaks in an area | variation of heights | merged | walls in an area | intersections |")
     print("|---|---|---:|---:|---:|---:|---:|")
-    for texture in TEXTURES:
-        reference = reference_features(texture)
+    level = options.level
+    for texture in options.textures:
+        reference = reference_features(texture, level=level)
         rows = {
-            "reference": [reference_features(texture, reference=reference)],
-            "other balls": [reference_features(texture, seed, reference) for seed in range(2, 7)],
+            "reference": [reference_features(texture, reference=reference, level=level)],
+            "other balls": [reference_features(texture, seed, reference, level) for seed in range(2, 7)],
         }
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)
             seeds = range(options.seed, options.seed + 5)
-            how = {"reference": reference, "norm_statistics": options.norm_statistics}
+            how = {"reference": reference, "norm_statistics": options.norm_statistics, "level": level}
             rows[name] = [features_on(target, model_of(options, texture), seed, **how) for seed in seeds]
         for name, found in rows.items():
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
@@ -475,6 +477,9 @@ def main():
     parser.add_argument("--only", nargs="+", choices=PICTURES, default=quick, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
+    levels = range(START, LEVELS)
+    parser.add_argument("--level", type=int, choices=levels, default=LEVELS - 1, help="of the features (default: the finest)")
+    parser.add_argument("--textures", nargs="+", choices=TEXTURES, default=TEXTURES, help="of the features (default: all)")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
