@@ -13,7 +13,8 @@ labyrinth, and knobs that are wider above than at the neck. Writes
                           by level
     texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
     texture_uses.png      above: strengths, and one that an array gives; below: a blend of two textures and a size, both
-                          by an array, and knobs on a saddle before and after they are made printable, with intersecting triangles in red
+                          by an array, and knobs on a saddle before and after they are made printable, with intersecting
+                          triangles in red
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
@@ -40,7 +41,7 @@ EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
 from make_datasets import surface  # noqa: E402
-from make_references import LEVELS, balls, directions, reference_levels  # noqa: E402
+from make_references import LEVELS, balls, bare_levels, directions, grid, reference_levels, torus  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
@@ -126,12 +127,6 @@ def scales(options):
     sheet.write(os.path.join(options.output, "texture_scales.png"), options.colors)
 
 
-def bare_levels(target, count):
-    """A target as it would be without a texture: cut into four, level by level."""
-    fitted = surfacesynthesis.fit_levels(target, template=target, levels=count, iterations=0)
-    return fitted.levels
-
-
 def mean_edge(mesh):
     return surfacesynthesis.topology_report(mesh)["edge_length_mean"]
 
@@ -203,15 +198,11 @@ def neighborhoods(options):
             print(f"| {texture} | {name} | {values} |", flush=True)
 
 
-#: Shapes as functions of a grid of coordinates from -1 to 1; a torus closes in both of them.
+#: Shapes as functions of two coordinates from -1 to 1, and whether they close in both.
 SHAPES = {
-    "plane": lambda u, v: (u, v, 0.0 * u),
-    "saddle": lambda u, v: (u, v, 0.5 * (u * u - v * v)),
-    "torus": lambda u, v: (
-        (1.0 + 0.4 * np.cos(np.pi * v)) * np.cos(np.pi * u),
-        (1.0 + 0.4 * np.cos(np.pi * v)) * np.sin(np.pi * u),
-        0.4 * np.sin(np.pi * v),
-    ),
+    "plane": (lambda u, v: (u, v, 0.0 * u), False),
+    "saddle": (lambda u, v: (u, v, 0.5 * (u * u - v * v)), False),
+    "torus": (torus(1.0, 0.4), True),
 }
 
 
@@ -226,15 +217,7 @@ def shape(name, points):
     """One of SHAPES, or a sphere, with so many points and even triangles."""
     if name == "sphere":
         return remeshed(unit_ball(), points)
-    count, closed = 121, name == "torus"
-    steps = np.linspace(-1.0, 1.0, count)[: count - closed]
-    corners = np.stack(SHAPES[name](*np.meshgrid(steps, steps, indexing="ij")), axis=-1).reshape(-1, 3)
-    grid = np.arange(len(corners)).reshape(len(steps), -1)
-    if closed:
-        grid = np.pad(grid, (0, 1), mode="wrap")
-    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]))
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return remeshed((corners, triangles), points)
+    return remeshed(grid(*SHAPES[name]), points)
 
 
 def reference_features(texture, seed=1, reference=None, level=LEVELS - 1):
