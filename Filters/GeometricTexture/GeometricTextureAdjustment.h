@@ -46,6 +46,8 @@ void ScaleDisplacement(GeometricTextureLevel& level, double strength, const Eige
 void RequirePrintability();
 
 /// Reduces the displacements of a level until no triangles intersect. The displacement of the level alone is not changed.
+/// Takes 4 to 10 microseconds for a triangle where few intersect, and a search around the moved triangles for each round of
+/// ReduceDisplacement().
 /// @throws InvalidInput as RequirePrintability(); Cancelled
 GeometricTexturePrintability MakePrintable(GeometricTextureLevel& level, const Progress& progress);
 
