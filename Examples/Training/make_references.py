@@ -10,8 +10,8 @@ Writes NAME_0.ply to NAME_3.ply, of 320, 1280, 5120 and 20480 triangles, for eac
     labyrinth   walls and trenches that wind: a random spherical harmonic, cut off above and below
     knobs       mushrooms, wider above than at the neck: points are moved along the surface as well as off it
 
-With --surfaces torus or saddle, spikes and knobs on those, as NAME_SURFACE_0.ply and so on: triangles and features are as large as
-those of the ball, and areas about the same.
+With --surfaces torus or saddle, spikes and knobs on those, as NAME_SURFACE_0.ply and so on: triangles and features are as
+large as those of the ball, and areas about the same.
 
 Here the shape is known, and each level is that shape, smoothed over the length of the level's edges. For a surface that
 is only given as a mesh, vtkMultiscaleMeshFitter makes the levels.
@@ -108,17 +108,28 @@ def on_saddle(points):
 SURFACES = {"torus": on_torus, "saddle": on_saddle}
 
 
-def grid(name, count=121):
-    """The corners [N, 3] and triangles [F, 3] of a fine mesh of one of SURFACES."""
-    closed = name == "torus"
+def torus(radius, tube):
+    """A torus around the z axis as a function of two coordinates from -1 to 1, around the axis and around the tube."""
+
+    def place(u, v):
+        away = radius + tube * np.cos(np.pi * v)
+        return away * np.cos(np.pi * u), away * np.sin(np.pi * u), tube * np.sin(np.pi * v)
+
+    return place
+
+
+#: The same as functions of two coordinates from -1 to 1, and whether they close in both.
+GRIDS = {
+    "torus": (torus(*TORUS), True),
+    "saddle": (lambda u, v: (SADDLE * u, SADDLE * v, 0.5 * SADDLE * (u * u - v * v)), False),
+}
+
+
+def grid(place, closed, count=121):
+    """The corners [N, 3] and triangles [F, 3] of a fine mesh of a surface, a function of two coordinates from -1 to 1; a
+    closed one closes in both of them."""
     steps = np.linspace(-1.0, 1.0, count)[: count - closed]
-    u, v = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
-    if closed:
-        ring = np.stack([np.cos(np.pi * u), np.sin(np.pi * u), 0.0 * u], axis=1)
-        corners = (TORUS[0] + TORUS[1] * np.cos(np.pi * v))[:, None] * ring
-        corners[:, 2] = TORUS[1] * np.sin(np.pi * v)
-    else:
-        corners, _ = on_saddle(SADDLE * np.stack([u, v, 0.0 * u], axis=1))
+    corners = np.stack(place(*np.meshgrid(steps, steps, indexing="ij")), axis=-1).reshape(-1, 3)
     numbers = np.arange(len(corners)).reshape(len(steps), -1)
     if closed:
         numbers = np.pad(numbers, (0, 1), mode="wrap")
@@ -214,10 +225,15 @@ class Neighbors:
         return values
 
 
+def bare_levels(mesh, count):
+    """A surface as it is without a texture, its triangles cut into four from level to level."""
+    return surfacesynthesis.fit_levels(mesh, template=mesh, levels=count, iterations=0).levels
+
+
 def surface_levels(surface, levels):
     """One of SURFACES as meshes, each with the points of the one before and others."""
-    coarse = surfacesynthesis.remesh(grid(surface), points=COARSE_POINTS[surface], feature_angle=None)
-    return surfacesynthesis.fit_levels(coarse, template=coarse, levels=levels, iterations=0).levels
+    points = COARSE_POINTS[surface]
+    return bare_levels(surfacesynthesis.remesh(grid(*GRIDS[surface]), points=points, feature_angle=None), levels)
 
 
 def reference_levels(name, levels=LEVELS, seed=1, surface="ball"):
@@ -244,14 +260,19 @@ def reference_levels(name, levels=LEVELS, seed=1, surface="ball"):
     return meshes[:levels]
 
 
+def require_surfaces(parser, options):
+    """Ends the program where a texture of ``options.only`` is not known on one of ``options.surfaces``."""
+    if "labyrinth" in options.only and set(options.surfaces) != {"ball"}:
+        parser.error("the labyrinth is a harmonic of the ball: --only spikes knobs, or --surfaces ball")
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
     parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"])
     options = parser.parse_args(arguments)
-    if "labyrinth" in options.only and options.surfaces != ["ball"]:
-        parser.error("the labyrinth is a harmonic of the ball: --only spikes knobs")
+    require_surfaces(parser, options)
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:
         for surface in options.surfaces:

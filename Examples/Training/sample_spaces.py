@@ -51,16 +51,16 @@ def moved_by(motions, points):
 
 class PoseSpace:
     """Poses of a surface, a pair (points, triangles). ``poses`` [N, V, 3] are some of the family, in the place of the
-    surface: what stays in all of them is the middle, and what moves rigidly in all of them are the ends, of which ``middle`` and
-    ``ends`` hold the numbers of their points.
+    surface: what stays in all of them is the middle, and what moves rigidly in all of them are the ends, of which ``middle``
+    and ``ends`` hold the numbers of their points.
 
     Raises ValueError where nothing stays, or nothing else moves rigidly.
     """
 
     def __init__(self, mesh, poses, iterations=40, stiffness=2e-4):
         points, triangles = mesh
-        self._triangles, self._stiffness = triangles, stiffness
         self._rest = points.astype(float)
+        self._points = np.arange(len(points))  # those that shapes are known at
         self._masses = point_masses(points, triangles)
         self._size = np.sqrt(self._masses.sum())
         self._iterations = iterations
@@ -91,8 +91,8 @@ class PoseSpace:
     def _prepare(self, triangles, smoothness):
         """Matrices of the deformation [Levi2015]: means of the rotations of neighbors, and the Laplacian of free points."""
         count = len(self._rest)
-        edges, _ = cotangent_weights(self._rest, triangles)
-        weights = np.maximum(cotangent_weights(self._rest, triangles)[1], 0.0)
+        edges, weights = cotangent_weights(self._rest, triangles)
+        weights = np.maximum(weights, 0.0)
         both = np.concatenate([edges, edges[:, ::-1]])
         matrix = coo_matrix((np.tile(weights, 2), both.T), shape=(count, count)).tocsr()
         ones = matrix.copy()
@@ -113,9 +113,9 @@ class PoseSpace:
     def seen_at(self, points):
         """The same space for shapes of which only these points are known, such as those of a damaged triangulation: the motion
         of an end is found from those of them that are its own; ends with fewer than FEWEST_OF_END follow the rest, so that
-        poses themselves have a residual, too."""
+        poses themselves have a residual, too. Unknown points of a shape are placed like the nearest known ones at rest."""
         seen = copy.copy(self)
-        seen.points = np.asarray(points)
+        seen._points = np.asarray(points)
         seen.ends = [end for end in self.ends if len(np.intersect1d(end, points)) >= FEWEST_OF_END]
         seen._known_ends = [np.intersect1d(end, points) for end in seen.ends]
         seen._known_middle = np.intersect1d(self.middle, points)
@@ -123,18 +123,6 @@ class PoseSpace:
             raise ValueError("the points have none of the middle, which poses are placed by")
         seen._hold(np.concatenate([seen.middle, *seen.ends]))
         return seen
-
-    def residuals_seen(self, shapes):
-        """What residuals() gives, of shapes [N, P, 3] of the points of seen_at(), as far as they are known."""
-        nearest = cKDTree(self._rest[self.points]).query(self._rest)[1]
-        masses = self._masses[self.points]
-        found = []
-        for shape in np.asarray(shapes, dtype=float):
-            whole = self._rest + (shape - self._rest[self.points])[nearest]
-            away = self.fitted(whole)[self.points] - shape
-            away -= masses @ away / masses.sum()
-            found.append(np.sqrt(masses @ (away**2).sum(axis=1) / masses.sum()) / self._size)
-        return np.array(found)
 
     def fitted(self, shape):
         """The pose that is fitted to a shape [V, 3], in the place of the surface."""
@@ -169,13 +157,16 @@ class PoseSpace:
         return 0.5 * (own + np.einsum("vab,vb->va", near, self._rest) - self._adjacency @ moved)
 
     def residuals(self, shapes):
-        """The root mean square distances of shapes [N, V, 3] from their poses, up to translation, in units of the root of
-        the area."""
+        """The root mean square distances of shapes [N, V, 3], or [N, P, 3] of the points of seen_at(), from their poses, up
+        to translation, in units of the root of the area of the surface."""
+        nearest = cKDTree(self._rest[self._points]).query(self._rest)[1]
+        masses = self._masses[self._points] / self._masses[self._points].sum()
         found = []
-        for shape in shapes:
-            away = self.fitted(np.asarray(shape, dtype=float)) - shape
-            away -= self._masses @ away / self._masses.sum()
-            found.append(np.sqrt(self._masses @ (away**2).sum(axis=1)) / self._size**2)
+        for shape in np.asarray(shapes, dtype=float):
+            whole = self._rest + (shape - self._rest[self._points])[nearest]
+            away = self.fitted(whole)[self._points] - shape
+            away -= masses @ away
+            found.append(np.sqrt(masses @ (away**2).sum(axis=1)) / self._size)
         return np.array(found)
 
 

@@ -6,7 +6,7 @@
 
 Makes each reference (make_references.py) and writes NAME.safetensors and NAME.csv, a table of the losses. A training that
 was interrupted goes on from its checkpoint when the script is run again. With several surfaces a texture is learned from all of
-them.
+them; the labyrinth is known on the ball alone.
 """
 
 import argparse
@@ -15,14 +15,14 @@ import sys
 import time
 
 import surfacesynthesis
-from make_references import DISPLACEMENTS, SURFACES, reference_levels
+from make_references import DISPLACEMENTS, SURFACES, reference_levels, require_surfaces
 from surfacesynthesis.commands.train_geometric_texture import iterations_of_levels
 
 #: Half of the paper's channels.
 RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 
 
-def main(arguments=None):
+def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
@@ -32,6 +32,12 @@ def main(arguments=None):
                         help="what the texture is learned from (default: ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")
     options = parser.parse_args(arguments)
+    require_surfaces(parser, options)
+    return options
+
+
+def main(arguments=None):
+    options = parsed(arguments)
     os.makedirs(options.output, exist_ok=True)
     for name in options.only:
         started = time.monotonic()

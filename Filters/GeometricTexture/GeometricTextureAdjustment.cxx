@@ -33,6 +33,8 @@ void ScaleDisplacement(GeometricTextureLevel& level, double strength, const Eige
 }
 
 #ifdef SURFACE_SYNTHESIS_CGAL
+void RequirePrintability() {}
+
 GeometricTexturePrintability MakePrintable(GeometricTextureLevel& level, const Progress& progress)
 {
   // Shared with the work, which outlives this call when it is cancelled.
@@ -57,10 +59,16 @@ GeometricTexturePrintability MakePrintable(GeometricTextureLevel& level, const P
   return { reduced.NumberOfPairsLeft, reduced.Height, reduced.HeightBefore };
 }
 #else
-GeometricTexturePrintability MakePrintable(GeometricTextureLevel&, const Progress&)
+void RequirePrintability()
 {
   throw InvalidInput("Printable needs CGAL, and this library was built without (SURFACE_SYNTHESIS_CGAL is off). "
                      "A build with CGAL, or Printable off, is needed.");
+}
+
+GeometricTexturePrintability MakePrintable(GeometricTextureLevel&, const Progress&)
+{
+  RequirePrintability();
+  return {};
 }
 #endif
 

@@ -41,8 +41,14 @@ struct GeometricTexturePrintability
 /// @param strength factor at all points @param strengthOfPoint another factor [V]; empty for 1
 void ScaleDisplacement(GeometricTextureLevel& level, double strength, const Eigen::VectorXf& strengthOfPoint);
 
+/// Checks that MakePrintable() is possible.
+/// @throws InvalidInput when the library was built without CGAL
+void RequirePrintability();
+
 /// Reduces the displacements of a level until no triangles intersect. The displacement of the level alone is not changed.
-/// @throws InvalidInput when the library was built without CGAL; Cancelled
+/// Takes 4 to 10 microseconds for a triangle where few intersect, and a search around the moved triangles for each round of
+/// ReduceDisplacement().
+/// @throws InvalidInput as RequirePrintability(); Cancelled
 GeometricTexturePrintability MakePrintable(GeometricTextureLevel& level, const Progress& progress);
 
 } // namespace surfsynth

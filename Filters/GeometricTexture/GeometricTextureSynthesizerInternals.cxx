@@ -39,6 +39,14 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->Model.reset();
   this->Printability.reset();
   this->CheckNames();
+  if (std::isnan(this->Self->Strength))
+  {
+    throw surfsynth::InvalidInput("Strength is not a number; a number from 0 to 1e6 is needed.");
+  }
+  if (this->Self->Printable)
+  {
+    surfsynth::RequirePrintability();
+  }
   this->WithoutNoise = surfsynth::ReadLevelList(this->Self->LevelsWithoutNoise, "LevelsWithoutNoise");
   this->Model = this->ReadModel();
   this->SecondModel = this->ReadSecondModel();

@@ -13,10 +13,10 @@
  * Port 0: the levels, a composite dataset whose leaves in order, empty ones left out, are one surface at several
  * scales, coarse to fine, as vtkMultiscaleMeshFitter makes it: vtkPolyData of triangles, each level with the triangles
  * of the one before cut into four at the midpoints of edges, in the order of vtkMultiscaleMeshFitter. The meshes must
- * have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding. The port takes
- * several connections: surfaces of other curvature with the same texture and as many levels, of which each iteration draws
- * one. Their triangles should be of the same size beside the features of the texture; the model file has the template of the first,
- * and statistics of channels over all.
+ * have finite points, no degenerate triangle, no edge with more than two triangles and consistent winding. The port
+ * takes several connections: surfaces of other curvature with the same texture and as many levels, of which each
+ * iteration draws one. Their triangles should be of the same size beside the features of the texture; the model file
+ * has the template of the first, and statistics of channels over all.
  * @par
  * Port 1, optional: the template, vtkPolyData with the triangles of the first level: the surface that is textured where
  * vtkGeometricTextureSynthesizer has no input. Without it the first level is the template.
@@ -25,18 +25,18 @@
  * vtkMultiscaleMeshFitter writes. Surfaces of SetReferenceFileName() follow those of the inputs or of that file.
  *
  * @par Output
- * The table of vtkModelTrainer, with a row for each iteration of all levels and the columns iteration, level (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate
- * (float64).
+ * The table of vtkModelTrainer, with a row for each iteration of all levels and the columns iteration, level
+ * (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate (float64).
  *
  * @par Files
- * Those of vtkModelTrainer; a checkpoint is also written after each level. TextureName, Device and the names and times of
- * files may change between an update and the next, which goes on from the checkpoint.
+ * Those of vtkModelTrainer; a checkpoint is also written after each level. TextureName, Device and the names and times
+ * of files may change between an update and the next, which goes on from the checkpoint.
  *
  * @par Cost
- * IterationsPerLevel times the number of levels, or those of IterationsOfLevels, each of DiscriminatorSteps + GeneratorSteps steps, linear in the
- * number of triangles of the level. Everything random is a pure function of the seed and the iteration: the same seed
- * gives the same bits with the same number of threads on the same machine, interrupted or not. An update whose
- * checkpoint is complete only reads it.
+ * IterationsPerLevel times the number of levels, or those of IterationsOfLevels, each of DiscriminatorSteps +
+ * GeneratorSteps steps, linear in the number of triangles of the level. Everything random is a pure function of the
+ * seed and the iteration: the same seed gives the same bits with the same number of threads on the same machine,
+ * interrupted or not. An update whose checkpoint is complete only reads it.
  *
  * @sa vtkModelTrainer, vtkMultiscaleMeshFitter, vtkGeometricTextureSynthesizer
  */
@@ -69,8 +69,8 @@ public:
   ///@{
   /**
    * Dataset files of further surfaces with the same texture and as many levels; empty names are none.
-   * SetNumberOfReferenceFileNames() clamps to 0 and more and fills up with empty names; SetReferenceFileName() does nothing
-   * for an index out of range, and GetReferenceFileName() returns null. Default none.
+   * SetNumberOfReferenceFileNames() clamps to 0 and more and fills up with empty names; SetReferenceFileName() does
+   * nothing for an index out of range, and GetReferenceFileName() returns null. Default none.
    */
   void SetNumberOfReferenceFileNames(int number);
   int GetNumberOfReferenceFileNames() const { return static_cast<int>(this->ReferenceFileNames.size()); }
@@ -88,10 +88,10 @@ public:
 
   ///@{
   /**
-   * Number of iterations of each level in turn, at least 1, as many as there are levels; none: IterationsPerLevel of each. Coarse
-   * levels, where features are placed, take a fraction of the time of the finest one. SetNumberOfIterationsOfLevels() clamps to 0
-   * and more and fills up with IterationsPerLevel; SetIterationsOfLevel() does nothing for an index out of range, and
-   * GetIterationsOfLevel() returns 0. Default none.
+   * Number of iterations of each level in turn, at least 1, as many as there are levels; none: IterationsPerLevel of
+   * each. Coarse levels, where features are placed, take a fraction of the time of the finest one.
+   * SetNumberOfIterationsOfLevels() clamps to 0 and more and fills up with IterationsPerLevel; SetIterationsOfLevel()
+   * does nothing for an index out of range, and GetIterationsOfLevel() returns 0. Default none.
    */
   void SetNumberOfIterationsOfLevels(int number);
   int GetNumberOfIterationsOfLevels() const { return static_cast<int>(this->IterationsOfLevels.size()); }
@@ -142,8 +142,8 @@ public:
 
   ///@{
   /**
-   * Steps of the discriminator from one gradient penalty to the next, which weighs as many times as much, from 1 to 1000;
-   * 1: a penalty in each step, as published. Default 1.
+   * Steps of the discriminator from one gradient penalty to the next, which weighs as many times as much, from 1 to
+   * 1000; 1: a penalty in each step, as published. Default 1.
    */
   vtkSetClampMacro(PenaltyInterval, int, 1, 1000);
   vtkGetMacro(PenaltyInterval, int);

@@ -4,6 +4,7 @@
 import builtins
 import json
 import os
+import pathlib
 import pickle
 import struct
 import sys
@@ -15,6 +16,7 @@ from surfacesynthesis import FormatError, SurfaceSynthesisError, convert_checkpo
 from surfacesynthesis.command_line import main
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
+from surfacesynthesis.texture_conversion import describe_texture, texture_channels
 
 #: As the published configurations are written, with keys about training.
 CONFIG = {"nblocks": 2, "width": 8, "head_type": "njf", "cmlp_nlayers": 2, "inner_prod_features": True,
@@ -67,6 +69,9 @@ def checkpoint(tmp_path, monkeypatch):
     return make
 
 
+DTYPES = {"F32": "<f4", "F64": "<f8", "I64": "<i8"}
+
+
 def contents(path):
     data = path.read_bytes()
     (length,) = struct.unpack("<Q", data[:8])
@@ -76,7 +81,7 @@ def contents(path):
     for name, entry in header.items():
         begin, end = entry["data_offsets"]
         raw = data[8 + length + begin : 8 + length + end]
-        tensors[name] = np.frombuffer(raw, dtype="<f4").reshape(entry["shape"])
+        tensors[name] = np.frombuffer(raw, dtype=DTYPES[entry["dtype"]]).reshape(entry["shape"])
     return metadata, tensors
 
 
@@ -151,6 +156,86 @@ def test_the_library_reads_what_is_written(config, checkpoint, tmp_path, pair):
     output = poisson_net(pair, path, conditions=conditions, normalization="surface_area")
     assert np.all(np.isfinite(output.values))
     assert output.class_names == config.get("classes", [])
+
+
+# -- geometric textures ----------------------------------------------------------------------------------------------
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MODELS = ROOT / "Examples" / "Models"
+#: As options.json of the published code, where it differs from its defaults or is about something else.
+TEXTURE = {"mesh_name": "virus_ball", "num_levels": 4, "max_nf": 64, "noise_before": True, "in_nf": 4, "scale_vs_factor": 2,
+           "fix_vs_noise": True, "tag": "demo", "lr": 0.0005}  # fmt: skip
+
+
+def generator_of(path):
+    """The state dictionary of the generator in a model file."""
+    _, tensors = contents(path)
+    return {name: FakeTensor(values) for name, values in tensors.items() if name.startswith("levels.")}
+
+
+def test_a_published_generator_becomes_a_geometric_texture(checkpoint, tmp_path, pair):
+    """The generator of a model, converted from its tensors alone, grows the same texture to the last bit."""
+    from surfacesynthesis import geometric_texture
+
+    source = checkpoint(generator_of(MODELS / "spikes.safetensors"), "SingleMeshGenerator.pth")
+    path = tmp_path / "virus.safetensors"
+    metadata = convert_checkpoint(source, path, TEXTURE)
+    assert contents(path)[0] == metadata
+    assert json.loads(metadata["config"]) == {"tag": "demo", "lr": 0.0005}
+    how = {"start_level": 1, "seed": 3}
+    converted, own = (geometric_texture(pair, model, **how) for model in (path, MODELS / "spikes.safetensors"))
+    assert np.array_equal(converted[0], own[0]) and np.array_equal(converted[1], own[1])
+    quiet = {**TEXTURE, "noise_amplitude": 0}
+    convert_checkpoint(source, path, quiet)
+    still = [geometric_texture(pair, path, start_level=1, seed=seed)[0] for seed in (1, 2)]
+    assert np.array_equal(*still) and not np.array_equal(still[0], own[0])
+    with pytest.raises(SurfaceSynthesisError, match="no template"):
+        geometric_texture(None, path)
+
+
+def test_a_state_dictionary_of_the_published_code_is_taken(checkpoint, tmp_path, pair):
+    """Names and shapes are those of a generator that the published code made, of whose five levels three are kept."""
+    from surfacesynthesis import geometric_texture
+
+    fixture = ROOT / "Testing" / "Data" / "Parity" / "dgts" / "generator_random.safetensors"
+    published = contents(fixture)[0]
+    numbers = ("num_levels", "num_layers", "start_nf", "min_nf", "max_nf", "in_nf")
+    config = {name: int(published[name]) for name in numbers}
+    network = describe_texture(config)[1]
+    channels = [texture_channels(network, level) for level in range(5)]
+    assert channels == json.loads(published["fe_lists_generator"])
+    path = tmp_path / "random.safetensors"
+    convert_checkpoint(checkpoint(generator_of(fixture)), path, {**config, "num_levels": 3})
+    points, triangles = geometric_texture(pair, path)
+    assert len(triangles) == 16 * len(pair[1]) and np.all(np.isfinite(points))
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"num_levels": 0}, "num_levels must be a whole number from 1 to 16"),
+        ({"num_layers": 2}, "num_layers must be a whole number from 3 to 32"),
+        ({"start_nf": 32.5}, "start_nf must be a whole number"),
+        ({"noise_before": False}, "noise_before must be true, as published, not False"),
+        ({"nb_features": True}, "nb_features must be false"),
+        ({"scale_vs_factor": 3}, "scale_vs_factor must be 2"),
+        ({"noise_amplitude": -0.1}, "noise_amplitude must be a number of at least 0"),
+        ({"noise_amplitude": float("nan")}, "noise_amplitude must be a number"),
+        ({"mesh_name": ""}, "mesh_name must be the name"),
+    ],
+)
+def test_configurations_that_describe_no_texture(change, words, checkpoint, tmp_path):
+    with pytest.raises(ValueError, match=words):
+        convert_checkpoint(checkpoint({}), tmp_path / "virus.safetensors", {**TEXTURE, **change})
+    assert not (tmp_path / "virus.safetensors").exists()
+
+
+def test_generators_that_are_not_those_of_the_configuration(checkpoint, tmp_path):
+    source = checkpoint(generator_of(MODELS / "spikes.safetensors"))
+    wrong = {"num_levels": 3, "max_nf": 128, "num_layers": 6, "min_nf": 16, "start_nf": 16}
+    for name, value in wrong.items():
+        with pytest.raises(SurfaceSynthesisError, match="the tensors are not those of the network"):
+            convert_checkpoint(source, tmp_path / "virus.safetensors", {**TEXTURE, name: value})
 
 
 # -- what is refused -------------------------------------------------------------------------------------------------
@@ -273,10 +358,21 @@ def test_the_command_takes_a_file_or_text_and_further_values(checkpoint, tmp_pat
         assert printed.startswith("2 blocks, width 8, head njf, ") and printed.rstrip().endswith(str(target))
 
 
+def test_the_command_converts_a_geometric_texture(checkpoint, tmp_path, capsys):
+    source = checkpoint(generator_of(MODELS / "spikes.safetensors"))
+    (tmp_path / "options.json").write_text(json.dumps(TEXTURE), encoding="utf-8")
+    target = tmp_path / "virus.safetensors"
+    assert main(["convert", str(source), str(target), "--config", str(tmp_path / "options.json")]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith('geometric texture "virus_ball", 4 levels, 6 convolutions, ')
+    assert printed.rstrip().endswith(str(target))
+
+
 @pytest.mark.parametrize(
     "config, status, words",
     [
         ("{", 2, "no JSON"),
+        ('{"num_levels": 0}', 2, "num_levels must be a whole number"),
         ("none.json", 1, "none.json: No such file"),
         ('{"head": "njf"}', 2, "C_width is missing"),
     ],

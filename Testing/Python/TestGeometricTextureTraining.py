@@ -12,6 +12,7 @@ from surfacesynthesis import (
     write_mesh,
 )
 from surfacesynthesis.command_line import main
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "surface_samples": 200, "learning_rate": 0.02}
 SMALL = {
@@ -109,6 +110,29 @@ def test_levels_have_their_iterations_and_references_are_drawn(ball, tmp_path):
     options += ["--references", second, "--penalty-interval", "2"]
     assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3"]) == 0
     assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3,2", "--no-resume"]) == 1
+
+
+def test_references_are_given_one_by_one_or_as_any_iterable(ball, tmp_path):
+    """The same references in any form give the same model; another number of them gives another one."""
+    flat, long = ((ball[0] * [1, 1, height], ball[1]) for height in (0.5, 2))
+    path = tmp_path / "flat.safetensors"
+    fit = fit_levels(flat, template=flat, levels=1, iterations=0, dataset=path)
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, fit.levels[0])
+
+    def model_of(references):
+        model = tmp_path / "some.model"
+        train_geometric_texture([ball], references=references, model=model, resume=False, **{**SMALL, "iterations": 4})
+        return model.read_bytes()
+
+    one = model_of([path])
+    for references in (path, str(path), str(path).encode(), blocks, (given for given in [path])):
+        assert model_of(references) == one, references
+    both = model_of([path, [long]])
+    assert both != one
+    assert model_of(given for given in [path, [long]]) == both
+    with pytest.raises(ValueError, match="each of the references must be a path"):
+        model_of("")
 
 
 def test_errors_of_fit_and_training_are_exceptions(ball, tmp_path):

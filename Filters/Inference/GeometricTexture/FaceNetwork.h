@@ -30,9 +30,9 @@ using NetworkStatistics = std::vector<ChannelStatistics>;
 
 /// The network of one level. A convolution is max over the neighbours of W [neighbour, self] + b with one W, which is
 /// (W_s self + b) + max (W_n neighbour): both products are computed once for each triangle and then gathered, a third
-/// of the arithmetic. A norm and a leaky ReLU follow each convolution but the last: an instance norm over all
-/// triangles [Ulyanov2016], or one by given statistics, with which an output depends on the triangles nearby alone. Works on tiles that stay in cache, and adds up fixed blocks in order, so that bits do not depend on the
-/// threads.
+/// of the arithmetic. A norm and a leaky ReLU follow each convolution but the last: an instance norm over all triangles
+/// [Ulyanov2016], or one by given statistics, with which an output depends on the triangles nearby alone. Works on
+/// tiles that stay in cache, and adds up fixed blocks in order, so that bits do not depend on the threads.
 class FaceNetwork
 {
 public:

@@ -36,7 +36,9 @@ ThreeRows RowsOf(const LookingFaces& faces, Size face, const StridedRows& produc
     products.Data + rows[2] * products.Stride };
 }
 
-void AddLargest(const ThreeRows& rows, const float* __restrict__ own, const float* __restrict__ bias, Size width,
+/// Largest of three rows and its place, plus the bias and, with @p HasOwn, plus @p own.
+template <bool HasOwn>
+void LargestOf(const ThreeRows& rows, const float* __restrict__ own, const float* __restrict__ bias, Size width,
   float* __restrict__ out, Place* __restrict__ places)
 {
   const float* __restrict__ a = rows.A;
@@ -47,22 +49,12 @@ void AddLargest(const ThreeRows& rows, const float* __restrict__ own, const floa
     const float two = b[k] > a[k] ? b[k] : a[k];
     const std::int32_t placeOfTwo = b[k] > a[k] ? 1 : 0;
     places[k] = static_cast<Place>(c[k] > two ? 2 : placeOfTwo);
-    out[k] = bias[k] + own[k] + (c[k] > two ? c[k] : two);
-  }
-}
-
-void SetLargest(const ThreeRows& rows, const float* __restrict__ bias, Size width, float* __restrict__ out,
-  Place* __restrict__ places)
-{
-  const float* __restrict__ a = rows.A;
-  const float* __restrict__ b = rows.B;
-  const float* __restrict__ c = rows.C;
-  for (Size k = 0; k < width; ++k)
-  {
-    const float two = b[k] > a[k] ? b[k] : a[k];
-    const std::int32_t placeOfTwo = b[k] > a[k] ? 1 : 0;
-    places[k] = static_cast<Place>(c[k] > two ? 2 : placeOfTwo);
-    out[k] = bias[k] + (c[k] > two ? c[k] : two);
+    float sum = bias[k];
+    if constexpr (HasOwn)
+    {
+      sum += own[k];
+    }
+    out[k] = sum + (c[k] > two ? c[k] : two);
   }
 }
 
@@ -75,11 +67,11 @@ void Largest(const LookingFaces& faces, const StridedRows& products, const Strid
     const ThreeRows rows = RowsOf(faces, f, products);
     if (own.Data)
     {
-      AddLargest(rows, own.Data + f * own.Stride, bias, width, out, places);
+      LargestOf<true>(rows, own.Data + f * own.Stride, bias, width, out, places);
     }
     else
     {
-      SetLargest(rows, bias, width, out, places);
+      LargestOf<false>(rows, nullptr, bias, width, out, places);
     }
   }
 }

@@ -40,16 +40,16 @@ struct GeometricTextureRequest
   /// [V] of the mesh, in [0, 1]: factor of the displacements, interpolated linearly on finer levels; empty: 1. Vertices
   /// with 0 keep their place to the last bit.
   Eigen::VectorXf Mask;
-  /// Another model with as many levels, for a mixture of two textures on a mesh; null for none. At each level both networks
-  /// take the same mesh and the same noise, each with the standard deviation of its training, and their displacements are
-  /// added with the weights 1 - Blend and Blend.
+  /// Another model with as many levels, for a mixture of two textures on a mesh; null for none. At each level both
+  /// networks take the same mesh and the same noise, each with the standard deviation of its training, and their
+  /// displacements are added with the weights 1 - Blend and Blend.
   std::shared_ptr<const GeometricTextureModel> SecondModel;
-  /// [V] of the mesh, in [0, 1]: share of the second model, interpolated linearly on finer levels. Where it is 0 everywhere, or
-  /// 1 everywhere, the result is that of one model to the last bit.
+  /// [V] of the mesh, in [0, 1]: share of the second model, interpolated linearly on finer levels. Where it is 0
+  /// everywhere, or 1 everywhere, the result is that of one model to the last bit.
   Eigen::VectorXf Blend;
-  /// [V] of the mesh, above 0, in proportion to the length of the edges around each vertex: the networks see each place in a
-  /// unit of its own, so that a texture is as large as the edges there; interpolated linearly on finer levels; empty: edges
-  /// are equally long.
+  /// [V] of the mesh, above 0, in proportion to the length of the edges around each vertex: the networks see each place
+  /// in a unit of its own, so that a texture is as large as the edges there; interpolated linearly on finer levels;
+  /// empty: edges are equally long.
   Eigen::VectorXf Sizes;
 };
 
@@ -96,9 +96,9 @@ public:
   /// the texture.
   /// @return the last level.
   /// @throws InvalidInput when the mesh has no triangle or does not meet Requirements(), the first level is below 0 or
-  /// above the last, a model lacks the statistics that are asked for, both models have other numbers of levels, the mask or
-  /// the blend has the wrong size, a size is not above 0, or they or the interpolation a value outside [0, 1], the finest mesh would have too many triangles, or the result is not finite;
-  /// Cancelled.
+  /// above the last, a model lacks the statistics that are asked for, both models have other numbers of levels, the
+  /// mask or the blend has the wrong size, a size is not above 0, or they or the interpolation a value outside [0, 1],
+  /// the finest mesh would have too many triangles, or the result is not finite; Cancelled.
   GeometricTextureLevel Synthesize(const TriangleMesh& mesh, const GeometricTextureRequest& request,
     const Observer& observe = {}, const Progress& progress = {}) const;
 

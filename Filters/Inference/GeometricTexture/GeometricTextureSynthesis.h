@@ -58,7 +58,8 @@ public:
 
   /// Vertices in units of the level, [V, 3]: the input of the network.
   SinglePoints LevelPoints() const;
-  /// Displacements of the triangles in the frames of their edges, [F, 3], by the last Displace().
+  /// Displacements of the triangles in the frames of their edges, [F, 3], by the last Displace(), without mask; with
+  /// SetBlend() those of the second model alone.
   const SinglePoints& LocalDisplacement() const { return this->Local; }
   /// Mesh after generator level @p level, in the caller's units.
   GeometricTextureLevel Result(int level) const;

@@ -24,13 +24,13 @@ struct GeometricTextureTrainingOptions : ModelTrainingOptions
   GeometricTextureOptions Network;        ///< but for Levels: there are as many as in the dataset
   std::string Name = "texture";           ///< of the model, for people; not empty
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
-  /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse levels,
-  /// where features are placed, cost a fraction of the finest one.
+  /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse
+  /// levels, where features are placed, cost a fraction of the finest one.
   std::vector<std::int64_t> IterationsOfLevels;
   std::int64_t DiscriminatorSteps = 2; ///< in an iteration, 1 to 1000
   std::int64_t GeneratorSteps = 3;     ///< in an iteration, after those, 1 to 1000
-  /// Iterations of a level after which the learning rate of Adam, whose decays are 0.5 and 0.99, is multiplied, each time;
-  /// >= 0. 0: a quarter of the iterations of the level, at least 1.
+  /// Iterations of a level after which the learning rate of Adam, whose decays are 0.5 and 0.99, is multiplied, each
+  /// time; >= 0. 0: a quarter of the iterations of the level, at least 1.
   std::int64_t LearningRateInterval = 500;
   double LearningRateFactor = 0.5; ///< by this, in (0, 1]
   double PenaltyWeight = 0.1;      ///< of the gradient penalty, >= 0
@@ -47,22 +47,22 @@ void CheckOptions(const GeometricTextureTrainingOptions& options);
 /// @throws InvalidInput when IterationsOfLevels is neither empty nor of that length.
 std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOptions& options, std::size_t levels);
 
-/// Trains a texture from one mesh at several scales, or several such references (sections 3 and 4): level by level, a generator that displaces the
-/// vertices of a mesh against a discriminator that looks at features of triangles, a Wasserstein GAN with gradient penalty.
-/// Levels below the one that is trained stay as they are. A level whose channels are those of the level before begins with
-/// its weights.
+/// Trains a texture from one mesh at several scales, or several such references (sections 3 and 4): level by level, a
+/// generator that displaces the vertices of a mesh against a discriminator that looks at features of triangles, a
+/// Wasserstein GAN with gradient penalty. Levels below the one that is trained stay as they are. A level whose channels
+/// are those of the level before begins with its weights.
 ///
-/// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature, for
-/// textures that are to grow on such. Their triangles should be of the same size beside the features of the texture. The
-/// model has the template of the first one, and statistics of channels over all.
+/// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature,
+/// for textures that are to grow on such. Their triangles should be of the same size beside the features of the
+/// texture. The model has the template of the first one, and statistics of channels over all.
 ///
 /// Everything random is a pure function of (seed, level, iteration, step), so that a training that was interrupted and
 /// resumed gives the weights of one that was not, bit for bit with the same number of threads on the same machine.
 class GeometricTextureTrainer : public ModelTrainer
 {
 public:
-  /// @throws InvalidInput when an option is out of range, the dataset is not one of CheckDataset(), a mesh does not meet
-  /// GeometricTextureSampler::Requirements(), or CUDA is asked for and there is none.
+  /// @throws InvalidInput when an option is out of range, the dataset is not one of CheckDataset(), a mesh does not
+  /// meet GeometricTextureSampler::Requirements(), or CUDA is asked for and there is none.
   GeometricTextureTrainer(MultiscaleDataset dataset, const GeometricTextureTrainingOptions& options);
   /// Trains from several references. @throws InvalidInput as above, and when there is none or one has another number of
   /// levels than the first.
@@ -78,18 +78,18 @@ public:
   /// Number of the iterations of all levels.
   std::int64_t Iterations() const override;
   /// Columns iteration (over all levels), level, and means over the steps of the iteration: critic_loss (of the
-  /// discriminator: value of generated meshes minus that of the reference), gradient_penalty (before it is weighted; 0 in
-  /// iterations without one),
-  /// adversarial_loss (of the generator: minus the value of generated meshes), reconstruction_loss (mean squared
-  /// distance from the reference, in squared mean edge lengths; monitored); and learning_rate.
+  /// discriminator: value of generated meshes minus that of the reference), gradient_penalty (before it is weighted; 0
+  /// in iterations without one), adversarial_loss (of the generator: minus the value of generated meshes),
+  /// reconstruction_loss (mean squared distance from the reference, in squared mean edge lengths; monitored); and
+  /// learning_rate.
   const LossHistory& History() const override;
   /// True after the last iteration of each level.
   bool IsAtEndOfStage() const override;
   std::string DeviceName() const override;
   void SaveModel(const std::string& path) const override;
 
-  /// The model as it is now, with its template and the noise that reconstructs the reference. Levels that are not trained
-  /// yet have the weights that they begin with.
+  /// The model as it is now, with its template and the noise that reconstructs the reference. Levels that are not
+  /// trained yet have the weights that they begin with.
   GeometricTextureModel Model() const;
 
 private:
@@ -102,8 +102,8 @@ private:
   std::unique_ptr<Internals> Impl;
 };
 
-/// Time of an iteration of each level, in the unit of one multiplication for each triangle: that of both networks, and an
-/// overhead. For TrainingClock.
+/// Time of an iteration of each level, in the unit of one multiplication for each triangle: that of both networks, and
+/// an overhead. For TrainingClock.
 std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network);
 /// The same for several references: means over them.
 std::vector<double> CostsOfLevels(

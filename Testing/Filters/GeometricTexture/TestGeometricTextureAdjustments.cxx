@@ -241,6 +241,7 @@ TEST(GeometricTexturePrintable, NeedsCgal)
   const auto filter = SynthesizerOn(Icosphere(1).ToPolyData(), WriteRandomGeometricTexture("without.model"));
   filter->PrintableOn();
   EXPECT_THAT(ErrorOf(filter), HasSubstr("Printable needs CGAL"));
+  EXPECT_EQ(filter->GetNumberOfSyntheses(), 0) << "before any work";
 }
 #else
 TEST(GeometricTexturePrintable, NoTrianglesIntersectAndNothingElseMoves)

@@ -186,6 +186,9 @@ TEST(GeometricTextureMessages, NumbersThatAreNone)
   filter->SetNoiseAmplitude(NAN);
   EXPECT_THAT(ErrorOf(filter), HasSubstr("the amplitude of the noise is nan"));
   filter->SetNoiseAmplitude(-1.0);
+  filter->SetStrength(NAN);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("Strength is not a number"));
+  filter->SetStrength(1.0);
   filter->SetMaskFalloff(NAN);
   OutputOf(filter);
 }

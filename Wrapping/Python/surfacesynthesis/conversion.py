@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""PyTorch checkpoints of PoissonNet as model files. PyTorch is needed here and nowhere else in the package."""
+"""PyTorch checkpoints of PoissonNet and of geometric textures as model files. PyTorch is needed here and nowhere else in the
+package."""
 
 import json
 import os
@@ -10,6 +11,7 @@ import numpy as np
 
 from .errors import FormatError, SurfaceSynthesisError
 from .safetensors import write_safetensors
+from .texture_conversion import describe_texture, is_texture, texture_tensors
 
 _HEADS = ("linear", "njf")
 _PLACES = ("vertices", "faces", "global_mean")
@@ -34,7 +36,8 @@ _DESCRIPTION = {
 
 
 def convert_checkpoint(checkpoint, model, config, key=None):
-    """Converts a PyTorch checkpoint of PoissonNet, a dictionary of tensors by their published names, to a model file.
+    """Converts a PyTorch checkpoint, a dictionary of tensors by their published names, to a model file: of PoissonNet, or of
+    the generator of a geometric texture [Hertz2020], whose configuration has the key ``num_levels``.
 
     Parameters
     ----------
@@ -50,6 +53,11 @@ def convert_checkpoint(checkpoint, model, config, key=None):
         ("identity", "log_softmax"), ``classes`` (names), ``input_normalisation`` ("none", "surface_area",
         "unit_sphere"), ``cmlp_modulate``, ``inner_prod_features``, ``mlp_norm``, ``mass_norm``, ``dropout_p``. These
         may be in an object ``config`` inside. Further keys, about training, are kept in the file.
+
+        Of a geometric texture the published ``options.json``, or as much of it as differs from the published defaults:
+        ``num_levels`` (always), ``num_layers`` (7), ``start_nf`` (32), ``min_nf`` (32), ``max_nf`` (128),
+        ``noise_amplitude`` (0.1), and ``mesh_name``, the name of the texture. The checkpoint is ``SingleMeshGenerator.pth``.
+        The model file has no template: synthesis needs a target, and the statistics of the target.
     key : str, optional
         Under which key of the checkpoint the state dictionary lies. Default: the checkpoint itself, or the only
         dictionary of tensors in it.
@@ -70,8 +78,7 @@ def convert_checkpoint(checkpoint, model, config, key=None):
     OSError
         A file cannot be read or written.
     """
-    metadata, network = describe(config)
-    expected = expected_tensors(network)
+    metadata, expected = metadata_and_tensors(config)
     state = _state_of(_load(checkpoint), key, os.fspath(checkpoint))
     _compare(expected, {name: tuple(tensor.shape) for name, tensor in state.items()}, os.fspath(checkpoint))
     tensors = {name: _to_numpy(tensor) for name, tensor in state.items()}
@@ -83,6 +90,15 @@ def convert_checkpoint(checkpoint, model, config, key=None):
 
 
 # -- configuration -----------------------------------------------------------------------------------------------------
+
+
+def metadata_and_tensors(config):
+    """The metadata of the model file and the shapes of its tensors by name; raises ValueError."""
+    if is_texture(config):
+        metadata, network = describe_texture(config)
+        return metadata, texture_tensors(network)
+    metadata, network = describe(config)
+    return metadata, expected_tensors(network)
 
 
 def describe(config):

@@ -5,7 +5,7 @@ import collections
 import os
 import warnings
 
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkMultiBlockDataSet, vtkPolyData
 
 from . import training
 from .arguments import (
@@ -41,6 +41,7 @@ COLUMNS = (
     "reconstruction_loss",
     "learning_rate",
 )
+_PATHS = (str, bytes, os.PathLike)
 _SURFACE = "a vtkPolyData or a pair of arrays (points, triangles)"
 
 #: The result of fit_levels(): the levels, coarse to fine, and the template, each a vtkPolyData; and the mean and the
@@ -182,10 +183,10 @@ def train_geometric_texture(
         The model file that is written, safetensors.
     dataset : path, optional
         A dataset file that is trained on in place of ``levels`` and ``template``.
-    references : sequence, optional
-        Further surfaces with the same texture and as many levels, each as ``levels`` or a dataset file: each iteration draws
-        one of all, so that the texture is learnt on surfaces of several curvatures. Their triangles should be of the same size
-        beside the features of the texture.
+    references : iterable, path or composite dataset, optional
+        Further surfaces with the same texture and as many levels, each as ``levels`` or a dataset file, or one such file or
+        composite dataset: each iteration draws one of all, so that the texture is learnt on surfaces of several curvatures.
+        Their triangles should be of the same size beside the features of the texture.
     texture_name : str
         Name of the texture, for people. Default "texture".
     iterations : int or sequence of int
@@ -211,13 +212,7 @@ def train_geometric_texture(
     progress_callback(progress)
     algorithm = configured_trainer(model, dataset, **options)
     _connect(algorithm, levels, template)
-    add_reference_files(algorithm, [one for one in references if isinstance(one, (str, os.PathLike))])
-    for reference in references:
-        if isinstance(reference, (str, os.PathLike)):
-            continue
-        if dataset is not None:
-            raise TypeError("beside a dataset each of the references must be a dataset file")
-        algorithm.AddInputDataObject(0, _levels(reference))
+    _add_references(algorithm, references)
     return training.run(algorithm, COLUMNS, progress)
 
 
@@ -273,7 +268,18 @@ def add_reference_files(algorithm, paths):
     """Gives a vtkGeometricTextureTrainer dataset files of further surfaces."""
     algorithm.SetNumberOfReferenceFileNames(len(paths))
     for number, path in enumerate(paths):
-        algorithm.SetReferenceFileName(number, os.fspath(path))
+        algorithm.SetReferenceFileName(number, optional_path("each of the references", path))
+
+
+def _add_references(algorithm, references):
+    """Gives a vtkGeometricTextureTrainer further surfaces, files and others; raises TypeError."""
+    references = [references] if isinstance(references, (*_PATHS, vtkDataObject)) else list(references)
+    add_reference_files(algorithm, [one for one in references if isinstance(one, _PATHS)])
+    surfaces = [one for one in references if not isinstance(one, _PATHS)]
+    if surfaces and algorithm.GetDatasetFileName():
+        raise TypeError("beside a dataset each of the references must be a dataset file")
+    for surface in surfaces:
+        algorithm.AddInputDataObject(0, _levels(surface))
 
 
 def _connect(algorithm, levels, template):

@@ -6,10 +6,11 @@ import json
 from .common import Outcome, UsageError, add_command, add_printing_options, as_usage
 
 _DESCRIPTION = """\
-Makes a model file (safetensors) of a PyTorch checkpoint of PoissonNet. PyTorch is needed for this and only for this; no
-code in the checkpoint is run. The tensors must be exactly those of the network that the configuration describes."""
+Makes a model file (safetensors) of a PyTorch checkpoint of PoissonNet or of a geometric texture. PyTorch is needed for this
+and only for this; no code in the checkpoint is run. The tensors must be exactly those of the network that the configuration
+describes."""
 _EXAMPLES = """\
-configuration: a JSON file, or JSON text, with the keys of the published configurations and of model files
+configuration of PoissonNet: a JSON file, or JSON text, with the keys of the published configurations and of model files
   head_type (or head)     linear, njf
   width, nblocks          (or C_width, n_blocks)
   cmlp_nlayers            layers of each complex network
@@ -21,9 +22,17 @@ configuration: a JSON file, or JSON text, with the keys of the published configu
   classes                 list of names
   input_normalisation     none (default), surface_area, unit_sphere
 
+configuration of a geometric texture: the published options.json, or its keys
+  num_levels              levels of the generator
+  num_layers              7 where absent
+  start_nf, min_nf, max_nf   channels: 32, 32 and 128 where absent
+  noise_amplitude         0.1 where absent
+  mesh_name               name of the texture
+
 examples:
   %(prog)s crumpling.pt crumpling.safetensors --config crumpling.json --set extra_features=1
   %(prog)s net.pt net.safetensors --key model --config '{"head": "njf", "width": 128, "nblocks": 5, "cmlp_nlayers": 3}'
+  %(prog)s SingleMeshGenerator.pth virus.safetensors --config options.json
 """
 
 
@@ -50,13 +59,20 @@ def add(commands):
 
 def run(arguments):
     """The command ``convert``."""
-    from ..conversion import convert_checkpoint, describe
+    from ..conversion import convert_checkpoint, metadata_and_tensors
 
     config = _config_of(arguments)
-    as_usage(describe, config)
+    as_usage(metadata_and_tensors, config)
     metadata = convert_checkpoint(arguments.checkpoint, arguments.model, config, key=arguments.key)
-    parts = [f"{metadata['n_blocks']} blocks", f"width {metadata['C_width']}", f"head {metadata['head']}"]
-    return Outcome(", ".join(parts), metadata, [arguments.model])
+    return Outcome(", ".join(_parts(metadata)), metadata, [arguments.model])
+
+
+def _parts(metadata):
+    """What a model is, in words."""
+    if metadata["architecture"] == "poissonnet":
+        return [f"{metadata['n_blocks']} blocks", f"width {metadata['C_width']}", f"head {metadata['head']}"]
+    network = json.loads(metadata["geometric_texture"])
+    return [f'geometric texture "{network["name"]}"', f"{network['levels']} levels", f"{network['layers'] - 1} convolutions"]
 
 
 def _config_of(arguments):
