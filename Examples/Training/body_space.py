@@ -57,14 +57,18 @@ DAMPING, LEAST_GAIN, MOST_STEPS = 1e-6, 1e-3, 30
 
 
 class Skeleton:
-    """Bones of a file bones.csv: names, heads [B, 3] and parents [B]."""
+    """Bones of a body: names, heads [B, 3] and parents [B], -1 for none."""
 
-    def __init__(self, path):
+    def __init__(self, names, heads, parents):
+        self.names, self.heads, self.parents = list(names), np.asarray(heads), np.asarray(parents)
+
+    @classmethod
+    def read(cls, path):
+        """The bones of a file bones.csv."""
         with open(path, newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-        self.names = [row["Name"] for row in rows]
-        self.heads = np.array([[float(row[f"Head:{k}"]) for k in range(3)] for row in rows])
-        self.parents = np.array([int(row["Parent"]) for row in rows])
+        heads = [[float(row[f"Head:{k}"]) for k in range(3)] for row in rows]
+        return cls([row["Name"] for row in rows], heads, [int(row["Parent"]) for row in rows])
 
     def chains(self):
         """For each bone its number and those of all above it."""
@@ -460,7 +464,7 @@ def parsed(arguments):
 
 def main(arguments=None):
     options = parsed(arguments)
-    skeleton = Skeleton(os.path.join(options.folder, "bones.csv"))
+    skeleton = Skeleton.read(os.path.join(options.folder, "bones.csv"))
     joints = moved_joints(options.folder, skeleton)
     body, poses, distances = fitted_poses(options, skeleton, joints, max(options.samples))
     print(f"{len(poses)} test poses of the file: distance {distances.mean():.1e}, at most {distances.max():.1e}; "

@@ -265,19 +265,22 @@ def arrays_of(mesh):
     return points, vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
 
 
+def families(options, package):
+    """Name, body with weights, number of bodies and number of the first one of each file of many bodies."""
+    body = package.surface("body")
+    coarse = simplified(body, package, options.vertices)
+    yield "bodies_train", coarse, options.bodies, 0
+    yield "bodies_test_same", coarse, options.test_bodies, FIRST_TEST_SAMPLE
+    yield "bodies_test", remeshed(body, package, options.test_vertices), options.test_bodies, FIRST_TEST_SAMPLE
+
+
 def write_bodies(options, package, show):
     """Poses of many bodies: those to train with and those to test with."""
     shapes, blends = BodyShapes(package, options.seed), PoseBlends(package, options.seed)
-    body = package.surface("body")
-    coarse, other = simplified(body, package, options.vertices), remeshed(body, package, options.test_vertices)
-    for name, mesh, bodies, first in (
-        ("bodies_train", coarse, options.bodies, 0),
-        ("bodies_test_same", coarse, options.test_bodies, FIRST_TEST_SAMPLE),
-        ("bodies_test", other, options.test_bodies, FIRST_TEST_SAMPLE),
-    ):
+    for name, mesh, bodies, first in families(options, package):
         started = time.monotonic()
         sources = []
-        for k, (shape, placed) in enumerate(shaped(mesh, body, [shapes.body(first + number) for number in range(bodies)])):
+        for k, (shape, placed) in enumerate(shaped(mesh, package, [shapes.body(first + number) for number in range(bodies)])):
             samples = SAMPLES_OF_BODY * (first + k)
             sources.append((placed, posed(placed, shape, blends, options.poses_per_body, samples, lambda fraction: None)))
             show((k + 1) / bodies)
@@ -287,14 +290,14 @@ def write_bodies(options, package, show):
         print(f"\r{counts}, {time.monotonic() - started:.0f} s -> {path}", flush=True)
 
 
-def shaped(mesh, body, packages):
-    """Each package with its body on the triangulation of ``mesh``, whose points are carried from the nearest places of the
-    surface ``body``; weights are those of ``mesh``."""
-    surfaces = np.stack([arrays_of(package.surface("body"))[0] for package in packages])
-    for package, points in zip(packages, carried(surfaces, arrays_of(body), arrays_of(mesh)[0])):
+def shaped(mesh, package, shapes):
+    """Each of the packages ``shapes`` with its body on the triangulation of ``mesh``, whose points are carried from the nearest
+    places of the body of ``package``; weights are those of ``mesh``."""
+    surfaces = np.stack([arrays_of(shape.surface("body"))[0] for shape in shapes])
+    for shape, points in zip(shapes, carried(surfaces, arrays_of(package.surface("body")), arrays_of(mesh)[0])):
         placed = to_polydata(mesh_of_triangles(points, arrays_of(mesh)[1]))
         indices, weights = (vtk_to_numpy(mesh.GetPointData().GetArray(name)) for name in ("BoneIndices", "BoneWeights"))
-        yield package, with_weights(placed, indices, weights)
+        yield shape, with_weights(placed, indices, weights)
 
 
 def write_tables(folder, package):

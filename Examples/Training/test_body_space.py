@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tests body_space.py on a limb of four bones: ``test_body_space.py FOLDER``. Run by CTest."""
+"""Tests body_space.py and unseen_bodies.py on a limb of few bones: ``test_body_space.py FOLDER``. Run by CTest."""
 
 import csv
 import os
 import sys
-import types
 
 import numpy as np
 
 import body_space
 import make_bodies
 import surfacesynthesis
+import unseen_bodies
 from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 from test_make_bodies import HEIGHT, tube, write_package
 
@@ -29,9 +29,7 @@ def limb():
     weights = np.take_along_axis(weights, kept, axis=1)
     mesh = to_polydata(mesh_of_triangles(points, triangles_of(quads)))
     body = make_bodies.with_weights(mesh, kept, weights / weights.sum(axis=1, keepdims=True))
-    skeleton = types.SimpleNamespace(names=["root", "arm", "wrist.L", "finger"], heads=HEADS, parents=np.array([-1, 0, 1, 2]))
-    skeleton.chains = types.MethodType(body_space.Skeleton.chains, skeleton)
-    return body, skeleton
+    return body, body_space.Skeleton(["root", "arm", "wrist.L", "finger"], HEADS, [-1, 0, 1, 2])
 
 
 def triangles_of(quads):
@@ -139,7 +137,7 @@ def check_table(folder):
     write_package(package)
     sizes = ["--poses", "6", "--test-poses", "8", "--full-poses", "2", "--vertices", "150", "--test-vertices", "250"]
     make_bodies.main([folder, "--package", package, *sizes])
-    skeleton = body_space.Skeleton(os.path.join(folder, "bones.csv"))
+    skeleton = body_space.Skeleton.read(os.path.join(folder, "bones.csv"))
     assert skeleton.names == ["trunk", "upperarm01.L"] and body_space.moved_joints(folder, skeleton).tolist() == [0, 1]
     model, table = (os.path.join(folder, name) for name in ("model.safetensors", "table.csv"))
     surfacesynthesis.train_flow_matching(
@@ -157,6 +155,36 @@ def check_table(folder):
     assert len(body_space.main([folder, "--faces", "400", "--samples", "2"])) == 2
 
 
+def check_unseen_bodies(folder):
+    """The table of a model of many bodies after two iterations: poses of each body are those of its own skeleton."""
+    package = os.path.join(folder, "package")
+    write_package(package)
+    sizes = ["--vertices", "150", "--test-vertices", "250"]
+    make_bodies.main([folder, "--package", package, "--bodies", "3", "--test-bodies", "1", "--poses-per-body", "3", *sizes])
+    model, table = (os.path.join(folder, name) for name in ("model.safetensors", "table.csv"))
+    surfacesynthesis.train_flow_matching(
+        dataset=os.path.join(folder, "bodies_train.safetensors"), model=model, encoder_iterations=2, iterations=2, width=8, blocks=2,
+        layers=2, batch=2,
+    )  # fmt: skip
+    options = ["--package", package, "--model", model, "--bodies", "2", "--samples", "3", "--steps", "2", "--csv", table]
+    rows = unseen_bodies.main([*options, *sizes])
+    assert [row["samples"] for row in rows] == [6] * 6 and os.path.exists(table)
+    assert len({row["points"] for row in rows[:4]}) == 1 and rows[4]["points"] != rows[0]["points"]
+    for poses, samples in (rows[:2], rows[2:4], rows[4:]):
+        assert poses["largest"] < 1e-5 and 1e-4 < samples["distance"] < np.inf, (poses, samples)
+
+
+def check_summary():
+    """Mean and deviation of all samples of two bodies."""
+    first, second = np.array([1.0, 2.0, 6.0]), np.array([3.0, 3.0, 9.0])
+    rows = [{"samples": 3, "points": 5, "faces": 6, "distance": one.mean(), "deviation": one.std(), "largest": one.max(), "cov": 0.5,
+             "nna": 0.25, "hands": 3.0, "hands_of_fit": 4.0} for one in (first, second)]  # fmt: skip
+    rows[1]["hands"] = 5.0
+    found, both = unseen_bodies.summary("both", rows), np.concatenate([first, second])
+    assert found["samples"] == 6 and np.allclose([found["distance"], found["deviation"]], [both.mean(), both.std()])
+    assert found["largest"] == 9.0 and found["cov"] == 0.5 and np.isclose(found["hands"], np.sqrt(17.0))
+
+
 if __name__ == "__main__":
     assert HEADS[-1, 1] < HEIGHT
     check_derivatives()
@@ -165,5 +193,7 @@ if __name__ == "__main__":
     check_hands()
     check_skinning()
     check_triangulations()
+    check_summary()
     check_table(sys.argv[1])
+    check_unseen_bodies(os.path.join(sys.argv[1], "bodies"))
     print("passed")
