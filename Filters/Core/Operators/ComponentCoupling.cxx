@@ -25,7 +25,7 @@ constexpr double AutomaticDistance = 0.03;
 /// Largest distance of a vertex from its place over that of the place from the component of the vertex.
 constexpr double LargestRatio = 2.0;
 /// Vertices whose places are searched for in one task.
-constexpr std::int64_t VerticesOfTask = 256;
+constexpr std::int64_t PlacesOfTask = 256;
 
 /// The place that a vertex is coupled to; no triangle for none.
 /// @param own component of the vertex
@@ -126,8 +126,8 @@ std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshCo
   std::vector<NearestPlace> places(components.OfVertex.size());
   SharedProgress shared(progress, mesh.NumberOfPoints());
   const auto findPlaces = [&](std::int64_t task) {
-    const std::int64_t begin = task * VerticesOfTask;
-    const std::int64_t end = std::min<std::int64_t>(begin + VerticesOfTask, mesh.NumberOfPoints());
+    const std::int64_t begin = task * PlacesOfTask;
+    const std::int64_t end = std::min<std::int64_t>(begin + PlacesOfTask, mesh.NumberOfPoints());
     for (std::int64_t v = begin; v < end; ++v)
     {
       const Index own = components.OfVertex[v];
@@ -138,7 +138,7 @@ std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshCo
     }
     shared.Advance(end - begin);
   };
-  const std::int64_t tasks = (mesh.NumberOfPoints() + VerticesOfTask - 1) / VerticesOfTask;
+  const std::int64_t tasks = (mesh.NumberOfPoints() + PlacesOfTask - 1) / PlacesOfTask;
   ParallelTasks(tasks, findPlaces, [&shared] { shared.Advance(0); });
   Report(progress, 1.0);
   std::vector<CoupledPair> pairs;
