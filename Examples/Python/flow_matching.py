@@ -14,6 +14,8 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
                         --training, samples beside the closest pose of the training
     signals.png         samples on the original triangulation, with 75,000 faces, and, from the same noise, on an even one and
                         on one that is coarse on one side
+    rest_samples.png    rows: the bunny, with 75,000 faces, and the armadillo, with 52,000: four samples of the models of rest
+                        states, which were trained on 4,000 faces, lowered onto a floor
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took, a table of times over the number of triangles (--only times), and one of the sharpness of signals
@@ -34,6 +36,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersModeling import vtkLinearSubdivisionFilter
 
 import gallery_rendering as rendering
+import rest_states
 import surfacesynthesis
 from surfacesynthesis.datasets import dataset_of_pair
 
@@ -179,6 +182,25 @@ def triangulations(options, model, original, sheet, view):
     print(f"original and subdivided: mean difference {100 * difference:.1f} % of the mean displacement", flush=True)
 
 
+def rest_samples(options):
+    """Samples of models of rest states on the original triangulations."""
+    names = ("bunny", "armadillo")
+    sheet = rendering.Sheet(len(names), len(SEEDS) + 1, rest_states.SIZE, margin=rest_states.BAR)
+    for row, (name, file) in enumerate(zip(names, rest_states.SHAPES)):
+        points, triangles = points_and_triangles(surface(None, file))
+        model = os.path.join(options.models, f"{name}_rest.safetensors")
+        shapes = surfacesynthesis.deform((points, triangles), model, samples=len(SEEDS), steps=options.steps)
+        rest = points @ rest_states.UPRIGHT.T
+        extent = 1.12 * np.linalg.norm(np.ptp(rest, axis=0)) / 1.3
+        for column, shape in enumerate((points, *shapes)):
+            title = f"sample {column}" if column else f"{name}\n{len(triangles):,} faces"
+            turned = shape @ rest_states.UPRIGHT.T
+            rest_states.show(sheet, row, column, title, turned, rest, triangles, turned[:, 2].min(), extent)
+        limit = rest_states.LIMIT
+        sheet.add_bar(row, rendering.cool_warm(limit), -limit, limit, "logarithm\nof area")
+    sheet.write(os.path.join(options.output, "rest_samples.png"), options.colors)
+
+
 def signals(options):
     model = os.path.join(options.models, "bunny_mixtures.safetensors")
     bunny = surface(None, "bunny00.off")
@@ -243,6 +265,7 @@ PICTURES = {
     "mixtures": (training_mixtures, None),
     "deformations": (deformations, "armadillo_poses"),
     "signals": (signals, "bunny_mixtures"),
+    "rest_samples": (rest_samples, "armadillo_rest"),
     "times": (times, "armadillo_poses"),
     "peaks": (peaks, "bunny_mixtures"),
 }
