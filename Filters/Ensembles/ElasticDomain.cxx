@@ -4,6 +4,7 @@
 #include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/UsedPoints.h"
 
 #ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
@@ -103,7 +104,7 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
 {
   const auto result = std::make_shared<TriangleMesh>();
   RemeshingOptions options;
-  options.EdgeLength = MeanEdgeLength(mesh);
+  options.EdgeLength = MeanSideLength(mesh);
   options.NumberOfPoints = points;
   options.FindPlaces = false;
   options.FindOrigins = false;
@@ -128,7 +129,7 @@ TetrahedralMesh Filled(vtkPolyData* input, int surfacePoints, const Progress& pr
     mesh = Remeshed(mesh, surfacePoints, SubProgress(progress, 0.0, 0.5));
     cellOfTriangle = {};
   }
-  options.TargetEdgeLength = MeanEdgeLength(mesh);
+  options.TargetEdgeLength = MeanSideLength(mesh);
   const FilledSurface filled = Tetrahedralize(mesh, options, cellOfTriangle, SubProgress(progress, 0.5, 1.0));
   return { filled.Points, filled.Tetrahedra };
 }

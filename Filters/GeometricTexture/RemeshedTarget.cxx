@@ -45,7 +45,7 @@ constexpr double AutomaticTriangles = 7000.0;
 double AutomaticTextureScale(const TriangleMesh& target)
 {
   const double edge = std::sqrt(4.0 / std::sqrt(3.0) * SurfaceArea(target) / AutomaticTriangles);
-  const double mean = MeanEdgeLength(target);
+  const double mean = MeanSideLength(target);
   return edge > 0.0 && mean > 0.0 ? std::clamp(edge / mean, 0.001, 1000.0) : 1.0;
 }
 
@@ -107,7 +107,7 @@ RemeshedTarget::RemeshedTarget(vtkPolyData* input, const Surface& surface, doubl
   const auto target = std::make_shared<Surface>(surface);
   CheckSurface(*target, RemeshingRequirements());
   const auto options = std::make_shared<RemeshingOptions>();
-  options->EdgeLength = scale * MeanEdgeLength(surface.Mesh);
+  options->EdgeLength = scale * MeanSideLength(surface.Mesh);
   options->MatchMeanEdgeLength = true;
   options->FeatureAngle = CreaseAngle;
   options->PointClasses = this->Seams;

@@ -5,6 +5,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 
@@ -410,24 +411,11 @@ RemeshedSurface RemeshIsotropically(
   {
     Goal goal;
     goal.Wanted = options.EdgeLength;
-    goal.Measure = MeanEdgeLength;
+    goal.Measure = MeanSideLength;
     goal.PowerOfLength = 1.0;
     return RemeshTowards(goal, ShortenedBy, mesh, options, stop);
   }
   return Remesh(mesh, options, 1.0, false, stop);
-}
-
-double MeanEdgeLength(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
-    }
-  }
-  return mesh.NumberOfTriangles() > 0 ? sum / (3.0 * mesh.NumberOfTriangles()) : 0.0;
 }
 
 } // namespace surfsynth

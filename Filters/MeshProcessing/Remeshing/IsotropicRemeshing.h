@@ -57,7 +57,4 @@ struct RemeshedSurface
 RemeshedSurface RemeshIsotropically(
   const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop = nullptr);
 
-/// Mean length of the edges of the mesh's triangles (inner edges count twice), world units.
-double MeanEdgeLength(const TriangleMesh& mesh);
-
 } // namespace surfsynth

@@ -7,6 +7,8 @@
 
 #include "SurfaceBridge.h"
 
+#include "Core/Mesh/MeshStatistics.h"
+
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
@@ -54,24 +56,10 @@ TriangleMesh Bare(vtkPolyData* output)
   return mesh;
 }
 
-/// With inner edges counted twice.
-double MeanEdge(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Eigen::Index f = 0; f < mesh.Triangles.rows(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
-    }
-  }
-  return sum / static_cast<double>(3 * mesh.Triangles.rows());
-}
-
 /// Standard deviation of the edge lengths over their mean.
 double Unevenness(const TriangleMesh& mesh)
 {
-  const double mean = MeanEdge(mesh);
+  const double mean = MeanSideLength(mesh);
   double squares = 0.0;
   for (Eigen::Index f = 0; f < mesh.Triangles.rows(); ++f)
   {
@@ -158,7 +146,7 @@ TEST(GeometricTextureRemeshing, EdgesAreAsLongAsTheScaleSays)
     const auto filter = Remeshing(target, scale);
     filter->SetEndLevel(0);
     const TriangleMesh bare = Bare(SurfaceOf(filter));
-    EXPECT_NEAR(MeanEdge(bare) / MeanEdge(given), scale, 0.03 * scale) << scale;
+    EXPECT_NEAR(MeanSideLength(bare) / MeanSideLength(given), scale, 0.03 * scale) << scale;
     EXPECT_LT(Unevenness(bare), 0.25);
     // A triangle is below the sphere by up to 1 - cos of half its longest side, the diagonal of a quad at the equator.
     const double below = 1.0 - std::cos(0.5 * std::hypot(M_PI / 20.0, 2.0 * M_PI / 90.0));
@@ -216,7 +204,7 @@ TEST(GeometricTextureRemeshing, SizesVaryFromPlaceToPlace)
   const auto target = Icosphere(4).ToPolyData();
   const auto size = [](double z) { return 1.0 + 0.6 * z; };
   AddPointField(target, "Size", [&](const double* p) { return size(p[2]); });
-  const double edge = MeanEdge(ConvertSurface(target).Mesh);
+  const double edge = MeanSideLength(ConvertSurface(target).Mesh);
   const auto filter = Remeshing(target, 1.3);
   filter->SetSizeArrayName("Size");
   filter->SetEndLevel(0);
