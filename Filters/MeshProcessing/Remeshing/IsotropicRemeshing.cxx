@@ -307,25 +307,6 @@ RemeshedSurface Remesh(
   return Harvest(InputSurface(mesh, options), curved, curves).Result(options.FindPlaces, options.FindOrigins);
 }
 
-/// The number of triangles of the target size that cover the mesh, halved: about the number of points.
-double ExpectedPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
-{
-  double points = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    double length = options.EdgeLength;
-    if (!options.PointEdgeLengths.empty())
-    {
-      length = (options.PointEdgeLengths[t(0)] + options.PointEdgeLengths[t(1)] + options.PointEdgeLengths[t(2)]) / 3.0;
-    }
-    points += 0.5 * (0.5 * a.cross(b).norm()) / (std::sqrt(3.0) / 4.0 * length * length);
-  }
-  return points;
-}
-
 /// @throws InvalidInput when the result would have too many points, or triangles larger than the surface.
 void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
 {
@@ -340,7 +321,7 @@ void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
     return;
   }
   const bool sized = !options.PointEdgeLengths.empty();
-  const double points = ExpectedPoints(mesh, options);
+  const double points = ExpectedNumberOfPoints(mesh, options);
   const std::string length = FormatNumber(options.EdgeLength);
   if (points > options.MaximumNumberOfPoints)
   {
@@ -404,7 +385,7 @@ RemeshedSurface RemeshIsotropically(
     goal.Wanted = static_cast<double>(options.NumberOfPoints);
     goal.Measure = [](const TriangleMesh& made) { return static_cast<double>(made.NumberOfPoints()); };
     goal.PowerOfLength = -2.0;
-    const double scale = ShortenedBy * std::sqrt(ExpectedPoints(mesh, options) / goal.Wanted);
+    const double scale = ShortenedBy * std::sqrt(ExpectedNumberOfPoints(mesh, options) / goal.Wanted);
     return RemeshTowards(goal, scale, mesh, options, stop);
   }
   if (options.MatchMeanEdgeLength && options.PointEdgeLengths.empty())
@@ -415,7 +396,25 @@ RemeshedSurface RemeshIsotropically(
     goal.PowerOfLength = 1.0;
     return RemeshTowards(goal, ShortenedBy, mesh, options, stop);
   }
-  return Remesh(mesh, options, 1.0, false, stop);
+  return Remesh(mesh, options, options.MatchMeanEdgeLength ? ShortenedBy : 1.0, false, stop);
+}
+
+double ExpectedNumberOfPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
+{
+  double points = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+    double length = options.EdgeLength;
+    if (!options.PointEdgeLengths.empty())
+    {
+      length = (options.PointEdgeLengths[t(0)] + options.PointEdgeLengths[t(1)] + options.PointEdgeLengths[t(2)]) / 3.0;
+    }
+    points += 0.5 * (0.5 * a.cross(b).norm()) / (std::sqrt(3.0) / 4.0 * length * length);
+  }
+  return points;
 }
 
 } // namespace surfsynth

@@ -7,6 +7,7 @@
 
 #include "SurfaceBridge.h"
 
+#include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshStatistics.h"
 
 #include <vtkCellData.h>
@@ -394,7 +395,31 @@ TEST(GeometricTextureRemeshing, TooManyTriangles)
 TEST(GeometricTextureRemeshing, EdgesLongerThanTheSurface)
 {
   const auto filter = Remeshing(Icosphere(2).ToPolyData(), 1000.0);
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("longer than the surface"), HasSubstr("smaller TextureScale")));
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("longer than the surface"), HasSubstr("smaller TextureScale is")));
+}
+
+TEST(GeometricTextureRemeshing, SizesDecideWhetherEdgesFit)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  const double edge = MeanSideLength(ConvertSurface(target).Mesh);
+  const auto withSizes = [&](double scale, const std::function<double(const double* point)>& size) {
+    AddPointField(target, "Size", size);
+    auto filter = Remeshing(target, scale);
+    filter->SetSizeArrayName("Size");
+    filter->SetEndLevel(0);
+    return filter;
+  };
+  const double begin = Now();
+  EXPECT_THAT(ErrorOf(withSizes(1.0, [](const double* p) { return p[2] > 0.9 ? 100.0 : 1.0; })),
+    AllOf(HasSubstr("Edges of length " + FormatNumber(edge) + " to " + FormatNumber(100.0 * edge) +
+            " are longer than the surface, whose longest side is 2"),
+      HasSubstr("smaller TextureScale, or other sizes, is needed")));
+  EXPECT_THAT(ErrorOf(withSizes(0.001, [](const double*) { return 0.5; })),
+    AllOf(HasSubstr("Remeshed with edges of length " + FormatNumber(0.0005 * edge) + " to "),
+      HasSubstr("A larger TextureScale, or other sizes, is needed")));
+  EXPECT_LT(Now() - begin, 5.0) << "before any work";
+  const auto fitting = withSizes(100.0, [](const double*) { return 0.01; });
+  EXPECT_NEAR(MeanSideLength(Bare(SurfaceOf(fitting))) / edge, 1.0, 0.1) << "a hundred times a hundredth";
 }
 
 TEST(GeometricTextureRemeshing, MoreThanTheShapeAllowsIsStillASurface)
