@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RemeshedTarget.h"
 
+#include "GeometricTextureMask.h"
 #include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
@@ -150,8 +151,7 @@ void RemeshedTarget::Fill(vtkPolyData*, const Surface&, vtkPolyData*) const {}
 
 bool RemeshedTarget::Is(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes) const
 {
-  return this->Scale == scale && this->Sizes.size() == sizes.size() && (this->Sizes.array() == sizes.array()).all() &&
-    this->Seams == SeamsOf(input, surface);
+  return this->Scale == scale && SameValues(this->Sizes, sizes) && this->Seams == SeamsOf(input, surface);
 }
 
 } // namespace surfsynth
