@@ -6,6 +6,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Core/Operators/VolumeOperators.h"
 
@@ -83,7 +84,7 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
 {
   const auto result = std::make_shared<TriangleMesh>();
   RemeshingOptions options;
-  options.EdgeLength = MeanEdgeLength(mesh);
+  options.EdgeLength = MeanSideLength(mesh);
   options.NumberOfPoints = points;
   options.FindPlaces = false;
   options.FindOrigins = false;
@@ -129,13 +130,13 @@ TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& prog
   if (surfacePoints > 0)
   {
     mesh = Remeshed(mesh, surfacePoints, SubProgress(progress, 0.0, 0.5));
-    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    options.TargetEdgeLength = MeanSideLength(mesh);
     filled = FillRemeshed(mesh, options, SubProgress(progress, 0.5, 1.0));
   }
   else
   {
     const auto cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
-    options.TargetEdgeLength = MeanEdgeLength(mesh);
+    options.TargetEdgeLength = MeanSideLength(mesh);
     filled = Tetrahedralize(mesh, options, cellOfTriangle, progress);
   }
   return { filled.Points, filled.Tetrahedra };

@@ -4,6 +4,7 @@
 #include "RegularRings.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Core/Tangent/TangentHierarchy.h"
@@ -65,7 +66,7 @@ RemeshedSurface Remesh(const Surface& surface, std::int64_t numberOfPoints, cons
   const std::optional<NormalKey>& variation)
 {
   const auto options = std::make_shared<RemeshingOptions>();
-  options->EdgeLength = MeanEdgeLength(surface.Mesh); // scaled until the number of points fits
+  options->EdgeLength = MeanSideLength(surface.Mesh); // scaled until the number of points fits
   options->NumberOfPoints = numberOfPoints;
   options->FeatureAngle = CreaseAngle;
   options->FindOrigins = false;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "GeometricTextureAdjustment.h"
 
+#include "GeometricTextureMask.h"
+
 #include "Core/Common/Errors.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
@@ -16,8 +18,7 @@ namespace surfsynth
 bool GeometricTextureAdjustment::operator==(const GeometricTextureAdjustment& other) const
 {
   return this->Strength == other.Strength && this->Printable == other.Printable &&
-    this->StrengthOfPoint.size() == other.StrengthOfPoint.size() &&
-    (this->StrengthOfPoint.array() == other.StrengthOfPoint.array()).all();
+    SameValues(this->StrengthOfPoint, other.StrengthOfPoint);
 }
 
 void ScaleDisplacement(GeometricTextureLevel& level, double strength, const Eigen::VectorXf& strengthOfPoint)

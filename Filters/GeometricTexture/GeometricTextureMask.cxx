@@ -59,6 +59,11 @@ Eigen::VectorXf ReadInterpolatedArray(
   return values;
 }
 
+bool SameValues(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
+{
+  return a.size() == b.size() && (a.array() == b.array()).all();
+}
+
 void SoftenMask(const TriangleMesh& mesh, double falloff, Eigen::VectorXf& mask)
 {
   std::vector<Index> bare;

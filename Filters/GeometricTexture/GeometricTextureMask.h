@@ -47,6 +47,9 @@ Eigen::VectorXf ReadGeometricTextureArray(
 Eigen::VectorXf ReadInterpolatedArray(
   vtkPolyData* surface, const UsedPoints& points, const std::string& name, const GeometricTextureArray& kind);
 
+/// Returns true for two arrays of the same values, and for two empty ones.
+bool SameValues(const Eigen::VectorXf& a, const Eigen::VectorXf& b);
+
 /// Smooths the rise of a mask: values are multiplied by s = t^2 (3 - 2 t), where t is the distance along edges from the
 /// nearest vertex with value 0 over @p falloff, at most 1. Without such vertices, or with a falloff of 0, the mask is
 /// unchanged.

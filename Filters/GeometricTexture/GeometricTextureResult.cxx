@@ -49,11 +49,6 @@ void Subdivide(TriangleMesh& mesh, std::initializer_list<Eigen::VectorXf*> value
   mesh = std::move(fine.Mesh);
 }
 
-bool SameValues(const Eigen::VectorXf& a, const Eigen::VectorXf& b)
-{
-  return a.size() == b.size() && (a.array() == b.array()).all();
-}
-
 bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureRequest& b)
 {
   return a.StartLevel == b.StartLevel && a.EndLevel == b.EndLevel && a.Seed == b.Seed && a.SecondSeed == b.SecondSeed &&

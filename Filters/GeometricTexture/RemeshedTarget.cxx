@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RemeshedTarget.h"
 
+#include "GeometricTextureMask.h"
 #include "SurfaceArrays.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/UsedPoints.h"
-#include "Core/Operators/SurfaceOperators.h"
 
 #ifdef SURFACE_SYNTHESIS_CGAL
 #include "RemeshedDataset.h"
@@ -16,13 +16,10 @@
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
-#include <utility>
 
 namespace surfsynth
 {
@@ -45,7 +42,7 @@ constexpr double AutomaticTriangles = 7000.0;
 double AutomaticTextureScale(const TriangleMesh& target)
 {
   const double edge = std::sqrt(4.0 / std::sqrt(3.0) * SurfaceArea(target) / AutomaticTriangles);
-  const double mean = MeanEdgeLength(target);
+  const double mean = MeanSideLength(target);
   return edge > 0.0 && mean > 0.0 ? std::clamp(edge / mean, 0.001, 1000.0) : 1.0;
 }
 
@@ -54,46 +51,59 @@ namespace
 {
 /// Angle above which vtkIsotropicRemeshFilter keeps creases by default, degrees.
 constexpr double CreaseAngle = 60.0;
-/// Ratio of the target to the mean edge length of a remeshing: edges are about 8 per cent shorter.
-constexpr double ShortenedBy = 1.08;
 /// Limit of the remeshing; with about half as many points, that of RemeshIsotropically() is not reached.
 constexpr double MaximumNumberOfTriangles = 1.5e7;
 
-/// Throws, before any work, when the levels would have too many triangles, or the surface is shorter than an edge.
-/// @param lengths of the points, or empty for equal ones
-void RequireFittingEdges(const TriangleMesh& mesh, double edgeLength, const std::vector<double>& lengths, int levels)
+/// Edge lengths at the points of a target, for messages.
+struct EdgeLengths
 {
+  double Shortest;
+  double Longest;
+  std::string Words;  ///< "length 1" or "length 1 to 2"
+  std::string Remedy; ///< the properties that set them
+};
+
+EdgeLengths DescribeEdgeLengths(const TriangleMesh& mesh, const RemeshingOptions& options)
+{
+  const std::vector<double>& lengths = options.PointEdgeLengths;
+  if (lengths.empty())
+  {
+    return { options.EdgeLength, options.EdgeLength, "length " + FormatNumber(options.EdgeLength), "TextureScale" };
+  }
+  EdgeLengths found{ std::numeric_limits<double>::infinity(), 0.0, "", "TextureScale, or other sizes," };
+  for (Index k = 0; k < static_cast<Index>(mesh.Triangles.size()); ++k)
+  {
+    const double length = lengths[static_cast<std::size_t>(mesh.Triangles.data()[k])];
+    found.Shortest = std::min(found.Shortest, length);
+    found.Longest = std::max(found.Longest, length);
+  }
+  found.Words = "length " + FormatNumber(found.Shortest) + " to " + FormatNumber(found.Longest);
+  return found;
+}
+
+/// Throws, before any work, when the levels would have too many triangles, or an edge is longer than the surface.
+void RequireFittingEdges(const TriangleMesh& mesh, const RemeshingOptions& options, int levels)
+{
+  const EdgeLengths lengths = DescribeEdgeLengths(mesh, options);
   const BoundingBox box = ComputeBoundingBox(mesh);
-  if (edgeLength > (box.Upper - box.Lower).norm())
+  if (lengths.Longest > (box.Upper - box.Lower).norm())
   {
-    throw InvalidInput("Edges of length " + FormatNumber(edgeLength) +
-      " are longer than the surface, whose longest side is " + FormatNumber(box.LongestSide()) +
-      "; a smaller TextureScale is needed.");
+    throw InvalidInput("Edges of " + lengths.Words + " are longer than the surface, whose longest side is " +
+      FormatNumber(box.LongestSide()) + "; a smaller " + lengths.Remedy + " is needed.");
   }
-  double triangles = SurfaceArea(mesh) / (std::sqrt(3.0) / 4.0 * edgeLength * edgeLength);
-  if (!lengths.empty())
-  {
-    const Eigen::VectorXd areas = FaceAreas(mesh);
-    triangles = 0.0;
-    for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-    {
-      const auto t = mesh.Triangles.row(f);
-      const double length = (lengths[t(0)] + lengths[t(1)] + lengths[t(2)]) / 3.0;
-      triangles += areas[f] / (std::sqrt(3.0) / 4.0 * length * length);
-    }
-  }
+  const double triangles = 2.0 * ExpectedNumberOfPoints(mesh, options);
   const double finest = triangles * std::pow(4.0, levels - 1);
-  const std::string found = "Remeshed with edges of length " + FormatNumber(edgeLength) +
-    " the surface would have about " + FormatNumber(triangles) + " triangles";
+  const std::string found = "Remeshed with edges of " + lengths.Words + " the surface would have about " +
+    FormatNumber(triangles) + " triangles";
   if (triangles > MaximumNumberOfTriangles)
   {
-    throw InvalidInput(
-      found + "; at most " + FormatNumber(MaximumNumberOfTriangles) + " are allowed. A larger TextureScale is needed.");
+    throw InvalidInput(found + "; at most " + FormatNumber(MaximumNumberOfTriangles) + " are allowed. A larger " +
+      lengths.Remedy + " is needed.");
   }
   if (finest > std::numeric_limits<Index>::max())
   {
     throw InvalidInput(found + ", which " + std::to_string(levels) + " levels make " + FormatNumber(finest) +
-      "; at most 2147483647 are possible. Fewer levels or a larger TextureScale are needed.");
+      "; at most 2147483647 are possible. Fewer levels or a larger " + lengths.Remedy + " are needed.");
   }
 }
 } // namespace
@@ -107,29 +117,20 @@ RemeshedTarget::RemeshedTarget(vtkPolyData* input, const Surface& surface, doubl
   const auto target = std::make_shared<Surface>(surface);
   CheckSurface(*target, RemeshingRequirements());
   const auto options = std::make_shared<RemeshingOptions>();
-  options->EdgeLength = scale * MeanEdgeLength(surface.Mesh);
+  options->EdgeLength = scale * MeanSideLength(surface.Mesh);
   options->MatchMeanEdgeLength = true;
   options->FeatureAngle = CreaseAngle;
   options->PointClasses = this->Seams;
   if (sizes.size() > 0)
   {
     const UsedPoints points(surface.Mesh);
-    std::vector<double> lengths(static_cast<std::size_t>(surface.Mesh.NumberOfPoints()), options->EdgeLength);
+    options->PointEdgeLengths.assign(static_cast<std::size_t>(surface.Mesh.NumberOfPoints()), options->EdgeLength);
     for (Index k = 0; k < points.Count(); ++k)
     {
-      lengths[points.Id(k)] *= sizes[k];
+      options->PointEdgeLengths[points.Id(k)] *= sizes[k];
     }
-    RequireFittingEdges(surface.Mesh, options->EdgeLength, lengths, levels);
-    for (double& length : lengths)
-    {
-      length *= ShortenedBy;
-    }
-    options->PointEdgeLengths = std::move(lengths);
   }
-  else
-  {
-    RequireFittingEdges(surface.Mesh, options->EdgeLength, {}, levels);
-  }
+  RequireFittingEdges(surface.Mesh, *options, levels);
   this->Remeshed = RemeshSurface(target, options, progress);
 }
 
@@ -150,8 +151,7 @@ void RemeshedTarget::Fill(vtkPolyData*, const Surface&, vtkPolyData*) const {}
 
 bool RemeshedTarget::Is(vtkPolyData* input, const Surface& surface, double scale, const Eigen::VectorXf& sizes) const
 {
-  return this->Scale == scale && this->Sizes.size() == sizes.size() && (this->Sizes.array() == sizes.array()).all() &&
-    this->Seams == SeamsOf(input, surface);
+  return this->Scale == scale && SameValues(this->Sizes, sizes) && this->Seams == SeamsOf(input, surface);
 }
 
 } // namespace surfsynth

@@ -9,6 +9,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -42,7 +43,7 @@ public:
     const surfsynth::RemeshedSurface remeshed = surfsynth::RemeshSurface(
       surface, options, surfsynth::SubProgress(progress, 0.05, 0.95));
     surfsynth::FillRemeshed(input, *surface, remeshed, vtkPolyData::SafeDownCast(block.Output));
-    this->Self->MeanEdgeLength = surfsynth::MeanEdgeLength(remeshed.Mesh);
+    this->Self->MeanEdgeLength = surfsynth::MeanSideLength(remeshed.Mesh);
   }
 
 private:
@@ -51,7 +52,7 @@ private:
     const vtkIsotropicRemeshFilter* self = this->Self;
     RemeshingOptions options;
     options.EdgeLength = self->TargetEdgeLength > 0.0 ? self->TargetEdgeLength
-                                                      : surfsynth::MeanEdgeLength(surface.Mesh);
+                                                      : surfsynth::MeanSideLength(surface.Mesh);
     options.NumberOfPoints = self->TargetNumberOfPoints;
     options.MaximumNumberOfPoints = self->MaximumNumberOfPoints;
     options.PointEdgeLengths = this->PointEdgeLengths(input);

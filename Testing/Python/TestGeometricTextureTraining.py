@@ -112,6 +112,13 @@ def test_levels_have_their_iterations_and_references_are_drawn(ball, tmp_path):
     assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3,2", "--no-resume"]) == 1
 
 
+@pytest.mark.parametrize("text", ["", "2000,", "2000,,600", "many", "1.5"])
+def test_lists_of_iterations_are_whole_numbers(text, capsys):
+    assert main(["train", "geometric-texture", "a.safetensors", "b.safetensors", "--iterations", text]) == 2
+    message = f'argument --iterations: "{text}" is neither a whole number nor one for each level, with commas between'
+    assert message in capsys.readouterr().err
+
+
 def test_references_are_given_one_by_one_or_as_any_iterable(ball, tmp_path):
     """The same references in any form give the same model; another number of them gives another one."""
     flat, long = ((ball[0] * [1, 1, height], ball[1]) for height in (0.5, 2))

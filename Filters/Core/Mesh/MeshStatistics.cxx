@@ -275,6 +275,19 @@ double SurfaceArea(const TriangleMesh& mesh)
   return 0.5 * doubleArea;
 }
 
+double MeanSideLength(const TriangleMesh& mesh)
+{
+  double sum = 0.0;
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    for (int k = 0; k < 3; ++k)
+    {
+      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+    }
+  }
+  return mesh.NumberOfTriangles() > 0 ? sum / (3.0 * mesh.NumberOfTriangles()) : 0.0;
+}
+
 MeshStatistics ComputeMeshStatistics(const TriangleMesh& mesh, const Progress& progress)
 {
   MeshStatistics statistics;

@@ -94,6 +94,9 @@ struct MeshStatistics
 /// Sum of the areas of the triangles, square world units.
 double SurfaceArea(const TriangleMesh& mesh);
 
+/// Mean length of the sides of the triangles, world units: inner edges count twice. 0 without triangles.
+double MeanSideLength(const TriangleMesh& mesh);
+
 /// Computes the statistics of any mesh; its defects are findings, not errors. The same bits for every number of
 /// threads. About half a second for a million triangles.
 /// @throws Cancelled

@@ -2,7 +2,6 @@
 #include "Core/Mesh/Skinning.h"
 
 #include "Core/Common/Errors.h"
-#include "Core/Common/LoopGrain.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Common/SharedProgress.h"
 
@@ -19,8 +18,8 @@ namespace
 {
 using Quaternion = Eigen::Quaterniond;
 
-/// Points between two reports of progress.
-constexpr std::int64_t ReportedPoints = 256;
+/// Points that are moved in one task.
+constexpr std::int64_t PointsOfTask = 1024;
 
 Quaternion ToQuaternion(const Eigen::Vector4d& v) { return { v[0], v[1], v[2], v[3] }; }
 
@@ -249,17 +248,17 @@ PointMatrix SkinPoints(const PointMatrix& points, const SkinWeights& weights, co
                      .transpose();
   };
   SharedProgress shared(progress, points.rows());
-  ParallelFor(points.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t first = begin; first < end; first += ReportedPoints)
+  const auto moveSome = [&](std::int64_t task) {
+    const std::int64_t begin = task * PointsOfTask;
+    const std::int64_t end = std::min<std::int64_t>(begin + PointsOfTask, points.rows());
+    for (std::int64_t v = begin; v < end; ++v)
     {
-      const std::int64_t last = std::min(first + ReportedPoints, end);
-      for (std::int64_t v = first; v < last; ++v)
-      {
-        move(v);
-      }
-      shared.Advance(last - first);
+      move(v);
     }
-  });
+    shared.Advance(end - begin);
+  };
+  const std::int64_t tasks = (points.rows() + PointsOfTask - 1) / PointsOfTask;
+  ParallelTasks(tasks, moveSome, [&shared] { shared.Advance(0); });
   Report(progress, 1.0);
   return moved;
 }

@@ -5,6 +5,7 @@
 #include "Core/Common/Parallel.h"
 #include "Inference/GeometricTexture/FaceKernels.h"
 #include "Inference/GeometricTexture/FaceStepKernels.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include <ATen/Parallel.h>
 
@@ -25,26 +26,6 @@ using torch::autograd::variable_list;
 constexpr std::int64_t FacesAtOnce = 256;
 
 using SelectionPointer = std::shared_ptr<const FaceSelection>;
-
-/// Carries the tables to the passes back.
-struct SelectionHolder : torch::CustomClassHolder
-{
-  explicit SelectionHolder(SelectionPointer selection)
-    : Selection(std::move(selection))
-  {}
-  SelectionPointer Selection;
-};
-
-void KeepSelection(AutogradContext* context, const SelectionPointer& selection)
-{
-  context->saved_data["selection"] = c10::IValue::make_capsule(c10::make_intrusive<SelectionHolder>(selection));
-}
-
-SelectionPointer KeptSelection(AutogradContext* context)
-{
-  const c10::intrusive_ptr<torch::CustomClassHolder> holder = context->saved_data["selection"].toCapsule();
-  return static_cast<const SelectionHolder&>(*holder).Selection;
-}
 
 /// Calls body(task, first, count) for ranges of @p rows rows on torch's threads.
 void ForRanges(std::int64_t rows, const std::function<void(std::int64_t, std::int64_t, std::int64_t)>& body)
@@ -214,7 +195,7 @@ public:
     const torch::Tensor& activated, const torch::Tensor& places, const torch::Tensor& scale,
     const SelectionPointer& selection)
   {
-    KeepSelection(context, selection);
+    KeepValue(context, selection);
     const torch::Tensor g = gradients.contiguous();
     const std::int64_t faces = g.size(0);
     const std::int64_t width = g.size(1);
@@ -250,7 +231,7 @@ public:
                          "expected first or second ones (float64 has all).");
     }
     const variable_list saved = context->get_saved_variables();
-    const SelectionPointer selection = KeptSelection(context);
+    const SelectionPointer selection = KeptValue<SelectionPointer>(context);
     const torch::Tensor products = directions[0].contiguous();
     const std::int64_t faces = saved[SavedGradients].size(0);
     const std::int64_t width = saved[SavedGradients].size(1);
@@ -319,7 +300,7 @@ public:
   static torch::Tensor forward(AutogradContext* context, const torch::Tensor& products, const torch::Tensor& bias,
     const SelectionPointer& selection, bool normalize)
   {
-    KeepSelection(context, selection);
+    KeepValue(context, selection);
     const SelectedProducts out = SelectProducts({ products, bias, selection }, normalize);
     context->save_for_backward({ products, out.Values, out.Places, normalize ? out.Scale : torch::empty({ 0 }), bias });
     return out.Values;
@@ -330,7 +311,7 @@ public:
     const variable_list saved = context->get_saved_variables();
     const torch::Tensor& scale = saved[3];
     const torch::Tensor byProducts = SelectionGradientStep::apply(
-      gradients[0], saved[0], saved[1].detach(), saved[2], scale, KeptSelection(context));
+      gradients[0], saved[0], saved[1].detach(), saved[2], scale, KeptValue<SelectionPointer>(context));
     const torch::Tensor byBias = scale.numel() > 0 ? torch::zeros_like(saved[4]) : gradients[0].sum(0);
     return { byProducts, byBias, {}, {} };
   }

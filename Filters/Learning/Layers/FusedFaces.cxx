@@ -4,6 +4,7 @@
 #include "Learning/Layers/FusedFields.h"
 #include "Learning/Layers/FusedPoisson.h"
 #include "Learning/Layers/FusedSteps.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include <algorithm>
 #include <functional>
@@ -365,7 +366,7 @@ public:
     const variable_list in = { x.contiguous(), hidden.contiguous(), modulator.contiguous(), modulatorBias,
       layers.contiguous(), biases.contiguous(), productMap.contiguous() };
     context->save_for_backward(in);
-    KeepField(context, tables);
+    KeepValue(context, tables);
     const std::int64_t width = x.size(-1);
     const bool dots = IsPresent(productMap);
     const torch::Tensor divergence = LikeWith(in[FaceX], tables->NumberOfVertices(), 2 * width).zero_();
@@ -378,7 +379,7 @@ public:
   {
     RequireFirstFieldDerivatives();
     const variable_list in = context->get_saved_variables();
-    const auto tables = KeptField<std::shared_ptr<const PoissonTables>>(context);
+    const auto tables = KeptValue<std::shared_ptr<const PoissonTables>>(context);
     const torch::Tensor byDivergence = gradients[0].contiguous();
     const torch::Tensor byDots = gradients.size() > 1 ? gradients[1].contiguous() : torch::Tensor();
     const std::int64_t width = in[FaceX].size(-1);
@@ -477,7 +478,7 @@ public:
     const variable_list in = { x.contiguous(), hidden.contiguous(), modulator.contiguous(), modulatorBias,
       layers.contiguous(), biases.contiguous(), last.contiguous() };
     context->save_for_backward(in);
-    KeepField(context, tables);
+    KeepValue(context, tables);
     const FacePatches& patches = tables->Patches;
     const std::int64_t width = x.size(-1);
     const std::int64_t channels = last.size(1);
@@ -504,7 +505,7 @@ public:
   {
     RequireFirstFieldDerivatives();
     const variable_list in = context->get_saved_variables();
-    const auto tables = KeptField<std::shared_ptr<const PoissonTables>>(context);
+    const auto tables = KeptValue<std::shared_ptr<const PoissonTables>>(context);
     const torch::Tensor gradient = gradients[0].contiguous();
     const std::int64_t width = in[FaceX].size(-1);
     const std::int64_t channels = gradient.size(-1);

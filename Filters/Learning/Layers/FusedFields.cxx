@@ -6,6 +6,7 @@
 #include "Inference/Common/MatrixProduct.h"
 #include "Inference/FieldLatents/FieldLatentKernels.h"
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include <ATen/Parallel.h>
 
@@ -424,7 +425,7 @@ public:
     });
     in.push_back(kept);
     context->save_for_backward(in);
-    KeepField(context, level);
+    KeepValue(context, level);
     context->saved_data["guided"] = guided;
     return out;
   }
@@ -433,7 +434,7 @@ public:
   {
     RequireFirstFieldDerivatives();
     const variable_list in = context->get_saved_variables();
-    const auto level = KeptField<std::shared_ptr<const FieldLevel>>(context);
+    const auto level = KeptValue<std::shared_ptr<const FieldLevel>>(context);
     const bool guided = context->saved_data["guided"].toBool();
     const torch::Tensor gradient = gradients[0].contiguous();
     const torch::Tensor units = UnitFields(in[InputX]);
@@ -573,7 +574,7 @@ public:
   static torch::Tensor forward(AutogradContext* context, const std::shared_ptr<const DiffusionSurface>& surface,
     const torch::Tensor& x, bool toCoarse, bool mean)
   {
-    KeepField(context, surface);
+    KeepValue(context, surface);
     context->saved_data["to_coarse"] = toCoarse;
     context->saved_data["mean"] = mean;
     return CarriedFields(*surface, x.contiguous(), toCoarse, mean);
@@ -582,7 +583,7 @@ public:
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
   {
     RequireFirstFieldDerivatives();
-    const auto surface = KeptField<std::shared_ptr<const DiffusionSurface>>(context);
+    const auto surface = KeptValue<std::shared_ptr<const DiffusionSurface>>(context);
     const torch::Tensor by = CarriedFields(*surface, gradients[0].contiguous(),
       !context->saved_data["to_coarse"].toBool(), context->saved_data["mean"].toBool());
     return { torch::Tensor(), by, torch::Tensor(), torch::Tensor() };

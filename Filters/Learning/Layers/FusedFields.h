@@ -14,7 +14,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
 namespace surfsynth
@@ -58,30 +57,5 @@ torch::Tensor FusedClusterCarry(
 
 /// Refuses second derivatives: only their computation records a backward pass. @throws InvalidInput
 void RequireFirstFieldDerivatives();
-
-/// Carries what is no tensor from the forward to the backward pass.
-template <typename Value>
-struct FieldHolder : torch::CustomClassHolder
-{
-  explicit FieldHolder(Value value)
-    : Held(std::move(value))
-  {}
-  Value Held;
-};
-
-/// Keeps a value for the backward pass.
-template <typename Value>
-void KeepField(torch::autograd::AutogradContext* context, const Value& value)
-{
-  context->saved_data["field"] = c10::IValue::make_capsule(c10::make_intrusive<FieldHolder<Value>>(value));
-}
-
-/// Returns the value of KeepField().
-template <typename Value>
-Value KeptField(torch::autograd::AutogradContext* context)
-{
-  const c10::intrusive_ptr<torch::CustomClassHolder> holder = context->saved_data["field"].toCapsule();
-  return static_cast<const FieldHolder<Value>&>(*holder).Held;
-}
 
 } // namespace surfsynth

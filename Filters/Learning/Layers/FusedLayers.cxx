@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Inference/Common/ActivationKernels.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include <ATen/Parallel.h>
 
@@ -20,25 +21,7 @@ using torch::autograd::variable_list;
 /// depend on the number of threads.
 constexpr std::int64_t RowsAtOnce = 512;
 
-/// Carries the tables of a mesh from the forward to the backward pass.
-struct IncidenceHolder : torch::CustomClassHolder
-{
-  explicit IncidenceHolder(std::shared_ptr<const FaceIncidence> incidence)
-    : Incidence(std::move(incidence))
-  {}
-  std::shared_ptr<const FaceIncidence> Incidence;
-};
-
-void Keep(AutogradContext* context, const std::shared_ptr<const FaceIncidence>& incidence)
-{
-  context->saved_data["incidence"] = c10::IValue::make_capsule(c10::make_intrusive<IncidenceHolder>(incidence));
-}
-
-std::shared_ptr<const FaceIncidence> Kept(AutogradContext* context)
-{
-  const c10::intrusive_ptr<torch::CustomClassHolder> holder = context->saved_data["incidence"].toCapsule();
-  return static_cast<const IncidenceHolder&>(*holder).Incidence;
-}
+using IncidencePointer = std::shared_ptr<const FaceIncidence>;
 
 /// Refuses second derivatives: only their computation records a backward pass.
 void RefuseSecondDerivatives()
@@ -126,14 +109,14 @@ public:
   static variable_list forward(
     AutogradContext* context, const torch::Tensor& signal, const std::shared_ptr<const FaceIncidence>& incidence)
   {
-    Keep(context, incidence);
+    KeepValue(context, incidence);
     const std::array<torch::Tensor, 3> out = GatherFaces(*incidence, signal);
     return { out.begin(), out.end() };
   }
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
   {
     RefuseSecondDerivatives();
-    const std::shared_ptr<const FaceIncidence> incidence = Kept(context);
+    const std::shared_ptr<const FaceIncidence> incidence = KeptValue<IncidencePointer>(context);
     return { GatherVertices(*incidence, incidence->Transposed, gradients[0], gradients[1], gradients[2]),
       torch::Tensor() };
   }
@@ -145,13 +128,13 @@ public:
   static torch::Tensor forward(AutogradContext* context, const torch::Tensor& real, const torch::Tensor& imaginary,
     const std::shared_ptr<const FaceIncidence>& incidence)
   {
-    Keep(context, incidence);
+    KeepValue(context, incidence);
     return GatherVertices(*incidence, incidence->Divergence, real, imaginary, {});
   }
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
   {
     RefuseSecondDerivatives();
-    const std::shared_ptr<const FaceIncidence> incidence = Kept(context);
+    const std::shared_ptr<const FaceIncidence> incidence = KeptValue<IncidencePointer>(context);
     std::array<torch::Tensor, 3> gathered = GatherFaces(*incidence, gradients[0]);
     const torch::Tensor areas = torch::from_blob(
       const_cast<float*>(incidence->Areas.data()), { incidence->NumberOfFaces(), 1 }, torch::kFloat32);

@@ -2,6 +2,7 @@
 #include "Learning/Layers/FusedFields.h"
 #include "Learning/Layers/FusedPoisson.h"
 #include "Learning/Layers/FusedSteps.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include "Core/Common/Errors.h"
 
@@ -127,7 +128,7 @@ public:
   static torch::Tensor forward(
     AutogradContext* context, const std::shared_ptr<const PoissonTables>& tables, const torch::Tensor& rightHandSide)
   {
-    KeepField(context, tables);
+    KeepValue(context, tables);
     const double total = tables->Mass.sum();
     return ForSolvedChannels(*tables, rightHandSide.contiguous(), [&](SolvedChannels& channels) {
       channels.Solve();
@@ -139,7 +140,7 @@ public:
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
   {
     RequireFirstFieldDerivatives();
-    const auto tables = KeptField<std::shared_ptr<const PoissonTables>>(context);
+    const auto tables = KeptValue<std::shared_ptr<const PoissonTables>>(context);
     const double total = tables->Mass.sum();
     return { torch::Tensor(), ForSolvedChannels(*tables, gradients[0].contiguous(), [&](SolvedChannels& channels) {
               channels.Subtract(channels.Sums(nullptr) / total, &tables->Mass);

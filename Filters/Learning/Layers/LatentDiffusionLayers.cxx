@@ -4,6 +4,7 @@
 #include "Inference/FieldLatents/LatentDiffusionKernels.h"
 #include "Learning/Layers/FusedFields.h"
 #include "Learning/Layers/FusedLayers.h"
+#include "Learning/Layers/KeptValue.h"
 
 #include <utility>
 #include <vector>
@@ -96,14 +97,14 @@ public:
   {
     const variable_list in = { x, shares, radius, aligned, centroids, directed, hidden, hiddenBias, weight };
     context->save_for_backward(in);
-    KeepField(context, level);
+    KeepValue(context, level);
     return PlainFieldConvolution(level, in);
   }
 
   static variable_list backward(AutogradContext* context, const variable_list& gradients)
   {
     RequireFirstFieldDerivatives();
-    const FieldLevelTensors level = KeptField<FieldLevelTensors>(context);
+    const FieldLevelTensors level = KeptValue<FieldLevelTensors>(context);
     variable_list in;
     for (const torch::Tensor& tensor : context->get_saved_variables())
     {

@@ -3,21 +3,13 @@
 
 #include "Learning/Layers/FusedLayers.h"
 #include "Learning/Layers/FusedPoisson.h"
+#include "Learning/Layers/KeptValue.h"
 
 namespace surfsynth
 {
 
 namespace
 {
-/// Carries the factor from the forward to the backward pass.
-struct SolverHolder : torch::CustomClassHolder
-{
-  explicit SolverHolder(std::shared_ptr<const CholeskySolver> solver)
-    : Solver(std::move(solver))
-  {}
-  std::shared_ptr<const CholeskySolver> Solver;
-};
-
 torch::Tensor SolveRows(const CholeskySolver& solver, const torch::Tensor& rightHandSide)
 {
   // One row for each vertex with all channels of all leading dimensions, so that one pass over the factor serves them.
@@ -35,14 +27,13 @@ public:
   static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& rightHandSide,
     const std::shared_ptr<const CholeskySolver>& solver)
   {
-    context->saved_data["solver"] = c10::IValue::make_capsule(c10::make_intrusive<SolverHolder>(solver));
+    KeepValue(context, solver);
     return SolveRows(*solver, rightHandSide);
   }
   static torch::autograd::variable_list backward(
     torch::autograd::AutogradContext* context, const torch::autograd::variable_list& gradients)
   {
-    const c10::intrusive_ptr<torch::CustomClassHolder> holder = context->saved_data["solver"].toCapsule();
-    return { apply(gradients[0], static_cast<const SolverHolder&>(*holder).Solver), torch::Tensor() };
+    return { apply(gradients[0], KeptValue<std::shared_ptr<const CholeskySolver>>(context)), torch::Tensor() };
   }
 };
 

@@ -351,7 +351,7 @@ private:
 
   static void SetIterations(const std::string& value, GeometricTextureTrainingOptions& options)
   {
-    std::istringstream list(value);
+    std::istringstream list(value + ','); // so that also an empty text has a number that is missing
     std::vector<std::int64_t> iterations;
     for (std::string number; std::getline(list, number, ',');)
     {

@@ -4,6 +4,7 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Inference/PoissonNet/MeshNormalization.h"
 #include "Learning/Training/FlowMatchingTrainer.h"
@@ -207,19 +208,6 @@ FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators
   return condition;
 }
 
-double MeanEdgeLength(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
-    }
-  }
-  return sum / (3.0 * static_cast<double>(mesh.NumberOfTriangles()));
-}
-
 /// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first
 /// one decides how much noise is smoothed, unless @p smoothed says that this is known.
 TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
@@ -232,7 +220,7 @@ TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
   {
     const double edges = frame.Noise.Smoothing >= 0.0 ? frame.Noise.Smoothing
                                                       : DefaultSmoothing(frame.GeneratesPositions());
-    frame.Noise.Smoothing = edges * std::pow(MeanEdgeLength(mesh), 2);
+    frame.Noise.Smoothing = edges * std::pow(MeanSideLength(mesh), 2);
   }
   moments.push_back(SecondMoments(mesh));
   TrainingSource prepared;

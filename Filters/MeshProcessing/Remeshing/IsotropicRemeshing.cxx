@@ -5,6 +5,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/MeshStatistics.h"
 
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 
@@ -306,25 +307,6 @@ RemeshedSurface Remesh(
   return Harvest(InputSurface(mesh, options), curved, curves).Result(options.FindPlaces, options.FindOrigins);
 }
 
-/// The number of triangles of the target size that cover the mesh, halved: about the number of points.
-double ExpectedPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
-{
-  double points = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    const auto t = mesh.Triangles.row(f);
-    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
-    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
-    double length = options.EdgeLength;
-    if (!options.PointEdgeLengths.empty())
-    {
-      length = (options.PointEdgeLengths[t(0)] + options.PointEdgeLengths[t(1)] + options.PointEdgeLengths[t(2)]) / 3.0;
-    }
-    points += 0.5 * (0.5 * a.cross(b).norm()) / (std::sqrt(3.0) / 4.0 * length * length);
-  }
-  return points;
-}
-
 /// @throws InvalidInput when the result would have too many points, or triangles larger than the surface.
 void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
 {
@@ -339,7 +321,7 @@ void RequireFeasible(const TriangleMesh& mesh, const RemeshingOptions& options)
     return;
   }
   const bool sized = !options.PointEdgeLengths.empty();
-  const double points = ExpectedPoints(mesh, options);
+  const double points = ExpectedNumberOfPoints(mesh, options);
   const std::string length = FormatNumber(options.EdgeLength);
   if (points > options.MaximumNumberOfPoints)
   {
@@ -403,31 +385,36 @@ RemeshedSurface RemeshIsotropically(
     goal.Wanted = static_cast<double>(options.NumberOfPoints);
     goal.Measure = [](const TriangleMesh& made) { return static_cast<double>(made.NumberOfPoints()); };
     goal.PowerOfLength = -2.0;
-    const double scale = ShortenedBy * std::sqrt(ExpectedPoints(mesh, options) / goal.Wanted);
+    const double scale = ShortenedBy * std::sqrt(ExpectedNumberOfPoints(mesh, options) / goal.Wanted);
     return RemeshTowards(goal, scale, mesh, options, stop);
   }
   if (options.MatchMeanEdgeLength && options.PointEdgeLengths.empty())
   {
     Goal goal;
     goal.Wanted = options.EdgeLength;
-    goal.Measure = MeanEdgeLength;
+    goal.Measure = MeanSideLength;
     goal.PowerOfLength = 1.0;
     return RemeshTowards(goal, ShortenedBy, mesh, options, stop);
   }
-  return Remesh(mesh, options, 1.0, false, stop);
+  return Remesh(mesh, options, options.MatchMeanEdgeLength ? ShortenedBy : 1.0, false, stop);
 }
 
-double MeanEdgeLength(const TriangleMesh& mesh)
+double ExpectedNumberOfPoints(const TriangleMesh& mesh, const RemeshingOptions& options)
 {
-  double sum = 0.0;
+  double points = 0.0;
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
-    for (int k = 0; k < 3; ++k)
+    const auto t = mesh.Triangles.row(f);
+    const Eigen::Vector3d a = (mesh.Points.row(t(1)) - mesh.Points.row(t(0))).transpose();
+    const Eigen::Vector3d b = (mesh.Points.row(t(2)) - mesh.Points.row(t(0))).transpose();
+    double length = options.EdgeLength;
+    if (!options.PointEdgeLengths.empty())
     {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
+      length = (options.PointEdgeLengths[t(0)] + options.PointEdgeLengths[t(1)] + options.PointEdgeLengths[t(2)]) / 3.0;
     }
+    points += 0.5 * (0.5 * a.cross(b).norm()) / (std::sqrt(3.0) / 4.0 * length * length);
   }
-  return mesh.NumberOfTriangles() > 0 ? sum / (3.0 * mesh.NumberOfTriangles()) : 0.0;
+  return points;
 }
 
 } // namespace surfsynth

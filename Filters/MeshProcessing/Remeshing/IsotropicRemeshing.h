@@ -19,8 +19,9 @@ struct RemeshingOptions
   double EdgeLength = 0.0;              ///< target edge length, world units, larger than 0
   std::vector<double> PointEdgeLengths; ///< [V] target edge length at each point instead, all larger than 0; or empty
   std::int64_t NumberOfPoints = 0;      ///< when larger than 0: edge lengths are scaled so that this many points result
-  /// True: EdgeLength is the mean edge length of the result, within about 2 per cent if curves and the shape allow it.
-  /// False: it is the target, and the mean is about 8 per cent below. Not used with PointEdgeLengths or NumberOfPoints.
+  /// True: EdgeLength is the mean edge length of the result, within about 2 per cent if curves and the shape allow it;
+  /// PointEdgeLengths are mean lengths near their points, which are not measured. False: they are targets, and the means are
+  /// about 8 per cent below. Not used with NumberOfPoints.
   bool MatchMeanEdgeLength = false;
   double MaximumNumberOfPoints = 1e7; ///< limit of the points that are to be expected, checked before the work
   double FeatureAngle = 180.0;        ///< edges whose normals differ by more degrees are kept as creases
@@ -57,7 +58,8 @@ struct RemeshedSurface
 RemeshedSurface RemeshIsotropically(
   const TriangleMesh& mesh, const RemeshingOptions& options, const std::atomic<bool>* stop = nullptr);
 
-/// Mean length of the edges of the mesh's triangles (inner edges count twice), world units.
-double MeanEdgeLength(const TriangleMesh& mesh);
+/// Number of points to expect: half of the triangles with the edge lengths of @p options that cover the mesh. NumberOfPoints
+/// and MatchMeanEdgeLength play no part.
+double ExpectedNumberOfPoints(const TriangleMesh& mesh, const RemeshingOptions& options);
 
 } // namespace surfsynth

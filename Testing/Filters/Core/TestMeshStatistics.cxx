@@ -312,6 +312,14 @@ TEST(MeshStatistics, StopOnRequest)
   EXPECT_THROW(ComputeMeshStatistics(test::Icosphere(2), [](double fraction) { return fraction < 0.5; }), Cancelled);
 }
 
+TEST(MeanSideLength, CountsInnerEdgesTwice)
+{
+  EXPECT_NEAR(MeanSideLength(test::SingleTriangle()), (2.0 + 1.0 + std::sqrt(5.0)) / 3.0, 1e-15);
+  const TriangleMesh square = Make({ 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0 }, { 0, 1, 2, 0, 2, 3 });
+  EXPECT_NEAR(MeanSideLength(square), (4.0 + 2.0 * std::sqrt(2.0)) / 6.0, 1e-15);
+  EXPECT_EQ(MeanSideLength(TriangleMesh()), 0.0);
+}
+
 TEST(TriangleAdjacency, NamesTheTriangleBeyondEachSide)
 {
   const TriangleMesh fan = Make(

@@ -291,7 +291,7 @@ TEST(ElasticRest, ReportsAndStopsWhileManyPointsFollow)
   EventRecorder events(filter);
   ASSERT_TRUE(Update(filter));
   ExpectMonotone(events.Progress);
-  EXPECT_EQ(std::count_if(events.Progress.begin(), events.Progress.end(), [](double x) { return x > 0.94; }), 8)
+  EXPECT_EQ(std::count_if(events.Progress.begin(), events.Progress.end(), [](double x) { return x > 0.941; }), 8)
     << "each sample follows and is copied";
   EXPECT_EQ(events.Progress.back(), 1.0);
   for (const double fraction : { 0.95, 0.98 })

@@ -240,8 +240,13 @@ TEST(SkinningFilter, PosesVolumesBlocksAndNothing)
 
 TEST(SkinningFilter, ReportsProgressAndStopsOnRequest)
 {
-  const auto body = Body(VTK_DOUBLE, 6); // 40,962 points
-  ExpectSteadyProgress(Filter(body, Bones(), Pose()));
+  const auto body = Body(VTK_DOUBLE, 7); // 163,842 points
+  const auto complete = Filter(body, Bones(), Pose());
+  EventRecorder events(complete);
+  ASSERT_TRUE(Update(complete));
+  ExpectMonotone(events.Progress);
+  EXPECT_EQ(events.Progress.back(), 1.0);
+  EXPECT_FALSE(events.ForeignThread);
   for (const double fraction : { 0.0, 0.3, 0.9 })
   {
     ExpectAbortAndRecovery(Filter(body, Bones(), Pose()), fraction, 1.0);

@@ -7,6 +7,9 @@
 
 #include "SurfaceBridge.h"
 
+#include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/MeshStatistics.h"
+
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
@@ -54,24 +57,10 @@ TriangleMesh Bare(vtkPolyData* output)
   return mesh;
 }
 
-/// With inner edges counted twice.
-double MeanEdge(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Eigen::Index f = 0; f < mesh.Triangles.rows(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
-    }
-  }
-  return sum / static_cast<double>(3 * mesh.Triangles.rows());
-}
-
 /// Standard deviation of the edge lengths over their mean.
 double Unevenness(const TriangleMesh& mesh)
 {
-  const double mean = MeanEdge(mesh);
+  const double mean = MeanSideLength(mesh);
   double squares = 0.0;
   for (Eigen::Index f = 0; f < mesh.Triangles.rows(); ++f)
   {
@@ -158,7 +147,7 @@ TEST(GeometricTextureRemeshing, EdgesAreAsLongAsTheScaleSays)
     const auto filter = Remeshing(target, scale);
     filter->SetEndLevel(0);
     const TriangleMesh bare = Bare(SurfaceOf(filter));
-    EXPECT_NEAR(MeanEdge(bare) / MeanEdge(given), scale, 0.03 * scale) << scale;
+    EXPECT_NEAR(MeanSideLength(bare) / MeanSideLength(given), scale, 0.03 * scale) << scale;
     EXPECT_LT(Unevenness(bare), 0.25);
     // A triangle is below the sphere by up to 1 - cos of half its longest side, the diagonal of a quad at the equator.
     const double below = 1.0 - std::cos(0.5 * std::hypot(M_PI / 20.0, 2.0 * M_PI / 90.0));
@@ -216,7 +205,7 @@ TEST(GeometricTextureRemeshing, SizesVaryFromPlaceToPlace)
   const auto target = Icosphere(4).ToPolyData();
   const auto size = [](double z) { return 1.0 + 0.6 * z; };
   AddPointField(target, "Size", [&](const double* p) { return size(p[2]); });
-  const double edge = MeanEdge(ConvertSurface(target).Mesh);
+  const double edge = MeanSideLength(ConvertSurface(target).Mesh);
   const auto filter = Remeshing(target, 1.3);
   filter->SetSizeArrayName("Size");
   filter->SetEndLevel(0);
@@ -406,7 +395,31 @@ TEST(GeometricTextureRemeshing, TooManyTriangles)
 TEST(GeometricTextureRemeshing, EdgesLongerThanTheSurface)
 {
   const auto filter = Remeshing(Icosphere(2).ToPolyData(), 1000.0);
-  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("longer than the surface"), HasSubstr("smaller TextureScale")));
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("longer than the surface"), HasSubstr("smaller TextureScale is")));
+}
+
+TEST(GeometricTextureRemeshing, SizesDecideWhetherEdgesFit)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  const double edge = MeanSideLength(ConvertSurface(target).Mesh);
+  const auto withSizes = [&](double scale, const std::function<double(const double* point)>& size) {
+    AddPointField(target, "Size", size);
+    auto filter = Remeshing(target, scale);
+    filter->SetSizeArrayName("Size");
+    filter->SetEndLevel(0);
+    return filter;
+  };
+  const double begin = Now();
+  EXPECT_THAT(ErrorOf(withSizes(1.0, [](const double* p) { return p[2] > 0.9 ? 100.0 : 1.0; })),
+    AllOf(HasSubstr("Edges of length " + FormatNumber(edge) + " to " + FormatNumber(100.0 * edge) +
+            " are longer than the surface, whose longest side is 2"),
+      HasSubstr("smaller TextureScale, or other sizes, is needed")));
+  EXPECT_THAT(ErrorOf(withSizes(0.001, [](const double*) { return 0.5; })),
+    AllOf(HasSubstr("Remeshed with edges of length " + FormatNumber(0.0005 * edge) + " to "),
+      HasSubstr("A larger TextureScale, or other sizes, is needed")));
+  EXPECT_LT(Now() - begin, 5.0) << "before any work";
+  const auto fitting = withSizes(100.0, [](const double*) { return 0.01; });
+  EXPECT_NEAR(MeanSideLength(Bare(SurfaceOf(fitting))) / edge, 1.0, 0.1) << "a hundred times a hundredth";
 }
 
 TEST(GeometricTextureRemeshing, MoreThanTheShapeAllowsIsStillASurface)

@@ -7,6 +7,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
@@ -80,18 +81,6 @@ TriangleMesh Finer(TriangleMesh mesh, int times)
   return mesh;
 }
 
-double MeanEdge(const TriangleMesh& mesh)
-{
-  double sum = 0.0;
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    for (int k = 0; k < 3; ++k)
-    {
-      sum += (mesh.Points.row(mesh.Triangles(f, k)) - mesh.Points.row(mesh.Triangles(f, (k + 1) % 3))).norm();
-    }
-  }
-  return sum / static_cast<double>(3 * mesh.NumberOfTriangles());
-}
 } // namespace
 
 TEST(GeometricTextureSampler, InstructionSetsAgree)
@@ -165,7 +154,8 @@ TEST(GeometricTextureSampler, TurnsAndMovesWithTheMesh)
     moved.Points = (mesh.Points * rotation.transpose()).rowwise() + offset;
     const PointMatrix expected = (Synthesized(mesh, WithoutNoise()).Mesh.Points * rotation.transpose()).rowwise() +
       offset;
-    EXPECT_LE((Synthesized(moved, WithoutNoise()).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(mesh));
+    EXPECT_LE(
+      (Synthesized(moved, WithoutNoise()).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanSideLength(mesh));
   }
 }
 
@@ -175,7 +165,7 @@ TEST(GeometricTextureSampler, GrowsWithTheMesh)
   for (const double factor : { 1e-12, 0.25, 3.0, 1e12 })
   {
     const PointMatrix found = Synthesized(test::Scaled(Surface(), factor)).Mesh.Points / factor;
-    EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(Surface())) << factor;
+    EXPECT_LE((found - expected).cwiseAbs().maxCoeff(), 1e-4 * MeanSideLength(Surface())) << factor;
   }
 }
 
@@ -198,8 +188,9 @@ TEST(GeometricTextureSampler, DoesNotDependOnTheOrderOfTriangles)
   const GeometricTextureLevel expected = Synthesized(Surface(), request);
   const GeometricTextureLevel found = Synthesized(permuted, request);
   const Index old = Surface().NumberOfPoints();
-  EXPECT_LE((found.Mesh.Points - expected.Mesh.Points).topRows(old).cwiseAbs().maxCoeff(), 1e-4 * MeanEdge(Surface()));
-  EXPECT_NEAR(found.Mesh.Points.norm(), expected.Mesh.Points.norm(), 1e-4 * MeanEdge(Surface()));
+  EXPECT_LE(
+    (found.Mesh.Points - expected.Mesh.Points).topRows(old).cwiseAbs().maxCoeff(), 1e-4 * MeanSideLength(Surface()));
+  EXPECT_NEAR(found.Mesh.Points.norm(), expected.Mesh.Points.norm(), 1e-4 * MeanSideLength(Surface()));
 }
 
 TEST(GeometricTextureSampler, HasTheSameBitsForEveryNumberOfThreads)

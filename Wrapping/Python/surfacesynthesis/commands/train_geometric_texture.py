@@ -22,8 +22,13 @@ examples:
 
 
 def iterations_of_levels(text):
-    """A number, or a list of as many as there are commas and one."""
-    numbers = [int(number) for number in text.split(",")]
+    """A number, or a list of as many as there are commas and one; raises ArgumentTypeError for other texts."""
+    try:
+        numbers = [int(number) for number in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f'"{text}" is neither a whole number nor one for each level, with commas between'
+        ) from None
     return numbers[0] if len(numbers) == 1 else numbers
 
 
@@ -33,7 +38,8 @@ _NUMBERS = {
         ("iterations", iterations_of_levels, 2000, "N[,N...]", "iterations of each level, or one number for each"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
-        ("learning-rate-interval", int, 500, "N", "iterations of a level from one fall of the learning rate to the next; 0: a quarter of them"),
+        ("learning-rate-interval", int, 500, "N",
+         "iterations of a level from one fall of the learning rate to the next; 0: a quarter of them"),
         ("learning-rate-factor", float, 0.5, "F", "factor of the learning rate"),
         ("penalty-weight", float, 0.1, "W", "of the gradient penalty"),
         ("penalty-interval", int, 1, "N", "steps of the discriminator from one gradient penalty to the next"),
