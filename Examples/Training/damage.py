@@ -7,11 +7,12 @@ Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
 Takes the armadillo, simplified, and damages it: small, medium and large holes; half of the surface; mild and severe flips of
 edges, which turn good triangles into bad ones; and random thinning, which leaves three quarters and half of the points. Points
-that are left stay where they are. A model that has seen good surfaces only is sampled on each, and the samples are compared
-with poses of the undamaged surface, at the points that are left (PoseSpace of sample_spaces.py): the root mean square distance
-in units of the root of the area, and its square over that of the undamaged surface, as the table of the paper has it. The
-column "of poses" is the distance that poses themselves have at these points: where a limb is gone, its pull on the rest is not
-known.
+that are left stay where they are. A model that has seen good surfaces only is sampled on each, twice: with area and centroid of
+the damaged surface, and with those of the undamaged one (``normalization_area`` and ``normalization_center`` of deform()). The
+samples are compared with poses of the undamaged surface, at the points that are left (PoseSpace of sample_spaces.py): the root
+mean square distance in units of the root of the area, and its square over that of the undamaged surface, as the table of the
+paper has it. The column "of poses" is the distance that poses themselves have at these points: where a limb is gone, its pull
+on the rest is not known.
 """
 
 import argparse
@@ -150,20 +151,39 @@ def damages(points, triangles, seed):
 
 
 def measured(options, space, points, triangles):
-    """Row of a damaged surface: its points, faces, and the mean and deviation of the residuals of its samples."""
+    """Row of a damaged surface: its points, faces, and for each normalization what residuals_of() gives."""
     used, corners = np.unique(triangles, return_inverse=True)
     mesh = points[used], corners.reshape(-1, 3)
     row = {"points": len(used), "faces": len(triangles), "area": point_masses(*mesh).sum() / space.area}
     seen = space.seen_at(used)
     row["of_poses"] = seen.residuals(space.poses[:, used]).mean()
+    whole = {"normalization_area": space.area, "normalization_center": space.center}
+    for name, normalization in (("own", {}), ("whole", whole)):
+        found = residuals_of(options, seen, mesh, normalization)
+        row.update({f"{key}_{name}": value for key, value in found.items()})
+    return row
+
+
+def residuals_of(options, seen, mesh, normalization):
+    """Mean and deviation of the residuals of samples, mean of their squares, and the error of samples that are not finite."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
         try:
-            samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps)
+            samples = surfacesynthesis.deform(
+                mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps, **normalization
+            )
         except surfacesynthesis.SurfaceSynthesisError as error:
-            return {**row, "residual": np.nan, "deviation": np.nan, "error": str(error)}
+            return {"residual": np.nan, "deviation": np.nan, "square": np.nan, "error": str(error)}
     residuals = seen.residuals(samples)
-    return {**row, "residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), "error": ""}
+    return {"residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), "error": ""}
+
+
+def shown(row, undamaged, name):
+    """Cells of a normalization: distance, and its square over that of the undamaged surface."""
+    if row["error_" + name]:
+        return "not finite | "
+    ratio = row["square_" + name] / undamaged["square_own"]
+    return f"{row['residual_' + name]:.4f} ± {row['deviation_' + name]:.4f} | {ratio:.1f}"
 
 
 def parsed(arguments):
@@ -186,21 +206,21 @@ def main(arguments=None):
     poses = surfacesynthesis.poses(mesh, 20 + POSES_SEEN, template=whole)
     space = PoseSpace((points, triangles), poses[:20])
     space.poses = poses[20:]
-    space.area = point_masses(points, triangles).sum()
+    masses = point_masses(points, triangles)
+    space.area, space.center = masses.sum(), masses @ points / masses.sum()
     rows = []
-    print("| damage | points | faces | area | distance to the space of poses | of poses | "
-          "squared, over undamaged |\n|---|---:|---:|---:|---:|---:|---:|")
+    print("| damage | points | faces | area | own normalization: distance to the space of poses | squared, over undamaged | "
+          "that of the whole: distance | squared, over undamaged | of poses |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|")
     for name, damaged in damages(points, triangles, options.seed):
         row = {"damage": name, **measured(options, space, points, damaged)}
         rows.append(row)
-        ratio = row.get("square", np.nan) / rows[0].get("square", np.nan)
-        print(f"| {name} | {row['points']:,} | {row['faces']:,} | {row['area']:.2f} | {row['residual']:.4f} ± "
-              f"{row['deviation']:.4f} | {row['of_poses']:.4f} | {ratio:.1f} |", flush=True)  # fmt: skip
-        if row["error"]:
-            print(row["error"], file=sys.stderr)
+        print(f"| {name} | {row['points']:,} | {row['faces']:,} | {row['area']:.2f} | {shown(row, rows[0], 'own')} | "
+              f"{shown(row, rows[0], 'whole')} | {row['of_poses']:.4f} |", flush=True)  # fmt: skip
+        for error in filter(None, (row["error_own"], row["error_whole"])):
+            print(error, file=sys.stderr)
     if options.csv:
         with open(options.csv, "w", newline="", encoding="utf-8") as file:
-            table = csv.DictWriter(file, ["damage", "points", "faces", "area", "residual", "deviation", "of_poses", "square", "error"])
+            table = csv.DictWriter(file, list(rows[0]))
             table.writeheader()
             table.writerows(rows)
     return rows

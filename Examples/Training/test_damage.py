@@ -79,8 +79,11 @@ def check_table(folder):
     with open(table, newline="", encoding="utf-8") as file:
         written = list(csv.DictReader(file))
     assert [row["damage"] for row in written] == [row["damage"] for row in rows] and len(rows) == 9
-    assert all(np.isfinite(row["residual"]) or row["error"] for row in rows)
-    assert all(np.isfinite(row["residual"]) for row in rows[:1])
+    for name in ("own", "whole"):
+        assert all(np.isfinite(row[f"residual_{name}"]) == (row[f"error_{name}"] == "") for row in rows)
+        assert np.isfinite(rows[0][f"residual_{name}"])
+    assert np.isclose(rows[0]["residual_own"], rows[0]["residual_whole"], rtol=1e-3)
+    assert not np.isclose(rows[4]["residual_own"], rows[4]["residual_whole"], rtol=1e-3), rows[4]
 
 
 if __name__ == "__main__":

@@ -21,11 +21,13 @@ constexpr double SameStep = 1e-9;
 constexpr double NoiseShare = 0.02;
 
 FlowMatchingSampler MakeSampler(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface,
-  const UsedPoints& points, const Progress& progress, const ComponentCoupling& coupling)
+  const UsedPoints& points, const Progress& progress, const ComponentCoupling& coupling,
+  const std::optional<MeshNormalization>& normalization)
 {
   // The tables that the check has made hold for the whole mesh, stray points included.
   const MeshTopology* topology = surface.Topology && points.All() ? &*surface.Topology : nullptr;
-  return FlowMatchingSampler(std::move(model), points.Compact(surface.Mesh), topology, progress, coupling);
+  return FlowMatchingSampler(
+    std::move(model), points.Compact(surface.Mesh), topology, progress, coupling, normalization);
 }
 
 /// Makes an array on all points from rows of the used points.
@@ -46,9 +48,9 @@ vtkSmartPointer<vtkDoubleArray> PointArray(
 } // namespace
 
 FlowSamples::FlowSamples(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface,
-  const Progress& progress, const ComponentCoupling& coupling)
+  const Progress& progress, const ComponentCoupling& coupling, const std::optional<MeshNormalization>& normalization)
   : Used(surface.Mesh)
-  , Flow(MakeSampler(std::move(model), surface, this->Used, progress, coupling))
+  , Flow(MakeSampler(std::move(model), surface, this->Used, progress, coupling, normalization))
 {}
 
 void FlowSamples::Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count)

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace surfsynth
@@ -27,7 +28,7 @@ class FlowSamples
 public:
   /// @throws the errors of FlowMatchingSampler.
   FlowSamples(std::shared_ptr<const FlowMatchingModel> model, const Surface& surface, const Progress& progress,
-    const ComponentCoupling& coupling);
+    const ComponentCoupling& coupling, const std::optional<MeshNormalization>& normalization);
 
   /// Returns the points that the samples have rows for.
   const UsedPoints& Points() const { return this->Used; }

@@ -32,6 +32,7 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <optional>
 #include <set>
 
 using surfsynth::FlowSamples;
@@ -49,6 +50,7 @@ struct PreparedSamples
 {
   std::shared_ptr<const surfsynth::FlowMatchingModel> Model;
   surfsynth::ComponentCoupling Coupling;
+  std::optional<surfsynth::MeshNormalization> Normalization;
   std::unique_ptr<FlowSamples> Samples;
 };
 } // namespace
@@ -66,6 +68,7 @@ public:
   {
     this->FlowTime = flowTime;
     this->Model.reset();
+    this->Normalization(); // must be finite
     if (this->Self->ModelFileName.empty())
     {
       throw surfsynth::InvalidInput("ModelFileName is empty; the path of a flow matching model is needed.");
@@ -144,12 +147,26 @@ public:
   FlowSamples* Find(const Surface& surface)
   {
     PreparedSamples* found = this->Blocks.Find(surface);
-    return found && found->Model == this->Model && found->Coupling == this->Coupling() ? found->Samples.get() : nullptr;
+    return found && found->Model == this->Model && found->Coupling == this->Coupling() &&
+        found->Normalization == this->Normalization()
+      ? found->Samples.get()
+      : nullptr;
   }
 
   surfsynth::ComponentCoupling Coupling() const
   {
     return { this->Self->ComponentCoupling, this->Self->CouplingWeight, this->Self->CouplingDistance };
+  }
+
+  /// Returns the normalization that NormalizationArea asks for, or nothing for that of each surface.
+  std::optional<surfsynth::MeshNormalization> Normalization() const
+  {
+    if (this->Self->NormalizationArea == 0.0)
+    {
+      return std::nullopt;
+    }
+    return surfsynth::FlowNormalization(
+      this->Self->NormalizationArea, Eigen::RowVector3d(this->Self->NormalizationCenter));
   }
 
   std::string SignalArrayName() const
@@ -230,7 +247,9 @@ private:
     PreparedSamples prepared;
     prepared.Model = this->Model;
     prepared.Coupling = this->Coupling();
-    prepared.Samples = std::make_unique<FlowSamples>(this->Model, surface, progress, prepared.Coupling);
+    prepared.Normalization = this->Normalization();
+    prepared.Samples = std::make_unique<FlowSamples>(
+      this->Model, surface, progress, prepared.Coupling, prepared.Normalization);
     ++this->NumberOfFactorizations;
     for (const std::string& text : prepared.Samples->Sampler().Warnings())
     {
@@ -447,6 +466,9 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
   os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
   os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";
+  os << indent << "NormalizationArea: " << this->NormalizationArea << "\n";
+  os << indent << "NormalizationCenter: " << this->NormalizationCenter[0] << " " << this->NormalizationCenter[1] << " "
+     << this->NormalizationCenter[2] << "\n";
   os << indent << "OutputTrajectory: " << this->OutputTrajectory << "\n";
   os << indent << "ActiveResult: " << this->ActiveResult << "\n";
   os << indent << "SignalArrayName: " << this->SignalArrayName << "\n";

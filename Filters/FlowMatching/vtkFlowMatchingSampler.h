@@ -25,7 +25,10 @@
  * split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The
  * error message names the defect, the first offending cell or point and the filter that repairs it. A warning is
  * given, once for each mesh, where good samples are unlikely: for a surface whose second moments differ from those of
- * the training, because it has another shape or orientation, and for a closed surface whose faces point inwards. A
+ * the training, because it has another shape or orientation, and for a closed surface whose faces point inwards. A part of
+ * the surface of the training, or a copy with holes, has another area and centroid, by which models place and scale it:
+ * NormalizationArea and NormalizationCenter give those of the whole surface. The warning then tells of second moments
+ * beyond those of the whole. A
  * composite input is processed block by block, with noise that differs between blocks; a block that cannot be
  * processed is reported and left empty, the others are not affected. Empty input gives empty output.
  *
@@ -209,6 +212,26 @@ public:
 
   ///@{
   /**
+   * Area of the surface of which the input is a part or a damaged copy, square world units, at least 0. Models see surfaces
+   * moved to their centroid and scaled to area 1; with an area above 0 they see the input as the whole surface would be:
+   * moved to NormalizationCenter and scaled by this area. vtkIntegrateAttributes on the whole surface gives both. 0 (the
+   * default) stands for area and centroid of the input, of each block on its own.
+   */
+  vtkSetClampMacro(NormalizationArea, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(NormalizationArea, double);
+  ///@}
+
+  ///@{
+  /**
+   * Centroid, weighted by area, of the surface of which the input is a part or a damaged copy, world units. Used with
+   * NormalizationArea above 0. Default (0, 0, 0).
+   */
+  vtkSetVector3Macro(NormalizationCenter, double);
+  vtkGetVector3Macro(NormalizationCenter, double);
+  ///@}
+
+  ///@{
+  /**
    * Selection of the generated array as the active scalars of the output, which viewers color by, also where the input
    * has active scalars. Off, those of the input stay. Default off.
    */
@@ -311,6 +334,8 @@ private:
   bool ComponentCoupling = false;
   double CouplingWeight = 1e6;
   double CouplingDistance = 0.0;
+  double NormalizationArea = 0.0;
+  double NormalizationCenter[3] = { 0.0, 0.0, 0.0 };
   bool OutputTrajectory = false;
   bool ActiveResult = false;
   std::string SignalArrayName;

@@ -20,6 +20,8 @@ SAMPLER = {
     "NumberOfSamples": (1, 3, 3),
     "NumberOfSteps": (20, 5, 5),
     "Integrator": ("Midpoint", "Runge-Kutta 4", vtkFlowMatchingSampler.RUNGE_KUTTA_4),
+    "NormalizationArea": (0, 2.5, 2.5),
+    "NormalizationCenter": ([0, 0, 0], [1, 2, 3], (1, 2, 3)),
     "OutputTrajectory": (0, 1, True),
     "InitialNoiseArrayName": ("InitialNoise", "Start", "Start"),
 }

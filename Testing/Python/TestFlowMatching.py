@@ -4,6 +4,7 @@
 import json
 import re
 import resource
+import warnings
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkFiltersParallel import vtkIntegrateAttributes
 
 STEPS = 3
 SPHERE = 1 / (12 * np.pi)  # second moment of a sphere of area 1 about each axis
@@ -254,6 +256,56 @@ def test_coupled_components_move_together(model, tmp_path):
     assert np.array_equal(points_of(read_mesh(target)), points_of(deform(read_mesh(source), model, **coupled)))
     with pytest.raises(ValueError, match="coupling_weight"):
         deform((points, triangles), model, coupling_weight=0.0)
+
+
+def area_and_center(mesh):
+    """As vtkIntegrateAttributes has them."""
+    integration = vtkIntegrateAttributes()
+    integration.SetInputData(mesh)
+    integration.Update()
+    output = integration.GetOutput()
+    return output.GetCellData().GetArray("Area").GetValue(0), output.GetPoint(0)
+
+
+def test_parts_take_the_normalization_of_their_whole(ball, model, tmp_path, capsys):
+    points, triangles = ball[0] + [3.0, 0.0, 0.0], ball[1]
+    area, center = area_and_center(polydata_of(points, triangles))
+    assert np.allclose(center, [3.0, 0.0, 0.0], atol=1e-6) and 11.9 < area < 4 * np.pi
+    whole = {"normalization_area": area, "normalization_center": center, "steps": STEPS}
+    assert np.allclose(deform((points, triangles), model, **whole), deform((points, triangles), model, steps=STEPS), atol=1e-5)
+    part = polydata_of(points, triangles[points[triangles].mean(axis=1)[:, 0] < 3.2])
+    with pytest.warns(SurfaceSynthesisWarning, match="shaped or turned"):
+        own = deform(part, model, steps=STEPS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        moved = deform(part, model, **whole)
+    assert np.abs(points_of(own) - points_of(moved)).max() > 1e-3
+    noise = [np.abs(point_array(output, "InitialNoise")).max() for output in (own, moved)]
+    assert noise[1] > noise[0]  # noise has the scale of the whole
+    source, target = str(tmp_path / "part.vtp"), str(tmp_path / "posed.vtp")
+    write_mesh(part, source)
+    options = ["--normalization-area", repr(area), "--normalization-center", *map(repr, center), "--steps", str(STEPS)]
+    assert main(["deform", source, target, "--model", str(model), *options]) == 0
+    assert np.array_equal(points_of(read_mesh(target)), points_of(deform(read_mesh(source), model, **whole)))
+    assert main(["deform", source, target, "--model", str(model), *options[:2]]) == 2
+    assert "give both or none" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"normalization_area": 1.0}, "go together"),
+        ({"normalization_center": (0, 0, 0)}, "go together"),
+        ({"normalization_area": 0.0, "normalization_center": (0, 0, 0)}, "normalization_area must be"),
+        ({"normalization_area": 1.0, "normalization_center": (0, np.nan, 0)}, "normalization_center must be a finite"),
+        ({"normalization_area": 1.0, "normalization_center": (0, 0)}, r"3 numbers, not an array of shape \(2,\)"),
+    ],
+)
+def test_normalizations_are_checked(ball, model, mixture, wrong, text):
+    with pytest.raises(ValueError, match=text):
+        deform(ball, model, **wrong)
+    with pytest.raises(ValueError, match=text):
+        sample_signal(ball, mixture, **wrong)
 
 
 def test_command_samples_signals(files, mixture, capsys):

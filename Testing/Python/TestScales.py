@@ -56,6 +56,8 @@ TABLE = {
     "import": ("dataset import a.vtp b.vtp c.vtp o.safetensors", ["signals"]),
     "poisson-net": ("poisson-net a.vtp o.vtp --model network.safetensors --normalization surface_area", []),
     "deform": ("deform a.vtp o.vtp --model {MODELS}/armadillo_poses.safetensors --steps 3", ["Displacement", "InitialNoise"]),
+    "deform-part": ("deform a.vtp o.vtp --model {MODELS}/armadillo_poses.safetensors --steps 3 --normalization-area {25000^2} "
+                    "--normalization-center {10} {5} {0}", ["Displacement", "InitialNoise"]),
     "sample": ("sample a.vtp o.vtp --model {MODELS}/bunny_mixtures.safetensors --steps 3", []),
     "metrics": ("metrics --generated a.vtp b.vtp --reference b.vtp c.vtp", []),
     "distance": ("distance a.vtp b.vtp --samples 2000", []),
@@ -77,7 +79,7 @@ TABLE = {
 DIVIDING = {"surface", "surface-defaults", "remesh", "remesh-length", "tetrahedralize", "texture-atlas", "noise-volume",
             "geometric-texture-remesh", "sample-texture", "decode-texture"}  # fmt: skip
 #: Tests of what belongs to places in space.
-PLACED = {"noise-coherent"}
+PLACED = {"deform-part", "noise-coherent"}
 #: Commands that take no mesh, or go through the same filter as one in the table, or train: networks see normalized meshes.
 #: Falls amplify last bits: TestRestStates.py compares units on tetrahedra whose coordinates are powers of two apart. Skins have
 #: bones in the unit of the surface: TestSkinning.py has formulas for them.

@@ -8,6 +8,7 @@
 #include "IO/Weights/SafetensorsWriter.h"
 #include "Inference/Common/ModelFile.h"
 
+#include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -130,6 +131,42 @@ void CheckNetworks(const FlowMatchingModel& model)
     RefuseFlow("positions have " + std::to_string(velocity.InputChannels) + " channels", "3");
   }
 }
+
+/// Integrals over a surface.
+struct Integrals
+{
+  double Area = 0.0;
+  Eigen::RowVector3d First = Eigen::RowVector3d::Zero(); ///< of x
+  Eigen::Matrix3d Second = Eigen::Matrix3d::Zero();      ///< of x x^T
+};
+
+/// Integrals of positions x relative to @p origin.
+Integrals IntegralsAbout(const TriangleMesh& mesh, const Eigen::RowVector3d& origin)
+{
+  const Eigen::VectorXd areas = FaceAreas(mesh);
+  Integrals integrals;
+  integrals.Area = areas.sum();
+  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
+  {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k)
+    {
+      corners.row(k) = mesh.Points.row(mesh.Triangles(f, k)) - origin;
+    }
+    const Eigen::RowVector3d sum = corners.colwise().sum();
+    integrals.First += areas[f] / 3.0 * sum;
+    // The integral of x x^T over a triangle is area / 12 (sum of p p^T + s s^T), s the sum of its corners.
+    integrals.Second += areas[f] / 12.0 * (corners.transpose() * corners + sum.transpose() * sum);
+  }
+  return integrals;
+}
+
+Eigen::Matrix<double, 1, 6> RowOf(const Eigen::Matrix3d& moments)
+{
+  Eigen::Matrix<double, 1, 6> row;
+  row << moments(0, 0), moments(0, 1), moments(0, 2), moments(1, 1), moments(1, 2), moments(2, 2);
+  return row;
+}
 } // namespace
 
 const char* NameOf(FlowPrediction prediction) { return NameOf(prediction, PredictionNames); }
@@ -150,28 +187,24 @@ MaternFieldOptions FieldOptions(const FlowNoise& noise)
 
 Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh)
 {
-  const Eigen::VectorXd areas = FaceAreas(mesh);
-  Eigen::RowVector3d first = Eigen::RowVector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  const Eigen::RowVector3d origin = mesh.Points.row(mesh.Triangles(0, 0)); // keeps digits far from the origin
-  for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
-  {
-    Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k)
-    {
-      corners.row(k) = mesh.Points.row(mesh.Triangles(f, k)) - origin;
-    }
-    const Eigen::RowVector3d sum = corners.colwise().sum();
-    first += areas[f] / 3.0 * sum;
-    // The integral of x x^T over a triangle is area / 12 (sum of p p^T + s s^T), s the sum of its corners.
-    second += areas[f] / 12.0 * (corners.transpose() * corners + sum.transpose() * sum);
-  }
-  const double area = areas.sum();
-  first /= area;
-  const Eigen::Matrix3d centered = second / area - first.transpose() * first;
-  Eigen::Matrix<double, 1, 6> moments;
-  moments << centered(0, 0), centered(0, 1), centered(0, 2), centered(1, 1), centered(1, 2), centered(2, 2);
-  return moments / area;
+  // A point of the mesh as the origin keeps digits far from that of the coordinates.
+  const Integrals integrals = IntegralsAbout(mesh, mesh.Points.row(mesh.Triangles(0, 0)));
+  const Eigen::RowVector3d centroid = integrals.First / integrals.Area;
+  return RowOf(integrals.Second / integrals.Area - centroid.transpose() * centroid) / integrals.Area;
+}
+
+Eigen::Matrix<double, 1, 6> PartMoments(const TriangleMesh& part)
+{
+  return RowOf(IntegralsAbout(part, Eigen::RowVector3d::Zero()).Second);
+}
+
+double MomentExcess(const Eigen::Matrix<double, 1, 6>& whole, const Eigen::Matrix<double, 1, 6>& part)
+{
+  const Eigen::Matrix<double, 1, 6> m = part - whole;
+  Eigen::Matrix3d difference;
+  difference << m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(difference, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().maxCoeff() / (whole[0] + whole[3] + whole[5]);
 }
 
 double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found)
@@ -185,6 +218,17 @@ double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::
 MeshNormalization FlowNormalization(const TriangleMesh& mesh)
 {
   return ComputeNormalization(mesh, InputNormalization::SurfaceArea);
+}
+
+MeshNormalization FlowNormalization(double area, const Eigen::RowVector3d& center)
+{
+  if (!(area > 0.0) || !std::isfinite(area) || !center.allFinite())
+  {
+    throw InvalidInput("FlowNormalization: the area is " + FormatNumber(area) + " and the center (" +
+      FormatNumber(center[0]) + ", " + FormatNumber(center[1]) + ", " + FormatNumber(center[2]) +
+      "); expected a finite area above 0 and a finite center.");
+  }
+  return { center, std::sqrt(area) };
 }
 
 std::string FlowMatchingModel::Description() const

@@ -75,6 +75,15 @@ Eigen::Matrix<double, 1, 6> SecondMoments(const TriangleMesh& mesh);
 /// same orientation, about 1 for one that is turned by a right angle.
 double MomentDistance(const Eigen::Matrix<double, 1, 6>& expected, const Eigen::Matrix<double, 1, 6>& found);
 
+/// Second moments of @p part of a surface about the origin, [xx, xy, xz, yy, yz, zz]: the integral of x x^T. In the
+/// coordinates of the whole surface, about its centroid and with area 1, no direction has more than SecondMoments() of the
+/// whole.
+Eigen::Matrix<double, 1, 6> PartMoments(const TriangleMesh& part);
+
+/// Largest excess of the second moments of a part over those of the whole in any direction, over the trace of @p whole; at
+/// most 0 for a part of that surface.
+double MomentExcess(const Eigen::Matrix<double, 1, 6>& whole, const Eigen::Matrix<double, 1, 6>& part);
+
 /// A velocity field on signals, F(f_t, t; condition), trained to carry noise to data: [Kuai2026], section 4.
 ///
 /// The network's coordinates are those of the source surface moved to its centroid and scaled to area 1. Positions are
@@ -110,6 +119,10 @@ struct FlowMatchingModel
 /// Computes the map from the caller's coordinates to the network's: to area 1, see InputNormalization::SurfaceArea.
 /// @throws InvalidInput when the mesh has no extent.
 MeshNormalization FlowNormalization(const TriangleMesh& mesh);
+/// Map from the caller's coordinates to the network's for a part of a surface, or a damaged one: that of the whole surface
+/// with @p area and @p center, its area-weighted centroid, in the caller's units.
+/// @throws InvalidInput when the area is not a finite number above 0, or the center is not finite.
+MeshNormalization FlowNormalization(double area, const Eigen::RowVector3d& center);
 /// Former name of FlowNormalization().
 [[deprecated("use FlowNormalization()")]] inline MeshNormalization FlowNormalisation(const TriangleMesh& mesh)
 {

@@ -45,9 +45,9 @@ class FlowMatchingSampler::Internals
 {
 public:
   Internals(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh, const MeshTopology& topology,
-    const ComponentCoupling& coupling, const Progress& progress)
+    const ComponentCoupling& coupling, const std::optional<MeshNormalization>& whole, const Progress& progress)
     : Model(std::move(model))
-    , Normalization(FlowNormalization(mesh))
+    , Normalization(whole ? *whole : FlowNormalization(mesh))
     , Coupling(ScaledCoupling(coupling, this->Normalization))
   {
     CheckModel(*this->Model);
@@ -56,40 +56,62 @@ public:
       normalized, topology, SubProgress(progress, 0.0, 0.5), this->Model->Velocity.Options.Shift, this->Coupling);
     this->IsCoupled = operators.Coupling != nullptr;
     this->VertexMass = operators.VertexMass.cast<double>();
-    this->Describe(normalized, topology);
+    if (whole)
+    {
+      this->SourceMean = this->MeanOf(normalized.Points).cast<float>();
+    }
+    this->Describe(normalized, topology, whole.has_value());
     this->VelocityField = MakeEvaluator(this->Model, this->Model->Velocity, operators, normalized.Points);
     this->PrepareCondition(operators, normalized, topology, SubProgress(progress, 0.5, 0.6));
     this->Field = std::make_unique<FlowNoiseField>(
       std::move(normalized), topology, this->Model->Noise, SubProgress(progress, 0.6, 1.0), this->Coupling);
   }
 
-  /// Subtracts the mean over the surface from each component.
-  void RemoveMean(Eigen::MatrixXd& values) const
+  /// Mean over the surface of each component.
+  Eigen::RowVectorXd MeanOf(const Eigen::MatrixXd& values) const
   {
-    values.rowwise() -= this->VertexMass.transpose() * values / this->VertexMass.sum();
+    return this->VertexMass.transpose() * values / this->VertexMass.sum();
   }
+
+  /// Subtracts the mean over the surface from each component.
+  void RemoveMean(Eigen::MatrixXd& values) const { values.rowwise() -= this->MeanOf(values); }
 
   std::shared_ptr<const FlowMatchingModel> Model;
   MeshNormalization Normalization;
   ComponentCoupling Coupling; ///< in the network's coordinates
   bool IsCoupled = false;     ///< true where there are components to couple
   Eigen::VectorXd VertexMass;
+  std::optional<Eigen::RowVector3f> SourceMean; ///< mean position of a part, in the network's coordinates
   std::optional<PoissonNetEvaluator> VelocityField;
   std::unique_ptr<FlowNoiseField> Field;
   FeatureMatrix Condition; ///< [V, 4 + E]: time, to be filled in, position, encoding
   std::vector<std::string> Warnings;
 
 private:
-  void Describe(const TriangleMesh& normalized, const MeshTopology& topology)
+  void Describe(const TriangleMesh& normalized, const MeshTopology& topology, bool isPart)
   {
     this->Warnings = DescribeUnlikelyInput(normalized, topology, InputNormalization::SurfaceArea);
+    const double largest = this->Model->Shape.Spread + MomentTolerance;
+    if (isPart)
+    {
+      const double excess = MomentExcess(this->Model->Shape.Mean, PartMoments(normalized));
+      if (excess > largest)
+      {
+        this->Warnings.push_back(
+          "The surface is no part of one that the model was trained on, or the area and center given "
+          "for its normalization are those of another: its second moments exceed those of the "
+          "training by " +
+          FormatNumber(excess) + " of their trace, expected at most " + FormatNumber(largest) +
+          ". Samples are unlikely to be good.");
+      }
+      return;
+    }
     const double distance = MomentDistance(this->Model->Shape.Mean, SecondMoments(normalized));
-    if (distance > this->Model->Shape.Spread + MomentTolerance)
+    if (distance > largest)
     {
       this->Warnings.push_back("The surface is shaped or turned unlike those that the model was trained on: its second "
                                "moments differ by " +
-        FormatNumber(distance) + " of their trace, expected at most " +
-        FormatNumber(this->Model->Shape.Spread + MomentTolerance) +
+        FormatNumber(distance) + " of their trace, expected at most " + FormatNumber(largest) +
         ". Samples are unlikely to be good; turn it as the training surface was (vtkTransformFilter), or train a model "
         "on "
         "it.");
@@ -114,14 +136,15 @@ private:
 };
 
 FlowMatchingSampler::FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,
-  const MeshTopology* topology, const Progress& progress, const ComponentCoupling& coupling)
+  const MeshTopology* topology, const Progress& progress, const ComponentCoupling& coupling,
+  const std::optional<MeshNormalization>& normalization)
 {
   std::optional<MeshTopology> own;
   if (!topology)
   {
     topology = &own.emplace(RequireValidMesh(mesh, Requirements(coupling.IsOn)));
   }
-  this->Impl = std::make_unique<Internals>(std::move(model), mesh, *topology, coupling, progress);
+  this->Impl = std::make_unique<Internals>(std::move(model), mesh, *topology, coupling, normalization, progress);
 }
 
 FlowMatchingSampler::~FlowMatchingSampler() = default;
@@ -166,7 +189,14 @@ FeatureMatrix FlowMatchingSampler::Velocity(const FeatureMatrix& state, double t
       }
       input.CoupledSignal /= static_cast<float>(RemainingTime(time));
     }
-    return this->Impl->VelocityField->Evaluate(input, progress).Values;
+    FeatureMatrix velocity = this->Impl->VelocityField->Evaluate(input, progress).Values;
+    const bool hasMean = model.Velocity.Options.Head != PoissonNetHead::GradientDomain;
+    if (this->Impl->SourceMean && model.GeneratesPositions() && !hasMean)
+    {
+      // A gradient-domain head gives velocities of mean 0 over the part, which in the training was over the whole.
+      velocity.rowwise() += *this->Impl->SourceMean;
+    }
+    return velocity;
   }
   const auto at = static_cast<float>(time);
   const auto deviation = static_cast<float>(model.DataDeviation);

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,10 +62,13 @@ public:
   /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
   /// @param coupling of several components, in noise and network: the differences of positions at the coupled pairs are
   /// led to those of @p mesh, differences of other signals to 0. Its distance is in the caller's units.
+  /// @param normalization of the surface of which @p mesh is a part or a damaged copy, see FlowNormalization(); without one
+  /// that of @p mesh. The mean over @p mesh of positions goes straight to that of the source.
   /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete, and as
   /// CouplingMatrix(); SolverFailure; Cancelled.
   FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,
-    const MeshTopology* topology = nullptr, const Progress& progress = {}, const ComponentCoupling& coupling = {});
+    const MeshTopology* topology = nullptr, const Progress& progress = {}, const ComponentCoupling& coupling = {},
+    const std::optional<MeshNormalization>& normalization = {});
   ~FlowMatchingSampler();
   FlowMatchingSampler(FlowMatchingSampler&&) noexcept;
   FlowMatchingSampler& operator=(FlowMatchingSampler&&) noexcept;

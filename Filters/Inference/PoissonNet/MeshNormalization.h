@@ -19,6 +19,12 @@ struct MeshNormalization
 {
   Eigen::RowVector3d Center = Eigen::RowVector3d::Zero(); ///< world units
   double Scale = 1.0;                                     ///< world units, > 0
+
+  /// True for the same map.
+  bool operator==(const MeshNormalization& other) const
+  {
+    return this->Center == other.Center && this->Scale == other.Scale;
+  }
 };
 
 /// Computes centre and scale of @p mesh for @p normalization.

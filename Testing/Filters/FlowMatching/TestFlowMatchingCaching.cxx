@@ -104,6 +104,8 @@ TEST(FlowMatchingCaching, UnchangedParametersCostNoExecutionAndEachChangeExactly
     { "InitialNoiseArrayName", [](Filter* f) { f->SetInitialNoiseArrayName("B"); } },
     { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("C"); } },
     { "AreaRatioArrayName", [](Filter* f) { f->SetAreaRatioArrayName("D"); } },
+    { "NormalizationArea", [](Filter* f) { f->SetNormalizationArea(12.0); } },
+    { "NormalizationCenter", [](Filter* f) { f->SetNormalizationCenter(0.1, 0.0, 0.0); } },
     { "OutputTrajectory", [](Filter* f) { f->OutputTrajectoryOn(); } },
     { "NumberOfSamples", [](Filter* f) { f->SetNumberOfSamples(2); } },
   };
@@ -124,6 +126,11 @@ TEST(FlowMatchingCaching, WhatIsTheSameIsNotComputedAgain)
     << "the first sample is there";
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetFirstSample(1); }), (Cost{ 0, 0, OneSample })) << "and two of these";
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfSamples(1); }), (Cost{ 0, 0, 0 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNormalizationCenter(0.0, 0.0, 0.2); }), (Cost{ 0, 0, 0 }))
+    << "the center of the sphere is its own";
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNormalizationArea(15.0); }), (Cost{ 0, 1, OneSample }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNormalizationCenter(0.0, 0.0, 0.1); }), (Cost{ 0, 1, OneSample }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNormalizationArea(0.0); }), (Cost{ 0, 1, OneSample }));
   sphere->Modified();
   EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 0, 0 })) << "modified, but the same";
   sphere->GetPoints()->SetPoint(0, 0.0, 0.0, 1.1);

@@ -4,6 +4,7 @@
 // samples, blocks, flow time.
 #include "FlowMatchingPipelines.h"
 
+#include "Core/Mesh/UsedPoints.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 
 #include <vtkCellData.h>
@@ -23,6 +24,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -179,6 +181,34 @@ TEST(FlowMatchingSamplerFilter, SignalAndNoiseAreThoseOfThePlainSampler)
   EXPECT_EQ(output->GetPointData()->GetScalars(), signal);
   EXPECT_EQ(output->GetPointData()->GetNumberOfArrays(), 2);
   EXPECT_EQ(output->GetCellData()->GetNumberOfArrays(), 0);
+}
+
+TEST(FlowMatchingDeformerFilter, APartGetsTheNormalizationOfItsWhole)
+{
+  const std::string model = WriteDeformer("part.model");
+  Soup part = Icosphere(2);
+  const auto isAbove = [&part](const std::vector<vtkIdType>& polygon) {
+    return part.Points[3 * static_cast<std::size_t>(polygon[0]) + 2] > 0.3;
+  };
+  part.Polys.erase(std::remove_if(part.Polys.begin(), part.Polys.end(), isAbove), part.Polys.end());
+  const UsedPoints used(MeshOf(part));
+  ASSERT_FALSE(used.All());
+  const auto filter = DeformerOn(part.ToPolyData(), model);
+  filter->MovePointsOff();
+  filter->SetNormalizationArea(12.0);
+  filter->SetNormalizationCenter(0.05, -0.1, 0.1);
+  const auto output = SurfaceOf(filter);
+  const TriangleMesh mesh = used.Compact(MeshOf(part));
+  const FlowMatchingSampler plain(std::make_shared<const FlowMatchingModel>(ReadFlowMatchingModel(model)), mesh,
+    nullptr, {}, {}, FlowNormalization(12.0, { 0.05, -0.1, 0.1 }));
+  FlowSampleRequest request;
+  request.Steps = Steps;
+  const Eigen::MatrixXd expected = plain.ToSignal(plain.Integrate(plain.InitialNoise(request), request)) - mesh.Points;
+  const Eigen::MatrixXd found = MatrixOf(PointArray(output, "Displacement"));
+  for (Index k = 0; k < used.Count(); ++k)
+  {
+    EXPECT_EQ((found.row(used.Id(k)) - expected.row(k)).norm(), 0.0) << k;
+  }
 }
 
 TEST(FlowMatchingSamplerFilter, GivenNoiseIsWhatTheFlowBeginsWith)
@@ -604,7 +634,10 @@ TEST(FlowMatchingDeformerFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   EXPECT_EQ(filter->GetIntegrator(), vtkFlowMatchingSampler::RUNGE_KUTTA_4);
   filter->SetIntegratorToEuler();
   EXPECT_EQ(filter->GetIntegrator(), vtkFlowMatchingSampler::EULER);
+  filter->SetNormalizationArea(-2.0);
+  EXPECT_EQ(filter->GetNormalizationArea(), 0.0);
   const vtkMTimeType before = filter->GetMTime();
+  filter->SetNormalizationCenter(0.0, 0.0, 0.0);
   filter->SetModelFileName(nullptr);
   filter->SetDisplacementArrayName("Displacement");
   filter->SetAreaRatioArrayName("AreaRatio");
@@ -620,12 +653,12 @@ TEST(FlowMatchingDeformerFilter, PrintsEveryProperty)
   OutputOf(filter);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line :
-    { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1", "NumberOfSteps: 4",
-      "Integrator: 1", "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n",
-      "InitialNoiseArrayName: InitialNoise", "ModelDescription: deformations from matern noise; 2 blocks of width 16",
-      "NumberOfModelLoads: 1", "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1",
-      "DisplacementArrayName: Displacement", "AreaRatioArrayName: AreaRatio" })
+  for (const char* line : { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1",
+         "NumberOfSteps: 4", "Integrator: 1", "NormalizationArea: 0", "NormalizationCenter: 0 0 0",
+         "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n", "InitialNoiseArrayName: InitialNoise",
+         "ModelDescription: deformations from matern noise; 2 blocks of width 16", "NumberOfModelLoads: 1",
+         "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1", "DisplacementArrayName: Displacement",
+         "AreaRatioArrayName: AreaRatio" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -162,6 +162,15 @@ TEST(FlowMatchingMessages, SeveralComponents)
     ErrorOfMesh(TwoSpheres()), AllOf(HasSubstr("2 connected components"), HasSubstr("vtkPolyDataConnectivityFilter")));
 }
 
+TEST(FlowMatchingMessages, ANormalizationThatIsNotFinite)
+{
+  const auto filter = DeformerOn(Icosphere(2).ToPolyData(), WriteDeformer("normalization.model"));
+  filter->SetNormalizationCenter(0.0, std::nan(""), 0.0);
+  ASSERT_TRUE(Update(filter)) << "without an area, no center is used";
+  filter->SetNormalizationArea(12.0);
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("the center (0, nan, 0)"), HasSubstr("finite")));
+}
+
 TEST(FlowMatchingMessages, SeveralComponentsAreTakenWhenTheyAreCoupled)
 {
   const auto filter = DeformerOn(TwoSpheres().ToPolyData(), WriteDeformer("coupled.model"));

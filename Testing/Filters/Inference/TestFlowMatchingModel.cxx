@@ -300,6 +300,23 @@ TEST(ShapeMoments, OfASquareAreKnown)
   }
 }
 
+// The halves of a square about its center: moments of parts add up, and no part has more than the whole.
+TEST(ShapeMoments, OfPartsAddUpToThoseOfTheWhole)
+{
+  const TriangleMesh square = test::Translated(test::PlanePatch(8, 8), { -0.5, -0.5, 0.0 });
+  Eigen::Matrix<double, 1, 6> sum = Eigen::Matrix<double, 1, 6>::Zero();
+  for (const double left : { -0.5, 0.0 })
+  {
+    const TriangleMesh half = test::Translated(test::PlanePatch(4, 8, 0.5, 1.0), { left, -0.5, 0.0 });
+    const Eigen::Matrix<double, 1, 6> part = PartMoments(half);
+    EXPECT_NEAR(part[0], 1.0 / 24.0, 1e-12);
+    EXPECT_LE(MomentExcess(SecondMoments(square), part), 1e-12);
+    sum += part;
+  }
+  EXPECT_LE((sum - SecondMoments(square)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(MomentExcess(SecondMoments(square), 2.0 * sum), 0.5, 1e-12) << "twice as much along each of two sides";
+}
+
 TEST(ShapeMoments, DoNotDependOnTheTriangulationAndNoticeATurn)
 {
   const auto moments = [](

@@ -7,6 +7,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/UsedPoints.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 
@@ -17,6 +18,8 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
+#include <vector>
 
 using namespace surfsynth;
 using surfsynthtest::MessageOf;
@@ -95,6 +98,48 @@ double ErrorOfVelocity(FlowPrediction prediction, FlowMatchingModel model, bool 
   }
   const FeatureMatrix data = source + 0.2F / std::hypot(1.0F - t, t) * (t * input + (1.0F - t) * predicted);
   return Difference((1.0F - t) * sampler.Velocity(state, time), data - state);
+}
+
+/// A part of the bumpy surface: its triangles with their centroid on the left. The points that it has in the whole.
+struct Part
+{
+  TriangleMesh Mesh;
+  std::vector<Index> Points;
+  MeshNormalization Whole; ///< normalization of the whole surface
+};
+
+Part LeftOf(const TriangleMesh& whole)
+{
+  TriangleMesh left = whole;
+  Index kept = 0;
+  for (Index f = 0; f < whole.NumberOfTriangles(); ++f)
+  {
+    const auto corners = whole.Triangles.row(f).eval();
+    if (whole.Points(corners(0), 0) + whole.Points(corners(1), 0) + whole.Points(corners(2), 0) <
+      3.0 * FlowNormalization(whole).Center[0])
+    {
+      left.Triangles.row(kept++) = corners;
+    }
+  }
+  left.Triangles.conservativeResize(kept, 3);
+  const UsedPoints used(left);
+  Part part{ used.Compact(left), {}, FlowNormalization(whole) };
+  for (Index k = 0; k < part.Mesh.NumberOfPoints(); ++k)
+  {
+    part.Points.push_back(used.Id(k));
+  }
+  return part;
+}
+
+FlowMatchingSampler SamplerOfPart(FlowMatchingModel model, const Part& part)
+{
+  return FlowMatchingSampler(Shared(std::move(model)), part.Mesh, nullptr, {}, {}, part.Whole);
+}
+
+Eigen::RowVectorXd MeanOf(const TriangleMesh& mesh, const Eigen::MatrixXd& values)
+{
+  const Eigen::VectorXd mass = LumpedMass(mesh);
+  return mass.transpose() * values / mass.sum();
 }
 
 /// The Euler, midpoint and classical Runge-Kutta step from @p state at @p time, as their definitions say.
@@ -345,6 +390,108 @@ TEST(FlowMatchingSampler, InitialNoiseIsTheFieldOfTheModel)
   flow.Sample = 4;
   flow.Stream = 6;
   EXPECT_LE(Difference(sampler.InitialNoise(flow), FeatureMatrix((2.5 * field.Sample(request)).cast<float>())), 1e-5);
+}
+
+// --- Parts of surfaces ------------------------------------------------------------------------------------------------
+
+TEST(FlowMatchingSampler, TheNormalizationOfTheSurfaceItselfChangesNothing)
+{
+  const MeshNormalization own = FlowNormalization(Surface());
+  EXPECT_EQ(FlowNormalization(LumpedMass(Surface()).sum(), own.Center).Scale, std::sqrt(LumpedMass(Surface()).sum()));
+  for (const FlowMatchingModel& model : { test::RandomDeformer(Surface()), test::RandomSignalModel(Surface(), 2) })
+  {
+    const FlowMatchingSampler expected(Shared(model), Surface());
+    const FlowMatchingSampler sampler(Shared(model), Surface(), nullptr, {}, {}, own);
+    EXPECT_TRUE(SameBits(sampler.InitialNoise({}), expected.InitialNoise({})));
+    EXPECT_LE(Difference(Sampled(sampler, Request(3)), Sampled(expected, Request(3))), 1e-5);
+  }
+}
+
+// A network without its Poisson solves sees each point alone: its condition and state.
+TEST(FlowMatchingSampler, PointsOfAPartHaveTheConditionThatTheyHaveInTheWhole)
+{
+  FlowMatchingModel model = test::RandomSignalModel(Surface(), 2);
+  const std::int64_t width = model.Velocity.Options.Width;
+  for (const char* block : { "blocks.0", "blocks.1" })
+  {
+    ModelTensor& first = model.Velocity.Tensors.at(std::string(block) + ".vert_mlp.mlp1.layers.0.weight");
+    for (std::int64_t row = 0; row < width; ++row)
+    {
+      std::fill_n(first.Values.begin() + row * first.Shape[1] + width, width, 0.0F);
+    }
+  }
+  const Part part = LeftOf(Surface());
+  const FeatureMatrix state = FeatureMatrix::Ones(Surface().NumberOfPoints(), 2);
+  const FeatureMatrix whole = FlowMatchingSampler(Shared(model), Surface()).Velocity(state, 0.3);
+  FeatureMatrix expected(part.Mesh.NumberOfPoints(), 2);
+  for (Index k = 0; k < part.Mesh.NumberOfPoints(); ++k)
+  {
+    expected.row(k) = whole.row(part.Points[k]);
+  }
+  const FeatureMatrix some = state.topRows(part.Mesh.NumberOfPoints());
+  EXPECT_LE(Difference(SamplerOfPart(model, part).Velocity(some, 0.3), expected), 1e-5);
+  EXPECT_GT(Difference(FlowMatchingSampler(Shared(model), part.Mesh).Velocity(some, 0.3), expected), 1e-3)
+    << "by its own area and centroid it is elsewhere";
+}
+
+TEST(FlowMatchingSampler, TheMeanOfAPartGoesStraightToThatOfItsSource)
+{
+  const Part part = LeftOf(test::Translated(test::Scaled(Surface(), 3.0), { 5.0, 6.0, 7.0 }));
+  const Eigen::RowVectorXd offset = MeanOf(part.Mesh, part.Mesh.Points) - part.Whole.Center;
+  ASSERT_GT(offset.norm(), 0.5);
+  for (const FlowPrediction prediction :
+    { FlowPrediction::Velocity, FlowPrediction::Data, FlowPrediction::Preconditioned })
+  {
+    FlowMatchingModel model = test::RandomDeformer(Surface());
+    model.Prediction = prediction;
+    model.DataDeviation = 0.2;
+    const FlowMatchingSampler sampler = SamplerOfPart(model, part);
+    const auto follow = [&](double time, const FeatureMatrix& state) {
+      EXPECT_LE((MeanOf(part.Mesh, sampler.ToDeviation(state)) - time * offset).norm(), 1e-4)
+        << NameOf(prediction) << time;
+    };
+    const FeatureMatrix state = sampler.Integrate(sampler.InitialNoise({}), Request(4), follow);
+    EXPECT_LE((MeanOf(part.Mesh, sampler.ToSignal(state)) - MeanOf(part.Mesh, part.Mesh.Points)).norm(), 1e-4);
+  }
+}
+
+TEST(FlowMatchingSampler, SamplesOfPartsScaleAndMoveWithTheirWhole)
+{
+  const Part part = LeftOf(Surface());
+  const Part moved = LeftOf(test::Translated(test::Scaled(Surface(), 8.0), { 16.0, -8.0, 4.0 }));
+  const FlowMatchingModel model = test::RandomDeformer(Surface());
+  const FlowMatchingSampler one = SamplerOfPart(model, part);
+  const FlowMatchingSampler other = SamplerOfPart(model, moved);
+  const Eigen::MatrixXd found = other.ToDeviation(Sampled(other, Request(3)));
+  const Eigen::MatrixXd expected = 8.0 * one.ToDeviation(Sampled(one, Request(3)));
+  EXPECT_LE((found - expected).norm(), 1e-4 * expected.norm());
+}
+
+TEST(FlowMatchingSampler, PartsAreWarnedOfOnlyBeyondTheirWhole)
+{
+  const Part part = LeftOf(Surface());
+  const FlowMatchingModel model = test::RandomDeformer(Surface());
+  const auto warnings = [&](const MeshNormalization& whole) {
+    return FlowMatchingSampler(Shared(model), part.Mesh, nullptr, {}, {}, whole).Warnings();
+  };
+  EXPECT_THAT(warnings(part.Whole), IsEmpty());
+  EXPECT_THAT(FlowMatchingSampler(Shared(model), part.Mesh).Warnings(), ElementsAre(HasSubstr("shaped or turned")));
+  const double area = part.Whole.Scale * part.Whole.Scale;
+  EXPECT_THAT(warnings(FlowNormalization(0.2 * area, part.Whole.Center)),
+    ElementsAre(AllOf(HasSubstr("no part"), HasSubstr("second moments"))));
+  EXPECT_THAT(warnings(FlowNormalization(area, part.Whole.Center + Eigen::RowVector3d(9.0, 0.0, 0.0))),
+    ElementsAre(HasSubstr("no part")));
+}
+
+TEST(FlowMatchingSampler, NormalizationsOfNothingAreErrors)
+{
+  const Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double area : { 0.0, -1.0, infinite, std::nan("") })
+  {
+    EXPECT_THAT(MessageOf([&] { FlowNormalization(area, origin); }), HasSubstr("expected a finite area above 0"));
+  }
+  EXPECT_THAT(MessageOf([&] { FlowNormalization(1.0, { 0.0, infinite, 0.0 }); }), HasSubstr("the center (0, inf, 0)"));
 }
 
 // --- Warnings -------------------------------------------------------------------------------------------------------

@@ -122,6 +122,19 @@ def optional_path(name, value):
     return value
 
 
+def set_normalization(algorithm, normalization_area, normalization_center):
+    """Sets the area and center of the whole surface of a filter that takes parts; both or none are given."""
+    if (normalization_area is None) != (normalization_center is None):
+        raise ValueError("normalization_area and normalization_center go together: give both or none")
+    if normalization_area is None:
+        return
+    center = np.asarray(normalization_center)
+    if center.shape != (3,):
+        raise ValueError(f"normalization_center must be 3 numbers, not an array of shape {center.shape}")
+    algorithm.SetNormalizationArea(positive("normalization_area", normalization_area))
+    algorithm.SetNormalizationCenter([finite("normalization_center", value) for value in center.tolist()])
+
+
 def set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance):
     """Sets the coupling of components of a filter."""
     algorithm.SetComponentCoupling(flag("component_coupling", component_coupling))

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, array_name, choice, flag, integer, progress_callback, set_coupling
+from .arguments import INT_MIN, array_name, choice, flag, integer, progress_callback, set_coupling, set_normalization
 from .datasets import array_by_name, as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
@@ -71,6 +71,13 @@ _COUPLING = """    component_coupling : bool
     coupling_distance : float, optional
         Largest distance of two coupled points, in world units, at least 0. Default: 0.03 times the square root of the
         area of the surface.
+    normalization_area : float, optional
+        Area of the surface of which ``mesh`` is a part or a damaged copy, square world units, above 0. Models see surfaces
+        moved to their centroid and scaled to area 1; with an area they see the mesh as the whole surface would be.
+        vtkIntegrateAttributes on the whole surface gives area and center. Default: area and centroid of ``mesh``, of each
+        block on its own.
+    normalization_center : three floats, optional
+        Centroid, weighted by area, of that surface, world units. Goes with ``normalization_area``.
 """
 
 _RAISES = """
@@ -106,6 +113,8 @@ def deform(
     component_coupling=False,
     coupling_weight=1e6,
     coupling_distance=None,
+    normalization_area=None,
+    normalization_center=None,
 ):
     return _generated(configured_deformer, _positions, **locals())
 
@@ -155,6 +164,8 @@ def sample_signal(
     component_coupling=False,
     coupling_weight=1e6,
     coupling_distance=None,
+    normalization_area=None,
+    normalization_center=None,
 ):
     return _generated(configured_sampler, _signal, **locals())
 
@@ -217,6 +228,8 @@ def _configured(
     component_coupling=False,
     coupling_weight=1e6,
     coupling_distance=None,
+    normalization_area=None,
+    normalization_center=None,
 ):
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
@@ -231,6 +244,7 @@ def _configured(
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     algorithm.SetInitialNoiseArrayName(array_name("initial_noise_name", initial_noise_name))
     set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance)
+    set_normalization(algorithm, normalization_area, normalization_center)
     return algorithm
 
 

@@ -82,6 +82,15 @@ def _add(commands, name, text, description, epilog):
         help="method of a step: euler, midpoint (default) or runge_kutta_4",
     )
     add_coupling_options(flow)
+    flow.add_argument(
+        "--normalization-area",
+        type=float,
+        metavar="A",
+        help="area of the surface that INPUT is a part or damaged copy of (default: of INPUT)",
+    )
+    flow.add_argument(
+        "--normalization-center", type=float, nargs=3, metavar=("X", "Y", "Z"), help="centroid of that surface, by area"
+    )
     output = parser.add_argument_group("output")
     output.add_argument("--trajectory", action="store_true", help="write the states at all flow times, by number")
     add_running_options(output)
@@ -108,6 +117,8 @@ def run(arguments):
         integrator=arguments.integrator,
         trajectory=arguments.trajectory,
         **coupling_of(arguments),
+        normalization_area=arguments.normalization_area,
+        normalization_center=arguments.normalization_center,
         **named,
     )
     as_usage(files.extension, arguments.input)
