@@ -12,7 +12,7 @@ from proxies import output_of, source_of
 
 LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir)
-DEFORMERS = ["armadillo_poses", "armadillo_rest", "bodies", "body_poses", "bunny_rest", "figure_poses"]
+DEFORMERS = ["armadillo_poses", "armadillo_rest", "body_poses", "bunny_rest", "figure_poses"]
 MODELS = {"FieldLatentDecoder": ["field_latents"], "FieldLatentEncoder": ["field_latents"],
           "FieldLatentTexture": ["coat", "tissue", "wood"],
           "FlowMatchingDeformer": DEFORMERS,
