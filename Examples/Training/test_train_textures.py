@@ -19,7 +19,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def refusal_of(main, *arguments):
-    """What a script prints before it ends with 2."""
+    """The text that a script prints before it ends with 2."""
     text = io.StringIO()
     with contextlib.redirect_stderr(text):
         try:

@@ -68,7 +68,7 @@ def run(arguments):
 
 
 def _parts(metadata):
-    """What a model is, in words."""
+    """The kind of a model, in words."""
     if metadata["architecture"] == "poissonnet":
         return [f"{metadata['n_blocks']} blocks", f"width {metadata['C_width']}", f"head {metadata['head']}"]
     network = json.loads(metadata["geometric_texture"])
