@@ -364,7 +364,7 @@ def test_the_command_converts_a_geometric_texture(checkpoint, tmp_path, capsys):
     target = tmp_path / "virus.safetensors"
     assert main(["convert", str(source), str(target), "--config", str(tmp_path / "options.json")]) == 0
     printed = capsys.readouterr().out
-    assert printed.startswith('geometric texture "virus_ball", 4 levels, 6 convolutions, ')
+    assert printed.startswith('geometric texture "virus_ball", 4 levels, 7 layers, ')
     assert printed.rstrip().endswith(str(target))
 
 

@@ -36,7 +36,7 @@ from surfacesynthesis.commands.common import Outcome
 from surfacesynthesis.conversion import describe, expected_tensors
 from surfacesynthesis.safetensors import write_safetensors
 from surfacesynthesis.textured_files import write_image
-from TestConversion import CONFIG, state_of
+from TestConversion import CONFIG, TEXTURE, generator_of, state_of
 from TestScannerFiles import series
 from TestTextureCommands import pattern, write_textured_ball
 from TestVolumes import nifti
@@ -367,7 +367,11 @@ def signals(name, sources=1, components=3):
 #: For each command (or README file) its input files, by pattern: the first that fits. Others are made by examples before.
 SURFACES = {"*.ply": ball, "*.stl": ball, "*.off": ball, "*.obj": ball, "*.vtp": with_arrays}
 INPUTS = {
-    "convert": {"crumpling.json": configuration, "crumpling.pt": lambda path: path.write_bytes(b"a checkpoint")},
+    "convert": {
+        "crumpling.json": configuration,
+        "options.json": lambda path: path.write_text(json.dumps(TEXTURE)),
+        "*.pt*": lambda path: path.write_bytes(b"a checkpoint"),
+    },
     "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
@@ -624,7 +628,8 @@ def test_commands_print_one_json_object(command, tmp_path, monkeypatch, capfd):
     skip_without(command)
     monkeypatch.chdir(tmp_path)
     prepare(tmp_path, owner)
-    loaded = types.SimpleNamespace(load=lambda *_, **__: state_of(CONFIG), __version__="0")
+    states = {".pt": lambda: state_of(CONFIG), ".pth": lambda: generator_of(MODELS / "spikes.safetensors")}
+    loaded = types.SimpleNamespace(load=lambda path, **_: states[os.path.splitext(path)[1]](), __version__="0")
     monkeypatch.setitem(sys.modules, "torch", loaded)  # a stand-in for convert
     if command in MAKERS:
         made = next(text for name, text in examples_of_help() if f" {MAKERS[command]} " in text and name == owner)

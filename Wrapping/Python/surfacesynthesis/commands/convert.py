@@ -72,7 +72,7 @@ def _parts(metadata):
     if metadata["architecture"] == "poissonnet":
         return [f"{metadata['n_blocks']} blocks", f"width {metadata['C_width']}", f"head {metadata['head']}"]
     network = json.loads(metadata["geometric_texture"])
-    return [f'geometric texture "{network["name"]}"', f"{network['levels']} levels", f"{network['layers'] - 1} convolutions"]
+    return [f'geometric texture "{network["name"]}"', f"{network['levels']} levels", f"{network['layers']} layers"]
 
 
 def _config_of(arguments):
