@@ -151,9 +151,11 @@ TEST(FusedFaceConvolutions, FirstAndSecondDerivativesAreThoseOfThePlainExpressio
     for (std::size_t k = 0; k < exact.size(); ++k)
     {
       EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), 1e-4) << k;
-      // As near to the numbers in double precision as the plain expressions in single precision.
-      EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), 2.0 * RelativeDifference(plain[k], exact[k], 1e-3) + 1e-6)
-        << k;
+      // As near to the numbers in double precision as the plain expressions in single precision. A single number, value or
+      // penalty, may be near by chance: its last bits depend on the order of sums in matrix products, another one on each
+      // processor.
+      const double near = 2.0 * RelativeDifference(plain[k], exact[k], 1e-3) + 1e-6;
+      EXPECT_LT(RelativeDifference(fused[k], exact[k], 1e-3), exact[k].numel() > 1 ? near : 2e-5) << k;
     }
   }
 }
