@@ -38,7 +38,7 @@ SKIN, IRIS = (230, 217, 199), (40, 90, 160)
 POSES = (1, 4, 6)
 LABEL = 190
 TWISTS = (60, 120, 170)
-#: From the body to the viewer, and the seeds of its samples in rows.
+#: From the body to the viewer, the number of its samples, and that of the pictures in a row.
 FRONT, SAMPLES, SAMPLES_OF_ROW = (0.25, 0.1, 1.0), 9, 5
 BONES = {"Head": [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "Parent": [-1, 0]}
 
@@ -234,6 +234,8 @@ def main():
     parser.add_argument("--poses", type=int, default=20, metavar="N", help="of the figures of the eyes (default: 20)")
     parser.add_argument("--colors", type=int, metavar="N", help="write so few colours, for small files")
     options = parser.parse_args()
+    if options.only == "body_samples" and options.body is None:
+        parser.error("--only body_samples needs --body")
     os.makedirs(options.output, exist_ok=True)
     if options.only == "eyes":
         report_eyes(meshes.load(options.surface, options.output), options.poses)

@@ -281,9 +281,10 @@ def check_flow_matching(folder):
     check_picture(os.path.join(output, "mixtures.png"), 1600)
     assert "holds no armadillo_poses.safetensors: deformations are left out" in done.stdout
     check_signals()
-    done = run("xvfb-run", "-a", *script, "--only", "signals", "--steps", "2")
+    done = run("xvfb-run", "-a", *script, "--only", "signals", "rest_samples", "--steps", "2")
     assert done.returncode == 0
     check_picture(os.path.join(output, "signals.png"), 1600)
+    check_picture(os.path.join(output, "rest_samples.png"), 2130, rows=2)
 
 
 def check_signals():

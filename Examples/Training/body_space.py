@@ -422,13 +422,15 @@ def generated(options, mesh, count):
 
 
 def fitted_poses(options, skeleton, joints, count):
-    """Poses that are fitted to the test file, and the row of their distances there."""
+    """The body, poses that are fitted to those of the test file, and their distances there."""
     dataset = surfacesynthesis.read_signal_dataset(os.path.join(options.folder, "body_test.safetensors"))
     (source,) = dataset.sources
     body = surfacesynthesis.read_mesh(os.path.join(options.folder, "body.vtp"))
     mesh = with_weights_of(to_polydata(mesh_of_triangles(source.points, source.triangles)), body, skeleton)
     space = RigSpace(mesh, skeleton, joints)
     shapes = source.signals[: 2 * count].astype(float)
+    if len(shapes) < 2 * count:
+        raise SystemExit(f"body_test.safetensors has {len(shapes)} poses, and {count} samples need {2 * count}")
     poses = [space.fit(shape) for shape in shapes]
     distances = np.array([space.distance(space.posed(pose), shape) for pose, shape in zip(poses, shapes)])
     return body, poses, distances

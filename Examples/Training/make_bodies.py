@@ -325,6 +325,8 @@ def parsed(arguments):
     parser.add_argument("--test-bodies", type=int, default=20, metavar="N", help="bodies to test with (default: 20)")
     parser.add_argument("--poses-per-body", type=int, default=20, metavar="M", help=f"at most {SAMPLES_OF_BODY} (default: 20)")
     options = parser.parse_args(arguments)
+    if options.test_bodies < 1 or (options.bodies is not None and options.bodies < 1):
+        parser.error("--bodies and --test-bodies must be at least 1")
     if not 0 < options.poses_per_body <= SAMPLES_OF_BODY:
         parser.error(f"--poses-per-body must be between 1 and {SAMPLES_OF_BODY}")
     options.vertices = options.vertices or (950 if options.bodies else 2500)

@@ -150,7 +150,7 @@ def measured(options):
     ratios = volumes(test.mesh[1], training.samples) / volumes(test.mesh[1], test.mesh[0][None])
     seen = ratios.min(), ratios.max()
     part = touching_part(training, up)
-    count = min(options.samples, len(test.samples))
+    count = min(options.samples, len(test.samples), len(training.samples))
     seeds = range(options.seed, options.seed + options.seeds)
 
     def row(name, ensembles, mesh=test.mesh):
@@ -167,7 +167,7 @@ def measured(options):
             yield shapes, carried(shapes, mesh, test.mesh[0])
 
     real = [training.samples[k * count : (k + 1) * count] for k in range(min(options.seeds, len(training.samples) // count))]
-    yield row("rest states", [(part, part) for part in real])
+    yield row("rest states", [(states, states) for states in real])
     linear = [principal_samples(training, count, seed) for seed in seeds]
     yield row("principal components", [(samples, samples) for samples in linear])
     yield row("model", of_model(test.mesh))

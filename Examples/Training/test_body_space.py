@@ -3,6 +3,7 @@
 
 import csv
 import os
+import shutil
 import sys
 
 import numpy as np
@@ -187,6 +188,7 @@ def check_summary():
 
 if __name__ == "__main__":
     assert HEADS[-1, 1] < HEIGHT
+    shutil.rmtree(sys.argv[1], ignore_errors=True)  # no training goes on from an earlier one
     check_derivatives()
     check_fit()
     check_chosen_points()

@@ -83,6 +83,7 @@ def check_table(folder):
         assert all(np.isfinite(row[f"residual_{name}"]) == (row[f"error_{name}"] == "") for row in rows)
         assert np.isfinite(rows[0][f"residual_{name}"])
     assert np.isclose(rows[0]["residual_own"], rows[0]["residual_whole"], rtol=1e-3)
+    assert np.isfinite(rows[4]["residual_whole"]), rows[4]
     assert not np.isclose(rows[4]["residual_own"], rows[4]["residual_whole"], rtol=1e-3), rows[4]
 
 

@@ -3,6 +3,7 @@
 
 import csv
 import os
+import shutil
 import sys
 
 import numpy as np
@@ -99,7 +100,8 @@ def check_table(folder, mesh):
 
 def main():
     folder = sys.argv[1]
-    os.makedirs(folder, exist_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)  # no training goes on from an earlier one
+    os.makedirs(folder)
     mesh = ball(16)
     check_volumes(mesh)
     check_depths(mesh)

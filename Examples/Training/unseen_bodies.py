@@ -87,6 +87,8 @@ def parsed(arguments):
     options = parser.parse_args(arguments)
     if not 0 < options.samples <= SAMPLES_OF_BODY // 2:
         parser.error(f"--samples must be between 1 and {SAMPLES_OF_BODY // 2}")
+    if options.bodies < 1:
+        parser.error("--bodies must be at least 1")
     options.test_bodies = options.bodies
     return options
 

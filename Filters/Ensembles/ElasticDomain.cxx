@@ -97,24 +97,21 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
 /// Tetrahedra in a remeshed surface. TetGen's reasons are about triangles and options that the caller does not know.
 FilledSurface FillRemeshed(const TriangleMesh& mesh, const TetrahedralizeOptions& options, const Progress& progress)
 {
-  const auto throwReason = [&mesh] {
-    throw InvalidInput("The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
-      " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
-      "(SetTetrahedraConnection) may help.");
-  };
+  const std::string reason = "The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
+    " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
+    "(SetTetrahedraConnection) may help.";
   try
   {
     return Tetrahedralize(mesh, options, {}, progress);
   }
   catch (const InvalidInput&)
   {
-    throwReason();
+    throw InvalidInput(reason);
   }
   catch (const SolverFailure&)
   {
-    throwReason();
+    throw SolverFailure(reason);
   }
-  return {};
 }
 
 TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)

@@ -19,7 +19,8 @@ Skeleton ReadSkeleton(vtkTable* bones);
 
 /// Reads the columns Rotation, Translation and Name of a pose, for the rows of @p bones.
 /// @throws InvalidInput, naming the column, when Rotation is absent or a column has the wrong number of components, is not
-/// numeric or lacks some of its parts ("Translation:0", ...); without names, when the tables have different numbers of rows; with names, for one that is unknown or there twice.
+/// numeric or lacks some of its parts ("Translation:0", ...); without names, when the tables have different numbers of rows;
+/// with names, for one that is unknown or there twice.
 SkeletonPose ReadSkeletonPose(vtkTable* pose, vtkTable* bones);
 
 /// Reads the weights of the points of @p body; @p indexName is empty for an array of all bones.

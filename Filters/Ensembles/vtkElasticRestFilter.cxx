@@ -179,11 +179,11 @@ private:
 
   const ElasticDomain& DomainOf(const surfsynth::Block& block, const surfsynth::Progress& progress)
   {
-    const surfsynth::TetrahedralMesh* given = this->GivenTetrahedra();
+    surfsynth::Surface content = this->ContentOf(block);
+    const surfsynth::TetrahedralMesh* given = content.Volume ? nullptr : this->GivenTetrahedra();
     PreparedBody body;
     body.TetrahedraHash = given ? surfsynth::ContentHash(*given) : 0;
-    body.SurfacePoints = given ? 0 : this->Self->NumberOfSurfacePoints;
-    surfsynth::Surface content = this->ContentOf(block);
+    body.SurfacePoints = given || content.Volume ? 0 : this->Self->NumberOfSurfacePoints;
     const auto isCurrent = [&body](const PreparedBody& held) {
       return held.TetrahedraHash == body.TetrahedraHash && held.SurfacePoints == body.SurfacePoints;
     };

@@ -57,6 +57,8 @@ ELSEWHERE = ["Examples/ParaView/README.md", "Testing/Benchmarks/README.md"]
 #: Printed text, and the text that runs. Where a number is left to its default, an option is added.
 REDUCED = {
     "--samples 2000 --candidates 3000 --points 2000": "--samples 1 --candidates 2 --points 300 --surface-points 80 --maximum-time 0",
+    "--samples 100 --first-sample 100000 --points 2000":
+        "--samples 1 --first-sample 100000 --points 300 --surface-points 80 --maximum-time 0",
     "rest.safetensors resting.safetensors":
         "rest.safetensors resting.safetensors --width 16 --blocks 2 --iterations 1",
     "rest.safetensors --samples 100": "rest.safetensors --samples 1 --surface-points 80 --maximum-time 0",

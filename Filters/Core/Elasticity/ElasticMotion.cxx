@@ -30,8 +30,8 @@ constexpr double Rounding = 1e-12;          ///< of energies, as a fraction of w
 constexpr double StressRounding = 1e-14;    ///< of energies, as a fraction of stress times volume
 /// Why steps fail.
 constexpr const char* Causes = "The body is too soft for its weight (YoungsModulus, Density, Gravity; LengthUnit where "
-                               "it is larger than meant), falls "
-                               "for too long (DropHeight), or has tetrahedra that are too flat.";
+                               "it is larger than meant), falls for too long (DropHeight), or has tetrahedra that are "
+                               "too flat.";
 
 /// End of Newton's method.
 struct Accuracy
@@ -64,9 +64,15 @@ public:
     this->Points = std::move(points);
     this->Velocities = std::move(velocities);
     this->Potential.PrepareMove(this->Points, PointMatrix::Zero(this->Points.rows(), 3));
-    // Coordinates are rounded by 1e-16 of the size, against stresses of at most sqrt(2 E U / V) in the mean, where U, the
-    // energy that is there, is that of the beginning.
-    const double available = this->Work + std::abs(this->Energy(this->Points, this->Velocities));
+    const double start = this->Energy(this->Points, this->Velocities);
+    if (!std::isfinite(start))
+    {
+      throw InvalidInput("ElasticMotion: the energy of the start is not finite; expected finite positions above the "
+                         "floor and velocities.");
+    }
+    // Coordinates are rounded by 1e-16 of the size, against stresses of about sqrt(E U / V) in the mean, where U, the energy
+    // that is there, is that of the beginning: StressRounding is a hundred times as large.
+    const double available = this->Work + std::abs(start);
     const double stress = std::sqrt(this->Body.Material().YoungsModulus * available / this->Volume);
     this->Tolerance = std::max(Rounding * this->Work, StressRounding * (available + stress * this->Volume));
   }

@@ -48,7 +48,8 @@ public:
   ~ElasticMotion();
 
   /// Moves the body from these positions, above the floor, and velocities, [V, 3], meters and meters per second.
-  /// @throws SolverFailure when it is not in balance after MaximumSteps; Cancelled.
+  /// @throws InvalidInput when the energy there is not finite; SolverFailure when it is not in balance after MaximumSteps;
+  /// Cancelled.
   ElasticEquilibrium Settle(PointMatrix points, PointMatrix velocities, const Progress& progress = {});
 
 private:

@@ -63,7 +63,8 @@ public:
   /// @param coupling of several components, in noise and network: the differences of positions at the coupled pairs are
   /// led to those of @p mesh, differences of other signals to 0. Its distance is in the caller's units.
   /// @param normalization of the surface of which @p mesh is a part or a damaged copy, see FlowNormalization(); without one
-  /// that of @p mesh. The mean over @p mesh of positions goes straight to that of the source.
+  /// that of @p mesh. With a gradient-domain head the mean over @p mesh of positions is that of the source: a part keeps its
+  /// place.
   /// @throws InvalidInput when the mesh does not meet Requirements() or the model is not complete, and as
   /// CouplingMatrix(); SolverFailure; Cancelled.
   FlowMatchingSampler(std::shared_ptr<const FlowMatchingModel> model, const TriangleMesh& mesh,

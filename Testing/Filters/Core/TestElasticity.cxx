@@ -212,6 +212,21 @@ TEST(Elasticity, StiffBodiesSettleWithoutARiseOfTheEnergy)
   }
 }
 
+TEST(Elasticity, StartsOfInfiniteEnergyAreRefused)
+{
+  const ElasticBody body(Wedge(1), { 1e4, 0.3, 1000.0 });
+  const ElasticSurroundings surroundings;
+  ElasticMotion motion(body, surroundings, {});
+  const PointMatrix still = PointMatrix::Zero(body.Mesh().NumberOfPoints(), 3);
+  PointMatrix below = body.Mesh().Points;
+  below.col(2).array() -= 0.1;
+  EXPECT_THROW(motion.Settle(below, still), InvalidInput);
+  PointMatrix lost = body.Mesh().Points;
+  lost.col(2).array() += 1.0;
+  lost(0, 0) = std::nan("");
+  EXPECT_THROW(motion.Settle(lost, still), InvalidInput);
+}
+
 TEST(Elasticity, FailuresNameWhatToChange)
 {
   DropOptions options = QuickDrop();

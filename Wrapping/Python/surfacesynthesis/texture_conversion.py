@@ -13,6 +13,8 @@ _NUMBERS = {
     "min_nf": ("least_channels", 32, 1, 4096),
     "max_nf": ("most_channels", 128, 1, 4096),
 }
+#: Options of the machine that the network was trained on.
+_OF_MACHINE = {"cp_folder", "save_path", "already_saved", "debug", "device"}
 #: Options with the only value that this library computes, the published one.
 _FIXED = {
     "noise_before": True,
@@ -46,7 +48,7 @@ def describe_texture(config):
     network["name"] = config.get("mesh_name", "texture")
     if not isinstance(network["name"], str) or not network["name"]:
         raise ValueError(f"config: mesh_name must be the name of the texture, not {network['name']!r}")
-    known = {*_NUMBERS, *_FIXED, "noise_amplitude", "mesh_name"}
+    known = {*_NUMBERS, *_FIXED, *_OF_MACHINE, "noise_amplitude", "mesh_name"}
     metadata = {
         "architecture": "geometric_texture",
         "format_version": "1",
