@@ -164,7 +164,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODELS = ROOT / "Examples" / "Models"
 #: As options.json of the published code, where it differs from its defaults or is about something else.
 TEXTURE = {"mesh_name": "virus_ball", "num_levels": 4, "max_nf": 64, "noise_before": True, "in_nf": 4, "scale_vs_factor": 2,
-           "fix_vs_noise": True, "tag": "demo", "lr": 0.0005, "save_path": "/home/author/checkpoints", "debug": False}  # fmt: skip
+           "fix_vs_noise": True, "tag": "demo", "lr": 0.0005, "save_path": "checkpoints/virus", "debug": False}  # fmt: skip
 
 
 def generator_of(path):
