@@ -372,7 +372,8 @@ INPUTS = {
     "convert": {
         "crumpling.json": configuration,
         "options.json": lambda path: path.write_text(json.dumps(TEXTURE)),
-        "*.pt*": lambda path: path.write_bytes(b"a checkpoint"),
+        "crumpling.pt": lambda path: path.write_bytes(b"a checkpoint"),
+        "SingleMeshGenerator.pth": lambda path: path.write_bytes(b"a checkpoint"),
     },
     "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
