@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,8 +64,12 @@ public:
     this->Heartbeat = SubProgress(progress, 0.0, 0.0);
     this->Points = std::move(points);
     this->Velocities = std::move(velocities);
-    this->Potential.PrepareMove(this->Points, PointMatrix::Zero(this->Points.rows(), 3));
-    const double start = this->Energy(this->Points, this->Velocities);
+    double start = std::numeric_limits<double>::infinity();
+    if (this->Points.allFinite() && this->Velocities.allFinite())
+    {
+      this->Potential.PrepareMove(this->Points, PointMatrix::Zero(this->Points.rows(), 3));
+      start = this->Energy(this->Points, this->Velocities);
+    }
     if (!std::isfinite(start))
     {
       throw InvalidInput("ElasticMotion: the energy of the start is not finite; expected finite positions above the "
