@@ -21,7 +21,7 @@ SAMPLER = {
     "NumberOfSteps": (20, 5, 5),
     "Integrator": ("Midpoint", "Runge-Kutta 4", vtkFlowMatchingSampler.RUNGE_KUTTA_4),
     "NormalizationArea": (0, 2.5, 2.5),
-    "NormalizationCenter": ([0, 0, 0], [1, 2, 3], (1, 2, 3)),
+    "NormalizationCenter": ([0.0, 0.0, 0.0], [1.0, 2.0, 3.0], (1.0, 2.0, 3.0)),
     "OutputTrajectory": (0, 1, True),
     "InitialNoiseArrayName": ("InitialNoise", "Start", "Start"),
 }
