@@ -31,7 +31,6 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.spatial import cKDTree
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkFiltersModeling import vtkAdaptiveSubdivisionFilter
 
 import surfacesynthesis
 from compare_noise import stretch
@@ -346,23 +345,8 @@ def hands_of(space, skeleton):
 
 
 def triangulated(body, skeleton, faces):
-    """The body with about so many faces: remeshed, or with long edges split; the weights are those of the nearest places."""
-    if faces < body.GetNumberOfPolys():
-        return remeshed(body, skeleton, faces // 2 + 2)
-    bare = to_polydata(mesh_of_triangles(*arrays_of(body)))
-    low, high = 0.0, float(np.ptp(arrays_of(body)[0]))
-    for _ in range(12):
-        divide = vtkAdaptiveSubdivisionFilter()
-        divide.SetInputData(bare)
-        divide.SetMaximumEdgeLength(0.5 * (low + high))
-        divide.SetMaximumTriangleArea(high**2)
-        divide.SetMaximumNumberOfTriangles(4 * faces)
-        divide.Update()
-        enough = divide.GetOutput().GetNumberOfPolys() >= faces
-        low, high = (0.5 * (low + high), high) if enough else (low, 0.5 * (low + high))
-    divide.SetMaximumEdgeLength(low)
-    divide.Update()
-    return with_weights_of(divide.GetOutput(), body, skeleton)
+    """The body, remeshed to about so many faces; the weights are those of the nearest places."""
+    return remeshed(body, skeleton, faces // 2 + 2)
 
 
 class Evaluation:

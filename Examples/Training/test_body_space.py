@@ -128,6 +128,8 @@ def check_triangulations():
         other = body_space.triangulated(body, skeleton, faces)
         assert 0.9 * faces < other.GetNumberOfPolys() <= most, other.GetNumberOfPolys()
         found = body_space.RigSpace(other, skeleton, [0, 1, 2, 3])
+        sides = np.sort(np.concatenate([found.mesh[1][:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+        assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all(), "it is closed"
         near = make_bodies.carried(space.posed(pose)[None], space.mesh, found.mesh[0])[0]
         assert found.distance(near, found.posed(pose)) < 0.02, found.distance(near, found.posed(pose))
 
