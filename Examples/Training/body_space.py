@@ -33,7 +33,7 @@ from scipy.spatial import cKDTree
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 import surfacesynthesis
-from compare_noise import stretch
+from compare_noise import stretch, write_csv
 from linear_velocity import point_masses
 from make_bodies import arrays_of, quaternions_of, remeshed, with_weights_of
 from sample_spaces import closest_rotations
@@ -462,10 +462,7 @@ def main(arguments=None):
     )
     rows = list(print_rows(every))
     if options.csv:
-        with open(options.csv, "w", newline="", encoding="utf-8") as file:
-            table = csv.DictWriter(file, list(rows[0]))
-            table.writeheader()
-            table.writerows(rows)
+        write_csv(rows, options.csv)
     return rows
 
 

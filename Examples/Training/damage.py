@@ -16,7 +16,6 @@ on the rest is not known.
 """
 
 import argparse
-import csv
 import sys
 import warnings
 
@@ -25,7 +24,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import surfacesynthesis
-from compare_noise import UNBOUNDED
+from compare_noise import UNBOUNDED, write_csv
 from linear_velocity import point_masses
 from make_datasets import points_and_triangles, simplified, surface
 from sample_spaces import PoseSpace
@@ -222,10 +221,7 @@ def main(arguments=None):
         for error in filter(None, (row["error_own"], row["error_whole"])):
             print(error, file=sys.stderr)
     if options.csv:
-        with open(options.csv, "w", newline="", encoding="utf-8") as file:
-            table = csv.DictWriter(file, list(rows[0]))
-            table.writeheader()
-            table.writerows(rows)
+        write_csv(rows, options.csv)
     return rows
 
 

@@ -13,13 +13,13 @@ stretch of the hands.
 """
 
 import argparse
-import csv
 import sys
 
 import numpy as np
 
 from body_shapes import BodyShapes
 from body_space import LEAST_TURN, Evaluation, Skeleton, generated, print_rows
+from compare_noise import write_csv
 from make_bodies import PACKAGE, SAMPLES_OF_BODY, Package, PoseBlends, families, posed, shaped
 
 NAMES = {
@@ -97,10 +97,7 @@ def main(arguments=None):
     options = parsed(arguments)
     rows = list(print_rows(measured(options)))
     if options.csv:
-        with open(options.csv, "w", newline="", encoding="utf-8") as file:
-            table = csv.DictWriter(file, list(rows[0]))
-            table.writeheader()
-            table.writerows(rows)
+        write_csv(rows, options.csv)
     return rows
 
 
