@@ -21,13 +21,14 @@
  * triangulated for the computation only. Vertices and lines are ignored, and so are points that no polygon or strip
  * uses. The mesh must have finite points, no degenerate triangle, no edge with more than two triangles, consistent
  * winding (the network is not mirror-invariant) and one component (a Poisson equation leaves the constant on each
- * further component undetermined; switch ComponentCoupling on for parts that belong together, such as eyes in a body, or
- * split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The error message names the defect, the
- * first offending cell or point and the filter that repairs it. A warning is given, once for each mesh, where good samples are unlikely: for a surface whose second moments differ from those of
- * the training, because it has another shape or orientation, and for a closed surface whose faces point inwards. A part of
- * the surface of the training, or a copy with holes, has another area and centroid, by which models place and scale it:
- * NormalizationArea and NormalizationCenter give those of the whole surface. The warning then tells of second moments
- * beyond those of the whole. A composite input is processed block by block, with noise that differs between blocks; a block that cannot be
+ * further component undetermined; switch ComponentCoupling on for parts that belong together, such as eyes in a body,
+ * or split a mesh with vtkPolyDataConnectivityFilter and give its parts as blocks). The error message names the defect,
+ * the first offending cell or point and the filter that repairs it. A warning is given, once for each mesh, where good
+ * samples are unlikely: for a surface whose second moments differ from those of the training, because it has another
+ * shape or orientation, and for a closed surface whose faces point inwards. A part of the surface of the training, or a
+ * copy with holes, has another area and centroid, by which models place and scale it: NormalizationArea and
+ * NormalizationCenter give those of the whole surface. The warning then tells of second moments beyond those of the
+ * whole. A composite input is processed block by block, with noise that differs between blocks; a block that cannot be
  * processed is reported and left empty, the others are not affected. Empty input gives empty output.
  *
  * @par Output
