@@ -190,13 +190,17 @@ def gaussian(options, training, dataset, count):
     """Samples of the Gaussian with mean and covariance of the training samples, carried to the surface of the dataset from
     the nearest places of that of the training."""
     rest = training.mesh[0] if training.position else 0.0
-    mean = (training.samples - rest).mean(axis=0)
-    deviations = (training.samples - rest - mean) / np.sqrt(len(training.samples) - 1.0)
     for k in range(options.seeds):
-        factors = np.random.default_rng([options.seed + k, 1]).standard_normal((count, len(deviations)))
-        samples = mean + np.tensordot(factors, deviations, axes=1)
-        samples = carried(samples, training.mesh, dataset.mesh[0])
+        samples = carried(principal_samples(training.samples - rest, count, options.seed + k), training.mesh, dataset.mesh[0])
         yield samples + dataset.mesh[0] if training.position else samples
+
+
+def principal_samples(samples, count, seed):
+    """Samples of the Gaussian with mean and covariance of samples [N, V, C]."""
+    mean = samples.mean(axis=0)
+    deviations = (samples - mean) / np.sqrt(len(samples) - 1.0)
+    factors = np.random.default_rng([seed, 1]).standard_normal((count, len(deviations)))
+    return mean + np.tensordot(factors, deviations, axes=1)
 
 
 def compared(options, dataset, space, samples, references):

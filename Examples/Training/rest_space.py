@@ -34,7 +34,7 @@ import numpy as np
 
 import surfacesynthesis
 from carrying import carried
-from compare_noise import print_table, shown, write_csv
+from compare_noise import principal_samples, print_table, shown, write_csv
 from linear_velocity import point_masses
 from make_datasets import points_and_triangles
 
@@ -125,14 +125,6 @@ def distances(test, samples):
     }
 
 
-def principal_samples(training, count, seed):
-    """Samples of the Gaussian with mean and covariance of the rest states."""
-    mean = training.samples.mean(axis=0)
-    deviations = (training.samples - mean) / np.sqrt(len(training.samples) - 1.0)
-    factors = np.random.default_rng([seed, 1]).standard_normal((count, len(deviations)))
-    return mean + np.tensordot(factors, deviations, axes=1)
-
-
 def summary(rows):
     """Means and deviations of the columns."""
     found = {}
@@ -168,7 +160,7 @@ def measured(options):
 
     real = [training.samples[k * count : (k + 1) * count] for k in range(min(options.seeds, len(training.samples) // count))]
     yield row("rest states", [(states, states) for states in real])
-    linear = [principal_samples(training, count, seed) for seed in seeds]
+    linear = [principal_samples(training.samples, count, seed) for seed in seeds]
     yield row("principal components", [(samples, samples) for samples in linear])
     yield row("model", of_model(test.mesh))
     for path in options.surface:

@@ -71,10 +71,10 @@ def check_depths(mesh):
 
 def check_principal_samples(path):
     training = rest_space.RestStates(path)
-    samples = rest_space.principal_samples(training, 400, seed=3)
+    samples = rest_space.principal_samples(training.samples, 400, seed=3)
     close(np.abs(samples.mean(axis=0) - training.samples.mean(axis=0)).max(), 0.0, 0.03)
-    assert np.array_equal(samples, rest_space.principal_samples(training, 400, seed=3))
-    assert not np.array_equal(samples, rest_space.principal_samples(training, 400, seed=4))
+    assert np.array_equal(samples, rest_space.principal_samples(training.samples, 400, seed=3))
+    assert not np.array_equal(samples, rest_space.principal_samples(training.samples, 400, seed=4))
 
 
 def check_table(folder, mesh):
