@@ -91,6 +91,8 @@ REDUCED = {
     "--width 32 --blocks 3 --iterations 1000": "--width 16 --blocks 2 --iterations 1",
     "--iterations 500 --batch 16": "--iterations 1 --batch 2",
     "--iterations 500 --batch 8": "--iterations 1 --batch 2",
+    "--iterations 1200 --batch 16": "--iterations 1 --batch 2",
+    "--iterations 800 --batch 8": "--iterations 1 --batch 2",
     "--steps 50 --trajectory": "--steps 3 --trajectory",
     "--model heat.safetensors --samples 50": "--model heat.safetensors --samples 3",
     "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors":
@@ -500,16 +502,23 @@ def check_script(words, monkeypatch):
         monkeypatch.setattr(argparse.ArgumentParser, "parse_args", original)
 
 
+def require_few_iterations(words):
+    counts = [int(count) for name, count in zip(words, words[1:]) if name.endswith("iterations") and count.isdigit()]
+    assert max(counts, default=0) <= 20, f"{shlex.join(words)} takes long: a shorter text belongs in REDUCED"
+
+
 def run(words, monkeypatch):
     """Runs or checks a command."""
     program, *rest = words
     print("$", *words)
     if program == "python3" and rest[:2] == ["-m", "surfacesynthesis"]:
+        require_few_iterations(words)
         status = main(rest[2:])
         assert status == 0, f"{shlex.join(words)} ended with {status}"
     elif program == "python3":
         check_script(rest, monkeypatch)
     elif program == "surfacesynthesis-train":
+        require_few_iterations(words)
         if TRAIN_PROGRAM:
             environment = {**os.environ, "OMP_NUM_THREADS": "1"}
             done = subprocess.run([TRAIN_PROGRAM, *rest], env=environment, capture_output=True, text=True, check=False)
