@@ -7,6 +7,7 @@
 #   [ENVIRONMENT <VAR=value>...]
 #   [TIMEOUT <seconds>]
 #   [AS_ONE]
+#   [LONG <filter>]
 #   [OPTIMIZED])
 #
 # Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
@@ -19,6 +20,8 @@
 #   TIMEOUT      of each test, default 120; sanitizers multiply it by four
 #   AS_ONE       registers all as one test named <target>: for many quick tests, which take less time than a process for
 #                each. Not for tests that may skip: CTest would not say so.
+#   LONG         with AS_ONE, a --gtest_filter of tests that take long: they are another test, <target>Long, with the label
+#                release. The presets of sanitizers leave out what they need not run by themselves.
 #   OPTIMIZED    compiles the tests with -O1 under sanitizers too: for tests that compute for long themselves
 #
 # Tests may write files in the folder that they run in: that of the calling CMakeLists.txt in the build tree, and with
@@ -63,8 +66,20 @@ function (surfsynth_set_test_options target)
       $<$<CXX_COMPILER_ID:Clang>:SHELL:-Xclang -fno-pch-timestamp>)
   target_link_libraries(${target} PRIVATE GTest::gmock GTest::gtest GTest::gtest_main)
 endfunction ()
+
+# All tests of a program, or those of its arguments, as one; called by surfsynth_add_gtest(), whose variables it reads.
+function (surfsynth_add_program_test name target)
+  add_test(NAME ${name} COMMAND ${target} ${ARGN} WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
+  set_tests_properties(${name} PROPERTIES
+    TIMEOUT ${arg_TIMEOUT}
+    LABELS "${arg_LABELS}"
+    ENVIRONMENT "${arg_ENVIRONMENT}"
+    # An executable without tests must not pass unseen, nor a test that skips.
+    FAIL_REGULAR_EXPRESSION "Running 0 tests;\\[  SKIPPED \\]")
+endfunction ()
+
 function (surfsynth_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE;OPTIMIZED" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE;OPTIMIZED" "TIMEOUT;LONG" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   if (arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "surfsynth_add_gtest(${target}): unexpected arguments ${arg_UNPARSED_ARGUMENTS}")
   endif ()
@@ -100,13 +115,13 @@ function (surfsynth_add_gtest target)
 
   if (arg_AS_ONE)
     file(MAKE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
-    add_test(NAME ${target} COMMAND ${target} WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
-    set_tests_properties(${target} PROPERTIES
-      TIMEOUT ${arg_TIMEOUT}
-      LABELS "${arg_LABELS}"
-      ENVIRONMENT "${arg_ENVIRONMENT}"
-      # An executable without tests must not pass unseen, nor a test that skips.
-      FAIL_REGULAR_EXPRESSION "Running 0 tests;\\[  SKIPPED \\]")
+    if (arg_LONG AND NOT surfsynth_sanitized)
+      surfsynth_add_program_test(${target} ${target} "--gtest_filter=-${arg_LONG}")
+      surfsynth_add_program_test(${target}Long ${target} "--gtest_filter=${arg_LONG}")
+      set_tests_properties(${target}Long PROPERTIES LABELS "${arg_LABELS};release")
+    else ()
+      surfsynth_add_program_test(${target} ${target})
+    endif ()
     return()
   endif ()
 
