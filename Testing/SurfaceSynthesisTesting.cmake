@@ -8,7 +8,9 @@
 #   [TIMEOUT <seconds>]
 #   [AS_ONE]
 #   [LONG <filter>]
-#   [OPTIMIZED])
+#   [OPTIMIZED]
+#   [SINGLE_THREADED]
+#   [UNSANITIZED])
 #
 # Builds a GoogleTest executable (its main() is GoogleTest's, unless a source defines one: the linker prefers it) and
 # registers each of its tests with CTest as <target>.<suite>.<test>.
@@ -23,6 +25,8 @@
 #   LONG         with AS_ONE, a --gtest_filter of tests that take long: they are another test, <target>Long, with the label
 #                release. The presets of sanitizers leave out what they need not run by themselves.
 #   OPTIMIZED    compiles the tests with -O1 under sanitizers too: for tests that compute for long themselves
+#   SINGLE_THREADED  leaves the program out of trees with ThreadSanitizer: what it tests has no threads of its own
+#   UNSANITIZED  leaves the program out of all trees with sanitizers: it measures what other programs run
 #
 # Tests may write files in the folder that they run in: that of the calling CMakeLists.txt in the build tree, and with
 # AS_ONE <target>_files in it, since tests of several programs run at a time and may use the same names.
@@ -79,7 +83,7 @@ function (surfsynth_add_program_test name target)
 endfunction ()
 
 function (surfsynth_add_gtest target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE;OPTIMIZED" "TIMEOUT;LONG" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_ONE;OPTIMIZED;SINGLE_THREADED;UNSANITIZED" "TIMEOUT;LONG" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   if (arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "surfsynth_add_gtest(${target}): unexpected arguments ${arg_UNPARSED_ARGUMENTS}")
   endif ()
@@ -88,6 +92,9 @@ function (surfsynth_add_gtest target)
       message(FATAL_ERROR "surfsynth_add_gtest(${target}): ${required} is missing")
     endif ()
   endforeach ()
+  if ((arg_UNSANITIZED AND surfsynth_sanitized) OR (arg_SINGLE_THREADED AND CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread"))
+    return()
+  endif ()
   if (NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif ()
@@ -148,6 +155,22 @@ else ()
 endif ()
 ]])
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${properties}")
+endfunction ()
+
+# surfsynth_add_table(<target> LABEL <label> TIMEOUT <seconds> SOURCES <file>... LIBRARIES <target>...)
+#
+# A program that prints a table and fails when a number is not what it must be, as a test with the labels <label> and release.
+# Trees with sanitizers have no such target.
+function (surfsynth_add_table target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL;TIMEOUT" "SOURCES;LIBRARIES")
+  if (surfsynth_sanitized)
+    return()
+  endif ()
+  add_executable(${target} ${arg_SOURCES})
+  surfsynth_set_warnings(${target})
+  target_link_libraries(${target} PRIVATE ${arg_LIBRARIES})
+  add_test(NAME ${target} COMMAND ${target})
+  set_tests_properties(${target} PROPERTIES LABELS "${arg_LABEL};release" TIMEOUT ${arg_TIMEOUT})
 endfunction ()
 
 # surfsynth_compile_torch_tests(<target>)
