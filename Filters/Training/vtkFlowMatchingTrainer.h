@@ -224,10 +224,10 @@ public:
   ///@{
   /**
    * Smoothing of the noise f: (M + s L) g = M f, which multiplies spectral coefficients by 1 / (1 + s lambda), with s this
-   * number of squared mean edge lengths of the first surface, at least 0. Negative: 0 for positions and 1 for other signals.
-   * The network sees gradients; those of noise that is not smoothed grow with the number of vertices, and a model of a signal
-   * can fail on triangulations much finer than that of its training. Models of positions do not, and with smoothed noise they
-   * vary less than the data. 0 is the noise of the paper. Default -1.
+   * number of squared mean edge lengths, in the mean over the sources scaled to area 1, at least 0. Negative: 0 for positions
+   * and 1 for other signals. The network sees gradients; those of noise that is not smoothed grow with the number of vertices,
+   * and a model of a signal can fail on triangulations much finer than that of its training. Models of positions do not, and
+   * with smoothed noise they vary less than the data. 0 is the noise of the paper. Default -1.
    */
   vtkSetClampMacro(NoiseSmoothing, double, -1.0, VTK_DOUBLE_MAX);
   vtkGetMacro(NoiseSmoothing, double);
@@ -236,7 +236,7 @@ public:
   ///@{
   /**
    * Factor of the noise, at least 0. 0 (the default) stands for the factor that lets noise vary as much as
-   * the samples do about their mean.
+   * the samples do about their mean, in the mean over the sources.
    */
   vtkSetClampMacro(NoiseScale, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(NoiseScale, double);

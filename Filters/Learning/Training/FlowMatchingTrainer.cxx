@@ -192,6 +192,10 @@ std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() cons
   {
     recipe["initial_model"] = Identity(this->Options.InitialModel->Velocity);
   }
+  else if (this->Data.Sources.size() > 1)
+  {
+    recipe["noise_fit"] = "all sources";
+  }
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
   recipe["sources_per_batch"] = std::to_string(this->Options.SourcesPerBatch);
   recipe["vertex_weight"] = FormatExact(this->Options.VertexWeight);

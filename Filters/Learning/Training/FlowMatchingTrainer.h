@@ -35,8 +35,8 @@ FlowPrediction DefaultPrediction(bool positions);
 struct FlowMatchingTrainingOptions : TrainingOptions
 {
   /// With a Scale of 0 for such that noise varies as much as the samples do about their mean (about the surface, where there
-  /// is one sample on it), and Smoothing, of each kind of noise, in squared mean edge lengths of the first surface, or
-  /// ChosenSmoothing. The paper's is 0.
+  /// is one sample on it), and Smoothing, of each kind of noise, in squared mean edge lengths, or ChosenSmoothing. Both are
+  /// means over all surfaces, scaled to area 1. The paper's smoothing is 0.
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, ChosenSmoothing };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;

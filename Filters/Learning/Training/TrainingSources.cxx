@@ -140,11 +140,9 @@ double VarianceOf(TrainingSources& prepared)
   return sum / static_cast<double>(degrees);
 }
 
-/// The scale that gives fields on the first surface the variance of the samples.
-double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
+/// Mean square of fields of unit scale on @p source.
+double FieldSquares(const TrainingSource& source, bool positions, std::uint64_t seed)
 {
-  const double samples = VarianceOf(prepared);
-  TrainingSource& source = prepared.Sources.front();
   const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
   SampleRequest request;
   request.Seed = seed;
@@ -152,11 +150,23 @@ double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
   request.Stream = MeasuringStream;
   Eigen::MatrixXd fieldValues(mass.size(), FieldsMeasured);
   source.Noise->SampleInto(request, [&](std::uint32_t field) { return fieldValues.col(field).data(); });
-  if (prepared.Frame.GeneratesPositions()) // whose noise loses its mean
+  if (positions) // whose noise loses its mean
   {
     fieldValues.rowwise() -= (mass.transpose() * fieldValues / mass.sum()).eval();
   }
-  return std::sqrt(samples / MeanSquare(fieldValues, mass));
+  return MeanSquare(fieldValues, mass);
+}
+
+/// The scale that gives fields the variance of the samples, in the mean over the surfaces, each of area 1.
+double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
+{
+  const double samples = VarianceOf(prepared);
+  double squares = 0.0;
+  for (const TrainingSource& source : prepared.Sources)
+  {
+    squares += FieldSquares(source, prepared.Frame.GeneratesPositions(), seed);
+  }
+  return std::sqrt(samples / (squares / static_cast<double>(prepared.Sources.size())));
 }
 
 /// Root mean square of the samples, of positions relative to their surfaces.
@@ -208,57 +218,90 @@ FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators
   return condition;
 }
 
-/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions. The first
-/// one decides how much noise is smoothed, unless @p smoothed says that this is known.
-TrainingSource PrepareSource(SignalSource& source, FlowMatchingModel& frame,
-  std::vector<Eigen::Matrix<double, 1, 6>>& moments, bool smoothed, const Progress& progress)
+/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions.
+/// @param surface in the network's coordinates. @param scale that it was divided by
+TrainingSource PrepareSource(
+  TriangleMesh surface, double scale, SignalSamples samples, const FlowMatchingModel& frame, const Progress& progress)
 {
-  const MeshTopology topology = RequireValidMesh(source.Mesh, FlowMatchingSampler::Requirements());
-  const MeshNormalization normalization = FlowNormalization(source.Mesh);
-  TriangleMesh mesh = Normalized(std::move(source.Mesh), normalization);
-  if (moments.empty() && !smoothed)
-  {
-    const double edges = frame.Noise.Smoothing >= 0.0 ? frame.Noise.Smoothing
-                                                      : DefaultSmoothing(frame.GeneratesPositions());
-    frame.Noise.Smoothing = edges * std::pow(MeanSideLength(mesh), 2);
-  }
-  moments.push_back(SecondMoments(mesh));
+  const MeshTopology topology(surface);
   TrainingSource prepared;
-  prepared.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5), ShiftOfTrainings);
+  prepared.Operators = BuildPoissonOperators(surface, topology, SubProgress(progress, 0.0, 0.5), ShiftOfTrainings);
   prepared.Condition = ConditionOf(
-    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, mesh, topology, SubProgress(progress, 0.5, 0.6));
+    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, surface, topology, SubProgress(progress, 0.5, 0.6));
   prepared.Noise = std::make_unique<FlowNoiseField>(
-    std::move(mesh), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
-  prepared.Samples = std::move(source.Samples);
+    std::move(surface), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
+  prepared.Samples = std::move(samples);
   if (frame.GeneratesPositions())
   {
-    NormalizePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), normalization.Scale);
+    NormalizePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), scale);
   }
   return prepared;
 }
-} // namespace
 
-namespace
+/// Calls @p work for the number of each source; its errors then say which one it is of.
+template <typename Work>
+void ForEachSource(std::size_t count, const Work& work)
 {
-/// Prepares all surfaces one by one, and returns their second moments.
-std::vector<Eigen::Matrix<double, 1, 6>> PrepareAll(
-  SignalDataset& dataset, bool smoothed, TrainingSources& prepared, const Progress& progress)
-{
-  std::vector<Eigen::Matrix<double, 1, 6>> moments;
-  const auto count = static_cast<double>(dataset.Sources.size());
-  for (std::size_t k = 0; k < dataset.Sources.size(); ++k)
+  for (std::size_t k = 0; k < count; ++k)
   {
     try
     {
-      const auto done = static_cast<double>(k);
-      prepared.Sources.push_back(PrepareSource(dataset.Sources[k], prepared.Frame, moments, smoothed,
-        SubProgress(progress, done / count, (done + 1.0) / count)));
+      work(k);
     }
     catch (const InvalidInput& error)
     {
       throw InvalidInput("Source " + std::to_string(k) + " of the dataset: " + error.what());
     }
   }
+}
+
+/// Checks the surfaces of @p dataset and moves them to the network's coordinates. @returns the scale of each.
+std::vector<double> NormalizeSurfaces(SignalDataset& dataset)
+{
+  std::vector<double> scales;
+  ForEachSource(dataset.Sources.size(), [&](std::size_t k) {
+    TriangleMesh& mesh = dataset.Sources[k].Mesh;
+    RequireValidMesh(mesh, FlowMatchingSampler::Requirements());
+    const MeshNormalization normalization = FlowNormalization(mesh);
+    mesh = Normalized(std::move(mesh), normalization);
+    scales.push_back(normalization.Scale);
+  });
+  return scales;
+}
+
+/// Mean over the surfaces, each of area 1, of the squared mean lengths of their edges.
+double MeanSquaredEdge(const SignalDataset& dataset)
+{
+  double sum = 0.0;
+  for (const SignalSource& source : dataset.Sources)
+  {
+    sum += std::pow(MeanSideLength(source.Mesh), 2);
+  }
+  return sum / static_cast<double>(dataset.Sources.size());
+}
+
+/// Prepares all surfaces one by one, and returns their second moments.
+/// @param smoothed whether the frame says how much noise is smoothed, in the network's units
+std::vector<Eigen::Matrix<double, 1, 6>> PrepareAll(
+  SignalDataset& dataset, bool smoothed, TrainingSources& prepared, const Progress& progress)
+{
+  const std::vector<double> scales = NormalizeSurfaces(dataset);
+  FlowNoise& noise = prepared.Frame.Noise;
+  if (!smoothed)
+  {
+    const double edges = noise.Smoothing >= 0.0 ? noise.Smoothing
+                                                : DefaultSmoothing(prepared.Frame.GeneratesPositions());
+    noise.Smoothing = edges * MeanSquaredEdge(dataset);
+  }
+  std::vector<Eigen::Matrix<double, 1, 6>> moments;
+  const auto count = static_cast<double>(dataset.Sources.size());
+  ForEachSource(dataset.Sources.size(), [&](std::size_t k) {
+    SignalSource& source = dataset.Sources[k];
+    moments.push_back(SecondMoments(source.Mesh));
+    const auto done = static_cast<double>(k);
+    prepared.Sources.push_back(PrepareSource(std::move(source.Mesh), scales[k], std::move(source.Samples),
+      prepared.Frame, SubProgress(progress, done / count, (done + 1.0) / count)));
+  });
   return moments;
 }
 

@@ -36,7 +36,7 @@ struct TrainingSources
 
 /// @param initial the model whose training goes on: its encoder, noise and units take the place of others; or null.
 /// @param encoder may be null. @param noise with a Scale of 0 for one that makes noise vary as much as the samples about
-/// their mean, and with Smoothing in squared mean edge lengths of the first surface.
+/// their mean, and with Smoothing in squared mean edge lengths: both in the mean over all surfaces, which have area 1.
 /// @throws InvalidInput when the dataset is not complete, a surface does not meet FlowMatchingSampler::Requirements(),
 /// several have different shapes and there is no encoder, the samples do not vary, or they are another signal than that of
 /// @p initial; SolverFailure; Cancelled.

@@ -411,6 +411,49 @@ TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesUnlessItsScaleIsGiven)
   EXPECT_EQ(FlowMatchingTrainer(dataset, options).Model().Noise.Scale, 2.5);
 }
 
+TEST_F(FlowMatchingTraining, NoiseVariesAsMuchAsTheSamplesInTheMeanOverSources)
+{
+  // White noise has a variance proportional to the number of vertices, and the second source has other samples.
+  const SignalDataset coarse = DeformedSpheres(4, 1);
+  SignalDataset fine = DeformedSpheres(4, 2);
+  SignalSamples& samples = fine.Sources[0].Samples;
+  const Eigen::RowVectorXf mean = samples.colwise().mean();
+  samples = (3.0F * (samples.rowwise() - mean)).rowwise() + mean;
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.Noise.Model = NoiseModel::White;
+  std::vector<double> variances; // of samples
+  std::vector<double> unscaled;  // of noise of scale 1
+  for (const SignalDataset* one : { &coarse, static_cast<const SignalDataset*>(&fine) })
+  {
+    const FlowMatchingModel model = FlowMatchingTrainer(*one, options).Model();
+    variances.push_back(NoiseSquares(model, one->Sources[0].Mesh));
+    unscaled.push_back(variances.back() / std::pow(model.Noise.Scale, 2));
+  }
+  ASSERT_GT(unscaled[1], 2.0 * unscaled[0]);
+  ASSERT_GT(variances[1], 3.0 * variances[0]);
+  SignalDataset both = coarse;
+  both.Sources.push_back(fine.Sources[0]);
+  const double found = FlowMatchingTrainer(both, options).Model().Noise.Scale;
+  EXPECT_NEAR(found * found * (unscaled[0] + unscaled[1]) / (variances[0] + variances[1]), 1.0, 0.15);
+  std::swap(both.Sources[0], both.Sources[1]);
+  EXPECT_NEAR(FlowMatchingTrainer(both, options).Model().Noise.Scale, found, 1e-9 * found) << "in another order";
+}
+
+TEST_F(FlowMatchingTraining, NoiseIsSmoothedInEdgeLengthsOfAllSources)
+{
+  FlowMatchingTrainingOptions options = TinyRecipe(1);
+  options.Noise.Smoothing = 2.0;
+  const SignalDataset coarse = DeformedSpheres(2, 1);
+  const SignalDataset fine = DeformedSpheres(2, 2);
+  const double ofCoarse = FlowMatchingTrainer(coarse, options).Model().Noise.Smoothing;
+  const double ofFine = FlowMatchingTrainer(fine, options).Model().Noise.Smoothing;
+  ASSERT_GT(ofCoarse, 3.0 * ofFine);
+  SignalDataset both = fine;
+  both.Sources.push_back(coarse.Sources[0]);
+  const double expected = (ofCoarse + ofFine) / 2.0;
+  EXPECT_NEAR(FlowMatchingTrainer(both, options).Model().Noise.Smoothing, expected, 1e-12 * expected);
+}
+
 TEST_F(FlowMatchingTraining, WeightAveragingKeepsTheModelBehindTheWeights)
 {
   const SignalDataset dataset = DeformedSpheres(2);

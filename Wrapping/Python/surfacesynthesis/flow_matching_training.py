@@ -107,10 +107,11 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     screening : float
         Screening term tau of "matern" and "spectral", on the surface scaled to area 1. Default 100.
     noise_smoothing : float
-        Smoothing of the noise, in squared mean edge lengths of the first source, so that its gradients do not grow with the
-        number of vertices. Negative: 0, the noise of the paper, for positions, and 1 for other signals. Default -1.
+        Smoothing of the noise, in squared mean edge lengths (the mean over the sources, scaled to area 1), so that its
+        gradients do not grow with the number of vertices. Negative: 0, the noise of the paper, for positions, and 1 for other
+        signals. Default -1.
     noise_scale : float
-        Factor of the noise; 0 lets it vary as much as the samples do about their mean. Default 0.
+        Factor of the noise; 0 lets it vary as much as the samples do about their mean, in the mean over the sources. Default 0.
     eigenpairs : int
         Number of eigenpairs of "spectral". Default 256.
     iterations, batch, sources_per_batch : int
