@@ -175,6 +175,11 @@ private:
       throw surfsynth::InvalidInput("EncoderIterations is " + std::to_string(this->Self->EncoderIterations) +
         " and InitialModelFileName is given; expected 0, because that model has its own encoder, or none.");
     }
+    if (recipe.WithoutEncoder)
+    {
+      throw surfsynth::InvalidInput("EncoderIterations is " + std::to_string(this->Self->EncoderIterations) +
+        " and WithoutEncoder is on; expected 0, or WithoutEncoder off.");
+    }
     surfsynth::EncodingTrainingOptions options;
     static_cast<surfsynth::TrainingOptions&>(options) = recipe;
     options.Iterations = this->Self->EncoderIterations;
@@ -210,9 +215,11 @@ private:
     {
       options.InitialModel = *this->InitialFile.Get(self.InitialModelFileName);
     }
+    options.WithoutEncoder = self.WithoutEncoder;
     options.Iterations = self.Iterations;
     options.BatchSize = self.BatchSize;
     options.SourcesPerBatch = self.SourcesPerBatch;
+    options.SourceMemory = self.SourceMemory;
     options.Optimizer = static_cast<surfsynth::TrainingOptimizer>(self.Optimizer);
     options.Schedule = static_cast<surfsynth::LearningRateSchedule>(self.LearningRateSchedule);
     options.Milestones.assign(self.Milestones.begin(), self.Milestones.end());
@@ -354,6 +361,7 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "InitialModelFileName: " << this->InitialModelFileName << "\n";
   os << indent << "EncoderIterations: " << this->EncoderIterations << "\n";
   os << indent << "NumberOfEigenfunctions: " << this->NumberOfEigenfunctions << "\n";
+  os << indent << "WithoutEncoder: " << this->WithoutEncoder << "\n";
   os << indent << "Width: " << this->Width << "\n";
   os << indent << "Blocks: " << this->Blocks << "\n";
   os << indent << "ComplexLayers: " << this->ComplexLayers << "\n";
@@ -367,6 +375,7 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "BatchSize: " << this->BatchSize << "\n";
   os << indent << "SourcesPerBatch: " << this->SourcesPerBatch << "\n";
+  os << indent << "SourceMemory: " << this->SourceMemory << "\n";
   os << indent << "Optimizer: " << this->Optimizer << "\n";
   os << indent << "LearningRateSchedule: " << this->LearningRateSchedule << "\n";
   os << indent << "Milestones:";

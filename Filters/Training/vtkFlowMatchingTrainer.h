@@ -24,7 +24,7 @@
  * place is not. Values must be finite at the points that polygons use.
  * @par
  * Several sources of different shape need a positional encoding, which EncoderIterations trains first and
- * EncoderFileName names.
+ * EncoderFileName names, or WithoutEncoder.
  * @par
  * Optional arrays on port 1: the point array SignalArrayName, any numeric type, any number of components.
  * @par
@@ -38,19 +38,20 @@
  * iterations without such a sample, and is 0 before the first one.
  *
  * @par Files
- * Those of vtkModelTrainer. Iterations, LearningRateSchedule, Milestones, Device and the names and times of files may change
- * between an update and the next, which goes on from the checkpoint.
+ * Those of vtkModelTrainer. Iterations, LearningRateSchedule, Milestones, SourceMemory, Device and the names and times of files
+ * may change between an update and the next, which goes on from the checkpoint.
  *
  * @par Cost
  * Iterations times BatchSize evaluations of the network and of its derivative, each linear in the number of triangles
- * and quadratic in Width. Memory grows with BatchSize / SourcesPerBatch, Width, Blocks and the number of points.
+ * and quadratic in Width. Memory grows with BatchSize / SourcesPerBatch, Width, Blocks and the number of points, and with the
+ * number of sources up to SourceMemory.
  * Everything random is a pure function of the seed and the iteration: the same seed gives the same bits with the same
  * number of threads on the same machine, interrupted or not. An update whose checkpoint is complete only reads it.
  *
  * @par Errors
  * Those of vtkModelTrainer, and one error and an empty table for: a source or sample as above; SourcesPerBatch that does
- * not divide BatchSize; samples that do not vary; several sources of different shape without an encoder;
- * EncoderIterations with one source, or with sources that have other polygons than the first.
+ * not divide BatchSize; samples that do not vary; several sources of different shape without an encoder, or WithoutEncoder
+ * with one; EncoderIterations with one source, or with sources that have other polygons than the first.
  *
  * @sa vtkModelTrainer, vtkMaternNoiseFilter, vtkEnsembleMetrics, vtkGroupDataSetsFilter
  */
@@ -135,6 +136,17 @@ public:
    */
   vtkSetClampMacro(NumberOfEigenfunctions, int, 1, 10000);
   vtkGetMacro(NumberOfEigenfunctions, int);
+  ///@}
+
+  ///@{
+  /**
+   * Trains on sources of different shape without an encoder, for comparison: the network is told positions alone, which mean
+   * something else on each shape. Such sources are an error otherwise. EncoderFileName must be empty and EncoderIterations 0
+   * then. Default off.
+   */
+  vtkSetMacro(WithoutEncoder, bool);
+  vtkGetMacro(WithoutEncoder, bool);
+  vtkBooleanMacro(WithoutEncoder, bool);
   ///@}
 
   /// Quantities that the network can predict.
@@ -275,6 +287,19 @@ public:
   vtkGetMacro(SourcesPerBatch, int);
   ///@}
 
+  ///@{
+  /**
+   * Limit in MiB of the memory that operators and factorisations of the sources take, on processor and device together, at
+   * least 0: about 1.6 KiB for each point on the processor, and 4 bytes for each pair of points of a source on CUDA. Where not
+   * all fit, those in use last are kept, and others are built again when an iteration draws their source, at most once for the
+   * BatchSize / SourcesPerBatch samples that it takes from it. Sources of a batch, their order and all bits of the result are
+   * the same with every limit. A single source that is larger is kept while it is in use, and while the sources are prepared
+   * there is one more. Surfaces, samples and encodings stay in memory; encoders are trained without such memory. Default 8192.
+   */
+  vtkSetClampMacro(SourceMemory, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(SourceMemory, double);
+  ///@}
+
   /// Optimizers of the weights.
   enum Optimizers
   {
@@ -402,6 +427,7 @@ private:
   std::string InitialModelFileName;
   int EncoderIterations = 0;
   int NumberOfEigenfunctions = 64;
+  bool WithoutEncoder = false;
   int Width = 64;
   int Blocks = 4;
   int ComplexLayers = 3;
@@ -415,6 +441,7 @@ private:
   int Iterations = 3000;
   int BatchSize = 32;
   int SourcesPerBatch = 1;
+  double SourceMemory = 8192.0;
   int Optimizer = MUON;
   int LearningRateSchedule = COSINE;
   std::vector<int> Milestones;

@@ -36,7 +36,7 @@ FILTERS = (
      {"SelectInputScalars", "Labels"}),
     (("Filters/Training/vtkFieldLatentTrainer.h", TRAINER), "Wrapping/ParaView/FieldLatentTrainer.xml", 28, 4,
      {"StopBackground"}),
-    (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 30, 3,
+    (("Filters/Training/vtkFlowMatchingTrainer.h", TRAINER), "Wrapping/ParaView/FlowMatchingTrainer.xml", 32, 3,
      {"Samples", "Milestones", "StopBackground"}),
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),

@@ -148,6 +148,7 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
     assert losses["iteration"].tolist() == [1, 2, 3, 4, 5]
     assert len((tmp_path / "model.encoder.csv").read_text().splitlines()) == 5
     assert train(tmp_path, "again", bodies, poses, encoder=tmp_path / "model.encoder")[0] == model
+    assert train(tmp_path, "limited", bodies, poses, encoder=tmp_path / "model.encoder", source_memory=0.0)[0] == model
 
     with pytest.raises(Cancelled):
         train(tmp_path, "parts", bodies, poses, progress=lambda fraction: fraction < 0.3, **options)
@@ -160,6 +161,15 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
     with pytest.raises(SurfaceSynthesisError, match="source 1 has 162 vertices"):
         train(tmp_path, "coarse", coarse, coarse, **options)
     assert not (tmp_path / "one").exists() and not (tmp_path / "coarse").exists()
+
+
+def test_many_sources_are_trained_without_an_encoder_where_that_is_asked_for(tmp_path, ball):
+    bodies = blocks_of([polydata_of(*ball), polydata_of(*stretched(ball, 2.0))])
+    poses = blocks_of([blocks_of(samples_of(ball)), polydata_of(*stretched(ball, 1.8))])
+    model, _ = train(tmp_path, "model", bodies, poses, without_encoder=True)
+    assert b'"encoder' not in model
+    with pytest.raises(SurfaceSynthesisError, match="EncoderIterations is 4 and WithoutEncoder is on"):
+        train(tmp_path, "both", bodies, poses, without_encoder=True, encoder_iterations=4, eigenfunctions=3)
 
 
 @pytest.mark.parametrize(
@@ -184,6 +194,8 @@ def test_many_sources_are_trained_with_an_encoder(tmp_path, ball):
         ({"checkpoint": 3}, TypeError, "checkpoint must be a path"),
         ({"progress": 3}, TypeError, "progress must be callable"),
         ({"sources_per_batch": 3}, SurfaceSynthesisError, "divides BatchSize"),
+        ({"source_memory": -1.0}, ValueError, "source_memory must be at least 0"),
+        ({"without_encoder": 1}, TypeError, "without_encoder must be True or False"),
         ({"dataset": "data.safetensors"}, TypeError, "in place of source and samples"),
         ({"depth": 3}, TypeError, "depth"),
     ],

@@ -241,6 +241,7 @@ public:
     CommandOptions known = this->PoissonNetOptions(o);
     AddNumber(known, "--batch", o.BatchSize, "samples in an iteration");
     AddNumber(known, "--sources-per-batch", o.SourcesPerBatch, "surfaces that they come from");
+    AddNumber(known, "--source-memory", o.SourceMemory, "MiB, limit of the factorisations of surfaces that are kept");
     AddNumber(known, "--vertex-weight", o.VertexWeight, "of the loss in velocities");
     AddNumber(known, "--jacobian-weight", o.JacobianWeight, "of the loss in their gradients");
     AddNumber(known, "--screening", o.Noise.Screening, "tau of the noise");
@@ -263,6 +264,8 @@ public:
         o.Encoder = ReadPoissonNet(value);
         this->Files.Inputs.push_back(value);
       } };
+    known["--without-encoder"] = { "yes or no: surfaces of different shape without one, for comparison (no)",
+      [&o](const std::string& value) { o.WithoutEncoder = Choose("--without-encoder", value, YesOrNo); } };
     return known;
   }
   TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }

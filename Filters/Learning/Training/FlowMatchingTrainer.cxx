@@ -3,13 +3,13 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Random/CounterUniforms.h"
-#include "Learning/Layers/DensePoisson.h"
 #include "Learning/Layers/MeshTensors.h"
 #include "Learning/Losses/FlowMatchingLoss.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
 #include "Learning/Training/SampleGradients.h"
+#include "Learning/Training/SourceOperators.h"
 #include "Learning/Training/TrainingCheckpoint.h"
 #include "Learning/Training/TrainingSources.h"
 
@@ -26,8 +26,7 @@ namespace surfsynth
 
 namespace
 {
-/// A dense inverse of more vertices than this takes more memory and time than it saves.
-constexpr Index LargestDenseInverse = 10000;
+constexpr double BytesOfMiB = 1048576.0;
 /// Samples of each surface that the size of gradients is measured on.
 constexpr std::int64_t SamplesMeasured = 100;
 /// Largest weight of the squared error of predicted data; that of the velocity has 1 / (1 - t)^2. With 5 the end of the flow is
@@ -122,25 +121,20 @@ public:
   Internals(SignalDataset dataset, const FlowMatchingTrainingOptions& options, const Progress& progress)
     : Options(options)
     , DatasetHash(ContentHash(dataset))
-    , Data(PrepareSources(std::move(dataset), options.InitialModel ? &*options.InitialModel : nullptr,
-        options.Encoder ? &*options.Encoder : nullptr, options.Noise, options.Seed, progress))
+    , Device(ChooseDevice(options.Device))
+    , Operators(options.SourceMemory * BytesOfMiB, [this](std::size_t number) { return this->BuildOperators(number); })
+    , Data(this->Prepare(std::move(dataset), progress))
     , Training(InitialVelocity(options, this->Data), options, "loss_")
   {
-    const torch::Device& device = this->Training.Device();
     if (!options.InitialModel)
     {
       this->Data.Frame.Prediction = options.Prediction.value_or(
         DefaultPrediction(this->Data.Frame.GeneratesPositions()));
     }
-    for (const TrainingSource& source : this->Data.Sources)
+    for (TrainingSource& source : this->Data.Sources)
     {
-      MeshTensors& mesh = this->Meshes.emplace_back(source.Operators,
-        torch::TensorOptions(torch::kFloat32).device(device), source.Condition.leftCols(3).cast<double>());
-      if (device.is_cuda() && source.Operators.NumberOfPoints() <= LargestDenseInverse)
-      {
-        UseDenseInverse(mesh);
-      }
-      this->Conditions.push_back(ToTensor(source.Condition, device));
+      this->Conditions.push_back(ToTensor(source.Condition, this->Device));
+      source.Condition.resize(0, 0); // on the device from now on
     }
     if (this->Data.Frame.Prediction != FlowPrediction::Velocity)
     {
@@ -154,23 +148,44 @@ public:
 
   FlowMatchingTrainingOptions Options;
   std::uint64_t DatasetHash;
+  torch::Device Device;
+  SourceCache Operators;
   TrainingSources Data;
   NetworkTraining Training;
 
 private:
+  TrainingSources Prepare(SignalDataset dataset, const Progress& progress);
+  SourceOperators BuildOperators(std::size_t number) const;
   NormalKey KeyOf(std::int64_t slot) const;
-  double GradientSquares() const;
+  double GradientSquares();
   SampleLosses LossesOf(const MeshTensors& mesh, const Batch& batch);
   SampleLosses AddGradients(const MeshTensors& mesh, const Batch& batch, double share);
-  Batch MakeBatch(std::size_t source, std::int64_t first, std::int64_t count) const;
+  Batch MakeBatch(std::size_t number, const SourceOperators& operators, std::int64_t first, std::int64_t count) const;
   void SetTargets(Batch& batch, const torch::Tensor& start, const torch::Tensor& end, const torch::Tensor& time,
     const torch::Tensor& condition) const;
 
-  std::vector<MeshTensors> Meshes;
-  std::vector<torch::Tensor> Conditions;
+  std::vector<torch::Tensor> Conditions; ///< of the sources, on the device
   /// Over the mean square of the gradients of the data, in units of DataDeviation; 1 where velocities are predicted.
   double JacobianFactor = 1.0;
 };
+
+/// Prepares the sources and keeps as many of their operators as fit.
+TrainingSources FlowMatchingTrainer::Internals::Prepare(SignalDataset dataset, const Progress& progress)
+{
+  const FlowMatchingTrainingOptions& options = this->Options;
+  const auto keep = [&](std::size_t number, const TrainingSource& source, SourceFactors factors) {
+    this->Operators.Offer(number, SourceOperators(source.Mesh, std::move(factors), this->Device));
+  };
+  return PrepareSources(std::move(dataset), options.InitialModel ? &*options.InitialModel : nullptr,
+    options.Encoder ? &*options.Encoder : nullptr, options.WithoutEncoder, options.Noise, options.Seed, keep, progress);
+}
+
+/// The operators of a source, with the bits of those of its preparation.
+SourceOperators FlowMatchingTrainer::Internals::BuildOperators(std::size_t number) const
+{
+  const TriangleMesh& mesh = this->Data.Sources[number].Mesh;
+  return SourceOperators(mesh, BuildFactors(mesh, this->Data.Frame.Noise), this->Device);
+}
 
 /// Values that must be the same when a training goes on.
 std::map<std::string, std::string> FlowMatchingTrainer::Internals::Recipe() const
@@ -216,32 +231,33 @@ NormalKey FlowMatchingTrainer::Internals::KeyOf(std::int64_t slot) const
 
 /// Mean square of the gradients of the data over their deviation, as the loss measures it, of the first samples of each
 /// surface.
-double FlowMatchingTrainer::Internals::GradientSquares() const
+double FlowMatchingTrainer::Internals::GradientSquares()
 {
   const torch::NoGradGuard noGradients;
   const bool positions = this->Data.Frame.GeneratesPositions();
   double squares = 0.0;
-  for (std::size_t k = 0; k < this->Meshes.size(); ++k)
+  for (std::size_t k = 0; k < this->Data.Sources.size(); ++k)
   {
     const TrainingSource& source = this->Data.Sources[k];
     const std::int64_t count = std::min<std::int64_t>(source.Samples.rows(), SamplesMeasured);
     const torch::Tensor samples = torch::from_blob(const_cast<float*>(source.Samples.data()),
-      { count, source.Operators.NumberOfPoints(), this->Data.Components }, torch::kFloat32)
-                                    .to(this->Training.Device());
+      { count, source.NumberOfPoints(), this->Data.Components }, torch::kFloat32)
+                                    .to(this->Device);
     const torch::Tensor data = positions ? samples - this->Conditions[k].slice(-1, 0, 3) : samples;
     const PoissonNetOutput nothing = { torch::zeros_like(data), {} };
     const FlowMatchingLoss loss = ComputeFlowMatchingLoss(
-      this->Meshes[k], nothing, data / this->Data.Frame.DataDeviation);
-    squares += loss.Jacobian.mean().item<double>() / static_cast<double>(this->Meshes.size());
+      this->Operators.Get(k).Mesh, nothing, data / this->Data.Frame.DataDeviation);
+    squares += loss.Jacobian.mean().item<double>() / static_cast<double>(this->Data.Sources.size());
   }
   return squares;
 }
 
 /// Slots @p first to @p first + @p count of the batch of this iteration, all on one surface.
-Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t first, std::int64_t count) const
+Batch FlowMatchingTrainer::Internals::MakeBatch(
+  std::size_t number, const SourceOperators& operators, std::int64_t first, std::int64_t count) const
 {
   const TrainingSource& source = this->Data.Sources[number];
-  const std::int64_t vertices = source.Operators.NumberOfPoints();
+  const std::int64_t vertices = source.NumberOfPoints();
   const std::int64_t components = this->Data.Components;
   const torch::Tensor samples = torch::empty({ count, vertices, components }, torch::kFloat32);
   const torch::Tensor noise = torch::empty({ count, vertices, components }, torch::kFloat64);
@@ -260,18 +276,17 @@ Batch FlowMatchingTrainer::Internals::MakeBatch(std::size_t number, std::int64_t
   request.NumberOfSamples = static_cast<std::uint32_t>(count);
   request.NumberOfComponents = static_cast<std::uint32_t>(components);
   request.Scale = this->Data.Frame.Noise.Scale;
-  source.Noise->SampleInto(request, [&](std::uint32_t sample) {
+  operators.Noise->SampleInto(request, [&](std::uint32_t sample) {
     return noise.data_ptr<double>() + (sample - request.FirstSample) * vertices * components;
   });
 
-  const MeshTensors& mesh = this->Meshes[number];
-  torch::Tensor start = noise.to(this->Training.Device(), torch::kFloat32);
+  torch::Tensor start = noise.to(this->Device, torch::kFloat32);
   if (this->Data.Frame.GeneratesPositions())
   {
-    start = start - MassMean(mesh, start);
+    start = start - MassMean(operators.Mesh, start);
   }
-  const torch::Tensor end = samples.to(this->Training.Device());
-  const torch::Tensor time = times.to(this->Training.Device());
+  const torch::Tensor end = samples.to(this->Device);
+  const torch::Tensor time = times.to(this->Device);
   const torch::Tensor& condition = this->Conditions[number];
   Batch batch;
   batch.Times = times.view({ count });
@@ -330,7 +345,7 @@ SampleLosses FlowMatchingTrainer::Internals::AddGradients(const MeshTensors& mes
 {
   PoissonNetImpl& network = this->Training.Network();
   const std::int64_t size = batch.Times.size(0);
-  if (network.Options().Dropout > 0.0 || !ServesSampleGradients(this->Training.Device(), size))
+  if (network.Options().Dropout > 0.0 || !ServesSampleGradients(this->Device, size))
   {
     const SampleLosses losses = this->LossesOf(mesh, batch);
     ((losses.Sum * batch.Weights).mean() * share).backward();
@@ -346,7 +361,8 @@ SampleLosses FlowMatchingTrainer::Internals::AddGradients(const MeshTensors& mes
   return Joined(losses);
 }
 
-/// The loss of this iteration and its gradient, which is added to that of the parameters.
+/// The loss of this iteration and its gradient, which is added to that of the parameters. Groups follow one another in the
+/// order of their numbers, whatever is kept of the sources, so that sums have the same bits.
 void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
 {
   const std::int64_t groups = this->Options.SourcesPerBatch;
@@ -356,8 +372,9 @@ void FlowMatchingTrainer::Internals::Accumulate(NetworkLosses& losses)
   {
     const auto source = static_cast<std::size_t>(
       UniformIndex(this->KeyOf(group), 0, static_cast<std::int64_t>(this->Data.Sources.size())));
-    const Batch batch = this->MakeBatch(source, group * size, size);
-    const SampleLosses own = this->AddGradients(this->Meshes[source], batch, share);
+    const SourceOperators& operators = this->Operators.Get(source);
+    const Batch batch = this->MakeBatch(source, operators, group * size, size);
+    const SampleLosses own = this->AddGradients(operators.Mesh, batch, share);
     losses.Vertex += share * own.Vertex.mean().item<double>();
     losses.Jacobian += share * own.Jacobian.mean().item<double>();
     AddByTime(batch.Times, own.Sum, losses.ByTime);
@@ -381,12 +398,14 @@ void CheckOptions(const FlowMatchingTrainingOptions& options)
     std::to_string(options.SourcesPerBatch), "a number that divides BatchSize");
   check.Require(options.Iterations * options.BatchSize < (std::int64_t(1) << 32), "Iterations * BatchSize",
     static_cast<double>(options.Iterations) * static_cast<double>(options.BatchSize), "below 2^32");
+  check.Weight("SourceMemory", options.SourceMemory);
   check.Weight("VertexWeight", options.VertexWeight);
   check.Weight("JacobianWeight", options.JacobianWeight);
   check.Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
     "a number above 0: else nothing is learnt");
   check.Require(!options.InitialModel || !options.Encoder, "Encoder", "given with InitialModel",
     "none, because that model has its own encoder, or none");
+  check.Require(!options.WithoutEncoder || !options.Encoder, "WithoutEncoder", "given with Encoder", "one of both");
   check.Positive("Noise.Screening", options.Noise.Screening);
   check.Weight("Noise.Scale", options.Noise.Scale);
   if (options.Noise.Smoothing != ChosenSmoothing)
@@ -418,7 +437,9 @@ const LossHistory& FlowMatchingTrainer::History() const { return this->Impl->Tra
 
 const FlowMatchingTrainingOptions& FlowMatchingTrainer::Options() const { return this->Impl->Options; }
 
-std::string FlowMatchingTrainer::DeviceName() const { return NameOf(this->Impl->Training.Device()); }
+std::string FlowMatchingTrainer::DeviceName() const { return NameOf(this->Impl->Device); }
+
+const SourceMemoryUse& FlowMatchingTrainer::SourceMemory() const { return this->Impl->Operators.Use(); }
 
 std::map<std::string, std::string> FlowMatchingTrainer::Recipe() const { return this->Impl->Recipe(); }
 

@@ -7,6 +7,7 @@
 #include "IO/Datasets/SignalDataset.h"
 #include "Inference/FlowMatching/FlowMatchingModel.h"
 #include "Learning/Training/ModelTrainer.h"
+#include "Learning/Training/SourceMemory.h"
 #include "Learning/Training/TrainingOptions.h"
 
 #include <cstdint>
@@ -40,6 +41,9 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   FlowNoise Noise = { NoiseModel::Matern, 100.0, 256, 0.0, ChosenSmoothing };
   /// Predicts the encoding of section 5.1.2 from positions; for datasets of many surfaces. See EncodingTrainer.h.
   std::optional<PoissonNetModel> Encoder;
+  /// Trains on surfaces of different shape without an encoder, for comparison: the network is told positions alone, which
+  /// mean something else on each shape. Such datasets are refused otherwise. Not with Encoder.
+  bool WithoutEncoder = false;
   /// Quantity that the network predicts, none for DefaultPrediction(); the paper's Velocity. Data are learnt with the
   /// loss of the velocity times min(1, 30 (1 - t)^2), which else grows without bound as t nears 1. Unless velocities are
   /// predicted, both terms of the loss are in units of the mean squares of the data and of their gradients, so that
@@ -50,8 +54,15 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   std::optional<FlowMatchingModel> InitialModel;
   std::int64_t BatchSize = 32;      ///< samples in an iteration, >= 1; the paper's 32
   std::int64_t SourcesPerBatch = 1; ///< surfaces that an iteration's samples come from, >= 1; divides BatchSize
-  double VertexWeight = 1.0;        ///< of the loss in velocities, >= 0
-  double JacobianWeight = 1.0;      ///< of the loss in their gradients, >= 0
+  /// MiB, >= 0: limit of the memory, on processor and device together, that operators and factorisations of the sources
+  /// take, about 1.6 KiB a vertex on the processor, and 4 bytes for each pair of vertices on CUDA. Where not all fit, those
+  /// in use last are kept, and others are built again when an iteration draws their source: at most once for the BatchSize /
+  /// SourcesPerBatch samples that it takes from it, so that a build is little beside them. The sources of a batch, their
+  /// order and all bits of the result are the same with every limit. A single source that is larger is kept while it is in
+  /// use, and while the sources are prepared there is one more. Surfaces, samples and encodings stay in memory.
+  double SourceMemory = 8192.0;
+  double VertexWeight = 1.0;   ///< of the loss in velocities, >= 0
+  double JacobianWeight = 1.0; ///< of the loss in their gradients, >= 0
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
@@ -84,6 +95,8 @@ public:
   /// first one.
   const LossHistory& History() const override;
   const FlowMatchingTrainingOptions& Options() const;
+  /// Memory of the operators of the sources, and builds of them since the trainer was made.
+  const SourceMemoryUse& SourceMemory() const;
   std::string DeviceName() const override;
   void SaveModel(const std::string& path) const override;
 
@@ -91,7 +104,7 @@ public:
   FlowMatchingModel Model() const;
 
 private:
-  /// All but Iterations, Schedule, Milestones and Device.
+  /// All but Iterations, Schedule, Milestones, SourceMemory and Device.
   std::map<std::string, std::string> Recipe() const override;
   TrainingCheckpoint Checkpoint() const override;
   void Restore(const std::string& file, const TrainingCheckpoint& checkpoint) override;

@@ -61,8 +61,7 @@ void MeasureSignal(TrainingSources& prepared)
   double count = 0.0;
   for (TrainingSource& source : prepared.Sources)
   {
-    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>() /
-      source.Operators.VertexMass.cast<double>().sum();
+    const Eigen::VectorXd mass = source.VertexMass.cast<double>() / source.VertexMass.cast<double>().sum();
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
       const Eigen::MatrixXd sample = SampleOf(source.Samples, n, components).cast<double>();
@@ -122,7 +121,7 @@ double VarianceOf(TrainingSources& prepared)
   Eigen::Index degrees = 0; // of freedom
   for (TrainingSource& source : prepared.Sources)
   {
-    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
+    const Eigen::VectorXd mass = source.VertexMass.cast<double>();
     const Eigen::MatrixXd center = CenterOf(source, prepared.Components, prepared.Frame.GeneratesPositions());
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
@@ -140,16 +139,15 @@ double VarianceOf(TrainingSources& prepared)
   return sum / static_cast<double>(degrees);
 }
 
-/// Mean square of fields of unit scale on @p source.
-double FieldSquares(const TrainingSource& source, bool positions, std::uint64_t seed)
+/// Mean square of fields of @p noise of scale 1 on a surface.
+double FieldSquares(const FlowNoiseField& noise, const Eigen::VectorXd& mass, bool positions, std::uint64_t seed)
 {
-  const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
   SampleRequest request;
   request.Seed = seed;
   request.NumberOfSamples = FieldsMeasured;
   request.Stream = MeasuringStream;
   Eigen::MatrixXd fieldValues(mass.size(), FieldsMeasured);
-  source.Noise->SampleInto(request, [&](std::uint32_t field) { return fieldValues.col(field).data(); });
+  noise.SampleInto(request, [&](std::uint32_t field) { return fieldValues.col(field).data(); });
   if (positions) // whose noise loses its mean
   {
     fieldValues.rowwise() -= (mass.transpose() * fieldValues / mass.sum()).eval();
@@ -158,13 +156,13 @@ double FieldSquares(const TrainingSource& source, bool positions, std::uint64_t 
 }
 
 /// The scale that gives fields the variance of the samples, in the mean over the surfaces, each of area 1.
-double MatchingScale(TrainingSources& prepared, std::uint64_t seed)
+double MatchingScale(TrainingSources& prepared)
 {
   const double samples = VarianceOf(prepared);
   double squares = 0.0;
   for (const TrainingSource& source : prepared.Sources)
   {
-    squares += FieldSquares(source, prepared.Frame.GeneratesPositions(), seed);
+    squares += source.NoiseSquares;
   }
   return std::sqrt(samples / (squares / static_cast<double>(prepared.Sources.size())));
 }
@@ -176,7 +174,7 @@ double DeviationOf(TrainingSources& prepared)
   Eigen::Index count = 0;
   for (TrainingSource& source : prepared.Sources)
   {
-    const Eigen::VectorXd mass = source.Operators.VertexMass.cast<double>();
+    const Eigen::VectorXd mass = source.VertexMass.cast<double>();
     const auto surface = source.Condition.leftCols(3);
     for (Eigen::Index n = 0; n < source.Samples.rows(); ++n)
     {
@@ -202,15 +200,16 @@ ShapeMoments MomentsOf(const std::vector<Eigen::Matrix<double, 1, 6>>& surfaces)
   return shape;
 }
 
-FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators& operators, const TriangleMesh& mesh,
-  const MeshTopology& topology, const Progress& progress)
+FeatureMatrix ConditionOf(
+  const PoissonNetModel* encoder, const PoissonOperators& operators, const TriangleMesh& mesh, const Progress& progress)
 {
   FeatureMatrix condition = mesh.Points.cast<float>();
   if (encoder)
   {
     const PoissonShift shift = encoder->Options.Shift;
     const PoissonNetEvaluator evaluator(std::make_shared<const PoissonNetModel>(*encoder),
-      shift == operators.Shift ? operators : BuildPoissonOperators(mesh, topology, progress, shift), mesh.Points);
+      shift == operators.Shift ? operators : BuildPoissonOperators(mesh, MeshTopology(mesh), progress, shift),
+      mesh.Points);
     const FeatureMatrix encoding = evaluator.Evaluate({}, progress).Values;
     condition.conservativeResize(Eigen::NoChange, 3 + encoding.cols());
     condition.rightCols(encoding.cols()) = encoding;
@@ -218,22 +217,38 @@ FeatureMatrix ConditionOf(const PoissonNetModel* encoder, const PoissonOperators
   return condition;
 }
 
-/// Operators, condition and noise of one surface, whose samples stay in the caller's units but for positions.
-/// @param surface in the network's coordinates. @param scale that it was divided by
-TrainingSource PrepareSource(
-  TriangleMesh surface, double scale, SignalSamples samples, const FlowMatchingModel& frame, const Progress& progress)
+/// What the preparation of each surface depends on.
+struct Preparation
 {
-  const MeshTopology topology(surface);
+  const FlowMatchingModel& Frame; ///< with encoder, and noise smoothed in the network's units
+  bool MeasuresNoise;             ///< on each surface, for its scale
+  std::uint64_t Seed;             ///< of the fields that are measured
+  const FactorConsumer& Keep;
+};
+
+/// Condition and measures of one surface, whose samples stay in the caller's units but for positions.
+/// @param source its surface is in the network's coordinates. @param scale that it was divided by
+/// @param factors receives what belongs to the surface
+TrainingSource PrepareSource(
+  SignalSource source, double scale, const Preparation& how, SourceFactors& factors, const Progress& progress)
+{
+  const FlowMatchingModel& frame = how.Frame;
+  const bool positions = frame.GeneratesPositions();
+  factors = BuildFactors(source.Mesh, frame.Noise, SubProgress(progress, 0.0, 0.8));
   TrainingSource prepared;
-  prepared.Operators = BuildPoissonOperators(surface, topology, SubProgress(progress, 0.0, 0.5), ShiftOfTrainings);
+  prepared.Mesh = std::move(source.Mesh);
+  prepared.VertexMass = factors.Operators.VertexMass;
   prepared.Condition = ConditionOf(
-    frame.Encoder ? &*frame.Encoder : nullptr, prepared.Operators, surface, topology, SubProgress(progress, 0.5, 0.6));
-  prepared.Noise = std::make_unique<FlowNoiseField>(
-    std::move(surface), topology, frame.Noise, SubProgress(progress, 0.6, 1.0));
-  prepared.Samples = std::move(samples);
-  if (frame.GeneratesPositions())
+    frame.Encoder ? &*frame.Encoder : nullptr, factors.Operators, prepared.Mesh, SubProgress(progress, 0.8, 1.0));
+  prepared.Samples = std::move(source.Samples);
+  const Eigen::VectorXd mass = prepared.VertexMass.cast<double>();
+  if (positions)
   {
-    NormalizePositions(prepared.Samples, prepared.Operators.VertexMass.cast<double>(), scale);
+    NormalizePositions(prepared.Samples, mass, scale);
+  }
+  if (how.MeasuresNoise)
+  {
+    prepared.NoiseSquares = FieldSquares(*factors.Noise, mass, positions, how.Seed);
   }
   return prepared;
 }
@@ -280,27 +295,28 @@ double MeanSquaredEdge(const SignalDataset& dataset)
   return sum / static_cast<double>(dataset.Sources.size());
 }
 
-/// Prepares all surfaces one by one, and returns their second moments.
-/// @param smoothed whether the frame says how much noise is smoothed, in the network's units
-std::vector<Eigen::Matrix<double, 1, 6>> PrepareAll(
-  SignalDataset& dataset, bool smoothed, TrainingSources& prepared, const Progress& progress)
+/// Turns the smoothing of the noise into the network's units, those of @p dataset.
+void ChooseSmoothing(FlowMatchingModel& frame, const SignalDataset& dataset)
 {
-  const std::vector<double> scales = NormalizeSurfaces(dataset);
-  FlowNoise& noise = prepared.Frame.Noise;
-  if (!smoothed)
-  {
-    const double edges = noise.Smoothing >= 0.0 ? noise.Smoothing
-                                                : DefaultSmoothing(prepared.Frame.GeneratesPositions());
-    noise.Smoothing = edges * MeanSquaredEdge(dataset);
-  }
+  const double edges = frame.Noise.Smoothing >= 0.0 ? frame.Noise.Smoothing
+                                                    : DefaultSmoothing(frame.GeneratesPositions());
+  frame.Noise.Smoothing = edges * MeanSquaredEdge(dataset);
+}
+
+/// Prepares all surfaces one by one, and returns their second moments.
+/// @param dataset surfaces in the network's coordinates, divided by @p scales
+std::vector<Eigen::Matrix<double, 1, 6>> PrepareAll(SignalDataset& dataset, const std::vector<double>& scales,
+  const Preparation& how, TrainingSources& prepared, const Progress& progress)
+{
   std::vector<Eigen::Matrix<double, 1, 6>> moments;
   const auto count = static_cast<double>(dataset.Sources.size());
   ForEachSource(dataset.Sources.size(), [&](std::size_t k) {
-    SignalSource& source = dataset.Sources[k];
-    moments.push_back(SecondMoments(source.Mesh));
+    moments.push_back(SecondMoments(dataset.Sources[k].Mesh));
     const auto done = static_cast<double>(k);
-    prepared.Sources.push_back(PrepareSource(std::move(source.Mesh), scales[k], std::move(source.Samples),
-      prepared.Frame, SubProgress(progress, done / count, (done + 1.0) / count)));
+    SourceFactors factors;
+    prepared.Sources.push_back(PrepareSource(std::move(dataset.Sources[k]), scales[k], how, factors,
+      SubProgress(progress, done / count, (done + 1.0) / count)));
+    how.Keep(k, prepared.Sources.back(), std::move(factors));
   });
   return moments;
 }
@@ -336,7 +352,7 @@ void AddProvenance(FlowMatchingModel& frame, const SignalDataset& dataset)
 }
 
 /// Makes values of the signal, noise and network alike in size, and says in the frame how.
-void ChooseUnits(TrainingSources& prepared, double noiseScale, std::uint64_t seed)
+void ChooseUnits(TrainingSources& prepared, double noiseScale)
 {
   if (prepared.Frame.GeneratesPositions())
   {
@@ -352,13 +368,23 @@ void ChooseUnits(TrainingSources& prepared, double noiseScale, std::uint64_t see
   prepared.Frame.DataDeviation = deviation > 0.0 ? deviation : 1.0;
   if (noiseScale == 0.0)
   {
-    prepared.Frame.Noise.Scale = MatchingScale(prepared, seed);
+    prepared.Frame.Noise.Scale = MatchingScale(prepared);
   }
 }
 } // namespace
 
+SourceFactors BuildFactors(const TriangleMesh& mesh, const FlowNoise& noise, const Progress& progress)
+{
+  const MeshTopology topology(mesh);
+  SourceFactors factors;
+  factors.Operators = BuildPoissonOperators(mesh, topology, SubProgress(progress, 0.0, 0.5), ShiftOfTrainings);
+  factors.NoiseOptions = noise;
+  factors.Noise = std::make_unique<FlowNoiseField>(mesh, topology, noise, SubProgress(progress, 0.5, 1.0));
+  return factors;
+}
+
 TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* initial, const PoissonNetModel* encoder,
-  const FlowNoise& noise, std::uint64_t seed, const Progress& progress)
+  bool withoutEncoder, const FlowNoise& noise, std::uint64_t seed, const FactorConsumer& keep, const Progress& progress)
 {
   CheckDataset(dataset);
   TrainingSources prepared;
@@ -377,17 +403,24 @@ TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* i
     }
   }
   AddProvenance(prepared.Frame, dataset);
-  prepared.Frame.Shape = MomentsOf(PrepareAll(dataset, initial != nullptr, prepared, progress));
-  if (!prepared.Frame.Encoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
+  const std::vector<double> scales = NormalizeSurfaces(dataset);
+  if (!initial)
+  {
+    ChooseSmoothing(prepared.Frame, dataset);
+  }
+  const Preparation how = { prepared.Frame, !initial && noise.Scale == 0.0, seed, keep };
+  prepared.Frame.Shape = MomentsOf(PrepareAll(dataset, scales, how, prepared, progress));
+  if (!prepared.Frame.Encoder && !withoutEncoder && prepared.Frame.Shape.Spread > FlowMatchingSampler::MomentTolerance)
   {
     throw InvalidInput("FlowMatchingTrainer: the " + std::to_string(dataset.Sources.size()) +
       " surfaces have different shapes (their second moments differ by " + FormatNumber(prepared.Frame.Shape.Spread) +
       " of their trace); expected one shape, or an encoder that tells the network where on a surface it is: "
-      "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK.");
+      "vtkFlowMatchingTrainer trains one with EncoderIterations, \"surfacesynthesis-train encoding\" without VTK. "
+      "WithoutEncoder trains without, for comparison.");
   }
   if (!initial)
   {
-    ChooseUnits(prepared, noise.Scale, seed);
+    ChooseUnits(prepared, noise.Scale);
   }
   else if (!prepared.Frame.GeneratesPositions())
   {

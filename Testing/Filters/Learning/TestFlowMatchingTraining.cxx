@@ -494,6 +494,24 @@ TEST_F(FlowMatchingTraining, SeveralTriangulationsOfOneShapeNeedNoEncoderAndSeve
   EXPECT_TRUE(trainer.Model().Encoder);
 }
 
+TEST_F(FlowMatchingTraining, SeveralShapesTrainWithoutAnEncoderWhereTheRecipeSaysSo)
+{
+  SignalDataset dataset = DeformedSpheres(2, 1);
+  dataset.Sources.push_back(DeformedSpheres(3, 2).Sources[0]);
+  dataset.Sources[1].Mesh.Points.col(2) *= 2.0;
+  FlowMatchingTrainingOptions options = TinyRecipe(4);
+  options.WithoutEncoder = true;
+  const FlowMatchingModel model = Trained(dataset, options, 4).Model();
+  EXPECT_EQ(model.Velocity.Options.ExtraFeatures, FlowMatchingModel::PlainConditions);
+  EXPECT_FALSE(model.Encoder);
+  EXPECT_GT(model.Shape.Spread, FlowMatchingSampler::MomentTolerance);
+  const FlowMatchingSampler sampler(std::make_shared<FlowMatchingModel>(model), dataset.Sources[1].Mesh);
+  EXPECT_TRUE(sampler.Warnings().empty()) << "the surface is one of its training";
+  FlowSampleRequest request;
+  request.Steps = 2;
+  EXPECT_TRUE(sampler.Integrate(sampler.InitialNoise(request), request).allFinite());
+}
+
 TEST_F(FlowMatchingTraining, TheModelIsReadAsItWasWritten)
 {
   TrainFlowMatching(DeformedSpheres(2), TinyRecipe(3), this->Files("a"));
@@ -574,6 +592,12 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "WeightAveraging is 1; expected", [](Options& o) { o.WeightAveraging = 1.0; } },
     { "WeightAveraging is -0.1", [](Options& o) { o.WeightAveraging = -0.1; } },
     { "GradientClip is -1", [](Options& o) { o.GradientClip = -1.0; } },
+    { "SourceMemory is -1; expected", [](Options& o) { o.SourceMemory = -1.0; } },
+    { "WithoutEncoder is given with Encoder",
+      [](Options& o) {
+        o.WithoutEncoder = true;
+        o.Encoder.emplace();
+      } },
     { "VertexWeight is inf", [=](Options& o) { o.VertexWeight = infinity; } },
     { "JacobianWeight is -2", [](Options& o) { o.JacobianWeight = -2.0; } },
     { "VertexWeight + JacobianWeight is 0", [](Options& o) { o.VertexWeight = o.JacobianWeight = 0.0; } },

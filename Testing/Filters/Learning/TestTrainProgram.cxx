@@ -208,6 +208,22 @@ TEST_F(TrainProgram, TrainsAndResumesToTheBytesOfAnUninterruptedTraining)
   this->Expect(this->Training("parts", { "--iterations", "7", "--seed", "1", "--resume", "no" }), 0, "wrote ");
 }
 
+TEST_F(TrainProgram, TrainsOnShapesWithoutAnEncoderWithinAnyMemory)
+{
+  SignalDataset dataset = DeformedSpheres(2, 1);
+  dataset.Sources.push_back(DeformedSpheres(3, 2).Sources[0]);
+  dataset.Sources[1].Mesh.Points.col(2) *= 2.0;
+  WriteSignalDataset(this->File("data.safetensors"), dataset);
+  this->Expect(this->Training("refused", { "--iterations", "4" }), 1, "the 2 surfaces have different shapes");
+  const Arguments plain = { "--iterations", "4", "--without-encoder", "yes" };
+  Arguments limited = plain;
+  limited.insert(limited.end(), { "--source-memory", "0" });
+  this->Expect(this->Training("plain", plain), 0, "wrote ");
+  this->Expect(this->Training("limited", limited), 0, "wrote ");
+  EXPECT_EQ(BytesOf(this->File("plain")), BytesOf(this->File("limited")));
+  this->Expect(this->Training("refused", { "--source-memory", "-1" }), 1, "SourceMemory is -1; expected");
+}
+
 TEST_F(TrainProgram, TrainsFieldLatents)
 {
   WriteTextureDataset(this->File("textures.safetensors"), SmallTextures());

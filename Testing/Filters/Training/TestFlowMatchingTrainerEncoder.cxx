@@ -238,6 +238,20 @@ TEST_F(FlowMatchingTrainerEncoder, SignalsAreLearntOnManySurfacesToo)
   EXPECT_TRUE(model.Encoder.has_value());
 }
 
+TEST_F(FlowMatchingTrainerEncoder, WithoutEncoderTheSameSurfacesAreTrainedOnWithinAnyMemory)
+{
+  const auto filter = this->OnBodies("plain");
+  filter->SetEncoderIterations(0);
+  filter->WithoutEncoderOn();
+  const std::string bytes = this->ModelBytes(filter);
+  EXPECT_FALSE(surfsynth::ReadFlowMatchingModel(this->File("plain")).Encoder);
+  const auto limited = this->OnBodies("limited");
+  limited->SetEncoderIterations(0);
+  limited->WithoutEncoderOn();
+  limited->SetSourceMemory(0.0);
+  EXPECT_EQ(this->ModelBytes(limited), bytes);
+}
+
 TEST_F(FlowMatchingTrainerEncoder, EachMistakeIsOneErrorBeforeAnythingIsTrained)
 {
   auto other = Stretched(2.0);
@@ -277,6 +291,7 @@ TEST_F(FlowMatchingTrainerEncoder, EachMistakeIsOneErrorBeforeAnythingIsTrained)
      },
       { "the file of the model", "data", "is one that the training is made from" } },
     { [](auto* f) { f->SetSourcesPerBatch(3); }, { "SourcesPerBatch is 3" } },
+    { [](auto* f) { f->WithoutEncoderOn(); }, { "EncoderIterations is 4 and WithoutEncoder is on" } },
     { [&](auto* f) { f->SetLossTableFileName(this->File("absent/a.csv").c_str()); }, { "loss table" } },
   };
   for (const auto& [spoil, parts] : mistakes)

@@ -222,6 +222,8 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   EXPECT_EQ(filter->GetIterations(), options.Iterations);
   EXPECT_EQ(filter->GetBatchSize(), options.BatchSize);
   EXPECT_EQ(filter->GetSourcesPerBatch(), options.SourcesPerBatch);
+  EXPECT_EQ(filter->GetSourceMemory(), options.SourceMemory);
+  EXPECT_EQ(filter->GetWithoutEncoder(), options.WithoutEncoder);
   EXPECT_EQ(filter->GetLearningRate(), options.LearningRate);
   EXPECT_EQ(filter->GetNumberOfMilestones(), static_cast<int>(options.Milestones.size()));
   EXPECT_EQ(filter->GetLearningRateFactor(), options.LearningRateFactor);
@@ -250,6 +252,8 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
   filter->SetNumberOfMilestones(2);
   filter->SetMilestone(1, 30);
   filter->SetMilestone(2, 40);
+  filter->SetSourceMemory(-1.0);
+  EXPECT_EQ(filter->GetSourceMemory(), 0.0);
   EXPECT_EQ(filter->GetWidth(), 1);
   EXPECT_EQ(filter->GetEncoderIterations(), 0);
   EXPECT_EQ(filter->GetNumberOfEigenfunctions(), 1);
@@ -275,9 +279,9 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
          "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
          "InnerProducts: 0", "Prediction: -1", "Optimizer: 1", "LearningRateSchedule: 1", "NoiseModel: 0",
          "Screening: 100", "NoiseSmoothing: -1", "NoiseScale: 0", "NumberOfEigenpairs: 256", "Iterations: 3000",
-         "BatchSize: 32", "SourcesPerBatch: 1", "LearningRate: 0.02", "Milestones: 0 0", "LearningRateFactor: 0.2",
-         "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1", "WeightAveraging: 0.99", "Seed: 0", "Device: 0",
-         "NumberOfIterationsDone: 0", "DeviceInUse: " })
+         "BatchSize: 32", "SourcesPerBatch: 1", "SourceMemory: 8192", "WithoutEncoder: 0", "LearningRate: 0.02",
+         "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
+         "WeightAveraging: 0.99", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })
   {
     EXPECT_THAT(stream.str(), HasSubstr(name));
   }

@@ -91,6 +91,9 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
         go to ``encoder`` with .csv after it. Default 0: none is trained.
     eigenfunctions : int
         Number of eigenfunctions of the first source that this encoder predicts. Default 64.
+    without_encoder : bool
+        Trains on sources of different shape without an encoder, for comparison: the network is told positions alone, which
+        mean something else on each shape. Such sources are an error otherwise. Default False.
     width, blocks, layers : int
         Hidden channels, blocks of the network, layers of the maps between gradients. Default 64, 4 and 3.
     inner_products : bool
@@ -117,6 +120,10 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
     iterations, batch, sources_per_batch : int
         Iterations in all, those of a checkpoint included; samples in each; sources that they come from. Default 3000,
         32 and 1.
+    source_memory : float
+        Limit in MiB of the memory that operators and factorisations of the sources take, at least 0: about 1.6 KiB for each
+        point on the processor, and 4 bytes for each pair of points of a source on CUDA. Those that do not fit are built again
+        when an iteration draws their source; the result is the same with every limit. Default 8192.
     optimizer : str
         "muon", which moves the matrices inside the network along the orthogonalized momentum of their gradients, at
         learning rates of 0.01 to 0.02; or "adam", as published, at 5e-4, which takes several times as many iterations.
@@ -152,6 +159,7 @@ def configured_filter(
     initial_model=None,
     encoder_iterations=0,
     eigenfunctions=64,
+    without_encoder=False,
     width=64,
     blocks=4,
     layers=3,
@@ -165,6 +173,7 @@ def configured_filter(
     iterations=3000,
     batch=32,
     sources_per_batch=1,
+    source_memory=8192.0,
     learning_rate=0.02,
     optimizer="muon",
     schedule="cosine",
@@ -186,6 +195,7 @@ def configured_filter(
     algorithm.SetInitialModelFileName(optional_path("initial_model", initial_model))
     algorithm.SetEncoderIterations(count("encoder_iterations", encoder_iterations, 0, 100000000))
     algorithm.SetNumberOfEigenfunctions(count("eigenfunctions", eigenfunctions, 1, 10000))
+    algorithm.SetWithoutEncoder(flag("without_encoder", without_encoder))
     algorithm.SetSignalArrayName("" if signal is None else array_name("signal", signal))
     algorithm.SetWidth(count("width", width, 1, 100000))
     algorithm.SetBlocks(count("blocks", blocks, 1, 1000))
@@ -200,6 +210,7 @@ def configured_filter(
     algorithm.SetIterations(count("iterations", iterations, 1, 100000000))
     algorithm.SetBatchSize(count("batch", batch, 1, 100000))
     algorithm.SetSourcesPerBatch(count("sources_per_batch", sources_per_batch, 1, 100000))
+    algorithm.SetSourceMemory(at_least_0("source_memory", source_memory))
     algorithm.SetOptimizer(choice("optimizer", optimizer, OPTIMIZERS))
     algorithm.SetLearningRateSchedule(choice("schedule", schedule, SCHEDULES))
     algorithm.SetLearningRateFactor(factor("learning_rate_factor", learning_rate_factor))

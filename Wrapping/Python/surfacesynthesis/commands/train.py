@@ -33,6 +33,7 @@ _NUMBERS = {
         ("batch", int, 32, "N", "samples in an iteration"),
         ("learning-rate", float, 0.02, "R", "of the optimizer"),
         ("sources-per-batch", int, 1, "N", "surfaces that they come from"),
+        ("source-memory", float, 8192.0, "MIB", "limit of the factorisations of surfaces that are kept"),
         ("learning-rate-factor", float, 0.2, "F", "factor of the learning rate at each milestone"),
         ("clip", float, 1.0, "G", "largest norm of the gradient, 0: none"),
         ("vertex-weight", float, 1.0, "W", "of the loss in velocities"),
@@ -133,6 +134,9 @@ def _add_choices(groups):
         metavar="FILE",
         help="PoissonNet that predicts a positional encoding, for sources of different shape; written with "
         "--encoder-iterations (default then: MODEL.encoder), else read",
+    )
+    groups["encoder"].add_argument(
+        "--without-encoder", action="store_true", help="sources of different shape without an encoder, for comparison"
     )
     noise_model = groups["noise"].add_argument(
         "--noise-model",
