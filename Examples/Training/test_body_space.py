@@ -9,11 +9,14 @@ import sys
 import numpy as np
 
 import body_space
+import carrying
+import encoder_error
 import make_bodies
 import surfacesynthesis
 import unseen_bodies
 from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
 from test_make_bodies import HEIGHT, tube, write_package
+from test_training import icosphere
 
 #: Heads along the limb; the third bone is a hand, and the fourth hangs beside it.
 HEADS = np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 4.0, 0.0], [0.0, 5.0, 0.3]])
@@ -169,12 +172,59 @@ def check_unseen_bodies(folder):
         dataset=os.path.join(folder, "bodies_train.safetensors"), model=model, encoder_iterations=2, iterations=2, width=8, blocks=2,
         layers=2, batch=2,
     )  # fmt: skip
-    options = ["--package", package, "--model", model, "--bodies", "2", "--samples", "3", "--steps", "2", "--csv", table]
-    rows = unseen_bodies.main([*options, *sizes])
-    assert [row["samples"] for row in rows] == [6] * 6 and os.path.exists(table)
-    assert len({row["points"] for row in rows[:4]}) == 1 and rows[4]["points"] != rows[0]["points"]
-    for poses, samples in (rows[:2], rows[2:4], rows[4:]):
+    plain = os.path.join(folder, "plain.safetensors")
+    surfacesynthesis.train_flow_matching(
+        dataset=os.path.join(folder, "bodies_train.safetensors"), model=plain, without_encoder=True, source_memory=0.0,
+        iterations=2, width=8, blocks=2, layers=2, batch=2,
+    )  # fmt: skip
+    bodies = ["--package", package, "--bodies", "2", "--samples", "3", "--steps", "2", *sizes]
+    rows, errors = unseen_bodies.main(["--model", model, "--without-encoder", plain, "--csv", table, *bodies])
+    assert [row["samples"] for row in rows] == [6] * 9 and os.path.exists(table)
+    assert len({row["points"] for row in rows[:6]}) == 1 and rows[6]["points"] != rows[0]["points"]
+    for poses, samples, others in (rows[:3], rows[3:6], rows[6:]):
         assert poses["largest"] < 1e-5 and 1e-4 < samples["distance"] < np.inf, (poses, samples)
+        assert "without encoder" in others["ensemble"] and others["distance"] != samples["distance"], (samples, others)
+    assert [row["points"] for row in errors] == [rows[k]["points"] for k in (0, 3, 6)]
+    assert [(row["bodies"], row["functions"]) for row in errors] == [(2, 64)] * 3
+    for row in errors:  # after two iterations
+        assert 0.5 < row["error"] <= row["largest"] < 2.0 and row["deviation"] > 0.0, row
+    written = os.path.join(folder, "errors.csv")
+    found = unseen_bodies.main(["--model", model, "--encoder-only", "--encoder-csv", written, *bodies])
+    assert found == ([], errors)
+    with open(written, newline="", encoding="utf-8") as file:
+        assert [float(row["error"]) for row in csv.DictReader(file)] == [row["error"] for row in errors]
+    assert unseen_bodies.main(["--model", plain, "--encoder-only", *bodies]) == ([], [])
+
+
+def blob(stretch, level=2):
+    """A blob of three half axes, with a thick end; the same surface on the triangulation of each level."""
+    points, cells = icosphere(level)
+    return np.array([1.0, 1.3 * stretch, 1.7]) * points * (1.0 + 0.2 * points[:, 1:2] + 0.1 * points[:, :1]), cells
+
+
+def check_encoder_error(folder):
+    """The error falls in the training of an encoder, on a blob that it has not seen and on another triangulation as well."""
+    os.makedirs(folder, exist_ok=True)
+    count, sources = 4, [blob(1.0 + 0.1 * k) for k in range(4)]
+    samples = [(mesh, np.stack([mesh[0], mesh[0] * [1.0, 1.0, 1.02]])) for mesh in sources]
+    dataset = os.path.join(folder, "blobs.safetensors")
+    surfacesynthesis.write_signal_dataset(dataset, samples, "Position")
+    mass = encoder_error.point_masses(*sources[0])
+    coarse, fine = blob(1.15), blob(1.15, 3)
+    errors = {}
+    for iterations in (1, 100):
+        model, encoder = (os.path.join(folder, f"{iterations}{ending}") for ending in (".safetensors", ".encoder"))
+        surfacesynthesis.train_flow_matching(
+            dataset=dataset, model=model, encoder_iterations=iterations, eigenfunctions=count, iterations=1, width=12,
+            blocks=2, layers=2, batch=2, averaging=0.0,
+        )  # fmt: skip
+        assert encoder_error.write_encoder(model, encoder) == count
+        functions = encoder_error.learnt_functions(sources[0], encoder, count)
+        assert np.allclose(functions.T @ (mass[:, None] * functions) / mass.sum(), np.eye(count), atol=1e-9)
+        expected = [(coarse, functions), (fine, carrying.carried(functions[None], coarse, fine[0])[0])]
+        errors[iterations] = [encoder_error.relative_errors(mesh, encoder, wanted) for mesh, wanted in expected]
+    for before, after in zip(errors[1], errors[100]):
+        assert before.min() > 0.8 and after.max() < 0.2, (before, after)
 
 
 def check_summary():
@@ -200,4 +250,5 @@ if __name__ == "__main__":
     check_summary()
     check_table(sys.argv[1])
     check_unseen_bodies(os.path.join(sys.argv[1], "bodies"))
+    check_encoder_error(os.path.join(sys.argv[1], "blobs"))
     print("passed")
