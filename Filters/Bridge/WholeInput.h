@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Requests of second inputs. Private to the module.
+/// Requests of second inputs.
 #pragma once
 
 #include <vtkInformation.h>
