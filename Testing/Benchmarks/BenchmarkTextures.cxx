@@ -4,6 +4,7 @@
 #include "ExampleMeshes.h"
 
 #include "Core/Atlas/AtlasRaster.h"
+#include "Core/Atlas/DisplacementMap.h"
 #include "Core/Atlas/TextureSampling.h"
 #include "Core/Tangent/OneRings.h"
 #include "Core/Tangent/RingSamples.h"
@@ -186,6 +187,30 @@ void LookUp(benchmark::State& state, const TriangleMesh& mesh)
   CountPerSecond(state, "Places", static_cast<double>(count));
 }
 
+/// Heights along normals and displacements by index of a subdivision of a plane with a relief.
+void DisplacementMaps(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const int side = static_cast<int>(std::sqrt(static_cast<double>(mesh.NumberOfPoints()) / 16.0));
+  const TriangleMesh plain = test::PlanePatch(side, side);
+  TextureCoordinates coordinates(3 * plain.Triangles.rows(), 2);
+  for (Eigen::Index c = 0; c < coordinates.rows(); ++c)
+  {
+    coordinates.row(c) = plain.Points.row(plain.Triangles(c / 3, c % 3)).head<2>();
+  }
+  TriangleMesh detailed = test::Subdivide(test::Subdivide(plain));
+  for (Eigen::Index p = 0; p < detailed.Points.rows(); ++p)
+  {
+    detailed.Points(p, 2) = 0.02 * std::sin(40.0 * detailed.Points(p, 0)) * std::sin(40.0 * detailed.Points(p, 1));
+  }
+  DisplacementMapOptions options;
+  options.Raster.Width = options.Raster.Height = AtlasSize(mesh) / 2;
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(BakeDisplacementMap(plain, coordinates, detailed, options).Heights.data());
+  }
+  CountPerSecond(state, "Texels", static_cast<double>(options.Raster.Width) * options.Raster.Height);
+}
+
 #ifdef SURFACE_SYNTHESIS_CGAL
 void MakeAtlas(benchmark::State& state, const TriangleMesh& mesh)
 {
@@ -209,6 +234,7 @@ void RegisterTextures()
   Register("CornerLogarithms", Logarithms);
   Register("AtlasRaster", Rasterize);
   Register("TextureLookUp", LookUp);
+  Register("DisplacementMap", DisplacementMaps);
 #ifdef SURFACE_SYNTHESIS_CGAL
   Register("SurfaceAtlas", MakeAtlas, Sizes("10000,26000"));
 #endif

@@ -2,6 +2,8 @@
 #include "Core/Mesh/TriangleTree.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -16,7 +18,64 @@ bool IsBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
+
+/// Part of the length of a side by which an intersection may lie outside of its triangle, so that none is lost between two.
+constexpr double Overhang = 1e-9;
+
+/// Intersects a line with triangle @p f [Moller1997]; only when the triangle faces along the direction.
+void Intersect(
+  const TriangleMesh& mesh, Index f, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, LineHit& hit)
+{
+  const Eigen::Vector3d corner = mesh.Points.row(mesh.Triangles(f, 0)).transpose();
+  const Eigen::Vector3d a = mesh.Points.row(mesh.Triangles(f, 1)).transpose() - corner;
+  const Eigen::Vector3d b = mesh.Points.row(mesh.Triangles(f, 2)).transpose() - corner;
+  const Eigen::Vector3d normal = a.cross(b);
+  const double facing = normal.dot(direction);
+  const Eigen::Vector3d offset = origin - corner;
+  const double way = -normal.dot(offset);
+  if (!(facing > 0.0) || !(std::abs(way) < std::abs(hit.Way) * facing))
+  {
+    return;
+  }
+  const Eigen::Vector3d turned = direction.cross(offset);
+  const double weightA = b.dot(turned);
+  const double weightB = -a.dot(turned);
+  const double least = -Overhang * facing;
+  if (weightA < least || weightB < least || facing - weightA - weightB < least)
+  {
+    return;
+  }
+  Eigen::Vector3d weights(facing - weightA - weightB, weightA, weightB);
+  weights = weights.cwiseMax(0.0);
+  hit = { { f, weights / weights.sum() }, way / facing };
+}
 } // namespace
+
+/// A line, and what its intersections with boxes need.
+struct TriangleTree::Line
+{
+  Eigen::Vector3d Origin;
+  Eigen::Vector3d Direction;
+  Eigen::Vector3d Inverse; ///< 1 / Direction, infinite where that is 0
+
+  /// Least distance from the origin at which the line runs in @p box, in lengths of the direction; infinite outside.
+  double WayTo(const Eigen::AlignedBox3d& box) const
+  {
+    double begin = -std::numeric_limits<double>::infinity();
+    double end = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < 3; ++c)
+    {
+      // fmin and fmax leave out the NaN of a line within a side.
+      const double lower = (box.min()[c] - this->Origin[c]) * this->Inverse[c];
+      const double upper = (box.max()[c] - this->Origin[c]) * this->Inverse[c];
+      begin = std::fmax(begin, std::fmin(lower, upper));
+      end = std::fmin(end, std::fmax(lower, upper));
+    }
+    const double slack = std::isfinite(begin) && std::isfinite(end) ? 1e-9 * (std::abs(begin) + std::abs(end)) : 0.0;
+    return begin > end + slack ? std::numeric_limits<double>::infinity()
+                               : std::max({ 0.0, begin - slack, -end - slack });
+  }
+};
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh, std::vector<Index> groups)
   : Mesh(mesh)
@@ -74,6 +133,41 @@ void TriangleTree::FindIn(Index group, const Eigen::Vector3d& point, NearestPlac
 {
   this->Find(
     0, point, [group](Index found) { return found == group || found == Several; }, nearest);
+}
+
+void TriangleTree::FindOnLine(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, LineHit& hit) const
+{
+  const Line line{ origin, direction, direction.cwiseInverse() };
+  if (line.WayTo(this->Nodes.front().Box) <= std::abs(hit.Way))
+  {
+    this->FindOnLine(0, line, hit);
+  }
+}
+
+void TriangleTree::FindOnLine(int id, const Line& line, LineHit& hit) const
+{
+  const Node& node = this->Nodes[static_cast<std::size_t>(id)];
+  if (node.Right < 0)
+  {
+    for (std::size_t k = node.Begin; k < node.End; ++k)
+    {
+      Intersect(this->Mesh, this->Triangles[k], line.Origin, line.Direction, hit);
+    }
+    return;
+  }
+  std::array<std::pair<double, int>, 2> children{ { { 0.0, id + 1 }, { 0.0, node.Right } } };
+  for (auto& child : children)
+  {
+    child.first = line.WayTo(this->Nodes[static_cast<std::size_t>(child.second)].Box);
+  }
+  std::sort(children.begin(), children.end());
+  for (const auto& child : children)
+  {
+    if (child.first <= std::abs(hit.Way) && child.first < std::numeric_limits<double>::infinity())
+    {
+      this->FindOnLine(child.second, line, hit);
+    }
+  }
 }
 
 template <typename Wanted>

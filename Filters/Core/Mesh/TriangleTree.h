@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Tree of bounding boxes over the triangles of a mesh in groups, for nearest places in or outside of a group. Private to
-/// the core.
+/// Tree of bounding boxes over the triangles of a mesh in groups, for nearest places in or outside of a group, and for
+/// intersections with lines. Private to the core.
 #pragma once
 
 #include "Core/Mesh/SurfacePlace.h"
@@ -23,6 +23,15 @@ struct NearestPlace
   double SquaredDistance = std::numeric_limits<double>::infinity(); ///< from the point that is asked for
 };
 
+/// The intersection with a line found so far.
+struct LineHit
+{
+  SurfacePlace Place; ///< none at first
+  /// Way from the origin of the line to the place, negative against its direction, in lengths of the direction. At first
+  /// the largest way, either side, at which an intersection is wanted.
+  double Way = std::numeric_limits<double>::infinity();
+};
+
 /// Bounding boxes over the triangles of a mesh, halved at the median of centers along the longest side. A box with triangles
 /// of one group only is known as such, so that a search outside of a group or in it skips all that it does not want.
 class TriangleTree
@@ -37,6 +46,9 @@ public:
   void FindOutside(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const;
   /// The same with the places in @p group.
   void FindIn(Index group, const Eigen::Vector3d& point, NearestPlace& nearest) const;
+  /// Replaces @p hit by the intersection of a line with a triangle of any group that is nearest to @p origin, where it is
+  /// nearer. Only triangles count whose normals, by their winding, have a positive component along @p direction.
+  void FindOnLine(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, LineHit& hit) const;
 
 private:
   struct Node
@@ -52,6 +64,9 @@ private:
   int Build(std::size_t begin, std::size_t end);
   template <typename Wanted>
   void Find(int node, const Eigen::Vector3d& point, const Wanted& isWanted, NearestPlace& nearest) const;
+
+  struct Line;
+  void FindOnLine(int node, const Line& line, LineHit& hit) const;
 
   const TriangleMesh& Mesh;
   std::vector<Index> Groups;
