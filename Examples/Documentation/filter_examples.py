@@ -44,6 +44,13 @@ FILTERS = {
         _PARAVIEW + "TextureAtlas.png", "scan.stl", {"Resolution": [2048, 2048]},
         'mesh = ss.read_mesh("scan.stl")\nmesh = ss.texture_atlas(mesh, resolution=2048)\nss.write_mesh(mesh, "scan.obj")',
         "texture-atlas scan.stl scan.obj --resolution 2048"),
+    "vtkDisplacementMapFilter": Example(
+        "When a renderer is to show the relief of a detailed surface on a plain one that it subdivides. Overhangs need the "
+        "displacement vectors; a height map is enough without.",
+        "Gallery/displacement_maps.png", "plain.vtp", {"Resolution": [2048, 2048]},
+        'mesh = ss.read_mesh("plain.vtp")\ndetailed = ss.read_mesh("detailed.ply")\n'
+        'maps = ss.displacement_map(mesh, detailed, resolution=2048)\nmaps.write("height.png", "vectors.tif")',
+        "displacement-map plain.vtp detailed.ply height.png vectors.tif --resolution 2048", (("Detailed", "detailed.ply"),)),
     "vtkTetrahedralizeFilter": Example(
         "For finite elements inside a closed surface.", _PARAVIEW + "TetrahedralizeSurface.png", "part.stl", {"QualityRatio": 1.5},
         'mesh = ss.read_mesh("part.stl")\ngrid = ss.tetrahedralize(mesh, quality_ratio=1.5)\nss.write_mesh(grid, "part.vtu")',
@@ -200,6 +207,11 @@ LIMITS = {
     "vtkIsotropicRemeshFilter": [
         "A brain to 60,974 triangles in 8.1 s on two threads (Testing/Benchmarks/README.md).",
         "The number of points is met within about 2 % where curves allow it (TargetNumberOfPoints)."],
+    "vtkDisplacementMapFilter": [
+        "Spikes on a bear from maps of 1024 x 1024 texels: vectors differ by 0.7 % of the height of the texture on average, 2.0 % at the "
+        "95th percentile; a surface displaced by heights lies 1.0 % and 3.3 % away. Knobs, which lean over: vectors 1.2 % and 3.6 %, "
+        "heights 4.5 % and 21 % (Examples/README.md).",
+        "7 s for a million texels of which half show the surface, of 80,000 triangles, on a busy machine."],
     "vtkTextureAtlasFilter": [
         "36 microseconds for a triangle of the armadillo, 52,000 triangles (Testing/Benchmarks/README.md)."],
     "vtkSurfaceRepairFilter": [

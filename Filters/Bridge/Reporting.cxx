@@ -18,6 +18,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
 {
   static const std::map<std::string, std::string> labels = {
     // filters of the plugin
+    { "vtkDisplacementMapFilter", "Displacement Map" },
     { "vtkElasticRestFilter", "Elastic Rest" },
     { "vtkEnsembleLayoutFilter", "Ensemble Layout" },
     { "vtkEnsembleMetrics", "Ensemble Metrics" },

@@ -55,6 +55,7 @@ FILTERS = (
     ("Filters/Ensembles/vtkElasticRestFilter.h", "Wrapping/ParaView/ElasticRest.xml", 21, 1, {"Tetrahedra", "UpDirection"}),
     ("Filters/Meshing/vtkSurfaceRepairFilter.h", "Wrapping/ParaView/SurfaceRepair.xml", 8, 1, set()),
     ("Filters/Meshing/vtkTetrahedralizeFilter.h", "Wrapping/ParaView/Tetrahedralize.xml", 11, 0, set()),
+    ("Filters/Meshing/vtkDisplacementMapFilter.h", "Wrapping/ParaView/DisplacementMap.xml", 4, 7, {"Resolution", "Detailed"}),
     ("Filters/Meshing/vtkTextureAtlasFilter.h", "Wrapping/ParaView/TextureAtlas.xml", 2, 5, {"Resolution"}),
     ("Filters/Meshing/vtkTopologyReport.h", "Wrapping/ParaView/TopologyReport.xml", 1, 1, set()),
     ("Filters/Meshing/vtkVDBSurfaceFilter.h", "Wrapping/ParaView/VDBSurface.xml", 12, 1, {"SelectInputScalars"}),

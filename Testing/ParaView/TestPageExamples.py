@@ -18,6 +18,7 @@ PROXIES = generate.proxies()
 SMALL = {
     "vtkIsotropicRemeshFilter": {"TargetNumberOfPoints": 2000},
     "vtkTextureAtlasFilter": {"Resolution": [256, 256]},
+    "vtkDisplacementMapFilter": {"Resolution": [128, 128]},
     "vtkFieldLatentDecoder": {"Resolution": [128, 128]},
     "vtkFieldLatentTextureFilter": {"Resolution": [128, 128], "NumberOfPoints": 300, "NumberOfSteps": 3},
     "vtkFlowMatchingTrainer": {"Iterations": 2, "Width": 8, "Blocks": 2, "BatchSize": 2},

@@ -154,6 +154,11 @@ def wide_ball(path):
     write_mesh(polydata_of(points * [1.1, 1.0, 0.7], triangles), path)
 
 
+def plain_ball(path):
+    """A surface with texture coordinates."""
+    write_mesh(surfacesynthesis.texture_atlas(polydata_of(*icosphere(2, 50.0)), resolution=256), path)
+
+
 def observed(name):
     """A maker of the surface of ball() with a field, which has a correlation, as a point array."""
 
@@ -377,6 +382,8 @@ INPUTS = {
         "crumpling.pt": lambda path: path.write_bytes(b"a checkpoint"),
         "SingleMeshGenerator.pth": lambda path: path.write_bytes(b"a checkpoint"),
     },
+    "displacement-map": {"plain.obj": plain_ball, "plain.vtp": plain_ball, "detailed.ply": wide_ball,
+                         "detailed.vtp": wide_ball},
     "distance": {"segmented.stl": ball, "reference.ply": wide_ball, "scan.ply": ball, "repaired.ply": ball},
     "estimate": {"cortex.vtp": observed("Thickness"), "bone.ply": ball, "measured.vtp": observed("Density")},
     "dataset": {"armadillo.off": lambda path: ball(path, 3), "bunny.off": lambda path: ball(path, 3),
@@ -448,7 +455,7 @@ NEEDS = {
     "dataset": "vtkPoseEnsembleFilter",
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",
-    "texture-atlas": "vtkTextureAtlasFilter",
+    "texture-atlas": "vtkTextureAtlasFilter", "displacement-map": "vtkTextureAtlasFilter",
     "encode-texture": "vtkTextureAtlasFilter", "decode-texture": "vtkTextureAtlasFilter",
     "transfer-texture": "vtkTextureAtlasFilter", "sample-texture": "vtkLatentDiffusionTrainer",
     "train": "vtkFlowMatchingTrainer", "geometric-texture": "vtkIsotropicRemeshFilter",

@@ -22,6 +22,7 @@ from surfacesynthesis.safetensors import read_safetensors
 from TestDocumentedCommands import commands_of, network, skip_without
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
 MODELS = pathlib.Path(__file__).resolve().parents[2] / "Examples" / "Models"
 _references = {}
@@ -39,6 +40,7 @@ TABLE = {
     "remesh-length": ("remesh a.vtp o.vtp --edge-length {20}", []),
     "tetrahedralize": ("tetrahedralize a.vtp o.vtu --edge-length {30}", []),
     "texture-atlas": ("texture-atlas a.vtp o.vtp", []),
+    "displacement-map": ("displacement-map atlas.vtp b.vtp o.vti --resolution 64", ["Height", "Displacement"]),
     "noise": ("noise a.vtp o.vtp --range {90}", []),
     "noise-defaults": ("noise a.vtp o.vtp", []),
     "noise-fractional": ("noise a.vtp o.vtp --range {90} --operator-power 2.5", []),
@@ -110,6 +112,7 @@ def made():
     if hasattr(surfacesynthesis, "vtkTextureAtlasFilter"):
         textured = texture_atlas(surface, resolution=64)
         meshes["a.vtp"] = surface
+        meshes["atlas.vtp"] = textured
         meshes["encoded.vtp"] = surfacesynthesis.encode_texture(textured, color="RGB")
     return meshes
 
@@ -154,6 +157,13 @@ def arrays_of(folder, lengths, shift):
             mesh = read_mesh(path)
             found["points"] = vtk_to_numpy(mesh.GetPoints().GetData()).astype(float) - shift
             data = mesh.GetPointData()
+            for k in range(data.GetNumberOfArrays()):
+                found[data.GetArray(k).GetName()] = vtk_to_numpy(data.GetArray(k)).astype(float)
+        elif path.suffix == ".vti":
+            reader = vtkXMLImageDataReader()
+            reader.SetFileName(str(path))
+            reader.Update()
+            data = reader.GetOutput().GetPointData()
             for k in range(data.GetNumberOfArrays()):
                 found[data.GetArray(k).GetName()] = vtk_to_numpy(data.GetArray(k)).astype(float)
     return found

@@ -19,6 +19,7 @@ import pytest
 import surfacesynthesis
 from surfacesynthesis.command_line import build_parser
 from surfacesynthesis.commands.wording import COMMANDS_OF_CLASSES, PHRASES, in_words_of_commands
+from surfacesynthesis.displacement_maps import CORRESPONDENCES, VECTOR_SPACES
 from surfacesynthesis.field_latents import TEXTURE_WRAPS
 from surfacesynthesis.flow_matching import INTEGRATORS
 from surfacesynthesis.geometric_texture import NORM_STATISTICS, PREPARATIONS
@@ -88,6 +89,7 @@ FUNCTIONS = {
     "dataset_of_surfaces": ("vtkEnsembleMetrics", {"surfaces"}),  # no class, but the array and source of an ensemble
     "decode_texture": ("vtkFieldLatentDecoder", {"mesh", "target"}),
     "deform": ("vtkFlowMatchingDeformer", {"mesh"}),
+    "displacement_map": ("vtkDisplacementMapFilter", {"mesh", "detailed"}),
     "encode_texture": ("vtkFieldLatentEncoder", {"mesh", "image"}),
     "ensemble_layout": ("vtkEnsembleLayoutFilter", {"ensemble"}),
     "ensemble_metrics": ("vtkEnsembleMetrics", set()),
@@ -125,6 +127,7 @@ COMMANDS = {
     "convert": (),
     "decode-texture": ("decode_texture",),
     "encode-texture": ("encode_texture",),
+    "displacement-map": ("displacement_map",),
     "distance": ("surface_distance",),
     "estimate": ("estimate_matern",),
     "dataset export": ("surfaces_of_dataset",),
@@ -167,6 +170,8 @@ OTHERWISE_IN_PYTHON = {"condition_array": "conditions", "features": "feature_ang
 
 #: The values of enumerations in Python: the dictionary, class and property. "given" is a mesh in Python.
 VALUES = [
+    (CORRESPONDENCES, "vtkDisplacementMapFilter", "Correspondence"),
+    (VECTOR_SPACES, "vtkDisplacementMapFilter", "VectorSpace"),
     (NORM_STATISTICS, "vtkGeometricTextureSynthesizer", "NormStatistics"),
     (NORM_STATISTICS, "vtkGeometricTextureSynthesizer", "NormStatistics"),
     (INTEGRATORS, "vtkFlowMatchingSampler", "Integrator"),

@@ -10,7 +10,7 @@ from vtkmodules.vtkIOImage import vtkMetaImageWriter
 
 #: Surfaces of which the examples need no more than that they are closed.
 SURFACES = ("scan.stl", "scan.ply", "part.stl", "body.ply", "bunny.ply", "segmented.stl", "reference.ply", "synthesized.ply",
-            "original.ply", "target.ply")  # fmt: skip
+            "original.ply", "target.ply", "detailed.ply")  # fmt: skip
 
 
 def add_array(mesh, name, values):
@@ -91,7 +91,7 @@ def write_ensembles(ball):
 
 
 def write_textured(ball):
-    """duck.obj with duck.png, and latents.vtp, its latent vectors."""
+    """duck.obj with duck.png, plain.vtp with its texture coordinates, and latents.vtp, its latent vectors."""
     points = vtk_to_numpy(ball.GetPoints().GetData())
     textured = moved(ball, points)
     coordinates = np.column_stack([np.where(points[:, 2] > 0, 0.75, 0.25) + 0.2 * points[:, 0], 0.5 + 0.45 * points[:, 1]])
@@ -99,6 +99,7 @@ def write_textured(ball):
     y, x = np.mgrid[0:64, 0:64]
     image = image_of(np.stack([4 * x, 4 * y, 255 * ((x // 8 + y // 8) % 2)], axis=-1).astype(np.uint8), "Texture")
     ss.write_textured_mesh(textured, image, "duck.obj")
+    ss.write_mesh(textured, "plain.vtp")
     ss.write_mesh(ss.encode_texture(textured, image), "latents.vtp")
     return image
 

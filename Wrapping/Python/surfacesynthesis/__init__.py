@@ -37,6 +37,7 @@ from ._version import __version__
 from .atlases import texture_atlas
 from .conversion import convert_checkpoint
 from .deprecation import warn_renamed as _warn_renamed
+from .displacement_maps import CORRESPONDENCES, VECTOR_SPACES, DisplacementMap, displacement_map
 from .distances import SurfaceDistance, surface_distance
 from .errors import Cancelled, FormatError, SurfaceSynthesisError, SurfaceSynthesisWarning
 from .estimation import MaternEstimate, ParameterEstimate, estimate_matern
@@ -84,7 +85,7 @@ from .vtkSurfaceSynthesisFieldLatents import (
 )
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
 from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
-from .vtkSurfaceSynthesisMeshing import vtkLabelSurfaceFilter, vtkTopologyReport
+from .vtkSurfaceSynthesisMeshing import vtkDisplacementMapFilter, vtkLabelSurfaceFilter, vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
 from .vtkSurfaceSynthesisStatistics import (
@@ -98,9 +99,11 @@ from .vtkSurfaceSynthesisStatistics import (
 
 __all__ = [
     "BOUNDARY_CONDITIONS",
+    "CORRESPONDENCES",
     "Cancelled",
     "DISTANCES",
     "DecodedTexture",
+    "DisplacementMap",
     "EnsembleMetrics",
     "EnsembleStatistics",
     "FormatError",
@@ -122,11 +125,13 @@ __all__ = [
     "TEXTURE_WRAPS",
     "TRIANGULATIONS",
     "TextureDataset",
+    "VECTOR_SPACES",
     "__version__",
     "add_texture_statistics",
     "convert_checkpoint",
     "decode_texture",
     "deform",
+    "displacement_map",
     "encode_texture",
     "ensemble_layout",
     "ensemble_metrics",
@@ -163,6 +168,7 @@ __all__ = [
     "topology_report",
     "vdb_surface",
     "volume_from_numpy",
+    "vtkDisplacementMapFilter",
     "vtkElasticRestFilter",
     "vtkEnsembleLayoutFilter",
     "vtkEnsembleMetrics",

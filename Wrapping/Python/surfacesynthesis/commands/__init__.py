@@ -8,6 +8,7 @@ from . import (
     convert,
     dataset,
     deform,
+    displacement_map,
     distance,
     estimate,
     field_latents,
@@ -45,6 +46,7 @@ COMMANDS = [
         (remesh, "vtkIsotropicRemeshFilter"),
         (tetrahedralize, "vtkTetrahedralizeFilter"),
         (texture_atlas, "vtkTextureAtlasFilter"),
+        (displacement_map, "vtkDisplacementMapFilter"),
     )
     if hasattr(_meshing, needed)
 ] + [noise, estimate, dataset, poisson_net, deform, skin, metrics, distance, statistics, shape_model]

@@ -7,6 +7,7 @@ from ..vocabulary import SYNONYMS, words_of
 
 #: The command that runs a class.
 COMMANDS_OF_CLASSES = {
+    "vtkDisplacementMapFilter": "displacement-map",
     "vtkElasticRestFilter": "dataset rest-states",
     "vtkEnsembleMetrics": "metrics",
     "vtkEnsembleStatistics": "statistics",
