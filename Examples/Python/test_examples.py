@@ -384,6 +384,19 @@ def check_latent_textures(folder):
     assert rows["sample"]["difference"] > 0.05, rows
 
 
+def check_displacement_maps(folder):
+    """The picture, and the table: coarse maps give the texture back within some percent of its height."""
+    output = os.path.join(folder, "displacement_maps")
+    script = [sys.executable, os.path.join(HERE, "displacement_maps.py"), "--output", output, "--resolutions", "256"]
+    done = run("xvfb-run", "-a", *script)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "displacement_maps.png"), 2150, rows=2)
+    rows = [line.split() for line in done.stdout.splitlines() if re.match(r"(spikes|knobs) +256 ", line)]
+    assert [row[0] for row in rows] == ["spikes", "knobs"]
+    assert all(0.0 < float(row[2]) < 8.0 for row in rows), "vectors"
+    assert float(rows[0][6]) < 5.0, "heights of spikes"
+
+
 def check_texture_transfer(folder):
     """A texture on other triangulations, with a model of random weights: pictures and files, and the baked photograph."""
     import texture_transfer as example
@@ -526,6 +539,7 @@ if __name__ == "__main__":
         "large_pictures": check_large_pictures,
         "geometric_textures": check_geometric_textures,
         "latent_textures": check_latent_textures,
+        "displacement_maps": check_displacement_maps,
         "texture_transfer": check_texture_transfer,
         "flow_matching_training": check_flow_matching_training,
         "generated_poses": check_generated_poses,
