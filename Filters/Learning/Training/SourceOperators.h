@@ -20,7 +20,7 @@
 namespace surfsynth
 {
 
-/// What a training evaluates the network on one surface with, and its noise. A pure function of the surface.
+/// Operators that a training evaluates the network on one surface with, and its noise. A pure function of the surface.
 struct SourceOperators
 {
   /// Copies @p factors of @p mesh to @p device; on CUDA with a dense inverse, where that is small enough.
@@ -34,7 +34,7 @@ struct SourceOperators
 
 /// The operators of the sources in use last, as many as fit into a limit of memory.
 ///
-/// What does not fit is dropped, the least recently used first, and built again when it is needed. Room is made before a
+/// Operators that do not fit are dropped, the least recently used first, and built again when needed. Room is made before a
 /// source is built, so that the limit holds at each time, but for a source that is larger than the limit: it is kept as
 /// long as it is in use.
 class SourceCache
