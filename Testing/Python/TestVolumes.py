@@ -434,6 +434,7 @@ def test_a_build_without_openvdb_says_so():
     from vtkmodules.vtkCommonCore import vtkObject
     meshing = types.ModuleType("surfacesynthesis.vtkSurfaceSynthesisMeshing")  # as it is without OpenVDB, CGAL and TetGen
     meshing.vtkTopologyReport = meshing.vtkLabelSurfaceFilter = vtkObject
+    meshing.vtkDisplacementMapFilter = types.SimpleNamespace(OBJECT=0, TANGENT=1, AUTOMATIC=0, NORMALS=1)
     sys.modules["surfacesynthesis.vtkSurfaceSynthesisMeshing"] = meshing
     import surfacesynthesis
     assert not hasattr(surfacesynthesis, "vtkVDBSurfaceFilter")
