@@ -37,6 +37,9 @@ constexpr GeometricTextureArray BlendArray{ "blend", 0.0, 1.0,
 /// Array that multiplies the length of edges in a remeshing.
 constexpr GeometricTextureArray SizeArray{ "size", 0.01, 100.0, "values from 0.01 to 100" };
 
+/// Array that multiplies the size of the texture of an example.
+constexpr GeometricTextureArray ExampleSizeArray{ "size", 0.1, 10.0, "values from 0.1 to 10" };
+
 /// Reads the values of a point array at the used points of @p surface; empty when @p name is empty.
 /// @throws InvalidInput when there is no such array with one component, or a value is out of the range of @p kind.
 Eigen::VectorXf ReadGeometricTextureArray(

@@ -21,12 +21,12 @@ namespace surfsynth
 
 namespace
 {
-/// Returns the place of each point of @p level on the target, which has @p triangles triangles: triangle f of a
-/// subdivided mesh comes from triangle f modulo that number.
-std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const GeometricTextureLevel& level)
+/// Returns the place of each point of @p base, a subdivision of the target: triangle f of it comes from triangle f modulo the
+/// number of triangles of the target.
+std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const TriangleMesh& base)
 {
-  const TriangleMatrix& triangles = level.Mesh.Triangles;
-  std::vector<SurfacePlace> places(static_cast<std::size_t>(level.Base.rows()));
+  const TriangleMatrix& triangles = base.Triangles;
+  std::vector<SurfacePlace> places(static_cast<std::size_t>(base.NumberOfPoints()));
   for (Eigen::Index f = triangles.rows() - 1; f >= 0; --f)
   {
     for (int k = 0; k < 3; ++k)
@@ -34,26 +34,26 @@ std::vector<SurfacePlace> PlacesOn(const TriangleMesh& surface, const GeometricT
       places[static_cast<std::size_t>(triangles(f, k))].Triangle = static_cast<Index>(f % surface.Triangles.rows());
     }
   }
-  ParallelFor(level.Base.rows(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+  ParallelFor(base.NumberOfPoints(), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t p = begin; p < end; ++p)
     {
       SurfacePlace& place = places[static_cast<std::size_t>(p)];
-      place = NearestOnTriangle(surface, place.Triangle, level.Base.row(p).transpose());
+      place = NearestOnTriangle(surface, place.Triangle, base.Points.row(p).transpose());
     }
   });
   return places;
 }
 
-void CarryArrays(vtkPolyData* input, const Surface& surface, const GeometricTextureLevel& level, vtkPolyData* output)
+void CarryArrays(vtkPolyData* input, const Surface& surface, const TriangleMesh& base, vtkPolyData* output)
 {
   output->GetFieldData()->ShallowCopy(input->GetFieldData());
   if (input->GetPointData()->GetNumberOfArrays() > 0)
   {
-    InterpolateArrays(input->GetPointData(), surface.Mesh, PlacesOn(surface.Mesh, level), output->GetPointData());
+    InterpolateArrays(input->GetPointData(), surface.Mesh, PlacesOn(surface.Mesh, base), output->GetPointData());
   }
   if (input->GetCellData()->GetNumberOfArrays() > 0)
   {
-    std::vector<std::int64_t> cells(static_cast<std::size_t>(level.Mesh.NumberOfTriangles()));
+    std::vector<std::int64_t> cells(static_cast<std::size_t>(base.NumberOfTriangles()));
     for (std::size_t f = 0; f < cells.size(); ++f)
     {
       cells[f] = surface.Cell(static_cast<std::int64_t>(f) % surface.Mesh.NumberOfTriangles());
@@ -64,33 +64,38 @@ void CarryArrays(vtkPolyData* input, const Surface& surface, const GeometricText
 }
 } // namespace
 
+void FillDisplacedSurface(vtkPolyData* input, const Surface& surface, const TriangleMesh& base,
+  const PointMatrix& displacement, const std::string& name, vtkPolyData* output)
+{
+  SetGeometry(output, { base.Points + displacement, base.Triangles }, HasDoublePoints(input));
+  CarryArrays(input, surface, base, output);
+  auto array = NewArray<vtkDoubleArray>(name, static_cast<vtkIdType>(displacement.rows()), 3);
+  Eigen::Map<PointMatrix>(array->GetPointer(0), displacement.rows(), 3) = displacement;
+  vtkPointData* data = output->GetPointData();
+  data->AddArray(array);
+  if (!data->GetVectors())
+  {
+    data->SetActiveVectors(name.c_str());
+  }
+}
+
 void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture,
   int step, double part, const GeometricTextureArrayNames& names, vtkPolyData* output)
 {
   const GeometricTextureLevel& level = texture.Level(step);
-  TriangleMesh mesh = level.Mesh;
+  PointMatrix displacement = level.Mesh.Points - level.Base;
   if (part < 1.0)
   {
-    mesh.Points -= (1.0 - part) * level.Displacement;
+    displacement -= (1.0 - part) * level.Displacement;
   }
-  SetGeometry(output, mesh, HasDoublePoints(input));
-  CarryArrays(input, surface, level, output);
-
-  const auto points = static_cast<vtkIdType>(mesh.NumberOfPoints());
-  auto displacement = NewArray<vtkDoubleArray>(names.Displacement, points, 3);
-  Eigen::Map<PointMatrix>(displacement->GetPointer(0), points, 3) = mesh.Points - level.Base;
+  FillDisplacedSurface(input, surface, { level.Base, level.Mesh.Triangles }, displacement, names.Displacement, output);
+  const auto points = static_cast<vtkIdType>(displacement.rows());
   auto levels = NewArray<vtkIntArray>(names.Level, points, 1);
   for (vtkIdType p = 0; p < points; ++p)
   {
     levels->SetValue(p, texture.LevelOfPoint(static_cast<Index>(p)));
   }
-  vtkPointData* data = output->GetPointData();
-  data->AddArray(displacement);
-  data->AddArray(levels);
-  if (!data->GetVectors())
-  {
-    data->SetActiveVectors(names.Displacement.c_str());
-  }
+  output->GetPointData()->AddArray(levels);
 }
 
 } // namespace surfsynth

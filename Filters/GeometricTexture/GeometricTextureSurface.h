@@ -28,4 +28,13 @@ struct GeometricTextureArrayNames
 void FillGeometricTextureSurface(vtkPolyData* input, const Surface& surface, const GeometricTextureResult& texture,
   int step, double part, const GeometricTextureArrayNames& names, vtkPolyData* output);
 
+/// Fills @p output with a textured surface: geometry, the arrays of @p input, and the displacement.
+/// @param input the target; its precision of points is that of the output
+/// @param surface @p input, converted
+/// @param base [V, 3], the points without texture
+/// @param triangles as many times those of @p surface as subdivision makes: see SubdividedMesh
+/// @param displacement [V, 3] @param name of the array of the displacement
+void FillDisplacedSurface(vtkPolyData* input, const Surface& surface, const TriangleMesh& base,
+  const PointMatrix& displacement, const std::string& name, vtkPolyData* output);
+
 } // namespace surfsynth

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkGeometricTextureFromExample.h"
+
+#include "BlockBridge.h"
+#include "BlockCache.h"
+#include "FilterSupport.h"
+#include "GeometricTextureMask.h"
+#include "GeometricTextureSurface.h"
+#include "PointRows.h"
+#include "Reporting.h"
+#include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
+#include "WholeInput.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Statistics/GeometricTextureFeatures.h"
+#include "Inference/GeometricTexture/ExampleSynthesis.h"
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
+
+#include <vtkDataObject.h>
+#include <vtkIndent.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+
+vtkStandardNewMacro(vtkGeometricTextureFromExample);
+
+namespace
+{
+/// Returns true for the same request but for the stream, which is that of the block.
+bool SameRequest(const surfsynth::ExampleSynthesisRequest& a, const surfsynth::ExampleSynthesisRequest& b)
+{
+  const bool sameDirections = a.Directions.rows() == b.Directions.rows() &&
+    (a.Directions.array() == b.Directions.array()).all();
+  return a.Scale == b.Scale && a.Subdivisions == b.Subdivisions && a.Seed == b.Seed &&
+    surfsynth::SameValues(a.Sizes, b.Sizes) && sameDirections;
+}
+} // namespace
+
+/// Example and textures of the last update, and the work of this update.
+class vtkGeometricTextureFromExample::Internals
+{
+public:
+  explicit Internals(vtkGeometricTextureFromExample* self)
+    : Self(self)
+  {}
+
+  /// Reads the example where it has changed. @throws InvalidInput, SolverFailure, Cancelled
+  void Begin(vtkInformationVector** inputVector, const surfsynth::Progress& progress)
+  {
+    this->Textures.Begin();
+    this->Mismatch = 0.0;
+    this->CheckProperties();
+    const auto textured = this->ExampleOn(inputVector[1], "example on port 1");
+    surfsynth::Surface surface = this->Convert(textured, "The example on port 1");
+    const surfsynth::UsedPoints points(surface.Mesh);
+    ExampleKey key;
+    key.Textured = surface.MeshHash();
+    key.Scales = this->Self->NumberOfScales;
+    key.Directions = this->ReadDirections(textured, points, this->Self->ExampleOrientationArrayName, "Example");
+    std::optional<surfsynth::Surface> plain;
+    if (inputVector[2]->GetNumberOfInformationObjects() > 0)
+    {
+      plain = this->Convert(this->ExampleOn(inputVector[2], "plain example on port 2"), "The plain example on port 2");
+      key.Plain = plain->MeshHash();
+    }
+    else
+    {
+      key.SmoothingLength = this->Self->SmoothingLength;
+    }
+    if (!this->Example || !(key == this->Key))
+    {
+      this->Example.reset();
+      this->Example = this->Cut(surface, plain, key, progress);
+      this->Key = key;
+    }
+  }
+
+  void End() { this->Textures.DropUnused(); }
+
+  /// Fills the output of a block.
+  void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  {
+    vtkPolyData* input = vtkPolyData::SafeDownCast(block.Input);
+    surfsynth::Surface surface = surfsynth::ConvertSurface(input);
+    surface.FlatIndex = block.FlatIndex;
+    surface.Where = block.Where;
+    const surfsynth::UsedPoints points(surface.Mesh);
+    const Eigen::VectorXf mask = surfsynth::ReadGeometricTextureArray(
+      input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
+    surfsynth::ExampleSynthesisRequest request = this->Request(input, points);
+    request.Stream = block.FlatIndex;
+    Texture* texture = this->Textures.Find(surface,
+      [&](const Texture& held) { return held.Example == this->Example && SameRequest(held.Request, request); });
+    if (!texture)
+    {
+      this->Textures.Drop(surface);
+      surfsynth::CheckSurface(surface, surfsynth::GeometricTextureExample::Requirements());
+      Texture made{ request, this->Example,
+        surfsynth::SynthesizeFromExample(
+          *this->Example, points.Compact(surface.Mesh), request, surfsynth::SubProgress(progress, 0.0, 0.95)) };
+      ++this->NumberOfSyntheses;
+      texture = &this->Textures.Insert(surface, std::move(made));
+    }
+    const surfsynth::ExampleSynthesis& result = texture->Result;
+    surfsynth::PointMatrix displacement = this->Self->Strength * result.Level.Displacement;
+    if (mask.size() > 0)
+    {
+      displacement = surfsynth::ProlongRows(mask, result.Parents).cast<double>().asDiagonal() * displacement;
+    }
+    surfsynth::FillDisplacedSurface(input, surface, { result.Level.Base, result.Level.Mesh.Triangles }, displacement,
+      this->Self->DisplacementArrayName, vtkPolyData::SafeDownCast(block.Output));
+    this->Scale = result.Scale;
+    this->Subdivisions = result.Level.Level;
+    this->Mismatch = std::max(this->Mismatch, result.Mismatch);
+  }
+
+  std::shared_ptr<const surfsynth::GeometricTextureExample> Example;
+  double Scale = 0.0;
+  int Subdivisions = 0;
+  double Mismatch = 0.0;
+  vtkTypeInt64 NumberOfSyntheses = 0;
+
+private:
+  /// What the patches of the example depend on.
+  struct ExampleKey
+  {
+    std::uint64_t Textured = 0; ///< hash
+    std::uint64_t Plain = 0;    ///< hash; 0 without port 2
+    int Scales = 0;
+    double SmoothingLength = 0.0;
+    surfsynth::PointMatrix Directions;
+
+    bool operator==(const ExampleKey& other) const
+    {
+      return this->Textured == other.Textured && this->Plain == other.Plain && this->Scales == other.Scales &&
+        this->SmoothingLength == other.SmoothingLength && this->Directions.rows() == other.Directions.rows() &&
+        (this->Directions.array() == other.Directions.array()).all();
+    }
+  };
+
+  struct Texture
+  {
+    surfsynth::ExampleSynthesisRequest Request;
+    std::shared_ptr<const surfsynth::GeometricTextureExample> Example;
+    surfsynth::ExampleSynthesis Result;
+  };
+
+  void CheckProperties() const
+  {
+    if (this->Self->DisplacementArrayName.empty())
+    {
+      throw surfsynth::InvalidInput("DisplacementArrayName is empty; a name is needed.");
+    }
+    if (this->Self->OrientationArrayName.empty() != this->Self->ExampleOrientationArrayName.empty())
+    {
+      throw surfsynth::InvalidInput(std::string("Only ") +
+        (this->Self->OrientationArrayName.empty() ? "ExampleOrientationArrayName" : "OrientationArrayName") +
+        " is set; OrientationArrayName and ExampleOrientationArrayName are needed together, or none.");
+    }
+    for (const double value : { this->Self->TextureScale, this->Self->SmoothingLength, this->Self->Strength })
+    {
+      if (std::isnan(value))
+      {
+        throw surfsynth::InvalidInput("TextureScale, SmoothingLength or Strength is not a number; numbers are needed.");
+      }
+    }
+  }
+
+  vtkSmartPointer<vtkPolyData> ExampleOn(vtkInformationVector* port, const std::string& what) const
+  {
+    const auto found = surfsynth::SurfaceOn(port);
+    if (!found || found->GetNumberOfCells() == 0)
+    {
+      throw surfsynth::InvalidInput("The " + what + (found ? " is empty" : " is no surface") +
+        "; a vtkPolyData with a geometric texture is needed.");
+    }
+    return found;
+  }
+
+  surfsynth::Surface Convert(vtkPolyData* data, const std::string& what) const
+  {
+    try
+    {
+      return surfsynth::ToSurface(data, surfsynth::GeometricTextureExample::Requirements());
+    }
+    catch (const surfsynth::InvalidInput& error)
+    {
+      throw surfsynth::InvalidInput(what + ": " + error.what());
+    }
+  }
+
+  surfsynth::PointMatrix ReadDirections(
+    vtkPolyData* data, const surfsynth::UsedPoints& points, const std::string& name, const std::string& prefix) const
+  {
+    if (name.empty())
+    {
+      return {};
+    }
+    return surfsynth::ReadPointRows(data, points, { name, prefix + "OrientationArrayName" }, 3);
+  }
+
+  /// Cuts the patches out of the example.
+  std::shared_ptr<const surfsynth::GeometricTextureExample> Cut(const surfsynth::Surface& surface,
+    const std::optional<surfsynth::Surface>& plain, const ExampleKey& key, const surfsynth::Progress& progress) const
+  {
+    const surfsynth::UsedPoints points(surface.Mesh);
+    const surfsynth::TriangleMesh textured = points.Compact(surface.Mesh);
+    surfsynth::TriangleMesh form;
+    if (plain)
+    {
+      if (plain->Mesh.NumberOfPoints() != surface.Mesh.NumberOfPoints())
+      {
+        throw surfsynth::InvalidInput("The example on port 1 has " + std::to_string(surface.Mesh.NumberOfPoints()) +
+          " points and the plain example on port 2 " + std::to_string(plain->Mesh.NumberOfPoints()) +
+          "; the same triangles with other points are needed.");
+      }
+      form = surfsynth::UsedPoints(plain->Mesh).Compact(plain->Mesh);
+    }
+    else
+    {
+      const surfsynth::MeshTopology topology(textured);
+      const double area = surfsynth::LumpedMass(textured, topology).sum();
+      const double length = key.SmoothingLength > 0.0 ? key.SmoothingLength : 0.1 * std::sqrt(area);
+      form = surfsynth::SmoothedForm(textured, topology, length);
+    }
+    surfsynth::GeometricTextureExampleOptions options;
+    options.Scales = key.Scales;
+    options.Directions = key.Directions;
+    return std::make_shared<const surfsynth::GeometricTextureExample>(textured, form, options, progress);
+  }
+
+  surfsynth::ExampleSynthesisRequest Request(vtkPolyData* input, const surfsynth::UsedPoints& points) const
+  {
+    surfsynth::ExampleSynthesisRequest request;
+    request.Scale = this->Self->TextureScale;
+    request.Subdivisions = this->Self->Subdivisions;
+    request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    request.Sizes = surfsynth::ReadGeometricTextureArray(
+      input, points, this->Self->SizeArrayName, surfsynth::ExampleSizeArray);
+    request.Directions = this->ReadDirections(input, points, this->Self->OrientationArrayName, "");
+    return request;
+  }
+
+  vtkGeometricTextureFromExample* Self;
+  ExampleKey Key;
+  surfsynth::BlockCache<Texture> Textures;
+};
+
+vtkGeometricTextureFromExample::vtkGeometricTextureFromExample()
+  : Impl(std::make_unique<Internals>(this))
+{
+  this->SetNumberOfInputPorts(3);
+}
+
+vtkGeometricTextureFromExample::~vtkGeometricTextureFromExample() = default;
+
+void vtkGeometricTextureFromExample::SetOrientationArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->OrientationArrayName, name);
+}
+
+void vtkGeometricTextureFromExample::SetExampleOrientationArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->ExampleOrientationArrayName, name);
+}
+
+void vtkGeometricTextureFromExample::SetSizeArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->SizeArrayName, name);
+}
+
+void vtkGeometricTextureFromExample::SetMaskArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->MaskArrayName, name);
+}
+
+void vtkGeometricTextureFromExample::SetDisplacementArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->DisplacementArrayName, name);
+}
+
+int vtkGeometricTextureFromExample::FillInputPortInformation(int port, vtkInformation* info)
+{
+  if (port == 0)
+  {
+    return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
+  }
+  if (port == 2)
+  {
+    info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  }
+  return surfsynth::AcceptSurface(info);
+}
+
+int vtkGeometricTextureFromExample::RequestDataObject(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  return surfsynth::RequestBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface);
+}
+
+int vtkGeometricTextureFromExample::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  surfsynth::RequestWhole(inputVector[1]);
+  surfsynth::RequestWhole(inputVector[2]);
+  return 1;
+}
+
+int vtkGeometricTextureFromExample::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  bool hasBegun = false;
+  const auto synthesize = [&](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+    const double begin = hasBegun ? 0.0 : 0.2;
+    if (!hasBegun)
+    {
+      this->Impl->Begin(inputVector, surfsynth::SubProgress(progress, 0.0, begin));
+      hasBegun = true;
+    }
+    this->Impl->Synthesize(block, surfsynth::SubProgress(progress, begin, 1.0));
+  };
+  const int done = surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface, synthesize);
+  this->Impl->End();
+  return done;
+}
+
+double vtkGeometricTextureFromExample::GetTextureScaleUsed() const { return this->Impl->Scale; }
+
+int vtkGeometricTextureFromExample::GetSubdivisionsUsed() const { return this->Impl->Subdivisions; }
+
+int vtkGeometricTextureFromExample::GetNumberOfScalesUsed() const
+{
+  return this->Impl->Example ? static_cast<int>(this->Impl->Example->Scales().size()) : 0;
+}
+
+double vtkGeometricTextureFromExample::GetMismatch() const { return this->Impl->Mismatch; }
+
+vtkTypeInt64 vtkGeometricTextureFromExample::GetNumberOfSyntheses() const { return this->Impl->NumberOfSyntheses; }
+
+void vtkGeometricTextureFromExample::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "TextureScale: " << this->TextureScale << "\n";
+  os << indent << "Subdivisions: " << this->Subdivisions << "\n";
+  os << indent << "NumberOfScales: " << this->NumberOfScales << "\n";
+  os << indent << "SmoothingLength: " << this->SmoothingLength << "\n";
+  os << indent << "OrientationArrayName: " << this->OrientationArrayName << "\n";
+  os << indent << "ExampleOrientationArrayName: " << this->ExampleOrientationArrayName << "\n";
+  os << indent << "SizeArrayName: " << this->SizeArrayName << "\n";
+  os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
+  os << indent << "Strength: " << this->Strength << "\n";
+  os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
+  os << indent << "TextureScaleUsed: " << this->GetTextureScaleUsed() << "\n";
+  os << indent << "SubdivisionsUsed: " << this->GetSubdivisionsUsed() << "\n";
+  os << indent << "NumberOfScalesUsed: " << this->GetNumberOfScalesUsed() << "\n";
+  os << indent << "Mismatch: " << this->GetMismatch() << "\n";
+  os << indent << "NumberOfSyntheses: " << this->GetNumberOfSyntheses() << "\n";
+}

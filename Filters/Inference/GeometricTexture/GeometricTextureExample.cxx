@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
+#include "Core/Statistics/GeometricTextureFeatures.h"
+#include "Inference/Common/MatrixProduct.h"
+#include "Inference/GeometricTexture/PatchCenters.h"
+#include "Inference/GeometricTexture/TexturePatches.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Fraction of the spacing over which the displacement is smoothed twice, as by SmoothedForm().
+constexpr double SmoothingOfSpacing = 0.2;
+/// Patches for a square of the spacing, and bounds of their number.
+constexpr double PatchesOfSquare = 18.0;
+constexpr std::int64_t FewestPatches = 4096, MostPatches = 32768;
+/// Most principal components, and the share of the variance that is enough.
+constexpr Eigen::Index MostComponents = 40;
+constexpr float EnoughVariance = 0.98F;
+/// Widest patch over the mean distance of peaks.
+constexpr double WidthOfPeaks = 2.5;
+constexpr int MostAutomaticScales = 6;
+
+[[noreturn]] void Refuse(const std::string& problem) { throw InvalidInput("GeometricTextureExample: " + problem); }
+
+int AutomaticScales(const TriangleMesh& textured, const TriangleMesh& plain, const PatchSurface& surface)
+{
+  const GeometricTextureFeatures found = MeasureGeometricTextureFeatures(textured, &plain);
+  const double peaks = found.RelativePeakDensity > 0.0 ? 1.0 / std::sqrt(found.RelativePeakDensity) : 10.0;
+  const double widest = std::min(WidthOfPeaks * peaks, 0.5 * std::sqrt(found.Area) / surface.MeanEdgeLength);
+  const double doublings = std::round(std::log2(std::max(1.0, widest / TexturePatches::Side)));
+  return std::clamp(1 + static_cast<int>(doublings), 1, MostAutomaticScales);
+}
+
+/// Smooths displacements over a length.
+SinglePoints Smoothed(const PatchSurface& surface, const PointMatrix& displacement, double length)
+{
+  const Eigen::VectorXd mass = LumpedMass(surface.Mesh, surface.Topology);
+  SparseMatrix matrix = length * length * CotangentStiffness(surface.Mesh, surface.Topology);
+  for (Index v = 0; v < surface.Mesh.NumberOfPoints(); ++v)
+  {
+    matrix.coeffRef(v, v) += mass(v) > 0.0 ? mass(v) : 1.0;
+  }
+  const CholeskySolver solver(matrix);
+  RowMatrix columns = displacement;
+  for (int step = 0; step < 2; ++step)
+  {
+    columns = mass.asDiagonal() * columns;
+    solver.SolveInPlace(columns);
+  }
+  return columns.cast<float>();
+}
+
+/// Reads the patches that lie inside, or all where there are few.
+ExamplePatches::Rows ReadPatches(const TexturePatches& patches, const SinglePoints& displacement)
+{
+  std::vector<std::int64_t> inside;
+  for (std::int64_t p = 0; p < patches.Count(); ++p)
+  {
+    if (patches.IsComplete(p))
+    {
+      inside.push_back(p);
+    }
+  }
+  if (inside.size() < 64)
+  {
+    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(patches.Count()) +
+      " patches of the coarsest scale lie inside the example; a larger example is needed, or fewer scales.");
+  }
+  ExamplePatches::Rows rows(static_cast<Eigen::Index>(inside.size()), TexturePatches::Components);
+  ParallelFor(rows.rows(), 256, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t p = begin; p < end; ++p)
+    {
+      patches.Read(inside[static_cast<std::size_t>(p)], displacement, rows.row(p).data());
+    }
+  });
+  return rows;
+}
+
+/// Measures the displacements at the centers.
+void Measure(ExamplePatches& scale)
+{
+  constexpr int center = TexturePatches::Samples / 2;
+  const Eigen::MatrixXd values = scale.Values.middleCols<3>(3 * center).cast<double>();
+  scale.Mean = scale.Values.colwise().mean().transpose();
+  scale.MeanHeight = values.col(2).mean();
+  scale.HeightDeviation = std::sqrt((values.col(2).array() - scale.MeanHeight).square().mean());
+  scale.Amplitude = std::sqrt(values.rowwise().squaredNorm().mean());
+}
+
+/// Computes the coordinates of the patches in their principal components.
+void Project(ExamplePatches& scale)
+{
+  Eigen::VectorXf weights(TexturePatches::Components);
+  const Eigen::VectorXf ofSamples = PatchWeights().cwiseSqrt();
+  for (Eigen::Index k = 0; k < weights.size(); ++k)
+  {
+    weights(k) = ofSamples(k / 3);
+  }
+  ExamplePatches::Rows centered = (scale.Values.rowwise() - scale.Mean.transpose()) * weights.asDiagonal();
+  const ExamplePatches::Rows transposed = centered.transpose();
+  ExamplePatches::Rows covariance(weights.size(), weights.size());
+  Multiply(transposed.data(), centered.data(), covariance.data(), weights.size(), centered.rows(), weights.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> solver(
+    Eigen::MatrixXf(covariance / static_cast<float>(centered.rows())));
+  const Eigen::VectorXf variances = solver.eigenvalues().reverse().cwiseMax(0.0F);
+  Eigen::Index used = 0;
+  for (float reached = 0.0F; used < MostComponents && (used == 0 || reached < EnoughVariance * variances.sum()); ++used)
+  {
+    reached += variances(used);
+  }
+  scale.Basis = weights.asDiagonal() * solver.eigenvectors().rightCols(used);
+  ExamplePatches::Rows coordinates(scale.Count(), used);
+  Multiply(scale.Values.data(), scale.Basis.data(), coordinates.data(), scale.Count(), weights.size(), used);
+  scale.Squares = coordinates.rowwise().squaredNorm();
+  scale.Coordinates = coordinates.transpose();
+}
+} // namespace
+
+MeshRequirements GeometricTextureExample::Requirements()
+{
+  MeshRequirements requirements;
+  requirements.ConsistentWinding = true;
+  return requirements;
+}
+
+GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, const TriangleMesh& plain,
+  const GeometricTextureExampleOptions& options, const Progress& progress)
+  : Oriented(options.Directions.rows() > 0)
+{
+  RequireValidMesh(textured, Requirements());
+  RequireValidMesh(plain, Requirements());
+  if (textured.Triangles.rows() != plain.Triangles.rows() || textured.Triangles != plain.Triangles ||
+    textured.Points.rows() != plain.Points.rows())
+  {
+    Refuse("the example and the one without texture have other triangles; the same ones are needed.");
+  }
+  if (options.Scales < 0 || options.Scales > 8)
+  {
+    Refuse("there are " + std::to_string(options.Scales) + " scales; 0 to 8 are needed.");
+  }
+  const SingleThreadedBlas limit;
+  const PatchSurface surface(plain);
+  this->EdgeLength = surface.MeanEdgeLength;
+  const PointMatrix displacement = textured.Points - plain.Points;
+  const int scales = options.Scales > 0 ? options.Scales : AutomaticScales(textured, plain, surface);
+  for (int s = 0; s < scales; ++s)
+  {
+    const Progress part = SubProgress(progress, static_cast<double>(s) / scales, (s + 1.0) / scales);
+    ExamplePatches scale;
+    scale.Spacing = std::ldexp(1.0, s);
+    PatchDistribution distribution;
+    distribution.Spacing = scale.Spacing * this->EdgeLength;
+    distribution.Directions = this->Oriented ? &options.Directions : nullptr;
+    distribution.Key.Seed = options.Seed;
+    distribution.Key.Sample = static_cast<std::uint32_t>(s);
+    const double squares = AreaInSquares(surface, distribution);
+    const auto count = static_cast<std::int64_t>(
+      std::clamp(PatchesOfSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
+    const TexturePatches patches(surface, DrawPatchCenters(surface, distribution, count), part);
+    scale.Values = ReadPatches(patches,
+      s == 0 ? SinglePoints(displacement.cast<float>())
+             : Smoothed(surface, displacement, SmoothingOfSpacing * distribution.Spacing));
+    Measure(scale);
+    Project(scale);
+    this->Patches.push_back(std::move(scale));
+    Report(part, 1.0);
+  }
+}
+
+} // namespace surfsynth

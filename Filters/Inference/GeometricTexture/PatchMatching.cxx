@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/GeometricTexture/PatchMatching.h"
+
+#include "Core/Common/Parallel.h"
+#include "Core/Random/CounterUniforms.h"
+#include "Inference/Common/MatrixProduct.h"
+#include "Inference/GeometricTexture/NearestPatches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr std::int64_t Components = TexturePatches::Components;
+
+/// Patches and directions of an iteration of the descent.
+constexpr std::int64_t BatchSize = 2048, Directions = 64;
+/// First step of Adam over the amplitude of the example; it falls linearly to a tenth.
+constexpr float FirstStep = 0.05F, LastPart = 0.1F;
+constexpr float FirstDecay = 0.9F, SecondDecay = 0.99F;
+
+/// Weights in a fit, over that of a sample at the center: of the earlier displacement, and of the squared difference of the
+/// displacements at the ends of an edge, for each of its triangles. They count where no patch is.
+constexpr float EarlierWeight = 1e-5F, DifferenceWeight = 3e-3F;
+constexpr int FitIterations = 15;
+/// Completeness over the mean square displacement of the example: see FindNearestPatches().
+constexpr double Completeness = 0.05;
+
+/// Streams of random numbers, as components of the key.
+enum Purpose : std::uint32_t
+{
+  DirectionNumbers = 1,
+  PatchChoice = 2,
+  ExampleChoice = 3
+};
+
+/// Calls body(r) for the rows [0, rows) in parallel.
+template <typename Body>
+void ForRows(std::int64_t rows, std::int64_t grain, const Body& body)
+{
+  ParallelFor(rows, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t r = begin; r < end; ++r)
+    {
+      body(r);
+    }
+  });
+}
+
+/// Multiplies in tiles of rows, in parallel.
+PatchRows Product(const PatchRows& a, const PatchRows& b)
+{
+  constexpr std::int64_t tile = 256;
+  PatchRows c(a.rows(), b.cols());
+  ForRows((a.rows() + tile - 1) / tile, 1, [&](std::int64_t t) {
+    const std::int64_t rows = std::min(tile, a.rows() - t * tile);
+    Multiply(a.row(t * tile).data(), b.data(), c.row(t * tile).data(), rows, a.cols(), b.cols());
+  });
+  return c;
+}
+
+/// Descent of the sliced Wasserstein distance.
+class DistributionDescent
+{
+public:
+  DistributionDescent(
+    const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key, Index vertices)
+    : Patches(patches)
+    , Example(example)
+    , Key(key)
+    , Roots(PatchWeights().cwiseSqrt())
+    , First(SinglePoints::Zero(vertices, 3))
+    , Second(SinglePoints::Zero(vertices, 3))
+  {
+    for (std::int64_t p = 0; p < patches.Count(); ++p)
+    {
+      if (patches.IsComplete(p))
+      {
+        this->Complete.push_back(p);
+      }
+    }
+    this->Batch = std::min<std::int64_t>(BatchSize, static_cast<std::int64_t>(this->Complete.size()));
+  }
+
+  bool IsEmpty() const { return this->Batch == 0; }
+
+  /// Moves the displacements once.
+  void Step(int iteration, float step, SinglePoints& displacement)
+  {
+    this->Choose(iteration);
+    PatchRows own(this->Batch, Components), others(this->Batch, Components);
+    ForRows(this->Batch, 64, [&](std::int64_t b) {
+      this->Patches.Read(this->Chosen[static_cast<std::size_t>(b)], displacement, own.row(b).data());
+      const NormalKey key = this->KeyOf(ExampleChoice, iteration);
+      others.row(b) = this->Example.Values.row(UniformIndex(key, b, this->Example.Count()));
+    });
+    const PatchRows directions = this->DrawDirections(iteration);
+    PatchRows slices = Product(own, directions);
+    this->Compare(slices, Product(others, directions));
+    const PatchRows transposed = directions.transpose();
+    const PatchRows gradients = Product(slices, transposed);
+    SinglePoints gradient = SinglePoints::Zero(displacement.rows(), 3);
+    for (std::int64_t b = 0; b < this->Batch; ++b)
+    {
+      this->Patches.AddTransposed(this->Chosen[static_cast<std::size_t>(b)], gradients.row(b).data(), gradient);
+    }
+    this->Move(gradient, iteration, step, displacement);
+  }
+
+private:
+  NormalKey KeyOf(Purpose purpose, int iteration) const
+  {
+    NormalKey key = this->Key;
+    key.Component = purpose + 8 * static_cast<std::uint32_t>(iteration);
+    return key;
+  }
+
+  /// Draws a batch without repetition: the first places of a random permutation.
+  void Choose(int iteration)
+  {
+    const NormalKey key = this->KeyOf(PatchChoice, iteration);
+    const auto count = static_cast<std::int64_t>(this->Complete.size());
+    for (std::int64_t b = 0; b < this->Batch; ++b)
+    {
+      const std::int64_t other = b + UniformIndex(key, b, count - b);
+      std::swap(this->Complete[static_cast<std::size_t>(b)], this->Complete[static_cast<std::size_t>(other)]);
+    }
+    this->Chosen.assign(this->Complete.begin(), this->Complete.begin() + this->Batch);
+  }
+
+  /// Draws weighted random directions, [Components, Directions], of length 1.
+  PatchRows DrawDirections(int iteration) const
+  {
+    PatchRows directions(Components, Directions);
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> numbers(Components, Directions);
+    FillNormals(this->KeyOf(DirectionNumbers, iteration), 0, numbers.size(), numbers.data());
+    for (std::int64_t c = 0; c < Components; ++c)
+    {
+      directions.row(c) = this->Roots(c / 3) * numbers.row(c).cast<float>();
+    }
+    directions.array().rowwise() /= directions.colwise().norm().array().eval();
+    return directions;
+  }
+
+  /// Replaces each number by its difference from the one of the same rank of the example, in every column.
+  void Compare(PatchRows& slices, const PatchRows& ofExample) const
+  {
+    ForRows(slices.cols(), 1, [&](std::int64_t column) {
+      std::vector<std::pair<float, std::int64_t>> own(static_cast<std::size_t>(slices.rows()));
+      std::vector<float> others(own.size());
+      for (std::size_t b = 0; b < own.size(); ++b)
+      {
+        const auto row = static_cast<Eigen::Index>(b);
+        own[b] = { slices(row, column), row };
+        others[b] = ofExample(row, column);
+      }
+      std::sort(own.begin(), own.end());
+      std::sort(others.begin(), others.end());
+      for (std::size_t b = 0; b < own.size(); ++b)
+      {
+        slices(own[b].second, column) = own[b].first - others[b];
+      }
+    });
+  }
+
+  void Move(const SinglePoints& gradient, int iteration, float step, SinglePoints& displacement)
+  {
+    const float first = 1.0F - std::pow(FirstDecay, static_cast<float>(iteration + 1));
+    const float second = 1.0F - std::pow(SecondDecay, static_cast<float>(iteration + 1));
+    this->First = FirstDecay * this->First + (1.0F - FirstDecay) * gradient;
+    this->Second = SecondDecay * this->Second + (1.0F - SecondDecay) * gradient.cwiseAbs2();
+    displacement.array() -= step * (this->First.array() / first) /
+      ((this->Second.array() / second).sqrt() + std::numeric_limits<float>::min());
+  }
+
+  const TexturePatches& Patches;
+  const ExamplePatches& Example;
+  NormalKey Key;
+  Eigen::VectorXf Roots; ///< of the weights of the samples
+  std::vector<std::int64_t> Complete;
+  std::vector<std::int64_t> Chosen;
+  std::int64_t Batch = 0;
+  SinglePoints First, Second; ///< means of the gradient and of its square
+};
+
+/// Least-squares fit of displacements to patches.
+class PatchFit
+{
+public:
+  PatchFit(const PatchSurface& surface, const TexturePatches& patches)
+    : Mesh(surface.Mesh)
+    , Weights(PatchWeights())
+    , Products(patches.Products(this->Weights))
+    , Diagonal(Eigen::VectorXf::Constant(surface.Mesh.NumberOfPoints(), EarlierWeight))
+  {
+    this->Products.leftCols<3>().array() += 2.0F * DifferenceWeight;
+    this->Products.rightCols<3>().array() -= DifferenceWeight;
+    for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
+    {
+      for (int k = 0; k < 3; ++k)
+      {
+        this->Diagonal(this->Mesh.Triangles(f, k)) += this->Products(f, k);
+      }
+    }
+  }
+
+  const Eigen::VectorXf& SampleWeights() const { return this->Weights; }
+
+  /// Solves by conjugate gradients, beginning with @p displacement; each column by itself.
+  /// @param sums of TexturePatches::AddWeighted() over all patches
+  void Solve(const SinglePoints& sums, SinglePoints& displacement) const
+  {
+    const SinglePoints rightHandSide = sums + EarlierWeight * displacement;
+    SinglePoints residual = rightHandSide - this->Apply(displacement);
+    SinglePoints direction = this->Divide(residual);
+    Eigen::Array3f projected = Dot(residual, direction);
+    for (int iteration = 0; iteration < FitIterations; ++iteration)
+    {
+      const SinglePoints product = this->Apply(direction);
+      const Eigen::Array3f curvature = Dot(direction, product);
+      const Eigen::Array3f step = (curvature > 0.0F).select(projected / curvature, 0.0F);
+      displacement += direction * step.matrix().asDiagonal();
+      residual -= product * step.matrix().asDiagonal();
+      const SinglePoints conditioned = this->Divide(residual);
+      const Eigen::Array3f next = Dot(residual, conditioned);
+      const Eigen::Array3f ratio = (projected > 0.0F).select(next / projected, 0.0F);
+      direction = conditioned + direction * ratio.matrix().asDiagonal();
+      projected = next;
+    }
+  }
+
+private:
+  static Eigen::Array3f Dot(const SinglePoints& a, const SinglePoints& b)
+  {
+    return a.cast<double>().cwiseProduct(b.cast<double>()).colwise().sum().cast<float>().transpose();
+  }
+
+  SinglePoints Divide(const SinglePoints& rows) const { return this->Diagonal.cwiseInverse().asDiagonal() * rows; }
+
+  SinglePoints Apply(const SinglePoints& x) const
+  {
+    SinglePoints y = EarlierWeight * x;
+    for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
+    {
+      const auto v = this->Mesh.Triangles.row(f);
+      const auto p = this->Products.row(f);
+      const Eigen::RowVector3f a = x.row(v(0)), b = x.row(v(1)), c = x.row(v(2));
+      y.row(v(0)) += p(0) * a + p(3) * b + p(5) * c;
+      y.row(v(1)) += p(3) * a + p(1) * b + p(4) * c;
+      y.row(v(2)) += p(5) * a + p(4) * b + p(2) * c;
+    }
+    return y;
+  }
+
+  const TriangleMesh& Mesh;
+  Eigen::VectorXf Weights;
+  TexturePatches::TriangleProducts Products;
+  Eigen::VectorXf Diagonal;
+};
+
+/// Reads all patches; samples beyond a boundary are those of the patch that was the nearest, or of the mean patch.
+PatchRows ReadCompleted(const TexturePatches& patches, const ExamplePatches& example, const std::vector<Index>& nearest,
+  const SinglePoints& displacement)
+{
+  PatchRows values(patches.Count(), Components);
+  ForRows(patches.Count(), 64, [&](std::int64_t p) {
+    patches.Read(p, displacement, values.row(p).data());
+    for (int k = 0; k < TexturePatches::Samples && !patches.IsComplete(p); ++k)
+    {
+      if (!patches.IsInside(p, k))
+      {
+        values.row(p).segment<3>(3 * k) = nearest.empty()
+          ? Eigen::RowVector3f(example.Mean.segment<3>(3 * k).transpose())
+          : Eigen::RowVector3f(example.Values.row(nearest[static_cast<std::size_t>(p)]).segment<3>(3 * k));
+      }
+    }
+  });
+  return values;
+}
+
+double RootMeanSquareDifference(const PatchRows& values, const ExamplePatches& example,
+  const std::vector<Index>& nearest, const Eigen::VectorXf& weights)
+{
+  Eigen::VectorXd ofPatch(values.rows());
+  ForRows(values.rows(), 256, [&](std::int64_t p) {
+    double sum = 0.0;
+    for (int k = 0; k < TexturePatches::Samples; ++k)
+    {
+      const auto other = example.Values.row(nearest[static_cast<std::size_t>(p)]).segment<3>(3 * k);
+      sum += static_cast<double>(weights(k) * (values.row(p).segment<3>(3 * k) - other).squaredNorm());
+    }
+    ofPatch(p) = sum;
+  });
+  return std::sqrt(ofPatch.mean() / static_cast<double>(weights.sum()));
+}
+} // namespace
+
+void MatchDistribution(const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key,
+  double spacing, int iterations, SinglePoints& displacement, const Progress& progress)
+{
+  DistributionDescent descent(patches, example, key, static_cast<Index>(displacement.rows()));
+  const auto first = FirstStep * static_cast<float>(example.Amplitude * spacing);
+  for (int iteration = 0; iteration < iterations && !descent.IsEmpty(); ++iteration)
+  {
+    Report(progress, static_cast<double>(iteration) / iterations);
+    const float passed = static_cast<float>(iteration) / static_cast<float>(iterations);
+    descent.Step(iteration, first * (1.0F - (1.0F - LastPart) * passed), displacement);
+  }
+}
+
+double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, const ExamplePatches& example,
+  int iterations, SinglePoints& displacement, const Progress& progress)
+{
+  const PatchFit fit(surface, patches);
+  const auto completeness = static_cast<float>(std::max(Completeness * example.Amplitude * example.Amplitude, 1e-30));
+  std::vector<Index> nearest;
+  double difference = 0.0;
+  for (int iteration = 0; iteration < iterations; ++iteration)
+  {
+    const Progress part = SubProgress(
+      progress, static_cast<double>(iteration) / iterations, (iteration + 1.0) / iterations);
+    const PatchRows values = ReadCompleted(patches, example, nearest, displacement);
+    nearest = FindNearestPatches(example, Product(values, example.Basis), completeness, part);
+    difference = RootMeanSquareDifference(values, example, nearest, fit.SampleWeights());
+    SinglePoints sums = SinglePoints::Zero(displacement.rows(), 3);
+    for (std::int64_t p = 0; p < patches.Count(); ++p)
+    {
+      patches.AddWeighted(
+        p, example.Values.row(nearest[static_cast<std::size_t>(p)]).data(), fit.SampleWeights(), sums);
+    }
+    fit.Solve(sums, displacement);
+  }
+  return example.Amplitude > 0.0 ? difference / example.Amplitude : 0.0;
+}
+
+} // namespace surfsynth

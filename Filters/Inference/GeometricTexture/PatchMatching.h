@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Displacements whose patches look like those of an example, at one scale. Private to the inference.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Random/CounterNormals.h"
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
+#include "Inference/GeometricTexture/TexturePatches.h"
+
+namespace surfsynth
+{
+
+/// Moves displacements so that the distribution of their patches becomes that of the example: descends the sliced Wasserstein
+/// distance of batches of both along random directions, by Adam [Kingma2015]. Patches that reach a boundary do not count.
+/// @param key seed, scale and stream @param displacement [V, 3], world units
+/// @throws Cancelled
+void MatchDistribution(const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key,
+  double spacing, int iterations, SinglePoints& displacement, const Progress& progress);
+
+/// Replaces each patch by the nearest one of the example, and the displacements by those that fit all patches best in the
+/// least-squares sense, @p iterations times. Samples beyond a boundary are those of the patch that was the nearest before.
+/// @return the root of the weighted mean square difference of the last patches from the nearest ones, over the amplitude of the
+/// example.
+/// @throws Cancelled
+double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, const ExamplePatches& example,
+  int iterations, SinglePoints& displacement, const Progress& progress);
+
+} // namespace surfsynth

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inference/GeometricTexture/TexturePatches.h"
+
+#include "Core/Common/Parallel.h"
+#include "Core/Mesh/EdgeDistances.h"
+#include "Core/Operators/SurfaceOperators.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+/// Patches of a task.
+constexpr std::int64_t PatchesOfTask = 128;
+} // namespace
+
+PatchSurface::PatchSurface(const TriangleMesh& mesh)
+  : Mesh(mesh)
+  , Topology(mesh)
+  , Adjacency(mesh, this->Topology)
+  , Tracer(mesh, this->Adjacency)
+  , VertexNormals(TangentFrames(mesh, this->Topology).Normal)
+  , MeanEdgeLength(surfsynth::MeanEdgeLength(mesh, this->Topology))
+{}
+
+TexturePatches::TexturePatches(
+  const PatchSurface& surface, const std::vector<PatchCenter>& centers, const Progress& progress)
+  : Surface(surface)
+  , Places(centers.size() * Samples)
+  , Spacings(centers.size())
+  , Complete(centers.size())
+{
+  const auto count = static_cast<std::int64_t>(centers.size());
+  ParallelTasks((count + PatchesOfTask - 1) / PatchesOfTask,
+    [&](std::int64_t task) {
+      const std::int64_t end = std::min(count, (task + 1) * PatchesOfTask);
+      for (auto p = static_cast<std::size_t>(task * PatchesOfTask); p < static_cast<std::size_t>(end); ++p)
+      {
+        Sample* samples = this->Places.data() + p * Samples;
+        this->Trace(centers[p], samples);
+        this->Spacings[p] = static_cast<float>(centers[p].Spacing);
+        this->Complete[p] = std::all_of(samples, samples + Samples, [](const Sample& s) { return s.IsInside; }) ? 1 : 0;
+      }
+    },
+    [&] { Report(progress, 0.0); });
+}
+
+/// Finds the samples of one patch.
+void TexturePatches::Trace(const PatchCenter& center, Sample* samples) const
+{
+  const PatchSurface& surface = this->Surface;
+  const Eigen::Vector3d yAxis = surface.Tracer.Normal(center.Place.Triangle).cross(center.XAxis);
+  for (int k = 0; k < Samples; ++k)
+  {
+    const Eigen::Vector2d offset(
+      k % Side - Radius, k / Side - Radius); // NOLINT(bugprone-integer-division): rows of a grid
+    const double length = offset.norm();
+    const Eigen::Vector2d turn = length > 0.0 ? Eigen::Vector2d(offset / length) : Eigen::Vector2d(1.0, 0.0);
+    const GeodesicEnd end = surface.Tracer.Trace(
+      center.Place, turn.x() * center.XAxis + turn.y() * yAxis, length * center.Spacing);
+    const auto corners = surface.Mesh.Triangles.row(end.Place.Triangle);
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    for (int c = 0; c < 3; ++c)
+    {
+      normal += end.Place.Weights(c) * surface.VertexNormals.row(corners(c)).transpose();
+    }
+    const double size = normal.norm();
+    normal = size > 0.1 ? Eigen::Vector3d(normal / size) : surface.Tracer.Normal(end.Place.Triangle);
+    Eigen::Vector3d along = end.Direction - end.Direction.dot(normal) * normal;
+    along = along.norm() > 1e-3 ? along.normalized() : normal.unitOrthogonal();
+    const Eigen::Vector3d x = turn.x() * along - turn.y() * normal.cross(along);
+    Sample& sample = samples[k];
+    sample = { end.Place.Triangle, {}, {}, {}, end.IsComplete };
+    Eigen::Map<Eigen::Vector2f>(sample.Weights) = end.Place.Weights.head<2>().cast<float>();
+    Eigen::Map<Eigen::Vector3f>(sample.X) = x.cast<float>();
+    Eigen::Map<Eigen::Vector3f>(sample.Normal) = normal.cast<float>();
+  }
+}
+
+/// Returns the axes of a sample as columns.
+Eigen::Matrix3f TexturePatches::FrameOf(const Sample& sample)
+{
+  Eigen::Matrix3f frame;
+  frame.col(0) = Eigen::Map<const Eigen::Vector3f>(sample.X);
+  frame.col(2) = Eigen::Map<const Eigen::Vector3f>(sample.Normal);
+  frame.col(1) = frame.col(2).cross(frame.col(0));
+  return frame;
+}
+
+void TexturePatches::Read(std::int64_t patch, const SinglePoints& displacement, float* values) const
+{
+  const float scale = 1.0F / this->Spacings[static_cast<std::size_t>(patch)];
+  for (int k = 0; k < Samples; ++k)
+  {
+    const Sample& sample = this->At(patch, k);
+    const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
+    const Eigen::RowVector3f vector = sample.Weights[0] * displacement.row(corners(0)) +
+      sample.Weights[1] * displacement.row(corners(1)) +
+      (1.0F - sample.Weights[0] - sample.Weights[1]) * displacement.row(corners(2));
+    Eigen::Map<Eigen::RowVector3f>(values + 3 * k) = scale * vector * FrameOf(sample);
+  }
+}
+
+void TexturePatches::AddTransposed(std::int64_t patch, const float* values, SinglePoints& gradient) const
+{
+  const float scale = 1.0F / this->Spacings[static_cast<std::size_t>(patch)];
+  for (int k = 0; k < Samples; ++k)
+  {
+    const Sample& sample = this->At(patch, k);
+    const Eigen::Vector3f vector = scale * (FrameOf(sample) * Eigen::Map<const Eigen::Vector3f>(values + 3 * k));
+    const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
+    gradient.row(corners(0)) += sample.Weights[0] * vector.transpose();
+    gradient.row(corners(1)) += sample.Weights[1] * vector.transpose();
+    gradient.row(corners(2)) += (1.0F - sample.Weights[0] - sample.Weights[1]) * vector.transpose();
+  }
+}
+
+TexturePatches::TriangleProducts TexturePatches::Products(const Eigen::VectorXf& weights) const
+{
+  TriangleProducts products = TriangleProducts::Zero(this->Surface.Mesh.NumberOfTriangles(), 6);
+  for (std::size_t s = 0; s < this->Places.size(); ++s)
+  {
+    const Sample& sample = this->Places[s];
+    if (sample.IsInside)
+    {
+      const Eigen::Vector3f b(sample.Weights[0], sample.Weights[1], 1.0F - sample.Weights[0] - sample.Weights[1]);
+      const float weight = weights(static_cast<Eigen::Index>(s % Samples));
+      auto row = products.row(sample.Triangle);
+      row.head<3>() += weight * b.cwiseAbs2().transpose();
+      row.tail<3>() += weight * Eigen::RowVector3f(b(0) * b(1), b(1) * b(2), b(2) * b(0));
+    }
+  }
+  return products;
+}
+
+void TexturePatches::AddWeighted(
+  std::int64_t patch, const float* values, const Eigen::VectorXf& weights, SinglePoints& rightHandSide) const
+{
+  const float spacing = this->Spacings[static_cast<std::size_t>(patch)];
+  for (int k = 0; k < Samples; ++k)
+  {
+    const Sample& sample = this->At(patch, k);
+    if (sample.IsInside)
+    {
+      const Eigen::Vector3f vector = weights(k) * spacing *
+        (FrameOf(sample) * Eigen::Map<const Eigen::Vector3f>(values + 3 * k));
+      const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
+      rightHandSide.row(corners(0)) += sample.Weights[0] * vector.transpose();
+      rightHandSide.row(corners(1)) += sample.Weights[1] * vector.transpose();
+      rightHandSide.row(corners(2)) += (1.0F - sample.Weights[0] - sample.Weights[1]) * vector.transpose();
+    }
+  }
+}
+
+Eigen::VectorXf PatchWeights()
+{
+  constexpr int side = TexturePatches::Side, radius = TexturePatches::Radius;
+  Eigen::VectorXf weights(TexturePatches::Samples);
+  for (int k = 0; k < TexturePatches::Samples; ++k)
+  {
+    const float i = static_cast<float>(k % side - radius), j = static_cast<float>(k / side - radius);
+    weights(k) = std::exp(-(i * i + j * j) / static_cast<float>(radius * radius));
+  }
+  return weights;
+}
+
+} // namespace surfsynth
