@@ -6,8 +6,8 @@
  * A geometric texture is the fine shape of a surface: scales, spikes, bark, fur. This filter needs no model file: it finds
  * displacements of the target whose patches, pieces of the surface a few features wide, look like those of the example. From
  * coarse scales to fine ones it first matches the distribution of the patches, by sliced Wasserstein distances
- * [Heitz2021, Elnekave2022], and then replaces each patch by the nearest one of the example, and overlapping patches by
- * their mean [Kwatra2005, Granot2022]. Patches follow geodesics and hold vectors in tangent frames, so that overhangs are
+ * [Heitz2021], [Elnekave2022], and then replaces each patch by the nearest one of the example, and overlapping patches by
+ * their mean [Kwatra2005], [Granot2022]. Patches follow geodesics and hold vectors in tangent frames, so that overhangs are
  * followed and the triangulations of example and target do not matter.
  *
  * @par Input
