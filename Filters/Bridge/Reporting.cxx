@@ -33,6 +33,7 @@ const std::map<std::string, std::string>& LabelsOfClasses()
     { "vtkGaussianMixtureFilter", "Gaussian Mixture" },
     { "vtkGeometricTextureDistance", "Geometric Texture Distance" },
     { "vtkGeometricTextureFeatures", "Geometric Texture Features" },
+    { "vtkGeometricTextureFromExample", "Geometric Texture From Example" },
     { "vtkGeometricTextureSynthesizer", "Geometric Texture Synthesizer" },
     { "vtkGeometricTextureTrainer", "Geometric Texture Trainer" },
     { "vtkIsotropicRemeshFilter", "Isotropic Remesh" },

@@ -41,6 +41,8 @@ FILTERS = (
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),
     ("Filters/Statistics/vtkGeometricTextureFeatures.h", "Wrapping/ParaView/GeometricTextureFeatures.xml", 5, 11, {"Bare"}),
+    ("Filters/GeometricTexture/vtkGeometricTextureFromExample.h", "Wrapping/ParaView/GeometricTextureFromExample.xml", 11, 5,
+     {"Example", "PlainExample"}),
     ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 23, 5,
      {"TimestepValues", "InstalledModels"}),
     (("Filters/Training/vtkGeometricTextureTrainer.h", TRAINER), "Wrapping/ParaView/GeometricTextureTrainer.xml", 22, 2,
@@ -95,7 +97,7 @@ DEFAULTS_OF_CLASSES = {
 GROUP = re.compile(r"/\*\*(?P<comment>.*?)\*/\s*(?P<body>(?:[^/\n][^\n]*\n)+)", re.DOTALL)
 SETTER = re.compile(
     r"vtkSet(?P<clamp>Clamp)?Macro\((?P<name>\w+), \w+(?:, (?P<low>[^,)]+), (?P<high>[^,)]+))?\)|void Set(?P<text>\w+)\(const char\* name\)")
-GETTER = re.compile(r"(?:bool|double|vtkTypeInt64|const char\*) Get(?P<name>\w+)\(\) const(?:;| \{)")
+GETTER = re.compile(r"(?:bool|int(?= Get\w+\(\) const;)|double|vtkTypeInt64|const char\*) Get(?P<name>\w+)\(\) const(?:;| \{)")
 
 
 def spaced(text):

@@ -9,6 +9,7 @@ from proxies import TRAINING_PROPERTIES, check_properties, made_by, output_of, s
 from surfacesynthesis import (
     vtkGeometricTextureDistance,
     vtkGeometricTextureFeatures,
+    vtkGeometricTextureFromExample,
     vtkGeometricTextureSynthesizer,
     vtkGeometricTextureTrainer,
     vtkMultiscaleMeshFitter,
@@ -44,6 +45,19 @@ SYNTHESIZER = {
     "Animation": ("No Animation", "Seeds", vtkGeometricTextureSynthesizer.SEEDS),
     "DisplacementArrayName": ("Displacement", "Way", "Way"),
     "LevelArrayName": ("Level", "Born", "Born"),
+}
+FROM_EXAMPLE = {
+    "Seed": (0, 7, 7),
+    "TextureScale": (0.0, 0.5, 0.5),
+    "Subdivisions": (-1, 1, 1),
+    "NumberOfScales": (0, 2, 2),
+    "SmoothingLength": (0.0, 0.3, 0.3),
+    "OrientationArrayName": ("", "Grain", "Grain"),
+    "ExampleOrientationArrayName": ("", "Grain", "Grain"),
+    "SizeArrayName": ("", "Mask", "Mask"),
+    "MaskArrayName": ("", "Mask", "Mask"),
+    "Strength": (1.0, 1.5, 1.5),
+    "DisplacementArrayName": ("Displacement", "Way", "Way"),
 }
 DISTANCE = {
     "UnitLength": (0.0, 0.5, 0.5),
@@ -108,6 +122,9 @@ def masked_ball():
     mask = numpy_to_vtk((points_of(ball)[:, 2] > points_of(ball)[:, 2].mean()).astype(float), deep=True)
     mask.SetName("Mask")
     ball.GetPointData().AddArray(mask)
+    grain = numpy_to_vtk(np.tile([0.0, 0.0, 1.0], (ball.GetNumberOfPoints(), 1)), deep=True)
+    grain.SetName("Grain")
+    ball.GetPointData().AddArray(grain)
     return ball
 
 
@@ -115,6 +132,7 @@ def properties_have_the_defaults_of_the_classes_and_reach_them():
     ball = source_of(masked_ball())
     for made, properties in (
         (GeometricTextureSynthesizer(Input=ball), SYNTHESIZER),
+        (GeometricTextureFromExample(Input=ball, Example=ball), FROM_EXAMPLE),
         (GeometricTextureDistance(Input=ball, Reference=ball), DISTANCE),
         (GeometricTextureFeatures(Input=ball), FEATURES),
         (MultiscaleMeshFitter(Input=ball), FITTER),
@@ -133,6 +151,34 @@ def textures_are_those_of_the_class():
     displacement = vtk_to_numpy(found.GetPointData().GetArray("Displacement"))
     assert np.abs(displacement).max() > 1e-3
     assert np.all(displacement[vtk_to_numpy(found.GetPointData().GetArray("Mask")) == 0] == 0)
+
+
+def textures_from_an_example_are_those_of_the_class():
+    plain, example = surfaces.ball(size=24), surfaces.ball(size=24)
+    points = points_of(plain)
+    heights = 0.03 * np.prod(np.sin(9.0 * points), axis=1)
+    example.GetPoints().SetData(numpy_to_vtk(points * (1.0 + heights)[:, None], deep=True))
+    options = dict(Seed=3, Subdivisions=1, NumberOfScales=1, MaskArrayName="Mask")
+    for smooth in (None, plain):
+        inputs = dict(Input=source_of(masked_ball()), Example=source_of(example))
+        if smooth is not None:
+            inputs["PlainExample"] = source_of(smooth)
+        made = GeometricTextureFromExample(**inputs, **options)
+        found = output_of(made)
+        algorithm = vtkGeometricTextureFromExample()
+        algorithm.SetExampleData(example)
+        if smooth is not None:
+            algorithm.SetPlainExampleData(smooth)
+        expected = made_by(algorithm, masked_ball(), **options)
+        assert np.array_equal(points_of(found), points_of(expected))
+        displacement = vtk_to_numpy(found.GetPointData().GetArray("Displacement"))
+        assert np.abs(displacement).max() > 1e-4
+        assert np.all(displacement[vtk_to_numpy(found.GetPointData().GetArray("Mask")) == 0] == 0)
+        made.UpdatePropertyInformation()
+        assert made.GetProperty("TextureScaleUsed").GetData() == algorithm.GetTextureScaleUsed() > 0.0
+        assert made.GetProperty("SubdivisionsUsed").GetData() == made.GetProperty("NumberOfScalesUsed").GetData() == 1
+        assert made.GetProperty("Mismatch").GetData() == algorithm.GetMismatch() > 0.0
+        Delete(made)
 
 
 def levels_are_blocks():
@@ -224,6 +270,7 @@ def a_fit_is_learned_from_and_synthesizes_without_input():
 surfaces.run(
     properties_have_the_defaults_of_the_classes_and_reach_them,
     textures_are_those_of_the_class,
+    textures_from_an_example_are_those_of_the_class,
     levels_are_blocks,
     the_animation_goes_through_the_levels_without_synthesizing_them_again,
     distances_are_those_of_the_class,

@@ -154,6 +154,28 @@ def wide_ball(path):
     write_mesh(polydata_of(points * [1.1, 1.0, 0.7], triangles), path)
 
 
+def bumpy(path):
+    """A surface with a texture: waves on a ball, and their direction."""
+    points, triangles = icosphere(3, 50.0)
+    mesh = polydata_of(points * (1.0 + 0.02 * np.sin(points / 4.0).prod(axis=1, keepdims=True)), triangles)
+    add_array(mesh.GetPointData(), "Growth", np.tile([0.0, 0.0, 1.0], (len(points), 1)))
+    write_mesh(mesh, path)
+
+
+def smooth_ball(path):
+    """The surface of bumpy() without its texture."""
+    write_mesh(polydata_of(*icosphere(3, 50.0)), path)
+
+
+def growing(path):
+    """A surface with directions and a mask at its points."""
+    points, triangles = icosphere(2, 50.0)
+    mesh = polydata_of(points * [1.0, 0.9, 0.8], triangles)
+    add_array(mesh.GetPointData(), "Growth", np.tile([0.0, 1.0, 0.0], (len(points), 1)))
+    add_array(mesh.GetPointData(), "Grown", (points[:, 1] > 0.0).astype(float))
+    write_mesh(mesh, path)
+
+
 def plain_ball(path):
     """A surface with texture coordinates."""
     write_mesh(surfacesynthesis.texture_atlas(polydata_of(*icosphere(2, 50.0)), resolution=256), path)
@@ -396,6 +418,8 @@ INPUTS = {
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
     "texture-statistics": {"old-scales.safetensors": model("knobs")},
     "geometric-texture-distance": {"synthesized_2.ply": ball, "levels_2.ply": ball},
+    "geometric-texture-from-example": {"bunny.ply": ball, "scan.ply": bumpy, "smooth.ply": smooth_ball,
+                                       "horn.vtp": growing, "bark.vtp": bumpy},
     "geometric-texture-features": {"synthesized_2.ply": ball, "target_2.ply": ball, "levels_2.ply": ball, "ball_2.ply": ball},
     "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "coarse-hand.ply": lambda path: ball(path, 1)},
     "metrics": {"generated.vtm": blocks, "reference.vtm": blocks, "neutral.ply": lambda path: ball(path, 1),
@@ -433,7 +457,7 @@ INPUTS = {
     "Examples/README.md": {"armadillo.off": lambda path: ball(path, 3), "bear.off": ball, "bunny00.off": ball, "bunny.ply": ball,
                            "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume,
                            "aal.nii.gz": zipped_labels, "aal.nii.txt": label_names,
-                           "painted.obj": write_textured_ball, "other.off": small_ball,
+                           "painted.obj": write_textured_ball, "other.off": small_ball, "shell.ply": bumpy,
                            "bone.vtp": with_arrays, "landmarks.vtp": landmarks, "cortex.vtp": observed("Thickness")},
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
                                     "data/armadillo_coarse.safetensors": signals("Position"),

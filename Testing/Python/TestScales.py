@@ -69,6 +69,9 @@ TABLE = {
     "geometric-texture-remesh":
         ("geometric-texture a.vtp o.vtp --model {MODELS}/spikes.safetensors --start-level 3 --prepare remesh --scale 1.2",
          ["Displacement"]),
+    "texture-from-example": ("geometric-texture-from-example a.vtp b.vtp o.vtp --subdivisions 1", ["Displacement"]),
+    "texture-from-example-lengths":
+        ("geometric-texture-from-example a.vtp b.vtp o.vtp --texture-scale 0.5 --smoothing-length {40}", ["Displacement"]),
     "geometric-texture-distance": ("geometric-texture-distance a.vtp b.vtp", []),
     "geometric-texture-features":
         ("geometric-texture-features b.vtp --bare a.vtp --output o.vtp", ["Height", "Prominence"]),

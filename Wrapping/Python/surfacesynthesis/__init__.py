@@ -54,6 +54,7 @@ from .geometric_texture import (
     geometric_texture_distance,
 )
 from .geometric_texture_features import GeometricTextureFeatures, geometric_texture_features
+from .geometric_texture_from_example import geometric_texture_from_example
 from .label_surfaces import label_surfaces
 from .latent_diffusion import SAMPLERS, TRIANGULATIONS, SampledTexture, sample_texture
 from .layout import ensemble_layout
@@ -84,7 +85,7 @@ from .vtkSurfaceSynthesisFieldLatents import (
     vtkFieldLatentTextureFilter,
 )
 from .vtkSurfaceSynthesisFlowMatching import vtkFlowMatchingDeformer, vtkFlowMatchingSampler
-from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureSynthesizer
+from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureFromExample, vtkGeometricTextureSynthesizer
 from .vtkSurfaceSynthesisMeshing import vtkDisplacementMapFilter, vtkLabelSurfaceFilter, vtkTopologyReport
 from .vtkSurfaceSynthesisNoise import vtkMaternNoiseFilter, vtkMaternParameterEstimator
 from .vtkSurfaceSynthesisPoissonNet import vtkPoissonNetFilter
@@ -142,6 +143,7 @@ __all__ = [
     "geometric_texture",
     "geometric_texture_distance",
     "geometric_texture_features",
+    "geometric_texture_from_example",
     "label_surfaces",
     "matern_noise",
     "poisson_net",
@@ -181,6 +183,7 @@ __all__ = [
     "vtkGaussianMixtureFilter",
     "vtkGeometricTextureDistance",
     "vtkGeometricTextureFeatures",
+    "vtkGeometricTextureFromExample",
     "vtkGeometricTextureSynthesizer",
     "vtkLabelSurfaceFilter",
     "vtkMaternNoiseFilter",

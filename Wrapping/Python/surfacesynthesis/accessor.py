@@ -6,6 +6,7 @@ import functools
 from .atlases import texture_atlas
 from .flow_matching import deform, sample_signal
 from .geometric_texture import geometric_texture
+from .geometric_texture_from_example import geometric_texture_from_example
 from .noise import matern_noise
 from .poisson_net import poisson_net
 from .remeshing import remesh, repair
@@ -49,6 +50,10 @@ class SynthesisAccessor:
     @functools.wraps(geometric_texture, assigned=("__doc__",))
     def geometric_texture(self, *arguments, **parameters):
         return _wrapped(geometric_texture(self._mesh, *arguments, **parameters))
+
+    @functools.wraps(geometric_texture_from_example, assigned=("__doc__",))
+    def geometric_texture_from_example(self, *arguments, **parameters):
+        return _wrapped(geometric_texture_from_example(self._mesh, *arguments, **parameters))
 
     @functools.wraps(vdb_surface, assigned=("__doc__",))
     def vdb_surface(self, *arguments, **parameters):

@@ -22,6 +22,7 @@ SYNONYMS = {
     "minimum_component": ({"MinimumComponentFraction"}, "smaller ones go"),
     "name": ({"OutputArrayName", "PredictionArrayName", "SignalArrayName", "TextureArrayName"}, "the array of the result"),
     "normalization": ({"InputNormalization"}, "only the input is normalised"),
+    "plain_example": ({"PlainExampleData"}, "the example without its texture"),
     "points": ({"TargetNumberOfPoints", "NumberOfPoints"}, "what a function is given is wanted"),
     "prepare": ({"TargetPreparation"}, "prepare='remesh' reads as it is meant"),
     "random_from": ({"RandomFromLevel"}, "counted in levels, as start_level is"),

@@ -15,6 +15,7 @@ from . import (
     geometric_texture,
     geometric_texture_distance,
     geometric_texture_features,
+    geometric_texture_from_example,
     label_surfaces,
     latent_diffusion,
     levels,
@@ -50,8 +51,8 @@ COMMANDS = [
     )
     if hasattr(_meshing, needed)
 ] + [noise, estimate, dataset, poisson_net, deform, skin, metrics, distance, statistics, shape_model]
-COMMANDS += [geometric_texture, geometric_texture_distance, geometric_texture_features, texture_statistics, field_latents]
-COMMANDS.append(latent_diffusion)
+COMMANDS += [geometric_texture, geometric_texture_from_example, geometric_texture_distance, geometric_texture_features]
+COMMANDS += [texture_statistics, field_latents, latent_diffusion]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch
     COMMANDS += [train, levels]
 COMMANDS += [view, convert]

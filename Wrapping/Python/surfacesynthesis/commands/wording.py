@@ -20,6 +20,7 @@ COMMANDS_OF_CLASSES = {
     "vtkGaussianMixtureFilter": "dataset mixtures",
     "vtkGeometricTextureDistance": "geometric-texture-distance",
     "vtkGeometricTextureFeatures": "geometric-texture-features",
+    "vtkGeometricTextureFromExample": "geometric-texture-from-example",
     "vtkGeometricTextureSynthesizer": "geometric-texture",
     "vtkGeometricTextureTrainer": "train geometric-texture",
     "vtkIsotropicRemeshFilter": "remesh",

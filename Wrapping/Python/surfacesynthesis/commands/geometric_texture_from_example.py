@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``geometric-texture-from-example``."""
+
+from .common import (
+    UsageError,
+    add_command,
+    add_reading_options,
+    add_running_options,
+    as_usage,
+    read_input_surface,
+    read_single_surface,
+    run_filter,
+    written_outcome,
+)
+
+_DESCRIPTION = """\
+Synthesizes the geometric texture of an example surface, such as a piece of a scan, on another of any shape and genus, without a
+training. Triangles of TARGET stand for triangles of EXAMPLE, unless --texture-scale says how large the texture is."""
+_EPILOG = """\
+files: the format follows from the extension.
+  .vtp .vtk               keep displacement and the arrays of TARGET
+  .ply                    keeps the arrays of the points
+  .stl .obj .off          keep the shape only
+  .vtm (.vtk)             composite datasets as TARGET, processed block by block
+
+examples:
+  %(prog)s bunny.ply scan.ply scaly.ply
+  %(prog)s bunny.ply scan.ply scaly.ply --plain-example smooth.ply --seed 3 --strength 0.5
+  %(prog)s bunny.ply scan.ply large.vtp --texture-scale 2 --subdivisions 1
+  %(prog)s horn.vtp bark.vtp grown.vtp --orientation Growth --example-orientation Growth --mask Grown
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands,
+        "geometric-texture-from-example",
+        "TARGET EXAMPLE OUTPUT",
+        "synthesize the geometric texture of an example",
+        _DESCRIPTION,
+        _EPILOG,
+    )
+    parser.set_defaults(run=run)
+    formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
+    parser.add_argument("input", metavar="TARGET", help=f"surface that gets the texture: {formats}")
+    parser.add_argument("example", metavar="EXAMPLE", help="surface with the texture: the same formats")
+    parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
+    _add_texture_options(parser.add_argument_group("texture"))
+    add_running_options(parser.add_argument_group("output"))
+    add_reading_options(parser)
+
+
+def _add_texture_options(texture):
+    texture.add_argument(
+        "--plain-example", metavar="FILE",
+        help="EXAMPLE without its texture, with the same triangles (default: EXAMPLE, smoothed)",
+    )  # fmt: skip
+    texture.add_argument("--seed", type=int, default=0, metavar="N", help="any integer of 32 bits (default: 0)")
+    texture.add_argument(
+        "--texture-scale", type=float, metavar="S",
+        help="size of the texture on TARGET over that on EXAMPLE, both in the units of the files (default: the ratio of their "
+        "mean edge lengths)",
+    )  # fmt: skip
+    texture.add_argument(
+        "--subdivisions", type=int, metavar="N",
+        help="number of times that triangles of TARGET are divided into four, 0 to 8 (default: 2; with --texture-scale as "
+        "many as make edges as long as those of EXAMPLE at that scale)",
+    )  # fmt: skip
+    texture.add_argument(
+        "--scales", type=int, metavar="N",
+        help="number of scales, 1 to 8 (default: as many as make the widest patches about three features wide)",
+    )  # fmt: skip
+    texture.add_argument(
+        "--smoothing-length", type=float, metavar="LENGTH",
+        help="length over which EXAMPLE is smoothed without --plain-example, in the units of the file (default: a tenth of the "
+        "root of the area)",
+    )  # fmt: skip
+    texture.add_argument(
+        "--orientation", metavar="NAME", help="point array of TARGET with the direction of the texture, 3 components"
+    )
+    texture.add_argument(
+        "--example-orientation", metavar="NAME", help="point array of EXAMPLE with the direction of its texture"
+    )
+    texture.add_argument("--size", metavar="NAME", help="point array of TARGET, 0.1 to 10, that multiplies the size")
+    texture.add_argument("--mask", metavar="NAME", help="point array of TARGET, 0 to 1, that multiplies displacements")
+    texture.add_argument("--strength", type=float, default=1.0, metavar="S", help="factor of displacements (default: 1)")
+
+
+def run(arguments):
+    """The command ``geometric-texture-from-example``."""
+    from .. import files
+    from ..geometric_texture_from_example import add_field_arrays, configured_filter, give_examples
+
+    algorithm = as_usage(
+        configured_filter,
+        seed=arguments.seed,
+        texture_scale=arguments.texture_scale,
+        subdivisions=arguments.subdivisions,
+        scales=arguments.scales,
+        smoothing_length=arguments.smoothing_length,
+        orientation=arguments.orientation,
+        example_orientation=arguments.example_orientation,
+        size=arguments.size,
+        mask=arguments.mask,
+        strength=arguments.strength,
+    )
+    if arguments.smoothing_length is not None and arguments.plain_example is not None:
+        raise UsageError("--smoothing-length is of no use with --plain-example")
+    for path in filter(None, (arguments.input, arguments.example, arguments.plain_example, arguments.output)):
+        as_usage(files.extension, path)
+    mesh = read_input_surface(arguments)
+    give_examples(
+        algorithm,
+        read_single_surface(arguments.example),
+        None if arguments.plain_example is None else read_single_surface(arguments.plain_example),
+    )
+    as_usage(files.check_writable, mesh, arguments.output)
+    output = run_filter(algorithm, mesh, arguments)
+    add_field_arrays(algorithm, output)
+    files.write_mesh(output, arguments.output)
+    return _outcome(algorithm, output, arguments.output)
+
+
+def _outcome(algorithm, output, path):
+    """The Outcome of the values that the filter used and reached, and of the file that was written."""
+    from ..geometric_texture_from_example import results_of
+    from ..vocabulary import snake
+
+    values = {snake(name.replace("NumberOf", "")): value for name, value in results_of(algorithm).items()}
+    text = "texture scale {texture_scale:.4g}, {subdivisions} subdivisions, {scales} scales, mismatch {mismatch:.3g}, "
+    return written_outcome(output, [path], text.format(**values), **values)

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometric textures from an example, without a training: a function around vtkGeometricTextureFromExample."""
+
+import warnings
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from .arguments import INT_MIN, array_name, at_most, in_range, integer, positive, progress_callback
+from .datasets import as_type_of, given_dataset
+from .errors import SurfaceSynthesisWarning
+from .files.polygons import from_polydata
+from .pipeline import apply_filter
+from .vtkSurfaceSynthesisGeometricTexture import vtkGeometricTextureFromExample
+
+_LARGEST_SCALE, _LARGEST_LENGTH = 1e12, 1e300
+_MOST_SUBDIVISIONS = _MOST_SCALES = 8
+
+
+def geometric_texture_from_example(
+    mesh,
+    example,
+    plain_example=None,
+    seed=0,
+    texture_scale=None,
+    subdivisions=None,
+    scales=None,
+    smoothing_length=None,
+    orientation=None,
+    example_orientation=None,
+    size=None,
+    mask=None,
+    strength=1.0,
+    displacement_name="Displacement",
+    progress=None,
+):
+    """Synthesizes the geometric texture of an example surface on another, without a training.
+
+    From coarse scales to fine ones the distribution of the patches of the target, pieces of the surface a few features wide, is
+    matched to that of the example by sliced Wasserstein distances (Heitz et al., "A Sliced Wasserstein Loss for Neural Texture
+    Synthesis", 2021; Elnekave and Weiss, "Generating Natural Images with Direct Patch Distributions Matching", 2022). Then the
+    nearest patch of the example replaces each one, and their mean overlapping ones (Kwatra et al., "Texture Optimization for
+    Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022). The same seed gives the same bits for every number of
+    threads.
+
+    Parameters
+    ----------
+    mesh : vtkPolyData, composite dataset (vtkDataObjectTree) or pair (points, triangles)
+        The target, of any genus: triangles, polygons or strips, float or double points, open or closed. The mesh must have
+        finite points, no degenerate triangle, no edge with more than two triangles and consistent winding. A composite dataset
+        is processed block by block, with random numbers that differ between blocks. A pair is an array of points [V, 3] and an
+        integer array of triangles [F, 3]. Never modified.
+    example : vtkPolyData or pair (points, triangles)
+        The example, a surface as ``mesh``, such as a piece of a scan. Never modified.
+    plain_example : vtkPolyData or pair (points, triangles), optional
+        The example without its texture: the same triangles, other points. Never modified. Default: the smooth form of the
+        example, see ``smoothing_length``.
+    seed : int
+        Any integer of 32 bits with sign; each gives another sample of the texture. Default 0.
+    texture_scale : float, optional
+        Size of the texture on the target over its size on the example, both in world units, above 0 to 1e12. Default: the mean
+        edge length of the target, once subdivided, over that of the example; triangles stand for triangles, whatever the units
+        are.
+    subdivisions : int, optional
+        Number of times that each triangle of the target is divided into four, 0 to 8. Default: 2 without ``texture_scale``, and
+        else as many as make edges nearly as long as those of the example at that scale.
+    scales : int, optional
+        Number of scales, 1 to 8: patches of the finest one are 8 mean edges of the example wide, and those of each coarser one
+        twice as wide. Default: as many as make the widest patches about three features wide.
+    smoothing_length : float, optional
+        Length of the smoothing that takes the texture off the example, world units of the example, above 0 to 1e300; not with
+        ``plain_example``. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten
+        times as long. Default: a tenth of the root of the area.
+    orientation : str, optional
+        Name of a point array of the target with three components, the direction of the texture: patches are turned so that
+        the direction of ``example_orientation`` comes to lie along it. Default: patches are turned as it happens, for textures
+        that look alike in every direction.
+    example_orientation : str, optional
+        Name of a point array of the example with three components, the direction of its texture; goes with ``orientation``.
+    size : str, optional
+        Name of a point array of the target with one component, from 0.1 to 10, that multiplies the size of the texture from
+        place to place. Default: one size.
+    mask : str, optional
+        Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with. Default:
+        displacements everywhere.
+    strength : float
+        Factor of the displacements, from 0 to 1e6. Default 1.
+    displacement_name : str
+        Name of the point array with the displacement of each point. Default "Displacement".
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+
+    Returns
+    -------
+    dataset of the type of ``mesh``
+        Triangles, four times as many for each subdivision, with the target's arrays interpolated and that of displacements;
+        without normals. The field arrays ``TextureScale``, ``Subdivisions`` and ``NumberOfScales`` hold the values that were
+        used, and ``Mismatch`` the root of the mean square distance of the patches from the nearest ones of the example, at the
+        finest scale, over the root of the mean square displacement of the example: 0 where each piece is one of the example.
+    pair of numpy.ndarray, for a pair
+        Points [V, 3], float64, and triangles [F, 3], int64.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The text names the defect of the target, the example or an array, the first cell or point, and the filter that repairs
+        it; for a composite dataset it holds a line for each bad block.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range, contradicts another or is of a wrong type.
+    """
+    algorithm = configured_filter(
+        seed=seed,
+        texture_scale=texture_scale,
+        subdivisions=subdivisions,
+        scales=scales,
+        smoothing_length=smoothing_length,
+        orientation=orientation,
+        example_orientation=example_orientation,
+        size=size,
+        mask=mask,
+        strength=strength,
+        displacement_name=displacement_name,
+    )
+    progress_callback(progress)
+    dataset = given_dataset(mesh)
+    give_examples(algorithm, example, plain_example)
+    output, remarks = apply_filter(algorithm, dataset, progress)
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    if isinstance(mesh, (tuple, list)):
+        polygons = from_polydata(output)
+        return polygons.points.astype(np.float64), polygons.connectivity.reshape(-1, 3)
+    add_field_arrays(algorithm, output)
+    return as_type_of(mesh, output)
+
+
+def configured_filter(
+    seed=0,
+    texture_scale=None,
+    subdivisions=None,
+    scales=None,
+    smoothing_length=None,
+    orientation=None,
+    example_orientation=None,
+    size=None,
+    mask=None,
+    strength=1.0,
+    displacement_name="Displacement",
+):
+    """A vtkGeometricTextureFromExample with the parameters of geometric_texture_from_example(), which raises TypeError and
+    ValueError."""
+    algorithm = vtkGeometricTextureFromExample()
+    algorithm.SetSeed(integer("seed", seed, INT_MIN))
+    if texture_scale is not None:
+        algorithm.SetTextureScale(at_most("texture_scale", positive("texture_scale", texture_scale), _LARGEST_SCALE))
+    if subdivisions is not None:
+        algorithm.SetSubdivisions(integer("subdivisions", subdivisions, 0, _MOST_SUBDIVISIONS))
+    if scales is not None:
+        algorithm.SetNumberOfScales(integer("scales", scales, 1, _MOST_SCALES))
+    if smoothing_length is not None:
+        length = positive("smoothing_length", smoothing_length)
+        algorithm.SetSmoothingLength(at_most("smoothing_length", length, _LARGEST_LENGTH))
+    if (orientation is None) != (example_orientation is None):
+        raise ValueError("orientation and example_orientation go together: point arrays of the target and of the example")
+    for keyword, given, setter in (
+        ("orientation", orientation, algorithm.SetOrientationArrayName),
+        ("example_orientation", example_orientation, algorithm.SetExampleOrientationArrayName),
+        ("size", size, algorithm.SetSizeArrayName),
+        ("mask", mask, algorithm.SetMaskArrayName),
+    ):
+        if given is not None:
+            setter(array_name(keyword, given))
+    algorithm.SetStrength(in_range("strength", strength, 0.0, 1e6))
+    algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
+    return algorithm
+
+
+def give_examples(algorithm, example, plain_example=None):
+    """Makes surfaces, which stay untouched, the example and the plain example of a vtkGeometricTextureFromExample."""
+    if plain_example is not None and algorithm.GetSmoothingLength() > 0:
+        raise ValueError("smoothing_length is of no use with plain_example, which is the example without its texture")
+    given = [("example", example)] + ([] if plain_example is None else [("plain_example", plain_example)])
+    for port, (keyword, surface) in enumerate(given, 1):
+        copy = vtkPolyData()  # what pipelines leave on their inputs goes to this copy
+        copy.ShallowCopy(_surface(keyword, surface))
+        algorithm.SetInputDataObject(port, copy)
+
+
+def results_of(algorithm):
+    """Values that a filter used and reached in its update, by the names of properties."""
+    return {
+        "TextureScale": algorithm.GetTextureScaleUsed(),
+        "Subdivisions": algorithm.GetSubdivisionsUsed(),
+        "NumberOfScales": algorithm.GetNumberOfScalesUsed(),
+        "Mismatch": algorithm.GetMismatch(),
+    }
+
+
+def add_field_arrays(algorithm, output):
+    """Adds the numbers of a filter that has run to its output, a field array of one value each."""
+    for name, value in results_of(algorithm).items():
+        array = numpy_to_vtk(np.array([value]), deep=True)
+        array.SetName(name)
+        output.GetFieldData().AddArray(array)
+
+
+def _surface(keyword, given):
+    """A surface of an argument, a vtkPolyData or a pair."""
+    if not isinstance(given, (vtkPolyData, tuple, list)):
+        raise TypeError(f"{keyword} must be a vtkPolyData or a pair of arrays (points, triangles), not {type(given).__name__}")
+    return given_dataset(given)
