@@ -21,7 +21,7 @@ namespace
 constexpr std::int64_t Components = TexturePatches::Components;
 
 /// Patches and directions of an iteration of the descent.
-constexpr std::int64_t BatchSize = 2048, Directions = 64;
+constexpr std::int64_t BatchSize = 1024, Directions = 32;
 /// First step of Adam over the amplitude of the example; it falls linearly to a tenth.
 constexpr float FirstStep = 0.05F, LastPart = 0.1F;
 constexpr float FirstDecay = 0.9F, SecondDecay = 0.99F;

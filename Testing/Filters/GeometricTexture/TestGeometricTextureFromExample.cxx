@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// vtkGeometricTextureFromExample: malformed inputs, executions, threads, abort, progress, blocks, messages.
+#include "FilterContract.h"
+#include "GeometricTexturePipelines.h"
+#include "MalformedCorpus.h"
+
+#include "vtkGeometricTextureFromExample.h"
+
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+using namespace surfsynthtest;
+using testing::HasSubstr;
+using Filter = vtkGeometricTextureFromExample;
+
+namespace
+{
+/// A ball with waves, and the ball.
+struct Example
+{
+  vtkSmartPointer<vtkPolyData> Plain = Icosphere(3).ToPolyData();
+  vtkSmartPointer<vtkPolyData> Textured = Icosphere(3).ToPolyData();
+
+  Example()
+  {
+    vtkPoints* points = this->Textured->GetPoints();
+    for (vtkIdType p = 0; p < points->GetNumberOfPoints(); ++p)
+    {
+      double x[3];
+      points->GetPoint(p, x);
+      const double radius = 1.0 + 0.05 * std::sin(9.0 * x[0]) * std::sin(9.0 * x[1]) * std::sin(9.0 * x[2]);
+      points->SetPoint(p, radius * x[0], radius * x[1], radius * x[2]);
+    }
+  }
+};
+
+vtkSmartPointer<Filter> FilterOn(vtkDataObject* input)
+{
+  static const Example example;
+  const auto filter = vtkSmartPointer<Filter>::New();
+  filter->SetInputDataObject(input);
+  filter->SetExampleData(example.Textured);
+  filter->SetPlainExampleData(example.Plain);
+  filter->SetNumberOfScales(1);
+  filter->SetSubdivisions(0);
+  return filter;
+}
+
+vtkSmartPointer<vtkAlgorithm> MakeFilter() { return FilterOn(nullptr); }
+
+FilterTraits Traits()
+{
+  FilterTraits traits;
+  traits.AcceptsEveryValidSurface = false; // consistent winding is needed
+  return traits;
+}
+
+vtkDataArray* PointsOf(vtkAlgorithm* filter)
+{
+  return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPoints()->GetData();
+}
+
+vtkTypeInt64 SynthesesOf(Filter* filter, const std::function<void(Filter*)>& change)
+{
+  change(filter);
+  const vtkTypeInt64 before = filter->GetNumberOfSyntheses();
+  EXPECT_TRUE(Update(filter));
+  return filter->GetNumberOfSyntheses() - before;
+}
+
+class MalformedTarget : public ::testing::TestWithParam<MalformedCase>
+{};
+
+std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return info.param.Name; }
+} // namespace
+
+TEST_P(MalformedTarget, ToTheFilter) { CheckAlone(GetParam(), MakeFilter, Traits()); }
+
+INSTANTIATE_TEST_SUITE_P(Corpus, MalformedTarget, ::testing::ValuesIn(MalformedCorpus()), NameOf);
+
+TEST(GeometricTextureFromExample, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.5; });
+  const auto filter = FilterOn(target);
+  ASSERT_TRUE(Update(filter));
+  EventRecorder events(filter);
+  const PropertyChanges<Filter> changes = {
+    { "Seed", [](Filter* f) { f->SetSeed(3); } },
+    { "TextureScale", [](Filter* f) { f->SetTextureScale(2.0); } },
+    { "Subdivisions", [](Filter* f) { f->SetSubdivisions(1); } },
+    { "NumberOfScales", [](Filter* f) { f->SetNumberOfScales(2); } },
+    { "SmoothingLength", [](Filter* f) { f->SetSmoothingLength(0.3); } },
+    { "SizeArrayName", [](Filter* f) { f->SetSizeArrayName("Mask"); } },
+    { "MaskArrayName", [](Filter* f) { f->SetMaskArrayName("Mask"); } },
+    { "Strength", [](Filter* f) { f->SetStrength(1.5); } },
+    { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("A"); } },
+  };
+  ExpectOneExecutionEach(filter.Get(), changes, events);
+}
+
+TEST(GeometricTextureFromExample, WhatIsTheSameIsNotSynthesizedAgain)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  AddPointField(target, "Mask", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  const auto filter = FilterOn(target);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter*) {}), 1);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetStrength(2.0); }), 0);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetMaskArrayName("Mask"); }), 0);
+  vtkPolyData* output = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0));
+  for (vtkIdType p = 0; p < target->GetNumberOfPoints(); ++p)
+  {
+    double before[3], after[3];
+    target->GetPoint(p, before);
+    output->GetPoint(p, after);
+    if (before[2] <= 0.0)
+    {
+      EXPECT_TRUE(std::equal(before, before + 3, after)) << p;
+    }
+  }
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSeed(1); }), 1);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetNumberOfScales(2); }), 1) << "another example";
+}
+
+TEST(GeometricTextureFromExample, BitsDoNotDependOnThreads)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  ExpectSameBitsForAllThreads([&] { return FilterOn(target); }, PointsOf);
+}
+
+TEST(GeometricTextureFromExample, AbortsAndGoesOn)
+{
+  const auto filter = FilterOn(Icosphere(3).ToPolyData());
+  ExpectAbortAndRecovery(filter, 0.4, 1.0);
+  ExpectSteadyProgress(FilterOn(Icosphere(3).ToPolyData()));
+}
+
+TEST(GeometricTextureFromExample, BlocksDifferAndSameBlocksAreKept)
+{
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  blocks->SetBlock(0, Icosphere(2).ToPolyData());
+  blocks->SetBlock(1, Icosphere(2).ToPolyData());
+  const auto filter = FilterOn(blocks);
+  ASSERT_TRUE(Update(filter));
+  auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
+  const auto points = [&](unsigned int k) {
+    return vtkPolyData::SafeDownCast(output->GetBlock(k))->GetPoints()->GetData();
+  };
+  EXPECT_FALSE(SameBits(points(0), points(1)));
+  blocks->SetBlock(1, Icosphere(1).ToPolyData());
+  EXPECT_EQ(SynthesesOf(filter, [](Filter*) {}), 1);
+}
+
+TEST(GeometricTextureFromExample, FaultsAreNamed)
+{
+  const auto target = Icosphere(1).ToPolyData();
+  auto filter = FilterOn(target);
+  filter->SetPlainExampleData(Icosphere(2).ToPolyData());
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("the same triangles with other points are needed"));
+  filter = FilterOn(target);
+  vtkNew<vtkPolyData> empty;
+  filter->SetExampleData(empty);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The example on port 1 is empty"));
+  filter = FilterOn(target);
+  filter->SetOrientationArrayName("Fibres");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("ExampleOrientationArrayName are needed together"));
+  filter->SetExampleOrientationArrayName("Fibres");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("Fibres"));
+  filter = FilterOn(target);
+  filter->SetMaskArrayName("Missing");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The mask array \"Missing\" is missing"));
+  filter = FilterOn(target);
+  filter->SetDisplacementArrayName("");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
+}

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures from examples: nearest patches, features, directions, sizes, threads, errors.
+#include "ExampleMeshes.h"
+#include "ThrownText.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Common/Parallel.h"
+#include "Core/Mesh/SurfacePlace.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Statistics/GeometricTextureFeatures.h"
+#include "Inference/GeometricTexture/ExampleSynthesis.h"
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
+#include "Inference/GeometricTexture/NearestPatches.h"
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+using namespace surfsynth;
+using surfsynthtest::MessageOf;
+using testing::HasSubstr;
+
+namespace
+{
+/// Returns a mesh whose points are moved along the normals of its vertices by @p height(point).
+TriangleMesh Raised(TriangleMesh mesh, const std::function<double(const Eigen::Vector3d& point)>& height)
+{
+  const PointMatrix normals = TangentFrames(mesh, MeshTopology(mesh)).Normal;
+  for (Index v = 0; v < mesh.NumberOfPoints(); ++v)
+  {
+    mesh.Points.row(v) += height(mesh.Points.row(v).transpose()) * normals.row(v);
+  }
+  return mesh;
+}
+
+/// Centers of 92 bumps on the unit sphere: the vertices and the middles of the triangles of two geodesic balls.
+std::vector<Eigen::Vector3d> BumpCenters()
+{
+  std::vector<Eigen::Vector3d> centers;
+  const TriangleMesh ball = test::Icosphere(1);
+  for (Index v = 0; v < 12; ++v)
+  {
+    centers.emplace_back(ball.Points.row(v).transpose());
+  }
+  for (Index f = 0; f < ball.NumberOfTriangles(); ++f)
+  {
+    centers.push_back(PositionOf(ball, { f, Eigen::Vector3d::Constant(1.0 / 3.0) }).normalized());
+  }
+  return centers;
+}
+
+double Bump(const Eigen::Vector3d& point)
+{
+  static const std::vector<Eigen::Vector3d> centers = BumpCenters();
+  double height = 0.0;
+  for (const Eigen::Vector3d& center : centers)
+  {
+    height = std::max(height, 0.18 * (1.0 - (point - center).norm() / 0.16));
+  }
+  return height;
+}
+
+const TriangleMesh& Plain()
+{
+  static const TriangleMesh mesh = test::Icosphere(4);
+  return mesh;
+}
+
+const TriangleMesh& Bumpy()
+{
+  static const TriangleMesh mesh = Raised(Plain(), Bump);
+  return mesh;
+}
+
+const GeometricTextureExample& Bumps()
+{
+  static const GeometricTextureExample example(Bumpy(), Plain());
+  return example;
+}
+
+ExampleSynthesisRequest OnceDivided(std::uint64_t seed = 1)
+{
+  ExampleSynthesisRequest request;
+  request.Subdivisions = 1;
+  request.Seed = seed;
+  return request;
+}
+
+/// A plane of waves along x, the example of a texture with a direction.
+double Wave(const Eigen::Vector3d& point) { return 0.03 * std::sin(40.0 * point.x()); }
+} // namespace
+
+TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
+{
+  const ExamplePatches& scale = Bumps().Scales().front();
+  const ExamplePatches::Rows coordinates = scale.Coordinates.leftCols(300).transpose() +
+    0.05F * scale.Coordinates.middleCols(500, 300).transpose();
+  const float completeness = 0.01F;
+  const std::vector<Index> found = FindNearestPatches(scale, coordinates, completeness, {});
+  Eigen::ArrayXXd distances(coordinates.rows(), scale.Count());
+  for (Eigen::Index r = 0; r < coordinates.rows(); ++r)
+  {
+    distances.row(r) = (scale.Coordinates.cast<double>().colwise() - coordinates.row(r).transpose().cast<double>())
+                         .colwise()
+                         .squaredNorm();
+  }
+  const Eigen::ArrayXd least = distances.colwise().minCoeff().transpose();
+  for (Eigen::Index r = 0; r < coordinates.rows(); ++r)
+  {
+    const Eigen::ArrayXd scores = distances.row(r).transpose() / (least + static_cast<double>(completeness));
+    EXPECT_NEAR(scores(found[static_cast<std::size_t>(r)]), scores.minCoeff(), 1e-3 * scores.minCoeff() + 1e-4) << r;
+  }
+}
+
+TEST(ExampleSynthesis, FeaturesAreThoseOfTheExample)
+{
+  const TriangleMesh target = test::Torus(56, 24, 1.0, 0.4);
+  const GeometricTextureFeatures reference = MeasureGeometricTextureFeatures(Bumpy(), &Plain());
+  const ExampleSynthesis result = SynthesizeFromExample(Bumps(), target, OnceDivided());
+  const TriangleMesh bare{ result.Level.Base, result.Level.Mesh.Triangles };
+  GeometricTextureFeatureOptions options;
+  options.MinimumProminence = reference.MinimumProminence * result.Scale;
+  const GeometricTextureFeatures found = MeasureGeometricTextureFeatures(result.Level.Mesh, &bare, options);
+  const double squared = result.Scale * result.Scale;
+  EXPECT_NEAR(found.PeakDensity * squared / reference.PeakDensity, 1.0, 0.15);
+  EXPECT_LT(found.MergedShare, 0.03);
+  EXPECT_NEAR(found.MeanPeakHeight / result.Scale / reference.MeanPeakHeight, 1.0, 0.1);
+  EXPECT_LT(result.Mismatch, 0.35);
+  EXPECT_EQ(result.Level.Level, 1);
+  EXPECT_EQ(result.Level.Base.topRows(target.NumberOfPoints()), target.Points);
+}
+
+TEST(ExampleSynthesis, SeedsDecideAndThreadsDoNot)
+{
+  const TriangleMesh target = test::Icosphere(3);
+  std::vector<PointMatrix> results;
+  for (const int threads : { 1, 3 })
+  {
+    const ThreadScope scope(threads);
+    const GeometricTextureExample example(Bumpy(), Plain());
+    results.push_back(SynthesizeFromExample(example, target, OnceDivided(7)).Level.Displacement);
+  }
+  EXPECT_EQ(results[0], results[1]);
+  const PointMatrix other = SynthesizeFromExample(Bumps(), target, OnceDivided(8)).Level.Displacement;
+  EXPECT_GT((other - results[0]).norm(), 0.1 * other.norm());
+}
+
+TEST(ExampleSynthesis, UnitsDoNotMatter)
+{
+  const TriangleMesh target = test::Icosphere(3);
+  const PointMatrix displacement = SynthesizeFromExample(Bumps(), target, OnceDivided()).Level.Displacement;
+  const PointMatrix larger =
+    SynthesizeFromExample(Bumps(), test::Scaled(target, 1024.0), OnceDivided()).Level.Displacement;
+  EXPECT_LT((larger / 1024.0 - displacement).norm(), 1e-6 * displacement.norm());
+  ExampleSynthesisRequest request = OnceDivided();
+  const ExampleSynthesis automatic = SynthesizeFromExample(Bumps(), target, request);
+  request.Scale = automatic.Scale;
+  EXPECT_LT((SynthesizeFromExample(Bumps(), target, request).Level.Displacement - displacement).norm(),
+    1e-3 * displacement.norm())
+    << "the scale that is used by itself";
+}
+
+TEST(ExampleSynthesis, TexturesFollowDirections)
+{
+  const TriangleMesh plain = test::PlanePatch(60, 60, 2.0, 2.0, 0.0);
+  GeometricTextureExampleOptions options;
+  options.Directions = Eigen::RowVector3d::UnitX().replicate(plain.NumberOfPoints(), 1);
+  const GeometricTextureExample example(Raised(plain, Wave), plain, options);
+  ExampleSynthesisRequest request;
+  request.Subdivisions = 0;
+  request.Scale = 1.0;
+  // A disk of directions around the middle of the plane: waves become rings.
+  const Eigen::RowVector3d middle = plain.Points.colwise().mean();
+  request.Directions = plain.Points.rowwise() - middle;
+  const ExampleSynthesis result = SynthesizeFromExample(example, plain, request);
+  const Eigen::VectorXd gradient = IntrinsicGradient(plain) * result.Level.Displacement.col(2);
+  std::vector<double> errors;
+  for (Index f = 0; f < plain.NumberOfTriangles(); ++f)
+  {
+    const auto corners = plain.Triangles.row(f);
+    const Eigen::RowVector3d x = (plain.Points.row(corners(1)) - plain.Points.row(corners(0))).normalized();
+    const Eigen::RowVector3d y = Eigen::RowVector3d::UnitZ().cross(x);
+    const Eigen::RowVector3d slope = gradient(2 * f) * x + gradient(2 * f + 1) * y;
+    const Eigen::RowVector3d outwards = (plain.Points.row(corners(0)) - middle).normalized();
+    if (slope.norm() > 0.3 && (plain.Points.row(corners(0)) - middle).norm() > 0.25)
+    {
+      errors.push_back(std::acos(std::min(1.0, std::abs(slope.normalized().dot(outwards)))) * 180.0 / 3.14159265);
+    }
+  }
+  ASSERT_GT(errors.size(), 1000U);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 15.0) << "degrees, the median";
+}
+
+TEST(ExampleSynthesis, SizesChangeTheNumberOfFeatures)
+{
+  const TriangleMesh target = test::PlanePatch(60, 60, 3.0, 3.0, 0.0);
+  ExampleSynthesisRequest request;
+  request.Subdivisions = 1;
+  request.Scale = 1.0;
+  const auto peaks = [&](float size) {
+    request.Sizes = Eigen::VectorXf::Constant(target.NumberOfPoints(), size);
+    const ExampleSynthesis result = SynthesizeFromExample(Bumps(), target, request);
+    const TriangleMesh bare{ result.Level.Base, result.Level.Mesh.Triangles };
+    GeometricTextureFeatureOptions options;
+    options.MinimumProminence = 0.06 * static_cast<double>(size);
+    return static_cast<double>(MeasureGeometricTextureFeatures(result.Level.Mesh, &bare, options).NumberOfPeaks);
+  };
+  const double ratio = peaks(0.8F) / peaks(1.2F);
+  EXPECT_NEAR(std::sqrt(ratio), 1.5, 0.15 * 1.5);
+}
+
+TEST(ExampleSynthesis, FaultsAreNamed)
+{
+  const TriangleMesh target = test::Icosphere(2);
+  ExampleSynthesisRequest request = OnceDivided();
+  request.Directions = target.Points;
+  EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }),
+    HasSubstr("only one of the target and the example has directions"));
+  request = OnceDivided();
+  request.Scale = 1e-9;
+  request.Subdivisions = 0;
+  EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }),
+    HasSubstr("a larger scale, or a smaller target, is needed"));
+  request = OnceDivided();
+  request.Sizes = Eigen::VectorXf::Zero(target.NumberOfPoints());
+  EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }), HasSubstr("sizes"));
+  EXPECT_THAT(MessageOf([&] { GeometricTextureExample(Bumpy(), test::Icosphere(3)); }),
+    HasSubstr("other triangles"));
+  GeometricTextureExampleOptions options;
+  options.Scales = 6;
+  const TriangleMesh patch = test::PlanePatch(20, 20);
+  EXPECT_THAT(MessageOf([&] { GeometricTextureExample(Raised(patch, Wave), patch, options); }),
+    HasSubstr("lie inside the example"));
+  EXPECT_THROW(SynthesizeFromExample(Bumps(), target, OnceDivided(), [](double) { return false; }), Cancelled);
+}
+
+TEST(ExampleSynthesis, AFlatExampleMovesNothing)
+{
+  const GeometricTextureExample example(Plain(), Plain());
+  const ExampleSynthesis result = SynthesizeFromExample(example, test::Icosphere(3), OnceDivided());
+  EXPECT_LT(result.Level.Displacement.cwiseAbs().maxCoeff(), 1e-6);
+}
