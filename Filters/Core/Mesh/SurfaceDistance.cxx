@@ -48,8 +48,9 @@ std::vector<double> AreasUpTo(const TriangleMesh& mesh, const char* name)
 double Fraction(double number) { return number - std::floor(number); }
 
 /// Places @p begin to @p end of one in each of @p count equal parts of the area.
+/// @param triangles filled with the triangle of each place, unless null
 PointMatrix SamplePlaces(const TriangleMesh& mesh, const std::vector<double>& areas, std::int64_t count,
-  std::uint64_t seed, std::int64_t begin, std::int64_t end)
+  std::uint64_t seed, std::int64_t begin, std::int64_t end, std::vector<Index>* triangles = nullptr)
 {
   PointMatrix places(end - begin, 3);
   double shift[3];
@@ -67,6 +68,10 @@ PointMatrix SamplePlaces(const TriangleMesh& mesh, const std::vector<double>& ar
     const double place = areas.back() * (number + shift[0]) / static_cast<double>(count);
     const auto found = std::upper_bound(areas.begin(), areas.end() - 1, place);
     const Eigen::Index f = found - areas.begin();
+    if (triangles)
+    {
+      triangles->push_back(static_cast<Index>(f));
+    }
     const double root = std::sqrt(first);
     places.row(k - begin) = (1.0 - root) * mesh.Points.row(mesh.Triangles(f, 0)) +
       root * (1.0 - second) * mesh.Points.row(mesh.Triangles(f, 1)) +
@@ -116,7 +121,39 @@ DistanceSummary SummarizeDistances(const Eigen::VectorXd& sorted, double farthes
   summary.Maximum = std::max(farthest, sorted[sorted.size() - 1]);
   return summary;
 }
+
+/// The unit normal of triangle @p f; 0 without area.
+Eigen::Vector3d UnitNormal(const TriangleMesh& mesh, Index f)
+{
+  const Eigen::Vector3d a = mesh.Points.row(mesh.Triangles(f, 0)), b = mesh.Points.row(mesh.Triangles(f, 1)),
+                        c = mesh.Points.row(mesh.Triangles(f, 2));
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double length = normal.norm();
+  return length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::Zero();
+}
 } // namespace
+
+double MeanNormalAngle(const TriangleMesh& first, const TriangleMesh& second, const PlaceFinder& find,
+  std::int64_t samples, std::uint64_t seed)
+{
+  const TriangleMesh* meshes[2] = { &first, &second };
+  const char* names[2] = { "first", "second" };
+  double sum = 0.0;
+  for (int side = 0; side < 2; ++side)
+  {
+    const TriangleMesh& from = *meshes[side];
+    const TriangleMesh& to = *meshes[1 - side];
+    std::vector<Index> triangles;
+    const PointMatrix points = SamplePlaces(from, AreasUpTo(from, names[side]), samples, seed, 0, samples, &triangles);
+    const std::vector<SurfacePlace> places = find(to, points);
+    for (std::size_t k = 0; k < places.size(); ++k)
+    {
+      const double cosine = UnitNormal(from, triangles[k]).dot(UnitNormal(to, places[k].Triangle));
+      sum += std::acos(std::clamp(cosine, -1.0, 1.0));
+    }
+  }
+  return sum / (2.0 * static_cast<double>(samples)) * 180.0 / std::acos(-1.0);
+}
 
 Eigen::VectorXd DistancesTo(const TriangleMesh& mesh, const PointMatrix& points, const PlaceFinder& find)
 {

@@ -42,6 +42,13 @@ struct SurfaceDistance
 SurfaceDistance ComputeSurfaceDistance(const TriangleMesh& first, const TriangleMesh& second, const PlaceFinder& find,
   std::int64_t samples = 100000, std::uint64_t seed = 0, const Progress& progress = {});
 
+/// Computes the mean angle between the normals of two surfaces, in degrees, 0 to 180: at such samples of both surfaces, with
+/// equal weight, between the normal of the triangle and that of the nearest place of the other surface. Triangles without area
+/// have no normal, and count as 90 degrees.
+/// @throws InvalidInput for a surface without area, or with points that are not finite
+double MeanNormalAngle(const TriangleMesh& first, const TriangleMesh& second, const PlaceFinder& find,
+  std::int64_t samples = 100000, std::uint64_t seed = 0);
+
 /// Returns the distances of @p points, [N, 3], to the nearest places of @p mesh, [N].
 Eigen::VectorXd DistancesTo(const TriangleMesh& mesh, const PointMatrix& points, const PlaceFinder& find);
 
