@@ -17,6 +17,9 @@
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Training/MultiscaleMeshFitter.h"
 #include "Learning/Training/TrainingClock.h"
+#ifdef SURFACE_SYNTHESIS_CGAL
+#include "MeshProcessing/Repair/SelfIntersections.h"
+#endif
 
 #include <vtkCompositeDataSet.h>
 #include <vtkDoubleArray.h>
@@ -75,6 +78,13 @@ void FillLevels(const MultiscaleFit& fit, vtkMultiBlockDataSet* output)
     surfsynth::SetGeometry(level, fit.Dataset.Levels[k], true);
     AddFieldValue(level, "MeanDistance", fit.Distances[k].Mean);
     AddFieldValue(level, "LargestDistance", fit.Distances[k].Largest);
+    AddFieldValue(level, "SymmetricMeanDistance", fit.Distances[k].SymmetricMean);
+    AddFieldValue(level, "SymmetricPercentile95", fit.Distances[k].SymmetricPercentile95);
+    AddFieldValue(level, "MeanNormalAngle", fit.Distances[k].NormalAngle);
+#ifdef SURFACE_SYNTHESIS_CGAL
+    const auto pairs = surfsynth::FindIntersectingPairs(fit.Dataset.Levels[k]).size();
+    AddFieldValue(level, "NumberOfSelfIntersections", static_cast<double>(pairs));
+#endif
     const auto block = static_cast<unsigned int>(k);
     output->SetBlock(block, level);
     output->GetMetaData(block)->Set(vtkCompositeDataSet::NAME(), ("Level " + std::to_string(k)).c_str());
@@ -243,6 +253,8 @@ private:
     options.Template = static_cast<surfsynth::FitTemplate>(self.Template);
     options.IcosphereLevel = self.IcosphereLevel;
     options.TorusSegments = self.TorusSegments;
+    options.TemplateTriangles = self.TemplateTriangles;
+    options.SmoothingLength = self.SmoothingLength;
     options.Iterations = self.Iterations;
     options.TriangulationSteps = self.TriangulationSteps;
     options.ChamferSteps = self.ChamferSteps;
@@ -344,6 +356,8 @@ void vtkMultiscaleMeshFitter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Template: " << this->Template << "\n";
   os << indent << "IcosphereLevel: " << this->IcosphereLevel << "\n";
   os << indent << "TorusSegments: " << this->TorusSegments << "\n";
+  os << indent << "TemplateTriangles: " << this->TemplateTriangles << "\n";
+  os << indent << "SmoothingLength: " << this->SmoothingLength << "\n";
   os << indent << "Iterations: " << this->Iterations << "\n";
   os << indent << "TriangulationSteps: " << this->TriangulationSteps << "\n";
   os << indent << "ChamferSteps: " << this->ChamferSteps << "\n";

@@ -9,26 +9,37 @@
  * and by steps that bring random samples of both surfaces, and their normals, closer; then it is subdivided at the
  * midpoints of its edges, fitted again, and so on.
  *
+ * The template SURFACE is made from the reference: points of its smooth form [Lee1998] [Liu2020] that successive half-edge
+ * collapses leave, which keep topology and boundaries and map the template onto the reference one to one. The finest level is
+ * placed by that map, relaxed along the reference, boundaries along boundaries, and smoothed where triangles fold; coarser
+ * levels have the points that they share with it. No Adam, therefore steps, learning rates, Samples, PublishedNormals and Seed
+ * play no part.
+ *
  * @par Input
  * Port 0: the reference, vtkPolyData with triangles, polygons or strips of finite points and none of them degenerate.
  * It need not be manifold, closed or of one component, but only surfaces with the topology of the template are fitted
- * well. Port 1, for the template GIVEN: the template, vtkPolyData with manifold edges and consistent winding, wound as
- * the reference is; for instance a simplified reference (vtkIsotropicRemeshFilter). An empty reference gives empty
- * outputs and no error.
+ * well; for the template SURFACE it has manifold edges and points, consistent winding and any topology. Port 1, for the
+ * template GIVEN: the template, vtkPolyData with manifold edges and consistent winding, wound as the reference is. An empty
+ * reference gives empty outputs and no error.
  *
  * @par Output
  * Port 0: a vtkMultiBlockDataSet with a vtkPolyData of triangles with double-precision points for each level, coarse to
- * fine, in blocks that are named "Level 0", "Level 1", ..., in the coordinates of the reference. Each has two field
- * arrays of one value: "MeanDistance" and "LargestDistance", of its points from the reference, world units.
- * Port 1: the template as the fit began with it, moved and scaled to the box of the reference, with the triangles of
- * level 0: the template of vtkGeometricTextureTrainer. Port 2: the finest level by itself, for the eye.
+ * fine, in blocks that are named "Level 0", "Level 1", ..., in the coordinates of the reference. Each has field
+ * arrays of one value: "MeanDistance" and "LargestDistance", of its points from the reference, world units;
+ * "SymmetricMeanDistance" and "SymmetricPercentile95", of 20,000 samples on each of both surfaces from the other one, world
+ * units; "MeanNormalAngle", of the normals at such samples, degrees; and in builds with CGAL "NumberOfSelfIntersections",
+ * pairs of triangles that intersect in more than points and edges that both share.
+ * Port 1: the template as the fit began with it, moved and scaled to the box of the reference (but for SURFACE, which lies in
+ * place), with the triangles of level 0: the template of vtkGeometricTextureTrainer. Port 2: the finest level by itself, for
+ * the eye.
  *
  * @par Cost
  * Iterations x NumberOfLevels x (TriangulationSteps + ChamferSteps) steps, each over all vertices and Samples x
  * (level + 1) samples: with the defaults a few minutes. The recipe of the paper, 3000 iterations with a LearningRate of
- * 1e-4 and a LearningRateDecay of 1, takes ten times as long. The same seed gives the same meshes on the same machine
- * with the same number of threads, unless the TimeBudget ends a level. ParaView before 6.2 cannot abort an update: give it a
- * TimeBudget or Background there.
+ * 1e-4 and a LearningRateDecay of 1, takes ten times as long. The template SURFACE takes Iterations rounds over the vertices of
+ * the finest level, each with a search for the nearest place: a minute for 81,920 triangles. The same seed gives the same meshes
+ * on the same machine with the same number of threads, unless the TimeBudget ends a level. ParaView before 6.2 cannot abort an
+ * update: give it a TimeBudget or Background there.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkIsotropicRemeshFilter
  */
@@ -55,7 +66,8 @@ public:
   {
     ICOSPHERE = 0, ///< for surfaces of genus 0
     TORUS = 1,     ///< for surfaces of genus 1, around the z axis
-    GIVEN = 2      ///< the mesh on port 1
+    GIVEN = 2,     ///< the mesh on port 1
+    SURFACE = 3    ///< the reference, smoothed and simplified: any topology, with or without boundary
   };
 
   ///@{
@@ -70,11 +82,12 @@ public:
   /**
    * Mesh that is fitted: of the topology of the reference, and wound as it is. Default ICOSPHERE.
    */
-  vtkSetClampMacro(Template, int, ICOSPHERE, GIVEN);
+  vtkSetClampMacro(Template, int, ICOSPHERE, SURFACE);
   vtkGetMacro(Template, int);
   void SetTemplateToIcosphere() { this->SetTemplate(ICOSPHERE); }
   void SetTemplateToTorus() { this->SetTemplate(TORUS); }
   void SetTemplateToGiven() { this->SetTemplate(GIVEN); }
+  void SetTemplateToSurface() { this->SetTemplate(SURFACE); }
   ///@}
 
   ///@{
@@ -96,7 +109,26 @@ public:
 
   ///@{
   /**
-   * Number of iterations at each level, from 0 to 1000000. Default 300.
+   * Number of triangles of the template SURFACE, from 4 to 1000000: at most so many, or as few as the topology allows.
+   * Default 320.
+   */
+  vtkSetClampMacro(TemplateTriangles, int, 4, 1000000);
+  vtkGetMacro(TemplateTriangles, int);
+  ///@}
+
+  ///@{
+  /**
+   * Length that the template SURFACE is smoothed with, world units, at least 0: of waves of this length 5 percent are left, of
+   * waves ten times as long 94 percent; 0 for half of the mean edge length of the template. Default 0.
+   */
+  vtkSetClampMacro(SmoothingLength, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(SmoothingLength, double);
+  ///@}
+
+  ///@{
+  /**
+   * Number of iterations at each level, from 0 to 1000000; for the template SURFACE number of rounds of relaxation of the
+   * finest level. Default 300.
    */
   vtkSetClampMacro(Iterations, int, 0, 1000000);
   vtkGetMacro(Iterations, int);
@@ -235,6 +267,8 @@ private:
   int Template = ICOSPHERE;
   int IcosphereLevel = 2;
   int TorusSegments = 24;
+  int TemplateTriangles = 320;
+  double SmoothingLength = 0.0;
   int Iterations = 300;
   int TriangulationSteps = 3;
   int ChamferSteps = 2;

@@ -50,7 +50,7 @@ FILTERS = (
     (("Filters/Training/vtkLatentDiffusionTrainer.h", TRAINER), "Wrapping/ParaView/LatentDiffusionTrainer.xml", 34, 4,
      {"TextureImage", "StopBackground"}),
     (TRAINER, "Wrapping/ParaView/ModelTrainer.xml", 9, 2, {"StopBackground"}),
-    ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 14, 1,
+    ("Filters/Training/vtkMultiscaleMeshFitter.h", "Wrapping/ParaView/MultiscaleMeshFitter.xml", 16, 1,
      {"GivenTemplate", "StopBackground"}),
     ("Filters/Meshing/vtkIsotropicRemeshFilter.h", "Wrapping/ParaView/IsotropicRemesh.xml", 8, 1, set()),
     ("Filters/Ensembles/vtkPoseEnsembleFilter.h", "Wrapping/ParaView/PoseEnsemble.xml", 13, 1, {"Template"}),

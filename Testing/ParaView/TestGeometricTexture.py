@@ -78,6 +78,8 @@ FITTER = {
     "Template": ("Icosphere", "Given", vtkMultiscaleMeshFitter.GIVEN),
     "IcosphereLevel": (2, 1, 1),
     "TorusSegments": (24, 9, 9),
+    "TemplateTriangles": (320, 80, 80),
+    "SmoothingLength": (0.0, 0.5, 0.5),
     "Iterations": (300, 10, 10),
     "TriangulationSteps": (3, 1, 1),
     "ChamferSteps": (2, 1, 1),

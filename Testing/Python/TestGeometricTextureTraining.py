@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import icosphere, polydata_of
+from conftest import icosphere, points_of, polydata_of
 from surfacesynthesis import (
     SurfaceSynthesisError,
     fit_levels,
@@ -54,9 +54,36 @@ def test_a_template_may_be_given_to_the_fit(ball):
     assert torus.levels[0].GetNumberOfPolys() == 54
 
 
+def test_a_template_of_the_surface_fits_any_topology_closely():
+    from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+    from vtkmodules.vtkFiltersSources import vtkPlaneSource
+
+    flat = vtkPlaneSource()
+    flat.SetResolution(20, 20)
+    triangles = vtkTriangleFilter()
+    triangles.SetInputConnection(flat.GetOutputPort())
+    triangles.Update()
+    plane = triangles.GetOutput()
+    fit = fit_levels(plane, template="surface", levels=3, template_triangles=20, smoothing_length=0.01, iterations=20)
+    coarse = fit.template.GetNumberOfPolys()
+    assert 16 <= coarse <= 20
+    assert [level.GetNumberOfPolys() for level in fit.levels] == [coarse, 4 * coarse, 16 * coarse]
+    assert fit.symmetric_mean_distances[-1] < 2e-3 and fit.mean_normal_angles[-1] < 1e-3
+    assert fit.symmetric_percentiles_95[-1] < 1e-2
+    assert fit.self_intersections[-1] in (0, None)
+    points = points_of(fit.levels[-1])
+    assert np.abs(points[:, :2]).max() <= 0.5 + 1e-6 and np.abs(points[:, :2]).max(axis=0) == pytest.approx(0.5)
+    fan = (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1.0]]), np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]]))
+    with pytest.raises(SurfaceSynthesisError, match="non-manifold|three or more|manifold"):
+        fit_levels(fan, template="surface", levels=1)
+
+
 @pytest.mark.parametrize(
     "parameters, error",
     [
+        ({"template_triangles": 3}, ValueError),
+        ({"smoothing_length": 0.0}, ValueError),
+        ({"template": "sphere"}, ValueError),
         ({"levels": 0}, ValueError),
         ({"levels": 11}, ValueError),
         ({"template": "cube"}, ValueError),
@@ -157,6 +184,10 @@ def test_the_commands_make_a_texture_of_a_file(ball, tmp_path, capsys):
     options = ["--levels", "2", "--icosphere-level", "1", "--iterations", "3", "--surface-samples", "100"]
     assert main(["levels", str(tmp_path / "egg.ply"), dataset, *options]) == 0
     assert "2 levels, 320 triangles" in capsys.readouterr().out
+    options = ["--levels", "2", "--template", "surface", "--template-triangles", "40", "--iterations", "3"]
+    assert main(["levels", str(tmp_path / "egg.ply"), str(tmp_path / "other.safetensors"), *options]) == 0
+    printed = capsys.readouterr().out
+    assert "2 levels, 160 triangles" in printed and "both directions" in printed
     options = ["--iterations", "2", "--layers", "3", "--start-channels", "4", "--minimum-channels", "4",
                "--texture-name", "egg"]
     assert main(["train", "geometric-texture", dataset, model_file, *options, "--device", "cpu"]) == 0

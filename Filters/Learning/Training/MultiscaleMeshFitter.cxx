@@ -4,12 +4,15 @@
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MidpointSubdivision.h"
+#include "Core/Mesh/SurfaceDistance.h"
+#include "Core/Mesh/SurfaceRelaxation.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
 #include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/NearestPoints.h"
 #include "Learning/Training/OptionChecks.h"
+#include "Learning/Training/SurfaceTemplate.h"
 #include "Learning/Training/TimeLimit.h"
 
 #include <Eigen/Geometry>
@@ -26,6 +29,9 @@ namespace surfsynth
 
 namespace
 {
+constexpr int MostFoldRounds = 100;
+constexpr std::int64_t DistanceSamples = 20000;
+
 /// Half of the longest side of the box, and its centre.
 struct BoxFrame
 {
@@ -231,6 +237,62 @@ void RequireReference(const TriangleMesh& reference)
   any.ManifoldEdges = false;
   RequireValidMesh(reference, any);
 }
+
+/// Adds the distance of the last level.
+void AddDistance(MultiscaleFit& fit, const TriangleMesh& reference)
+{
+  const TriangleMesh& level = fit.Dataset.Levels.back();
+  const PointDistances points = DistanceToSurface(level.Points, reference);
+  const auto find = [](const TriangleMesh& mesh, const PointMatrix& places) {
+    return NearestSurface(mesh).NearestPlaces(places);
+  };
+  const DistanceSummary both = ComputeSurfaceDistance(level, reference, find, DistanceSamples).Symmetric;
+  fit.Distances.push_back({ points.Mean, points.Largest, both.Mean, both.Percentile95,
+    MeanNormalAngle(level, reference, find, DistanceSamples) });
+}
+
+/// Relaxes @p mesh along @p reference. @return number of rounds done.
+std::int64_t Relax(TriangleMesh& mesh, const TriangleMesh& reference, const MultiscaleFitOptions& options,
+  const TimeLimit& limit, const Progress& progress)
+{
+  const NearestSurface surface(reference);
+  const MeshTopology topology(mesh);
+  std::int64_t done = 0;
+  for (; done < options.Iterations && !limit.IsReached(); ++done)
+  {
+    Report(progress, 0.1 + 0.8 * static_cast<double>(done) / static_cast<double>(options.Iterations));
+    RelaxOnSurface(mesh, topology, surface, 1);
+  }
+  SmoothFolds(mesh, topology, MostFoldRounds);
+  return done;
+}
+
+/// The fit of a template that is made from the reference.
+MultiscaleFit FitSurfaceTemplate(
+  const TriangleMesh& reference, const MultiscaleFitOptions& options, const Progress& progress)
+{
+  const TimeLimit limit(options.TimeBudget);
+  const auto triangles = static_cast<Index>(options.TemplateTriangles);
+  const SurfaceTemplate start(
+    reference, triangles, options.SmoothingLength, [&](double done) { return !progress || progress(0.1 * done); });
+  TriangleMesh finest = start.OnReference(static_cast<int>(options.Levels) - 1);
+  const TimeLimit clock(0.0);
+  const std::int64_t done = Relax(finest, reference, options, limit, progress);
+  MultiscaleFit fit;
+  fit.SecondsForAll = clock.Elapsed() * static_cast<double>(options.Iterations) /
+    static_cast<double>(std::max<std::int64_t>(done, 1));
+  fit.Dataset.Template = start.Mesh();
+  TriangleMesh level = start.Mesh();
+  for (std::int64_t k = 0; k < options.Levels; ++k)
+  {
+    level = k > 0 ? SubdivideAtMidpoints(level).Mesh : level;
+    fit.Dataset.Levels.push_back({ finest.Points.topRows(level.NumberOfPoints()), level.Triangles });
+    fit.Iterations.push_back(done);
+    AddDistance(fit, reference);
+  }
+  Report(progress, 1.0);
+  return fit;
+}
 } // namespace
 
 void CheckOptions(const MultiscaleFitOptions& options)
@@ -239,6 +301,8 @@ void CheckOptions(const MultiscaleFitOptions& options)
   check.Count("Levels", options.Levels, 1, 10);
   check.Count("IcosphereLevel", options.IcosphereLevel, 0, 6);
   check.Count("TorusSegments", options.TorusSegments, 3, 1000);
+  check.Count("TemplateTriangles", options.TemplateTriangles, 4, 1000000);
+  check.Weight("SmoothingLength", options.SmoothingLength);
   check.Count("Iterations", options.Iterations, 0, 1000000);
   check.Count("TriangulationSteps", options.TriangulationSteps, 0, 1000);
   check.Count("ChamferSteps", options.ChamferSteps, 0, 1000);
@@ -254,6 +318,10 @@ MultiscaleFit FitMultiscaleMesh(
 {
   CheckOptions(options);
   RequireReference(reference);
+  if (options.Template == FitTemplate::Surface)
+  {
+    return FitSurfaceTemplate(reference, options, progress);
+  }
   const TimeLimit limit(options.TimeBudget);
   const TriangleMesh start = MakeTemplate(options);
   const BoxFrame startFrame(start);
@@ -278,8 +346,7 @@ MultiscaleFit FitMultiscaleMesh(
       [&](std::int64_t k) { Report(progress, share * static_cast<double>(level * options.Iterations + k)); });
     mesh.Points = ToPoints(source.Positions);
     fit.Dataset.Levels.push_back({ inReference(mesh.Points), mesh.Triangles });
-    const PointDistances distance = DistanceToSurface(fit.Dataset.Levels.back().Points, reference);
-    fit.Distances.push_back({ distance.Mean, distance.Largest });
+    AddDistance(fit, reference);
     if (level + 1 < options.Levels)
     {
       mesh = SubdivideAtMidpoints(mesh).Mesh;

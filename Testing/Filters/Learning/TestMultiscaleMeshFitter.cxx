@@ -4,6 +4,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Learning/Training/FitTemplates.h"
 #include "Learning/Training/MultiscaleMeshFitter.h"
 #include "Learning/Training/NearestPoints.h"
@@ -123,6 +124,69 @@ TEST(MultiscaleMeshFitter, TakesAGivenTemplateAndATorus)
   options.Template = FitTemplate::Torus;
   options.TorusSegments = 12;
   EXPECT_EQ(FitMultiscaleMesh(test::Torus(20, 10), options).Dataset.Levels[0].NumberOfTriangles(), 96);
+}
+
+TEST(MultiscaleMeshFitter, ATemplateOfTheSurfaceFitsAnyTopology)
+{
+  MultiscaleFitOptions options;
+  options.Template = FitTemplate::Surface;
+  options.TemplateTriangles = 40;
+  options.Levels = 3;
+  options.Iterations = 30;
+  for (const TriangleMesh& mesh : { Egg(), test::Torus(40, 20), test::OpenCylinder(40, 20), test::PlanePatch(20, 20) })
+  {
+    const MultiscaleFit fit = FitMultiscaleMesh(mesh, options);
+    CheckDataset(fit.Dataset);
+    const BoundingBox box = ComputeBoundingBox(mesh);
+    const double diagonal = (box.Upper - box.Lower).norm();
+    const TriangleMesh& finest = fit.Dataset.Levels.back();
+    const MeshStatistics expected = ComputeMeshStatistics(mesh);
+    const MeshStatistics found = ComputeMeshStatistics(finest);
+    EXPECT_EQ(found.EulerCharacteristic(), expected.EulerCharacteristic());
+    EXPECT_EQ(found.BoundaryLoops, expected.BoundaryLoops);
+    EXPECT_LT(fit.Distances.back().SymmetricMean, 0.005 * diagonal);
+    EXPECT_LT(fit.Distances.back().SymmetricPercentile95, 0.01 * diagonal);
+    EXPECT_LT(fit.Distances.back().NormalAngle, 10.0);
+    EXPECT_LT(fit.Distances.back().Largest, 1e-3 * diagonal);
+    EXPECT_EQ(fit.Dataset.Levels[0].Points, finest.Points.topRows(fit.Dataset.Levels[0].NumberOfPoints()));
+  }
+}
+
+TEST(MultiscaleMeshFitter, ATemplateOfTheSurfaceIsSmooth)
+{
+  TriangleMesh rough = test::PlanePatch(40, 40);
+  for (Index v = 0; v < rough.NumberOfPoints(); ++v)
+  {
+    rough.Points(v, 2) = 0.02 * std::sin(40.0 * rough.Points(v, 0)) * std::sin(40.0 * rough.Points(v, 1));
+  }
+  MultiscaleFitOptions options;
+  options.Template = FitTemplate::Surface;
+  options.TemplateTriangles = 80;
+  options.Levels = 1;
+  options.Iterations = 0;
+  const auto spread = [&](double length) {
+    options.SmoothingLength = length;
+    const Eigen::VectorXd height = FitMultiscaleMesh(rough, options).Dataset.Template.Points.col(2);
+    return height.maxCoeff() - height.minCoeff();
+  };
+  EXPECT_GT(spread(1e-3), 0.02);
+  EXPECT_LT(spread(0.2), 0.1 * spread(1e-3)); // waves of a length of 0.11
+}
+
+TEST(MultiscaleMeshFitter, ATemplateOfTheSurfaceNeedsAManifold)
+{
+  MultiscaleFitOptions options;
+  options.Template = FitTemplate::Surface;
+  TriangleMesh turned = test::Icosphere(2);
+  turned.Triangles.row(0).reverseInPlace();
+  EXPECT_THROW(FitMultiscaleMesh(turned, options), InvalidInput);
+  options.TemplateTriangles = 3;
+  EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
+  options.TemplateTriangles = 40;
+  options.SmoothingLength = -1.0;
+  EXPECT_THROW(FitMultiscaleMesh(Egg(), options), InvalidInput);
+  options.SmoothingLength = 0.0;
+  EXPECT_THROW(FitMultiscaleMesh(Egg(), options, [](double) { return false; }), Cancelled);
 }
 
 TEST(MultiscaleMeshFitter, RefusesWhatItCannotFitAndStopsWhenTold)

@@ -38,6 +38,11 @@ using ::testing::IsEmpty;
 namespace
 {
 constexpr int Levels = 2;
+#ifdef SURFACE_SYNTHESIS_CGAL
+constexpr int CountsIntersections = 1;
+#else
+constexpr int CountsIntersections = 0;
+#endif
 
 /// A stretched ball, fitted in a second.
 Soup Egg()
@@ -133,6 +138,24 @@ TEST(MultiscaleMeshFitterFilter, TheTemplateCanBeGivenOrATorus)
   OutputOf(filter);
   EXPECT_EQ(LevelOf(filter, 0)->GetNumberOfPolys(), 20);
   EXPECT_EQ(LevelOf(filter, 0)->GetNumberOfPoints(), 12);
+}
+
+TEST(MultiscaleMeshFitterFilter, TheTemplateCanBeMadeFromTheSurface)
+{
+  const auto filter = FitterOn(Egg().ToPolyData());
+  filter->SetTemplateToSurface();
+  filter->SetTemplateTriangles(40);
+  filter->SetSmoothingLength(0.5);
+  OutputOf(filter);
+  EXPECT_EQ(TemplateOf(filter)->GetNumberOfPolys(), 40);
+  vtkPolyData* finest = LevelOf(filter, 1);
+  EXPECT_EQ(finest->GetNumberOfPolys(), 160);
+  const auto value = [&](const char* name) { return finest->GetFieldData()->GetArray(name)->GetTuple1(0); };
+  EXPECT_LT(value("SymmetricMeanDistance"), 0.1);
+  EXPECT_LE(value("SymmetricMeanDistance"), value("SymmetricPercentile95"));
+  EXPECT_GT(value("MeanNormalAngle"), 0.0);
+  EXPECT_LT(value("MeanNormalAngle"), 30.0);
+  EXPECT_EQ(finest->GetFieldData()->HasArray("NumberOfSelfIntersections"), CountsIntersections);
 }
 
 TEST(MultiscaleMeshFitterFilter, WritesADatasetForTraining)
@@ -349,7 +372,7 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   filter->SetNumberOfLevels(11);
   EXPECT_EQ(filter->GetNumberOfLevels(), 10);
   filter->SetTemplate(7);
-  EXPECT_EQ(filter->GetTemplate(), vtkMultiscaleMeshFitter::GIVEN);
+  EXPECT_EQ(filter->GetTemplate(), vtkMultiscaleMeshFitter::SURFACE);
   filter->SetLearningRate(-1.0);
   EXPECT_GT(filter->GetLearningRate(), 0.0);
   filter->SetLearningRateDecay(2.0);
@@ -361,9 +384,10 @@ TEST(MultiscaleMeshFitterFilter, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetMTime(), before);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "NumberOfLevels: 10", "Template: 2", "IcosphereLevel: 2", "TorusSegments: 24",
+  for (const char* line : { "NumberOfLevels: 10", "Template: 3", "IcosphereLevel: 2", "TorusSegments: 24",
          "Iterations: 300", "TriangulationSteps: 3", "ChamferSteps: 2", "Samples: 1", "LearningRateDecay: 1",
-         "PublishedNormals: 0", "Seed: 0", "Background: 0", "BackgroundState: ", "DatasetFileName: \n" })
+         "TemplateTriangles: 320", "SmoothingLength: 0", "PublishedNormals: 0", "Seed: 0", "Background: 0",
+         "BackgroundState: ", "DatasetFileName: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -29,7 +29,11 @@ from .training import LARGEST_LEARNING_RATE, count, factor, shallow_copy
 from .vtkSurfaceSynthesisTraining import vtkGeometricTextureTrainer, vtkMultiscaleMeshFitter
 
 #: The mesh that is fitted, by the name that ``template`` takes.
-TEMPLATES = {"icosphere": vtkMultiscaleMeshFitter.ICOSPHERE, "torus": vtkMultiscaleMeshFitter.TORUS}
+TEMPLATES = {
+    "icosphere": vtkMultiscaleMeshFitter.ICOSPHERE,
+    "torus": vtkMultiscaleMeshFitter.TORUS,
+    "surface": vtkMultiscaleMeshFitter.SURFACE,
+}
 
 #: The columns of the losses.
 COLUMNS = (
@@ -44,9 +48,15 @@ COLUMNS = (
 _PATHS = (str, bytes, os.PathLike)
 _SURFACE = "a vtkPolyData or a pair of arrays (points, triangles)"
 
-#: The result of fit_levels(): the levels, coarse to fine, and the template, each a vtkPolyData; and the mean and the
-#: largest distance of the points of each level from the reference, world units.
-FittedLevels = collections.namedtuple("FittedLevels", "levels template mean_distances largest_distances")
+#: The result of fit_levels(): the levels, coarse to fine, and the template, each a vtkPolyData; and for each level the mean
+#: and the largest distance of its points from the reference, the mean and the 95th percentile of the distances of samples of
+#: both surfaces from the other one, all in world units, the mean angle of the normals there in degrees, and the number of pairs
+#: of triangles that intersect, None in builds without CGAL.
+FittedLevels = collections.namedtuple(
+    "FittedLevels",
+    "levels template mean_distances largest_distances symmetric_mean_distances symmetric_percentiles_95 "
+    "mean_normal_angles self_intersections",
+)
 
 
 @renamed_keywords(samples="surface_samples")
@@ -64,13 +74,21 @@ def fit_levels(reference, progress=None, **options):
         Number of levels, from 1 to 10; each has four times the triangles of the one before. Default 5.
     template : str, vtkPolyData or pair (points, triangles)
         The mesh that is fitted, of the topology of the reference and wound as it is: "icosphere", "torus", around the z
-        axis, or a mesh. Default "icosphere".
+        axis, "surface", made from the reference, which has manifold edges and points, consistent winding and any topology,
+        with or without boundary, or a mesh. Default "icosphere". For "surface" steps, learning rates, samples and seed play
+        no part.
     icosphere_level : int
         Number of times that the triangles of the icosahedron are cut into four, from 0 to 6. Default 2.
     torus_segments : int
         Pairs of triangles around the axis of the torus, from 3 to 1000. Default 24.
+    template_triangles : int
+        Number of triangles of the template "surface", from 4 to 1000000. Default 320.
+    smoothing_length : float, optional
+        Length that the template "surface" is smoothed with, world units, larger than 0: of waves of this length 5 percent
+        are left, of waves ten times as long 94 percent. Default: half of the mean edge length of the template.
     iterations : int
-        Number of iterations at each level, from 0 to 1000000. Default 300.
+        Number of iterations at each level, from 0 to 1000000; for the template "surface" number of rounds of relaxation of
+        the finest level. Default 300.
     triangulation_steps, chamfer_steps : int
         Steps in each iteration that keep triangles even, and that bring the surfaces closer, from 0 to 1000. Default 3
         and 2.
@@ -95,7 +113,8 @@ def fit_levels(reference, progress=None, **options):
     Returns
     -------
     FittedLevels
-        The named tuple (levels, template, mean_distances, largest_distances); empty lists for an empty reference.
+        The named tuple (levels, template, mean_distances, largest_distances, symmetric_mean_distances,
+        symmetric_percentiles_95, mean_normal_angles, self_intersections); empty lists for an empty reference.
 
     Raises
     ------
@@ -119,6 +138,8 @@ def configured_fitter(
     template="icosphere",
     icosphere_level=2,
     torus_segments=24,
+    template_triangles=320,
+    smoothing_length=None,
     iterations=300,
     triangulation_steps=3,
     chamfer_steps=2,
@@ -140,6 +161,9 @@ def configured_fitter(
         algorithm.SetInputDataObject(1, _surface("template", template))
     algorithm.SetIcosphereLevel(count("icosphere_level", icosphere_level, 0, 6))
     algorithm.SetTorusSegments(count("torus_segments", torus_segments, 3, 1000))
+    algorithm.SetTemplateTriangles(count("template_triangles", template_triangles, 4, 1000000))
+    if smoothing_length is not None:
+        algorithm.SetSmoothingLength(positive("smoothing_length", smoothing_length))
     algorithm.SetIterations(count("iterations", iterations, 0, 1000000))
     steps = count("triangulation_steps", triangulation_steps, 0, 1000)
     algorithm.SetTriangulationSteps(steps)
@@ -158,11 +182,11 @@ def fitted_levels(algorithm):
     """The result of fit_levels(), from a filter that has run."""
     blocks = algorithm.GetOutputDataObject(0)
     levels = [shallow_copy(blocks.GetBlock(k)) for k in range(blocks.GetNumberOfBlocks())]
-    distances = [
-        [level.GetFieldData().GetArray(name).GetTuple1(0) for level in levels]
-        for name in ("MeanDistance", "LargestDistance")
-    ]
-    return FittedLevels(levels, shallow_copy(algorithm.GetOutputDataObject(1)), *distances)
+    names = ("MeanDistance", "LargestDistance", "SymmetricMeanDistance", "SymmetricPercentile95", "MeanNormalAngle")
+    distances = [[level.GetFieldData().GetArray(name).GetTuple1(0) for level in levels] for name in names]
+    pairs = [level.GetFieldData().GetArray("NumberOfSelfIntersections") for level in levels]
+    intersections = [int(array.GetTuple1(0)) if array else None for array in pairs]
+    return FittedLevels(levels, shallow_copy(algorithm.GetOutputDataObject(1)), *distances, intersections)
 
 
 @renamed_keywords(name="texture_name", least_channels="minimum_channels", most_channels="maximum_channels")

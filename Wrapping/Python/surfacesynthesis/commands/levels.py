@@ -14,12 +14,14 @@ examples:
   %(prog)s bark.ply bark-levels.safetensors
   %(prog)s ring.ply ring-levels.safetensors --template torus --levels 4
   %(prog)s hand.ply hand-levels.safetensors --template coarse-hand.ply
+  %(prog)s scan.ply scan-levels.safetensors --template surface --template-triangles 320
 """
 _NUMBERS = (
     ("levels", int, 5, "N", "number of levels, 1 to 10"),
     ("icosphere-level", int, 2, "N", "how often the triangles of the icosahedron are cut into four, 0 to 6"),
     ("torus-segments", int, 24, "N", "pairs of triangles around the axis of the torus, 3 to 1000"),
-    ("iterations", int, 300, "N", "iterations at each level"),
+    ("template-triangles", int, 320, "N", "triangles of the template surface, 4 to 1000000"),
+    ("iterations", int, 300, "N", "iterations at each level; for the template surface rounds of relaxation"),
     ("triangulation-steps", int, 3, "N", "steps in each that keep triangles even"),
     ("chamfer-steps", int, 2, "N", "steps in each that bring the surfaces closer"),
     ("learning-rate", float, 1e-2, "R", "of Adam, in mean edge lengths of the template, halved with each level"),
@@ -42,7 +44,7 @@ def add(commands):
         "--template",
         default="icosphere",
         metavar="WHAT",
-        help="what is fitted: icosphere (default), torus, or a file with a surface",
+        help="what is fitted: icosphere (default), torus, surface (made from REFERENCE, of any topology), or a file",
     )
     fit = parser.add_argument_group("fit")
     for name, kind, default, metavar, text in _NUMBERS:
@@ -51,6 +53,12 @@ def add(commands):
         )
         if name == "surface-samples":
             add_former_option(parser, "--samples", option)
+    fit.add_argument(
+        "--smoothing-length",
+        type=float,
+        metavar="L",
+        help="length that the template surface is smoothed with (default: half of its mean edge length)",
+    )
     fit.add_argument("--published-normals", action="store_true", help="compare normals as in the published code")
     add_running_options(parser.add_argument_group("running"))
 
@@ -66,6 +74,7 @@ def run(arguments):
     algorithm = as_usage(
         configured_fitter,
         template=template,
+        smoothing_length=arguments.smoothing_length,
         published_normals=arguments.published_normals,
         dataset=arguments.output,
         **numbers,
@@ -75,6 +84,27 @@ def run(arguments):
     fit = fitted_levels(algorithm)
     distances = ", ".join(f"{distance:.3g}" for distance in fit.mean_distances)
     triangles = fit.levels[-1].GetNumberOfPolys()
-    values = {"levels": len(fit.levels), "triangles": triangles, "mean_distances": fit.mean_distances}
-    text = f"{len(fit.levels)} levels, {triangles:,} triangles, mean distances {distances}"
+    values = {
+        "levels": len(fit.levels),
+        "triangles": triangles,
+        "mean_distances": fit.mean_distances,
+        "symmetric_mean_distances": fit.symmetric_mean_distances,
+        "symmetric_percentiles_95": fit.symmetric_percentiles_95,
+        "mean_normal_angles": fit.mean_normal_angles,
+        "self_intersections": fit.self_intersections,
+    }
+    text = f"{len(fit.levels)} levels, {triangles:,} triangles, mean distances {distances}" + _finest(fit)
     return Outcome(text, values, [arguments.output])
+
+
+def _finest(fit):
+    """Text about the distance of the finest level in both directions."""
+    if not fit.levels:
+        return ""
+    lines = [
+        f"\nfinest level, both directions: mean distance {fit.symmetric_mean_distances[-1]:.3g}, "
+        f"95th percentile {fit.symmetric_percentiles_95[-1]:.3g}, angle of normals {fit.mean_normal_angles[-1]:.1f} degrees"
+    ]
+    if fit.self_intersections[-1] is not None:
+        lines.append(f"{fit.self_intersections[-1]:,} self-intersections")
+    return ", ".join(lines)
