@@ -87,6 +87,21 @@ TEST(SurfaceSimplification, StopsBeforeTheTopologyWouldChange)
   }
 }
 
+TEST(SurfaceSimplification, KeepsAllComponents)
+{
+  const TriangleMesh ball = test::Icosphere(2);
+  const TriangleMesh sheet = test::Translated(test::PlanePatch(6, 6, 0.2, 0.2), { 3.0, 0.0, 0.0 });
+  TriangleMesh both = ball;
+  both.Points.conservativeResize(ball.NumberOfPoints() + sheet.NumberOfPoints(), 3);
+  both.Points.bottomRows(sheet.NumberOfPoints()) = sheet.Points;
+  both.Triangles.conservativeResize(ball.NumberOfTriangles() + sheet.NumberOfTriangles(), 3);
+  both.Triangles.bottomRows(sheet.NumberOfTriangles()) = sheet.Triangles.array() + ball.NumberOfPoints();
+  for (const Index wanted : { 40, 0 })
+  {
+    ExpectSameTopology(both, SurfaceSimplification(both, wanted).Coarse());
+  }
+}
+
 TEST(SurfaceSimplification, MapsPointsOntoThemselves)
 {
   const TriangleMesh ball = test::Icosphere(3);

@@ -173,6 +173,21 @@ TEST(MultiscaleMeshFitter, ATemplateOfTheSurfaceIsSmooth)
   EXPECT_LT(spread(0.2), 0.1 * spread(1e-3)); // waves of a length of 0.11
 }
 
+TEST(MultiscaleMeshFitter, ATimeBudgetEndsTheRelaxationOfATemplateOfTheSurface)
+{
+  MultiscaleFitOptions options;
+  options.Template = FitTemplate::Surface;
+  options.TemplateTriangles = 40;
+  options.Levels = 2;
+  options.Iterations = 1000000;
+  options.TimeBudget = 0.5 / 60.0;
+  const MultiscaleFit fit = FitMultiscaleMesh(Egg(), options);
+  ASSERT_EQ(fit.Iterations.size(), 2U);
+  EXPECT_LT(fit.Iterations[0], options.Iterations);
+  EXPECT_GT(fit.SecondsForAll, 0.5);
+  EXPECT_EQ(fit.Dataset.Levels.size(), 2U);
+}
+
 TEST(MultiscaleMeshFitter, ATemplateOfTheSurfaceNeedsAManifold)
 {
   MultiscaleFitOptions options;
