@@ -157,20 +157,20 @@ def wide_ball(path):
 
 def bumpy(path):
     """A surface with a texture: waves on a ball, and their direction."""
-    points, triangles = icosphere(3, 50.0)
-    mesh = polydata_of(points * (1.0 + 0.02 * np.sin(points / 4.0).prod(axis=1, keepdims=True)), triangles)
+    points, triangles = icosphere(2, 50.0)
+    mesh = polydata_of(points * (1.0 + 0.02 * np.sin(points / 8.0).prod(axis=1, keepdims=True)), triangles)
     add_array(mesh.GetPointData(), "Growth", np.tile([0.0, 0.0, 1.0], (len(points), 1)))
     write_mesh(mesh, path)
 
 
 def smooth_ball(path):
     """The surface of bumpy() without its texture."""
-    write_mesh(polydata_of(*icosphere(3, 50.0)), path)
+    write_mesh(polydata_of(*icosphere(2, 50.0)), path)
 
 
 def growing(path):
     """A surface with directions and a mask at its points."""
-    points, triangles = icosphere(2, 50.0)
+    points, triangles = icosphere(1, 50.0)
     mesh = polydata_of(points * [1.0, 0.9, 0.8], triangles)
     add_array(mesh.GetPointData(), "Growth", np.tile([0.0, 1.0, 0.0], (len(points), 1)))
     add_array(mesh.GetPointData(), "Grown", (points[:, 1] > 0.0).astype(float))
@@ -419,7 +419,7 @@ INPUTS = {
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
     "texture-statistics": {"old-scales.safetensors": model("knobs")},
     "geometric-texture-distance": {"synthesized_2.ply": ball, "levels_2.ply": ball},
-    "geometric-texture-from-example": {"bunny.ply": ball, "scan.ply": bumpy, "smooth.ply": smooth_ball,
+    "geometric-texture-from-example": {"bunny.ply": lambda path: ball(path, 1), "scan.ply": bumpy, "smooth.ply": smooth_ball,
                                        "horn.vtp": growing, "bark.vtp": bumpy},
     "geometric-texture-features": {"synthesized_2.ply": ball, "target_2.ply": ball, "levels_2.ply": ball, "ball_2.ply": ball},
     "levels": {"bark.ply": ball, "ring.ply": torus, "hand.ply": ball, "scan.ply": ball,

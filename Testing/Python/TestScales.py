@@ -69,9 +69,10 @@ TABLE = {
     "geometric-texture-remesh":
         ("geometric-texture a.vtp o.vtp --model {MODELS}/spikes.safetensors --start-level 3 --prepare remesh --scale 1.2",
          ["Displacement"]),
-    "texture-from-example": ("geometric-texture-from-example a.vtp b.vtp o.vtp --subdivisions 1", ["Displacement"]),
+    "texture-from-example": ("geometric-texture-from-example a.vtp b.vtp o.vtp --subdivisions 0", ["Displacement"]),
     "texture-from-example-lengths":
-        ("geometric-texture-from-example a.vtp b.vtp o.vtp --texture-scale 0.5 --smoothing-length {40}", ["Displacement"]),
+        ("geometric-texture-from-example a.vtp b.vtp o.vtp --texture-scale 2 --scales 1 --smoothing-length {40}",
+         ["Displacement"]),
     "geometric-texture-distance": ("geometric-texture-distance a.vtp b.vtp", []),
     "geometric-texture-features":
         ("geometric-texture-features b.vtp --bare a.vtp --output o.vtp", ["Height", "Prominence"]),
@@ -85,7 +86,8 @@ TABLE = {
 PACKED = 0.12
 #: Tests whose commands divide or choose by comparisons, which rounding decides: far from the origin other triangles come.
 DIVIDING = {"surface", "surface-defaults", "remesh", "remesh-length", "tetrahedralize", "texture-atlas", "noise-volume",
-            "geometric-texture-remesh", "sample-texture", "decode-texture"}  # fmt: skip
+            "geometric-texture-remesh", "sample-texture", "decode-texture", "texture-from-example",
+            "texture-from-example-lengths"}  # fmt: skip
 #: Tests of what belongs to places in space.
 PLACED = {"deform-part", "noise-coherent"}
 #: Commands that take no mesh, or go through the same filter as one in the table, or train: networks see normalized meshes.
