@@ -220,6 +220,7 @@ private:
     const surfsynth::UsedPoints points(surface.Mesh);
     const surfsynth::TriangleMesh textured = points.Compact(surface.Mesh);
     surfsynth::TriangleMesh form;
+    surfsynth::GeometricTextureExampleOptions options;
     if (plain)
     {
       if (plain->Mesh.NumberOfPoints() != surface.Mesh.NumberOfPoints())
@@ -236,8 +237,8 @@ private:
       const double area = surfsynth::LumpedMass(textured, topology).sum();
       const double length = key.SmoothingLength > 0.0 ? key.SmoothingLength : 0.1 * std::sqrt(area);
       form = surfsynth::SmoothedForm(textured, topology, length);
+      options.Margin = length;
     }
-    surfsynth::GeometricTextureExampleOptions options;
     options.Scales = key.Scales;
     options.Directions = key.Directions;
     return std::make_shared<const surfsynth::GeometricTextureExample>(textured, form, options, progress);

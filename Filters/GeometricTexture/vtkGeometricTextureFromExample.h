@@ -78,7 +78,7 @@ public:
   ///@{
   /**
    * Size of the texture on the target over its size on the example, both in world units, from 0 to 1e12. 0, the default, for
-   * the mean edge length of the target, once subdivided, over that of the example: triangles stand for triangles, whatever
+   * the mean edge length of the target, once subdivided, over that of the plain example: triangles stand for triangles, whatever
    * the units are.
    */
   vtkSetClampMacro(TextureScale, double, 0.0, 1e12);
@@ -106,8 +106,9 @@ public:
   ///@{
   /**
    * Length of the smoothing that takes the texture off the example, world units of the example, at least 0; used without port
-   * 2. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten times as long. 0, the
-   * default, for a tenth of the root of the area.
+   * 2. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten times as long. Patches
+   * within this length of a boundary are left out, because the smooth form draws back there. 0, the default, for a tenth of the
+   * root of the area.
    */
   vtkSetClampMacro(SmoothingLength, double, 0.0, 1e300);
   vtkGetMacro(SmoothingLength, double);

@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/EdgeDistances.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/CholeskySolver.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -27,7 +29,7 @@ namespace
 constexpr double SmoothingOfSpacing = 0.2;
 /// Patches for a square of the spacing, and bounds of their number.
 constexpr double PatchesOfSquare = 18.0;
-constexpr std::int64_t FewestPatches = 4096, MostPatches = 32768;
+constexpr std::int64_t FewestPatches = 2048, MostPatches = 32768;
 /// Most principal components, and the share of the variance that is enough.
 constexpr Eigen::Index MostComponents = 40;
 constexpr float EnoughVariance = 0.98F;
@@ -65,8 +67,34 @@ SinglePoints Smoothed(const PatchSurface& surface, const PointMatrix& displaceme
   return columns.cast<float>();
 }
 
-/// Reads the patches that lie inside, or all where there are few.
-ExamplePatches::Rows ReadPatches(const TexturePatches& patches, const SinglePoints& displacement)
+/// Returns the centers whose triangles lie farther from the boundary than @p margin.
+std::vector<PatchCenter> WithoutMargin(
+  const PatchSurface& surface, const std::vector<PatchCenter>& centers, double margin)
+{
+  std::vector<Index> boundary;
+  for (Index v = 0; v < surface.Mesh.NumberOfPoints() && margin > 0.0; ++v)
+  {
+    if (surface.Topology.IsOnBoundary(v))
+    {
+      boundary.push_back(v);
+    }
+  }
+  if (boundary.empty())
+  {
+    return centers;
+  }
+  const Eigen::VectorXd distances = EdgeDistances(surface.Mesh, surface.Topology, boundary);
+  std::vector<PatchCenter> kept;
+  std::copy_if(centers.begin(), centers.end(), std::back_inserter(kept), [&](const PatchCenter& center) {
+    const auto corners = surface.Mesh.Triangles.row(center.Place.Triangle);
+    return std::min({ distances(corners(0)), distances(corners(1)), distances(corners(2)) }) > margin;
+  });
+  return kept;
+}
+
+/// Reads the patches that lie inside.
+/// @param count number of patches with those in the margin, for messages
+ExamplePatches::Rows ReadPatches(const TexturePatches& patches, std::int64_t count, const SinglePoints& displacement)
 {
   std::vector<std::int64_t> inside;
   for (std::int64_t p = 0; p < patches.Count(); ++p)
@@ -78,7 +106,7 @@ ExamplePatches::Rows ReadPatches(const TexturePatches& patches, const SinglePoin
   }
   if (inside.size() < 64)
   {
-    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(patches.Count()) +
+    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(count) +
       " patches of the coarsest scale lie inside the example; a larger example is needed, or fewer scales.");
   }
   ExamplePatches::Rows rows(static_cast<Eigen::Index>(inside.size()), TexturePatches::Components);
@@ -153,6 +181,13 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
   {
     Refuse("there are " + std::to_string(options.Scales) + " scales; 0 to 8 are needed.");
   }
+  if (!(options.Margin >= 0.0) ||
+    (options.Directions.rows() > 0 &&
+      (options.Directions.rows() != plain.Points.rows() || !options.Directions.allFinite())))
+  {
+    Refuse("the margin is below 0, or the directions are not one finite vector for each of " +
+      std::to_string(plain.NumberOfPoints()) + " points.");
+  }
   const SingleThreadedBlas limit;
   const PatchSurface surface(plain);
   this->EdgeLength = surface.MeanEdgeLength;
@@ -171,8 +206,9 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
     const double squares = AreaInSquares(surface, distribution);
     const auto count = static_cast<std::int64_t>(
       std::clamp(PatchesOfSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
-    const TexturePatches patches(surface, DrawPatchCenters(surface, distribution, count), part);
-    scale.Values = ReadPatches(patches,
+    const TexturePatches patches(
+      surface, WithoutMargin(surface, DrawPatchCenters(surface, distribution, count), options.Margin), part);
+    scale.Values = ReadPatches(patches, count,
       s == 0 ? SinglePoints(displacement.cast<float>())
              : Smoothed(surface, displacement, SmoothingOfSpacing * distribution.Spacing));
     Measure(scale);

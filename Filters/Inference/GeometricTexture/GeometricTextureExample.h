@@ -24,6 +24,9 @@ struct GeometricTextureExampleOptions
   /// [V, 3], direction of the texture at the vertices of the example: the first axis of patches. Empty for axes at random.
   PointMatrix Directions;
   std::uint64_t Seed = 0; ///< of the places of the patches
+  /// Distance from the boundary, along edges, within which no center of a patch lies, world units, at least 0: a form that is
+  /// the example, smoothed, is none of its forms there.
+  double Margin = 0.0;
 };
 
 /// Patches of an example at one scale. Values are in units of the spacing of the grids.

@@ -17,6 +17,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 using namespace surfsynthtest;
 using testing::HasSubstr;
@@ -77,6 +78,18 @@ vtkTypeInt64 SynthesesOf(Filter* filter, const std::function<void(Filter*)>& cha
   return filter->GetNumberOfSyntheses() - before;
 }
 
+/// The corpus; with sanitizers each third case, since each takes seconds there.
+std::vector<MalformedCase> Cases()
+{
+  std::vector<MalformedCase> cases;
+  const std::vector<MalformedCase> all = MalformedCorpus();
+  for (std::size_t k = 0; k < all.size(); k += IsSanitized() ? 3 : 1)
+  {
+    cases.push_back(all[k]);
+  }
+  return cases;
+}
+
 class MalformedTarget : public ::testing::TestWithParam<MalformedCase>
 {};
 
@@ -85,7 +98,7 @@ std::string NameOf(const ::testing::TestParamInfo<MalformedCase>& info) { return
 
 TEST_P(MalformedTarget, ToTheFilter) { CheckAlone(GetParam(), MakeFilter, Traits()); }
 
-INSTANTIATE_TEST_SUITE_P(Corpus, MalformedTarget, ::testing::ValuesIn(MalformedCorpus()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Corpus, MalformedTarget, ::testing::ValuesIn(Cases()), NameOf);
 
 TEST(GeometricTextureFromExample, UnchangedParametersCostNoExecutionAndEachChangeExactlyOne)
 {
@@ -133,7 +146,7 @@ TEST(GeometricTextureFromExample, WhatIsTheSameIsNotSynthesizedAgain)
 
 TEST(GeometricTextureFromExample, BitsDoNotDependOnThreads)
 {
-  const auto target = Icosphere(2).ToPolyData();
+  const auto target = Icosphere(1).ToPolyData();
   ExpectSameBitsForAllThreads([&] { return FilterOn(target); }, PointsOf);
 }
 

@@ -137,7 +137,7 @@ TEST(ExampleSynthesis, FeaturesAreThoseOfTheExample)
 
 TEST(ExampleSynthesis, SeedsDecideAndThreadsDoNot)
 {
-  const TriangleMesh target = test::Icosphere(3);
+  const TriangleMesh target = test::Icosphere(2);
   std::vector<PointMatrix> results;
   for (const int threads : { 1, 3 })
   {
@@ -152,7 +152,7 @@ TEST(ExampleSynthesis, SeedsDecideAndThreadsDoNot)
 
 TEST(ExampleSynthesis, UnitsDoNotMatter)
 {
-  const TriangleMesh target = test::Icosphere(3);
+  const TriangleMesh target = test::Icosphere(2);
   const PointMatrix displacement = SynthesizeFromExample(Bumps(), target, OnceDivided()).Level.Displacement;
   const PointMatrix larger =
     SynthesizeFromExample(Bumps(), test::Scaled(target, 1024.0), OnceDivided()).Level.Displacement;
@@ -243,6 +243,6 @@ TEST(ExampleSynthesis, FaultsAreNamed)
 TEST(ExampleSynthesis, AFlatExampleMovesNothing)
 {
   const GeometricTextureExample example(Plain(), Plain());
-  const ExampleSynthesis result = SynthesizeFromExample(example, test::Icosphere(3), OnceDivided());
+  const ExampleSynthesis result = SynthesizeFromExample(example, test::Icosphere(2), OnceDivided());
   EXPECT_LT(result.Level.Displacement.cwiseAbs().maxCoeff(), 1e-6);
 }
