@@ -397,6 +397,22 @@ def check_displacement_maps(folder):
     assert float(rows[0][6]) < 5.0, "heights of spikes"
 
 
+def check_textures_from_example(folder):
+    """The picture and the surfaces, on coarse targets: their patches are like those of the example."""
+    output = os.path.join(folder, "textures_from_example")
+    script = [sys.executable, os.path.join(HERE, "textures_from_example.py"), "--output", output, "--points", "300"]
+    done = run("xvfb-run", "-a", *script)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "textures_from_example.png"), 1800, rows=2)
+    found = re.findall(r"(shell|bark) on (\w+), [\d,]+ faces: [\d.]+ s, mismatch ([\d.]+)", done.stdout)
+    assert len(found) == 6
+    for name, target, mismatch in found:
+        assert 0.0 < float(mismatch) < 1.0, (name, target, mismatch)
+        mesh = surfacesynthesis.read_mesh(os.path.join(output, f"from_example_{name}_{target}.vtp"))
+        lengths = np.linalg.norm(vtk_to_numpy(mesh.GetPointData().GetArray("Displacement")), axis=1)
+        assert np.isfinite(lengths).all() and np.quantile(lengths, 0.5) > 0.0, (name, target)
+
+
 def check_texture_transfer(folder):
     """A texture on other triangulations, with a model of random weights: pictures and files, and the baked photograph."""
     import texture_transfer as example
@@ -541,6 +557,7 @@ if __name__ == "__main__":
         "latent_textures": check_latent_textures,
         "displacement_maps": check_displacement_maps,
         "texture_transfer": check_texture_transfer,
+        "textures_from_example": check_textures_from_example,
         "flow_matching_training": check_flow_matching_training,
         "generated_poses": check_generated_poses,
     }
