@@ -230,8 +230,7 @@ TEST(ExampleSynthesis, FaultsAreNamed)
   request = OnceDivided();
   request.Sizes = Eigen::VectorXf::Zero(target.NumberOfPoints());
   EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }), HasSubstr("sizes"));
-  EXPECT_THAT(MessageOf([&] { GeometricTextureExample(Bumpy(), test::Icosphere(3)); }),
-    HasSubstr("other triangles"));
+  EXPECT_THAT(MessageOf([&] { GeometricTextureExample(Bumpy(), test::Icosphere(3)); }), HasSubstr("other triangles"));
   GeometricTextureExampleOptions options;
   options.Scales = 6;
   const TriangleMesh patch = test::PlanePatch(20, 20);
