@@ -60,8 +60,8 @@ def geometric_texture_from_example(
         Any integer of 32 bits with sign; each gives another sample of the texture. Default 0.
     texture_scale : float, optional
         Size of the texture on the target over its size on the example, both in world units, above 0 to 1e12. Default: the mean
-        edge length of the target, once subdivided, over that of the example; triangles stand for triangles, whatever the units
-        are.
+        edge length of the target, once subdivided, over that of the plain example; triangles stand for triangles, whatever the
+        units are.
     subdivisions : int, optional
         Number of times that each triangle of the target is divided into four, 0 to 8. Default: 2 without ``texture_scale``, and
         else as many as make edges nearly as long as those of the example at that scale.
@@ -71,7 +71,8 @@ def geometric_texture_from_example(
     smoothing_length : float, optional
         Length of the smoothing that takes the texture off the example, world units of the example, above 0 to 1e300; not with
         ``plain_example``. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten
-        times as long. Default: a tenth of the root of the area.
+        times as long. Patches within this length of a boundary are left out, because the smooth form draws back there. Default:
+        a tenth of the root of the area.
     orientation : str, optional
         Name of a point array of the target with three components, the direction of the texture: patches are turned so that
         the direction of ``example_orientation`` comes to lie along it. Default: patches are turned as it happens, for textures
