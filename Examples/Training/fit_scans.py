@@ -28,6 +28,7 @@ CROPS = {
     "armadillo": ((0.5, 0.45, 0.5), (0.0, 1.0, 0.0)),  # chest, head and arms
     "bunny00": ((0.5, 0.6, 0.5), (0.0, -1.0, 0.0)),  # the body without the ears
     "lion-head": ((0.5, 0.5, 0.4), (0.0, 0.0, 1.0)),
+    "elephant": ((0.5, 0.5, 0.5), (0.0, 1.0, 0.0)),  # genus 3 in the whole
 }
 
 

@@ -462,6 +462,7 @@ INPUTS = {
                            "painted.obj": write_textured_ball, "other.off": small_ball, "shell.ply": bumpy,
                            "bone.vtp": with_arrays, "landmarks.vtp": landmarks, "cortex.vtp": observed("Thickness")},
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
+                                    "scan.ply": ball,
                                     "data/armadillo_coarse.safetensors": signals("Position"),
                                     "data/armadillo_medium.safetensors": signals("Position"),
                                     "data/armadillo_poses.safetensors": signals("Position"),
