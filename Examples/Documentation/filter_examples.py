@@ -247,7 +247,7 @@ LIMITS = {
         "Printable: knobs on a plane and on a saddle of 80,000 triangles, two seeds each, have 156 to 361 pairs of triangles that "
         "intersect before, none after, and 100.0 % of their height (Printable)."],
     "vtkGeometricTextureFromExample": [
-        "12 to 22 s for each surface in the picture, of 80,000 triangles, on a busy machine with two threads (Examples/README.md).",
+        "9 to 17 s for each surface in the picture, of 80,000 triangles, on a busy machine with two threads (Examples/README.md).",
         "Patches are about three features wide: order beyond, as that of the rows of plates on a shell, is lost."],
     "vtkGeometricTextureDistance": [
         "About 10 seconds on one thread for 128 directions and 300,000 triangles."],
