@@ -29,7 +29,7 @@ namespace
 constexpr double SmoothingOfSpacing = 0.2;
 /// Patches for a square of the spacing, and bounds of their number.
 constexpr double PatchesOfSquare = 18.0;
-constexpr std::int64_t FewestPatches = 2048, MostPatches = 32768;
+constexpr std::int64_t FewestPatches = 1024, MostPatches = 32768;
 /// Most principal components, and the share of the variance that is enough.
 constexpr Eigen::Index MostComponents = 40;
 constexpr float EnoughVariance = 0.98F;
