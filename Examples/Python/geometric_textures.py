@@ -227,10 +227,14 @@ def reference_features(texture, seed=1, reference=None, level=LEVELS - 1):
 
 
 def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1):
-    """Features of a level of a synthesized texture."""
+    """Features of a level of a synthesized texture. In place of a model: the surface that it was learned from, an example."""
     bare = bare_levels(target, level - START + 1)[-1]
-    how = {"start_level": START, "end_level": level, "seed": seed, "norm_statistics": norm_statistics}
-    output, _ = synthesized(target, model, **how)
+    if isinstance(model, str):
+        how = {"start_level": START, "end_level": level, "seed": seed, "norm_statistics": norm_statistics}
+        output, _ = synthesized(target, model, **how)
+    else:
+        how = {"plain_example": unit_ball(level), "subdivisions": level - START, "seed": seed}
+        output = surfacesynthesis.geometric_texture_from_example(target, model, **how)
     return surfacesynthesis.geometric_texture_features(output, bare, reference)
 
 
@@ -245,11 +249,12 @@ def features(options):
             "reference": [reference_features(texture, reference=reference, level=level)],
             "other balls": [reference_features(texture, seed, reference, level) for seed in range(2, 7)],
         }
+        source = reference_levels(texture)[level] if options.from_example else model_of(options, texture)
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)
             seeds = range(options.seed, options.seed + 5)
             how = {"reference": reference, "norm_statistics": options.norm_statistics, "level": level}
-            rows[name] = [features_on(target, model_of(options, texture), seed, **how) for seed in seeds]
+            rows[name] = [features_on(target, source, seed, **how) for seed in seeds]
         for name, found in rows.items():
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
 
@@ -461,6 +466,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
     levels = range(START, LEVELS)
+    parser.add_argument("--from-example", action="store_true", help="features without a model, from the reference itself")
     parser.add_argument("--level", type=int, choices=levels, default=LEVELS - 1, help="of the features (default: the finest)")
     parser.add_argument("--textures", nargs="+", choices=TEXTURES, default=TEXTURES, help="of the features (default: all)")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")

@@ -4,7 +4,8 @@
 
     xvfb-run -a python3 textures_from_example.py --output DIR
 
-Two examples: the shell of the armadillo, a piece of a scan, and bark, a random field whose ridges have a direction. Writes
+The examples: spikes and knobs, the balls that the shipped models were learned from; the shell of the armadillo, a piece of a
+scan; and bark, a random field whose ridges have a direction. Writes
 
     textures_from_example.png  rows: the examples; columns: the example, and targets of genus 0, 1 and 2
     from_example_*.vtp         the surfaces, with displacements
@@ -29,6 +30,7 @@ EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir)
 sys.path.insert(0, os.path.join(EXAMPLES, "Training"))
 
 from make_datasets import surface  # noqa: E402
+from make_references import LEVELS, balls, directions, reference_levels  # noqa: E402
 
 SIZE = (460, 440)
 #: Where a texture grows, of which genus, the direction that it is seen from, and that in which bark grows.
@@ -38,7 +40,9 @@ TARGETS = {
     "eight": (2, (0.2, 0.9, 0.6), (0.0, 0.0, 1.0)),
 }
 #: Center and radius of the piece of the armadillo with plates, units of the scan.
-SHELL = (np.array([0.0, 50.0, 50.0]), 42.0)
+SHELL = (np.array([0.0, 65.0, 35.0]), 36.0)
+#: Points of that piece, once remeshed, and the length of the smoothing that takes the plates off, about that of a plate.
+SHELL_POINTS, PLATE = 4000, 16.0
 
 
 def points_of(mesh):
@@ -67,7 +71,23 @@ def piece_of(mesh, center, radius):
 
 def shell():
     """The shell of the armadillo, about half of its back."""
-    return piece_of(surface(None, "armadillo.off"), *SHELL), {}
+    piece = piece_of(surface(None, "armadillo.off"), *SHELL)
+    return surfacesynthesis.remesh(piece, points=SHELL_POINTS, feature_angle=None), {"smoothing_length": PLATE, "strength": 1.2}
+
+
+def ball(texture):
+    """A ball with a texture, and the ball without it."""
+    plain = balls(LEVELS)[-1]
+    plain.GetPoints().SetData(numpy_to_vtk(directions(plain), deep=True))
+    return reference_levels(texture)[-1], {"plain_example": plain}
+
+
+def spikes():
+    return ball("spikes")
+
+
+def knobs():
+    return ball("knobs")
 
 
 def bark(cells=96, side=3.0, stretch=4.0):
@@ -84,7 +104,12 @@ def bark(cells=96, side=3.0, stretch=4.0):
 
 
 #: The examples, and the directions that they are seen from.
-CASES = {"shell": (shell, (0.0, 0.1, 1.0)), "bark": (bark, (0.0, -0.5, 1.0))}
+CASES = {
+    "spikes": (spikes, (0.3, 0.2, 1.0)),
+    "knobs": (knobs, (0.3, 0.2, 1.0)),
+    "shell": (shell, (0.0, 0.3, 1.0)),
+    "bark": (bark, (0.0, -0.5, 1.0)),
+}
 
 
 def synthesized(target, example, **parameters):
@@ -116,6 +141,7 @@ def main():
     parser.add_argument("--output", required=True, metavar="DIR")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--points", type=int, default=2500, help="points of targets before subdivisions (default: 2500)")
+    parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES), help="of the examples (default: all)")
     parser.add_argument("--colors", type=int, metavar="N", help="write PNGs with a palette of so few colours (needs PIL)")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
@@ -123,8 +149,8 @@ def main():
     for name in TARGETS:
         targets[name] = surfacesynthesis.remesh(surface(None, name + ".off"), points=options.points, feature_angle=None)
         add_vectors(targets[name], "Growth", TARGETS[name][2])
-    sheet = rendering.Sheet(len(CASES), 1 + len(TARGETS), SIZE)
-    for row, name in enumerate(CASES):
+    sheet = rendering.Sheet(len(options.only), 1 + len(TARGETS), SIZE)
+    for row, name in enumerate(options.only):
         add_row(sheet, row, name, targets, options)
     sheet.write(os.path.join(options.output, "textures_from_example.png"), options.colors)
 

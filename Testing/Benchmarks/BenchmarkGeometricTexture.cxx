@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Geometric textures: from a coarse mesh through three levels.
+// Geometric textures: from a coarse mesh through three levels, by a model and from an example.
 #include "BenchmarkMeshes.h"
+#include "ExampleMeshes.h"
 #include "RandomGeometricTexture.h"
 
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Operators/EdgeFeatures.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
+#include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/FaceNetwork.h"
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
+#include "Inference/GeometricTexture/NearestPatches.h"
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <vector>
@@ -130,6 +135,55 @@ void GeometricTextureTables(benchmark::State& state, const TriangleMesh& mesh)
   }
 }
 
+/// A ball of 20,480 triangles with waves, as an example of three scales.
+const GeometricTextureExample& WavesOfBall()
+{
+  static const GeometricTextureExample example = [] {
+    const TriangleMesh plain = test::Icosphere(5);
+    TriangleMesh waves = plain;
+    for (Index v = 0; v < waves.NumberOfPoints(); ++v)
+    {
+      const auto x = plain.Points.row(v).array();
+      waves.Points.row(v) *= 1.0 + 0.05 * (14.0 * x).sin().prod();
+    }
+    GeometricTextureExampleOptions options;
+    options.Scales = 3;
+    return GeometricTextureExample(waves, plain, options);
+  }();
+  return example;
+}
+
+/// A texture from an example on the mesh, divided twice.
+void GeometricTextureFromExample(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const GeometricTextureExample& example = WavesOfBall();
+  ExampleSynthesisRequest request;
+  request.Subdivisions = 2;
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(SynthesizeFromExample(example, mesh, request).Mismatch);
+  }
+  state.counters["microsecondsPerTriangle"] = benchmark::Counter(16e-6 * static_cast<double>(mesh.NumberOfTriangles()),
+    benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+/// The search for the nearest of 32,768 patches, for as many patches as the mesh has points.
+void NearestPatchesOfExample(benchmark::State& state, const TriangleMesh& mesh)
+{
+  const ExamplePatches& scale = WavesOfBall().Scales().front();
+  const ExamplePatches::Rows coordinates = scale.Coordinates.transpose().topRows(
+    std::min<Eigen::Index>(mesh.NumberOfPoints(), scale.Coordinates.cols()));
+  const SingleThreadedBlas blas;
+  const auto start = std::chrono::steady_clock::now();
+  for ([[maybe_unused]] auto step : state)
+  {
+    benchmark::DoNotOptimize(FindNearestPatches(scale, coordinates, 0.1F, {}).data());
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const double pairs = static_cast<double>(coordinates.rows()) * static_cast<double>(scale.Count());
+  state.counters["nanosecondsPerPair"] = 1e9 * seconds.count() / (pairs * static_cast<double>(state.iterations()));
+}
+
 } // namespace
 
 void RegisterGeometricTexture()
@@ -139,6 +193,8 @@ void RegisterGeometricTexture()
   Register("GeometricTexture", GeometricTexture, sizes);
   Register("GeometricTextureNetwork", GeometricTextureNetwork, sizes);
   Register("GeometricTextureTables", GeometricTextureTables, sizes);
+  Register("GeometricTextureFromExample", GeometricTextureFromExample, sizes);
+  Register("NearestPatchesOfExample", NearestPatchesOfExample, sizes);
 }
 
 } // namespace surfsynth::bench
