@@ -91,13 +91,20 @@ public:
 
   void End() { this->Textures.DropUnused(); }
 
-  /// Fills the output of a block.
-  void Synthesize(const surfsynth::Block& block, const surfsynth::Progress& progress)
+  /// Converts and checks the target of a block, before the work on the example. @throws InvalidInput
+  static surfsynth::Surface Target(const surfsynth::Block& block)
   {
-    vtkPolyData* input = vtkPolyData::SafeDownCast(block.Input);
-    surfsynth::Surface surface = surfsynth::ConvertSurface(input);
+    surfsynth::Surface surface = surfsynth::ToSurface(
+      vtkPolyData::SafeDownCast(block.Input), surfsynth::GeometricTextureExample::Requirements());
     surface.FlatIndex = block.FlatIndex;
     surface.Where = block.Where;
+    return surface;
+  }
+
+  /// Fills the output of a block.
+  void Synthesize(const surfsynth::Block& block, const surfsynth::Surface& surface, const surfsynth::Progress& progress)
+  {
+    vtkPolyData* input = vtkPolyData::SafeDownCast(block.Input);
     const surfsynth::UsedPoints points(surface.Mesh);
     const Eigen::VectorXf mask = surfsynth::ReadGeometricTextureArray(
       input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
@@ -108,7 +115,6 @@ public:
     if (!texture)
     {
       this->Textures.Drop(surface);
-      surfsynth::CheckSurface(surface, surfsynth::GeometricTextureExample::Requirements());
       Texture made{ request, this->Example,
         surfsynth::SynthesizeFromExample(
           *this->Example, points.Compact(surface.Mesh), request, surfsynth::SubProgress(progress, 0.0, 0.95)) };
@@ -326,13 +332,14 @@ int vtkGeometricTextureFromExample::RequestData(
 {
   bool hasBegun = false;
   const auto synthesize = [&](const surfsynth::Block& block, const surfsynth::Progress& progress) {
+    const surfsynth::Surface target = Internals::Target(block);
     const double begin = hasBegun ? 0.0 : 0.2;
     if (!hasBegun)
     {
       this->Impl->Begin(inputVector, surfsynth::SubProgress(progress, 0.0, begin));
       hasBegun = true;
     }
-    this->Impl->Synthesize(block, surfsynth::SubProgress(progress, begin, 1.0));
+    this->Impl->Synthesize(block, target, surfsynth::SubProgress(progress, begin, 1.0));
   };
   const int done = surfsynth::ProcessBlocks(this, inputVector, outputVector, surfsynth::SurfaceToSurface, synthesize);
   this->Impl->End();
