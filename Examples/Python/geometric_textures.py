@@ -226,6 +226,16 @@ def reference_features(texture, seed=1, reference=None, level=LEVELS - 1):
     return surfacesynthesis.geometric_texture_features(ball, unit_ball(level), reference)
 
 
+def piece_features(texture, reference, level=LEVELS - 1):
+    """Features of the part of the reference above a fifth of the radius, which ends in the middle of features."""
+    plain, textured = unit_ball(level), reference_levels(texture)[level]
+    points, triangles = directions(plain), vtk_to_numpy(plain.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    used, corners = np.unique(triangles[(points[triangles][:, :, 2] > 0.2).all(axis=1)], return_inverse=True)
+    heights = vtk_to_numpy(textured.GetPoints().GetData()).astype(float)
+    piece, bare = (given_dataset((rows[used], corners.reshape(-1, 3))) for rows in (heights, points))
+    return surfacesynthesis.geometric_texture_features(piece, bare, reference)
+
+
 def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1):
     """Features of a level of a synthesized texture. In place of a model: the surface that it was learned from, an example."""
     bare = bare_levels(target, level - START + 1)[-1]
@@ -249,6 +259,8 @@ def features(options):
             "reference": [reference_features(texture, reference=reference, level=level)],
             "other balls": [reference_features(texture, seed, reference, level) for seed in range(2, 7)],
         }
+        if options.from_example:
+            rows["piece of the reference"] = [piece_features(texture, reference, level)]
         source = reference_levels(texture)[level] if options.from_example else model_of(options, texture)
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)

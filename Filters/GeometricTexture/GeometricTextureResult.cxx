@@ -38,13 +38,7 @@ void Subdivide(TriangleMesh& mesh, std::initializer_list<Eigen::VectorXf*> value
   SubdividedMesh fine = SubdivideAtMidpoints(mesh);
   for (Eigen::VectorXf* value : values)
   {
-    const Eigen::Index coarse = value->size();
-    value->conservativeResize(coarse > 0 ? fine.Mesh.Points.rows() : 0);
-    for (std::size_t e = 0; coarse > 0 && e < fine.Parents.size(); ++e)
-    {
-      (*value)[coarse + static_cast<Eigen::Index>(e)] = ((*value)[fine.Parents[e][0]] + (*value)[fine.Parents[e][1]]) /
-        2;
-    }
+    *value = InterpolateAtMidpoints(std::move(*value), fine.Parents);
   }
   mesh = std::move(fine.Mesh);
 }

@@ -13,6 +13,7 @@
 #include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Mesh/UsedPoints.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Statistics/GeometricTextureFeatures.h"
@@ -125,7 +126,12 @@ public:
     surfsynth::PointMatrix displacement = this->Self->Strength * result.Level.Displacement;
     if (mask.size() > 0)
     {
-      displacement = surfsynth::ProlongRows(mask, result.Parents).cast<double>().asDiagonal() * displacement;
+      Eigen::VectorXf factors = mask;
+      for (const auto& parents : result.Parents)
+      {
+        factors = surfsynth::InterpolateAtMidpoints(std::move(factors), parents);
+      }
+      displacement = factors.cast<double>().asDiagonal() * displacement;
     }
     surfsynth::FillDisplacedSurface(input, surface, { result.Level.Base, result.Level.Mesh.Triangles }, displacement,
       this->Self->DisplacementArrayName, vtkPolyData::SafeDownCast(block.Output));

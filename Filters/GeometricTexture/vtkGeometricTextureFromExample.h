@@ -169,7 +169,7 @@ public:
   ///@}
 
   /**
-   * TextureScale of the last update; 0 before the first.
+   * TextureScale of the last update; of the last block of a composite input. 0 before the first.
    */
   double GetTextureScaleUsed() const;
 

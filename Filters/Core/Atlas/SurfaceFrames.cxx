@@ -11,15 +11,6 @@ namespace surfsynth
 
 namespace
 {
-/// Twice the area of a triangle along its normal.
-Eigen::Vector3d AreaNormal(const TriangleMesh& mesh, Eigen::Index f)
-{
-  const Eigen::Vector3d corner = mesh.Points.row(mesh.Triangles(f, 0)).transpose();
-  const Eigen::Vector3d a = mesh.Points.row(mesh.Triangles(f, 1)).transpose() - corner;
-  const Eigen::Vector3d b = mesh.Points.row(mesh.Triangles(f, 2)).transpose() - corner;
-  return a.cross(b);
-}
-
 /// Part of @p vector in the plane of the unit vector @p normal, with unit length; zero where there is none.
 Eigen::Vector3d Projected(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal)
 {
@@ -65,7 +56,7 @@ void SurfaceFrames::ComputeNormals(const std::vector<Index>& classes)
   normals = PointMatrix::Zero(this->Mesh.NumberOfPoints(), 3);
   for (Eigen::Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
   {
-    const Eigen::Vector3d area = AreaNormal(this->Mesh, f);
+    const Eigen::Vector3d area = AreaVector(this->Mesh, f);
     for (int k = 0; k < 3; ++k)
     {
       normals.row(classes[static_cast<std::size_t>(this->Mesh.Triangles(f, k))]) += area.transpose();
@@ -114,7 +105,7 @@ Eigen::Vector3d SurfaceFrames::NormalAt(const SurfacePlace& place) const
   {
     normal += place.Weights[k] * this->Normals.row(this->Mesh.Triangles(place.Triangle, k)).transpose();
   }
-  return normal.norm() > 1e-6 ? normal.normalized() : AreaNormal(this->Mesh, place.Triangle).normalized();
+  return normal.norm() > 1e-6 ? normal.normalized() : AreaVector(this->Mesh, place.Triangle).normalized();
 }
 
 SurfaceFrame SurfaceFrames::FrameAt(const SurfacePlace& place) const

@@ -29,11 +29,7 @@ GeodesicTracer::GeodesicTracer(const TriangleMesh& mesh, const TriangleAdjacency
   ParallelFor(mesh.NumberOfTriangles(), FineGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t f = begin; f < end; ++f)
     {
-      const auto triangle = mesh.Triangles.row(f);
-      const Eigen::Vector3d p = mesh.Points.row(triangle(0)).transpose();
-      const Eigen::Vector3d q = mesh.Points.row(triangle(1)).transpose() - p;
-      const Eigen::Vector3d r = mesh.Points.row(triangle(2)).transpose() - p;
-      this->Normals.row(f) = q.cross(r).normalized().transpose();
+      this->Normals.row(f) = AreaVector(mesh, static_cast<Index>(f)).normalized().transpose();
     }
   });
 }

@@ -3,9 +3,15 @@
 /// Subdivision that cuts each triangle into four at the midpoints of its edges.
 #pragma once
 
+#include "Core/Common/LoopGrain.h"
+#include "Core/Common/Parallel.h"
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <Eigen/Core>
+
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace surfsynth
@@ -27,5 +33,22 @@ struct SubdividedMesh
 /// @throws InvalidInput when an id is out of range, a triangle uses a vertex twice, or the result would have 2^31
 /// vertices or triangles, or more.
 SubdividedMesh SubdivideAtMidpoints(const TriangleMesh& mesh);
+
+/// Interpolates rows at the points of a mesh, a matrix or a column, linearly to those of its subdivision, in parallel; none stay none.
+/// @param parents SubdividedMesh::Parents
+template <typename Rows>
+Rows InterpolateAtMidpoints(Rows rows, const std::vector<std::array<Index, 2>>& parents)
+{
+  const Eigen::Index coarse = rows.rows();
+  rows.conservativeResize(coarse > 0 ? coarse + static_cast<Eigen::Index>(parents.size()) : 0, rows.cols());
+  ParallelFor(rows.rows() - coarse, CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t e = begin; e < end; ++e)
+    {
+      const std::array<Index, 2>& ends = parents[static_cast<std::size_t>(e)];
+      rows.row(coarse + e) = (rows.row(ends[0]) + rows.row(ends[1])) / 2;
+    }
+  });
+  return rows;
+}
 
 } // namespace surfsynth

@@ -125,9 +125,7 @@ DistanceSummary SummarizeDistances(const Eigen::VectorXd& sorted, double farthes
 /// The unit normal of triangle @p f; 0 without area.
 Eigen::Vector3d UnitNormal(const TriangleMesh& mesh, Index f)
 {
-  const Eigen::Vector3d a = mesh.Points.row(mesh.Triangles(f, 0)), b = mesh.Points.row(mesh.Triangles(f, 1)),
-                        c = mesh.Points.row(mesh.Triangles(f, 2));
-  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const Eigen::Vector3d normal = AreaVector(mesh, f);
   const double length = normal.norm();
   return length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::Zero();
 }

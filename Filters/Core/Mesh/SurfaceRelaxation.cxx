@@ -43,22 +43,13 @@ NearestPlace NearestIn(const TriangleTree& tree, const Eigen::RowVector3d& point
   return nearest;
 }
 
-/// Twice the area times the normal of triangle @p f.
-Eigen::RowVector3d AreaNormal(const TriangleMesh& mesh, Index f)
-{
-  const Eigen::RowVector3d a = mesh.Points.row(mesh.Triangles(f, 0));
-  const Eigen::RowVector3d b = mesh.Points.row(mesh.Triangles(f, 1));
-  const Eigen::RowVector3d c = mesh.Points.row(mesh.Triangles(f, 2));
-  return (b - a).cross(c - a);
-}
-
 /// The direction of the normal of a point.
 Eigen::RowVector3d PointNormal(const TriangleMesh& mesh, const MeshTopology& topology, Index v)
 {
   Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
   for (Index k = topology.VertexTriangleStart[v]; k < topology.VertexTriangleStart[v + 1]; ++k)
   {
-    sum += AreaNormal(mesh, topology.VertexTriangles[k]);
+    sum += AreaVector(mesh, topology.VertexTriangles[k]).transpose();
   }
   return sum;
 }
@@ -119,7 +110,7 @@ std::vector<Index> FoldedTriangles(const TriangleMesh& mesh, const MeshTopology&
   PointMatrix normals(mesh.NumberOfTriangles(), 3);
   for (Index f = 0; f < mesh.NumberOfTriangles(); ++f)
   {
-    normals.row(f) = AreaNormal(mesh, f).stableNormalized();
+    normals.row(f) = AreaVector(mesh, f).stableNormalized().transpose();
   }
   const auto isFolded = [&](Index f) {
     for (int k = 0; k < 3; ++k)
@@ -212,7 +203,7 @@ std::optional<Eigen::RowVector3d> NearestSurface::Nearest(
   const Eigen::RowVector3d& point, const Eigen::RowVector3d& normal) const
 {
   const NearestPlace nearest = NearestIn(this->Impl->Tree, point);
-  const bool agrees = AreaNormal(this->Impl->Surface, nearest.Place.Triangle).dot(normal) >= 0.0;
+  const bool agrees = AreaVector(this->Impl->Surface, nearest.Place.Triangle).dot(normal.transpose()) >= 0.0;
   return agrees ? std::optional<Eigen::RowVector3d>(nearest.Position.transpose()) : std::nullopt;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <Eigen/Geometry>
+
 #include <cstring>
 
 namespace surfsynth
@@ -24,6 +26,15 @@ BoundingBox ComputeBoundingBox(const TriangleMesh& mesh)
     }
   }
   return box;
+}
+
+Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
+{
+  const auto corners = mesh.Triangles.row(f);
+  const Eigen::Vector3d p = mesh.Points.row(corners(0)).transpose();
+  const Eigen::Vector3d q = mesh.Points.row(corners(1)).transpose();
+  const Eigen::Vector3d r = mesh.Points.row(corners(2)).transpose();
+  return (q - p).cross(r - p);
 }
 
 namespace

@@ -44,6 +44,9 @@ struct BoundingBox
 /// Box around the vertices that triangles use; both corners are zero when F = 0.
 BoundingBox ComputeBoundingBox(const TriangleMesh& mesh);
 
+/// Twice the area times the unit normal of triangle @p f, square world units.
+Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f);
+
 /// 64-bit hash of all coordinates and ids, at memory bandwidth; the key of caches. Equal meshes have equal hashes;
 /// different meshes have, for all practical purposes, different ones.
 std::uint64_t ContentHash(const TriangleMesh& mesh);

@@ -112,13 +112,6 @@ SparseMatrix AdjacencyPattern(const MeshTopology& topology)
 }
 } // namespace
 
-Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f)
-{
-  const auto t = mesh.Triangles.row(f);
-  const Eigen::Vector3d p = Point(mesh, t(0));
-  return (Point(mesh, t(1)) - p).cross(Point(mesh, t(2)) - p);
-}
-
 Eigen::VectorXd FaceAreas(const TriangleMesh& mesh)
 {
   Eigen::VectorXd areas(Faces(mesh));

@@ -27,9 +27,6 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 /// Sparse float64 matrix, stored by rows.
 using SparseRowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
-/// Twice the area times the unit normal of triangle @p f, square world units.
-Eigen::Vector3d AreaVector(const TriangleMesh& mesh, Index f);
-
 /// Areas of the triangles, [F] float64, square world units.
 Eigen::VectorXd FaceAreas(const TriangleMesh& mesh);
 

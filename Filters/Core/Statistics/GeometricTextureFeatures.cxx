@@ -5,7 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/EdgeDistances.h"
 #include "Core/Operators/SurfaceOperators.h"
-#include "Core/Solvers/CholeskySolver.h"
+#include "Core/Solvers/SurfaceSmoothing.h"
 
 #include <algorithm>
 #include <cmath>
@@ -175,32 +175,12 @@ void MeasureWalls(GeometricTextureFeatures& result, const TriangleMesh& form)
 
 TriangleMesh SmoothedForm(const TriangleMesh& mesh, const MeshTopology& topology, double length)
 {
-  const Eigen::VectorXd mass = LumpedMass(mesh, topology);
-  const double scale = mass.sum();
-  SparseMatrix matrix = CotangentStiffness(mesh, topology) * (length * length / scale);
-  for (Eigen::Index v = 0; v < mass.size(); ++v)
-  {
-    matrix.coeffRef(v, v) += mass[v] > 0.0 ? mass[v] / scale : 1.0; // unused points stay where they are
-  }
-  const CholeskySolver solver(matrix);
+  const SurfaceSmoothing smoothing(mesh, topology, length);
   const BoundingBox box = ComputeBoundingBox(mesh);
   const Eigen::RowVector3d center = 0.5 * (box.Lower + box.Upper).transpose();
-  RowMatrix given = mesh.Points.rowwise() - center;
-  for (Eigen::Index v = 0; v < mass.size(); ++v)
-  {
-    if (!(mass[v] > 0.0))
-    {
-      given.row(v).setZero(); // may be not finite
-    }
-  }
-  const Eigen::VectorXd weights = mass / scale;
-  const auto smoothed = [&](const RowMatrix& values) {
-    RowMatrix result = weights.asDiagonal() * values;
-    solver.SolveInPlace(result);
-    return result;
-  };
+  const RowMatrix given = mesh.Points.rowwise() - center;
   TriangleMesh form = mesh;
-  form.Points = smoothed(2.0 * given - smoothed(given)).rowwise() + center;
+  form.Points = smoothing.Apply(2.0 * given - smoothing.Apply(given)).rowwise() + center;
   return form;
 }
 

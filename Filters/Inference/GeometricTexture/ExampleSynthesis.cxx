@@ -5,6 +5,7 @@
 #include "Core/Common/FormatNumber.h"
 #include "Core/Mesh/EdgeDistances.h"
 #include "Core/Mesh/MidpointSubdivision.h"
+#include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/GeometricTexture/PatchCenters.h"
 #include "Inference/GeometricTexture/PatchMatching.h"
@@ -13,8 +14,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,8 +30,8 @@ constexpr double LongestEdge = 1.25;
 constexpr std::array<double, 3> Coverage = { 93.0, 46.0, 16.0 };
 /// Iterations at these scales.
 constexpr std::array<int, 3> DistributionIterations = { 400, 100, 0 }, NearestIterations = { 6, 6, 3 };
-/// Most patches of a scale: 4 GB of samples.
-constexpr double MostPatches = 1.2e6;
+/// Most patches of a scale, 4 GB of samples, and triangles of the finest mesh, about 10 GB with tables.
+constexpr double MostPatches = 1.2e6, MostTriangles = 3e7;
 constexpr std::uint32_t InitialNumbers = 4, CenterNumbers = 5; ///< components of the key, see PatchMatching.cxx
 
 [[noreturn]] void Refuse(const std::string& problem) { throw InvalidInput("SynthesizeFromExample: " + problem); }
@@ -41,32 +40,57 @@ constexpr std::uint32_t InitialNumbers = 4, CenterNumbers = 5; ///< components o
 class TargetLevels
 {
 public:
-  explicit TargetLevels(const TriangleMesh& mesh) { this->Meshes.push_back(mesh); }
+  explicit TargetLevels(const TriangleMesh& mesh) { this->Add(mesh); }
 
   void Subdivide()
   {
     SubdividedMesh finer = SubdivideAtMidpoints(this->Meshes.back());
-    this->Meshes.push_back(std::move(finer.Mesh));
+    this->Add(std::move(finer.Mesh));
     this->Edges.push_back(std::move(finer.Parents));
   }
 
   int Last() const { return static_cast<int>(this->Meshes.size()) - 1; }
+  double EdgeLength(int level) const { return this->EdgeLengths[static_cast<std::size_t>(level)]; }
   const TriangleMesh& Mesh(int level) const { return this->Meshes[static_cast<std::size_t>(level)]; }
 
   /// Interpolates rows at the points of a level linearly to a finer one.
   template <typename Rows>
   Rows Prolong(const Rows& rows, int from, int to) const
   {
-    return ProlongRows(rows, SubdivisionParents(this->Edges.begin() + from, this->Edges.begin() + std::max(from, to)));
+    Rows finer = rows;
+    for (int level = from; level < to; ++level)
+    {
+      finer = InterpolateAtMidpoints(std::move(finer), this->Edges[static_cast<std::size_t>(level)]);
+    }
+    return finer;
   }
 
   /// Ends of the edges that the points of each subdivision lie on.
   const SubdivisionParents& Parents() const { return this->Edges; }
 
 private:
+  void Add(TriangleMesh mesh)
+  {
+    this->EdgeLengths.push_back(MeanEdgeLength(mesh, MeshTopology(mesh)));
+    this->Meshes.push_back(std::move(mesh));
+  }
+
   std::vector<TriangleMesh> Meshes;
+  std::vector<double> EdgeLengths; ///< means, world units
   SubdivisionParents Edges;
 };
+
+/// Returns the number of patches of an area in squares of the spacing. @throws InvalidInput when there are too many.
+std::int64_t RequirePatches(double squares, double coverage)
+{
+  const double count = std::ceil(coverage * squares / TexturePatches::Samples) + 1.0;
+  if (!(count <= MostPatches))
+  {
+    Refuse("the area is that of " + FormatNumber(squares) +
+      " squared edges of the example at this scale; a larger scale, or a smaller target, is needed.");
+  }
+  return static_cast<std::int64_t>(count);
+}
 
 void CheckRequest(
   const GeometricTextureExample& example, const TriangleMesh& mesh, const ExampleSynthesisRequest& request)
@@ -98,6 +122,20 @@ void CheckRequest(
   }
 }
 
+/// Checks sizes before any work: the triangles of the finest mesh, and the patches of the finest scale.
+/// @param spacing of the finest grids, about, world units
+void RequirePossible(const TriangleMesh& mesh, int subdivisions, double spacing)
+{
+  const double triangles = std::ldexp(static_cast<double>(mesh.NumberOfTriangles()), 2 * subdivisions);
+  if (triangles > MostTriangles)
+  {
+    Refuse(std::to_string(subdivisions) + " subdivisions of " + std::to_string(mesh.NumberOfTriangles()) +
+      " triangles make " + FormatNumber(triangles) + "; at most " + FormatNumber(MostTriangles) +
+      " are possible. Fewer subdivisions, a larger scale or a coarser target are needed.");
+  }
+  RequirePatches(FaceAreas(mesh).sum() / (spacing * spacing), Coverage.back());
+}
+
 /// The work of a synthesis.
 class Synthesizer
 {
@@ -107,22 +145,19 @@ public:
     , Request(request)
     , Levels(mesh)
   {
-    const double edge = MeanEdgeLength(mesh, MeshTopology(mesh));
+    const double edge = this->Levels.EdgeLength(0), asked = request.Scale * example.MeanEdgeLength();
     int subdivisions = request.Subdivisions;
     if (subdivisions < 0)
     {
-      const double halvings = request.Scale > 0.0
-        ? std::log2(edge / (LongestEdge * request.Scale * example.MeanEdgeLength()))
-        : AutomaticSubdivisions;
+      const double halvings = asked > 0.0 ? std::log2(edge / (LongestEdge * asked)) : AutomaticSubdivisions;
       subdivisions = static_cast<int>(std::clamp(std::ceil(halvings), 0.0, static_cast<double>(MostSubdivisions)));
     }
+    RequirePossible(mesh, subdivisions, asked > 0.0 ? asked : std::ldexp(edge, -subdivisions));
     for (int level = 0; level < subdivisions; ++level)
     {
       this->Levels.Subdivide();
     }
-    const TriangleMesh& finest = this->Levels.Mesh(subdivisions);
-    this->Spacing = request.Scale > 0.0 ? request.Scale * example.MeanEdgeLength()
-                                        : MeanEdgeLength(finest, MeshTopology(finest));
+    this->Spacing = asked > 0.0 ? asked : this->Levels.EdgeLength(subdivisions);
   }
 
   ExampleSynthesis Run(const Progress& progress)
@@ -157,8 +192,7 @@ private:
   int LevelFor(double spacing) const
   {
     int level = this->Present;
-    while (level < this->Levels.Last() &&
-      MeanEdgeLength(this->Levels.Mesh(level), MeshTopology(this->Levels.Mesh(level))) > LongestEdge * spacing)
+    while (level < this->Levels.Last() && this->Levels.EdgeLength(level) > LongestEdge * spacing)
     {
       ++level;
     }
@@ -182,15 +216,8 @@ private:
     distribution.Directions = directions.rows() > 0 ? &directions : nullptr;
     distribution.Key = this->Key(step, CenterNumbers);
     const auto place = static_cast<std::size_t>(std::min(step, 2));
-    const double count = std::ceil(Coverage[place] * AreaInSquares(surface, distribution) / TexturePatches::Samples) +
-      1.0;
-    if (!(count <= MostPatches))
-    {
-      Refuse("the area is that of " + FormatNumber(count * TexturePatches::Samples / Coverage[place]) +
-        " squared edges of the example at this scale; a larger scale, or a smaller target, is needed.");
-    }
-    const TexturePatches patches(
-      surface, DrawPatchCenters(surface, distribution, static_cast<std::int64_t>(count)), progress);
+    const std::int64_t count = RequirePatches(AreaInSquares(surface, distribution), Coverage[place]);
+    const TexturePatches patches(surface, DrawPatchCenters(surface, distribution, count), progress);
     this->Displacement = step == 0 ? this->Initial(surface, scale, spacing)
                                    : this->Levels.Prolong(this->Displacement, this->Present, level);
     this->Present = level;

@@ -11,7 +11,6 @@
 #include <Eigen/Core>
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -36,24 +35,6 @@ struct ExampleSynthesisRequest
 
 /// Ends of the edges whose midpoints each subdivision of a mesh adds, in the order of the new points.
 using SubdivisionParents = std::vector<std::vector<std::array<Index, 2>>>;
-
-/// Interpolates rows at the points of a mesh linearly to those of its subdivisions; none stay none.
-/// @param parents of each subdivision
-template <typename Rows>
-Rows ProlongRows(Rows rows, const SubdivisionParents& parents)
-{
-  for (std::size_t level = 0; level < parents.size() && rows.rows() > 0; ++level)
-  {
-    const Eigen::Index coarse = rows.rows();
-    rows.conservativeResize(coarse + static_cast<Eigen::Index>(parents[level].size()), Eigen::NoChange);
-    for (std::size_t e = 0; e < parents[level].size(); ++e)
-    {
-      const auto& ends = parents[level][e];
-      rows.row(coarse + static_cast<Eigen::Index>(e)) = (rows.row(ends[0]) + rows.row(ends[1])) / 2;
-    }
-  }
-  return rows;
-}
 
 /// Result of SynthesizeFromExample().
 struct ExampleSynthesis

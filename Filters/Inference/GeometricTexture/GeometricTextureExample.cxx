@@ -4,9 +4,8 @@
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/EdgeDistances.h"
-#include "Core/Operators/SurfaceOperators.h"
-#include "Core/Solvers/CholeskySolver.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
+#include "Core/Solvers/SurfaceSmoothing.h"
 #include "Core/Statistics/GeometricTextureFeatures.h"
 #include "Inference/Common/MatrixProduct.h"
 #include "Inference/GeometricTexture/PatchCenters.h"
@@ -48,23 +47,11 @@ int AutomaticScales(const TriangleMesh& textured, const TriangleMesh& plain, con
   return std::clamp(1 + static_cast<int>(doublings), 1, MostAutomaticScales);
 }
 
-/// Smooths displacements over a length.
+/// Smooths displacements over a length, twice.
 SinglePoints Smoothed(const PatchSurface& surface, const PointMatrix& displacement, double length)
 {
-  const Eigen::VectorXd mass = LumpedMass(surface.Mesh, surface.Topology);
-  SparseMatrix matrix = length * length * CotangentStiffness(surface.Mesh, surface.Topology);
-  for (Index v = 0; v < surface.Mesh.NumberOfPoints(); ++v)
-  {
-    matrix.coeffRef(v, v) += mass(v) > 0.0 ? mass(v) : 1.0;
-  }
-  const CholeskySolver solver(matrix);
-  RowMatrix columns = displacement;
-  for (int step = 0; step < 2; ++step)
-  {
-    columns = mass.asDiagonal() * columns;
-    solver.SolveInPlace(columns);
-  }
-  return columns.cast<float>();
+  const SurfaceSmoothing smoothing(surface.Mesh, surface.Topology, length);
+  return smoothing.Apply(smoothing.Apply(displacement)).cast<float>();
 }
 
 /// Returns the centers whose triangles lie farther from the boundary than @p margin.
@@ -93,8 +80,9 @@ std::vector<PatchCenter> WithoutMargin(
 }
 
 /// Reads the patches that lie inside.
-/// @param count number of patches with those in the margin, for messages
-ExamplePatches::Rows ReadPatches(const TexturePatches& patches, std::int64_t count, const SinglePoints& displacement)
+/// @param count number of patches with those in the margin @param scale its number; both for messages
+ExamplePatches::Rows ReadPatches(
+  const TexturePatches& patches, std::int64_t count, int scale, const SinglePoints& displacement)
 {
   std::vector<std::int64_t> inside;
   for (std::int64_t p = 0; p < patches.Count(); ++p)
@@ -106,8 +94,9 @@ ExamplePatches::Rows ReadPatches(const TexturePatches& patches, std::int64_t cou
   }
   if (inside.size() < 64)
   {
-    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(count) +
-      " patches of the coarsest scale lie inside the example; a larger example is needed, or fewer scales.");
+    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(count) + " patches of scale " +
+      std::to_string(scale + 1) +
+      " lie inside the example; a larger example, fewer scales or a smaller SmoothingLength are needed.");
   }
   ExamplePatches::Rows rows(static_cast<Eigen::Index>(inside.size()), TexturePatches::Components);
   ParallelFor(rows.rows(), 256, [&](std::int64_t begin, std::int64_t end) {
@@ -208,7 +197,7 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
       std::clamp(PatchesOfSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
     const TexturePatches patches(
       surface, WithoutMargin(surface, DrawPatchCenters(surface, distribution, count), options.Margin), part);
-    scale.Values = ReadPatches(patches, count,
+    scale.Values = ReadPatches(patches, count, s,
       s == 0 ? SinglePoints(displacement.cast<float>())
              : Smoothed(surface, displacement, SmoothingOfSpacing * distribution.Spacing));
     Measure(scale);

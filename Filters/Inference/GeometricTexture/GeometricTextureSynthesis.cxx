@@ -3,38 +3,16 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
-#include "Core/Common/LoopGrain.h"
-#include "Core/Common/Parallel.h"
 #include "Core/Mesh/EdgeDistances.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/GeometricTexture/FaceNetwork.h"
 
-#include <array>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 namespace surfsynth
 {
-
-namespace
-{
-/// The rows of @p values, then for each edge the mean of those of its ends.
-template <typename Matrix>
-Matrix Interpolated(const Matrix& values, const std::vector<std::array<Index, 2>>& parents)
-{
-  Matrix fine(values.rows() + static_cast<Eigen::Index>(parents.size()), values.cols());
-  fine.topRows(values.rows()) = values;
-  ParallelFor(static_cast<std::int64_t>(parents.size()), CoarseGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t e = begin; e < end; ++e)
-    {
-      fine.row(values.rows() + e) = (values.row(parents[e][0]) + values.row(parents[e][1])) / 2;
-    }
-  });
-  return fine;
-}
-} // namespace
 
 GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology)
 {
@@ -168,18 +146,10 @@ void GeometricTextureSynthesis::Refine()
 {
   SubdividedMesh fine = SubdivideAtMidpoints(this->Base);
   this->Base = std::move(fine.Mesh);
-  this->Offset = 2.0 * Interpolated(this->Offset, fine.Parents);
-  if (this->Mask.size() > 0)
+  this->Offset = 2.0 * InterpolateAtMidpoints(std::move(this->Offset), fine.Parents);
+  for (Eigen::VectorXf* values : { &this->Mask, &this->Sizes, &this->Blend })
   {
-    this->Mask = Interpolated(this->Mask, fine.Parents);
-  }
-  if (this->Sizes.size() > 0)
-  {
-    this->Sizes = Interpolated(this->Sizes, fine.Parents);
-  }
-  if (this->Blend.size() > 0)
-  {
-    this->Blend = Interpolated(this->Blend, fine.Parents);
+    *values = InterpolateAtMidpoints(std::move(*values), fine.Parents);
   }
   this->Doubling *= 2.0;
   this->Neighbors = ComputeFaceNeighbors(this->Base);

@@ -106,17 +106,22 @@ void TexturePatches::Read(std::int64_t patch, const SinglePoints& displacement, 
   }
 }
 
+/// Adds the vector of a value, with a factor, to the rows of the corners of its triangle.
+void TexturePatches::AddAtCorners(const Sample& sample, float factor, const float* value, SinglePoints& rows) const
+{
+  const Eigen::RowVector3f vector = factor * (FrameOf(sample) * Eigen::Map<const Eigen::Vector3f>(value)).transpose();
+  const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
+  rows.row(corners(0)) += sample.Weights[0] * vector;
+  rows.row(corners(1)) += sample.Weights[1] * vector;
+  rows.row(corners(2)) += (1.0F - sample.Weights[0] - sample.Weights[1]) * vector;
+}
+
 void TexturePatches::AddTransposed(std::int64_t patch, const float* values, SinglePoints& gradient) const
 {
   const float scale = 1.0F / this->Spacings[static_cast<std::size_t>(patch)];
   for (int k = 0; k < Samples; ++k)
   {
-    const Sample& sample = this->At(patch, k);
-    const Eigen::Vector3f vector = scale * (FrameOf(sample) * Eigen::Map<const Eigen::Vector3f>(values + 3 * k));
-    const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
-    gradient.row(corners(0)) += sample.Weights[0] * vector.transpose();
-    gradient.row(corners(1)) += sample.Weights[1] * vector.transpose();
-    gradient.row(corners(2)) += (1.0F - sample.Weights[0] - sample.Weights[1]) * vector.transpose();
+    this->AddAtCorners(this->At(patch, k), scale, values + 3 * k, gradient);
   }
 }
 
@@ -147,12 +152,7 @@ void TexturePatches::AddWeighted(
     const Sample& sample = this->At(patch, k);
     if (sample.IsInside)
     {
-      const Eigen::Vector3f vector = weights(k) * spacing *
-        (FrameOf(sample) * Eigen::Map<const Eigen::Vector3f>(values + 3 * k));
-      const auto corners = this->Surface.Mesh.Triangles.row(sample.Triangle);
-      rightHandSide.row(corners(0)) += sample.Weights[0] * vector.transpose();
-      rightHandSide.row(corners(1)) += sample.Weights[1] * vector.transpose();
-      rightHandSide.row(corners(2)) += (1.0F - sample.Weights[0] - sample.Weights[1]) * vector.transpose();
+      this->AddAtCorners(sample, weights(k) * spacing, values + 3 * k, rightHandSide);
     }
   }
 }

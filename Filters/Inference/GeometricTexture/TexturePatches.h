@@ -97,6 +97,7 @@ private:
   }
   void Trace(const PatchCenter& center, Sample* samples) const;
   static Eigen::Matrix3f FrameOf(const Sample& sample);
+  void AddAtCorners(const Sample& sample, float factor, const float* value, SinglePoints& rows) const;
 
   const PatchSurface& Surface;
   std::vector<Sample> Places; ///< [count, Samples]

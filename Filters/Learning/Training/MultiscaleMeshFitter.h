@@ -31,8 +31,8 @@ struct MultiscaleFitOptions
   std::int64_t TorusSegments = 24;      ///< 3 to 1000, around the axis; a third as many around the tube, at least 3
   TriangleMesh GivenTemplate;           ///< of FitTemplate::Given
   std::int64_t TemplateTriangles = 320; ///< wanted for FitTemplate::Surface, 4 to 1e6
-  double SmoothingLength =
-    0.0; ///< for FitTemplate::Surface, of SmoothedForm(), >= 0; 0: half the template's mean edge length
+  /// For FitTemplate::Surface, of SmoothedForm(), >= 0; 0: half the template's mean edge length.
+  double SmoothingLength = 0.0;
   std::int64_t Iterations = 300;       ///< of each level, >= 0; for FitTemplate::Surface rounds of relaxation
   std::int64_t TriangulationSteps = 3; ///< of the optimiser in each iteration, 0 to 1000
   std::int64_t ChamferSteps = 2;       ///< after those, 0 to 1000
