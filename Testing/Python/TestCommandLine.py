@@ -353,7 +353,8 @@ def test_full_disk_leaves_the_old_file(kind, surface, tmp_path):
 
     (tmp_path / f"out{kind}").write_text("old")
     extra = ["--warp", "0.1"] if kind == ".off" else []
-    done = run_command("noise", surface, tmp_path / f"out{kind}", "--range", "1", *extra, preexec_fn=limit)
+    command = [sys.executable, "-m", "surfacesynthesis", "noise", surface, tmp_path / f"out{kind}", "--range", "1", *extra]
+    done = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1 and done.stdout == ""
     assert done.stderr == f"surfacesynthesis: {tmp_path / f'out{kind}'}: {os.strerror(errno.EFBIG)}\n"
     assert files_in(tmp_path) == ["in.off", f"out{kind}"]

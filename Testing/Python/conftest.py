@@ -2,11 +2,10 @@
 """Surfaces and helpers that the tests share."""
 
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from command_processes import CommandProcesses
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkFiltersSources import vtkPlatonicSolidSource
 
@@ -89,11 +88,12 @@ def sphere(pair):
     return mesh
 
 
-def run_command(*arguments, **options):
+_processes = CommandProcesses()
+
+
+def run_command(*arguments, cwd=None):
     """Runs the command line in a process of its own."""
-    command = [sys.executable, "-m", "surfacesynthesis", *map(str, arguments)]
-    options.setdefault("timeout", 120)
-    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, **options)
+    return _processes.run(arguments, cwd)
 
 
 def read_terminal(leader):
