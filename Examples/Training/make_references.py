@@ -18,11 +18,13 @@ is only given as a mesh, vtkMultiscaleMeshFitter makes the levels.
 """
 
 import argparse
+import functools
 import os
 import sys
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkPlatonicSolidSource
 
 import surfacesynthesis
@@ -47,6 +49,14 @@ MUSHROOM = (
 
 def balls(levels):
     """The unit sphere as meshes of 320, 1280, 5120, ... triangles, each with the points of the one before and others."""
+    copies = [vtkPolyData() for _ in range(levels)]
+    for copy, ball in zip(copies, _balls(levels)):
+        copy.DeepCopy(ball)
+    return copies
+
+
+@functools.lru_cache(maxsize=2)
+def _balls(levels):
     solid = vtkPlatonicSolidSource()
     solid.SetSolidTypeToIcosahedron()
     solid.Update()
