@@ -417,6 +417,38 @@ def check_textures_from_example(folder):
         assert np.isfinite(lengths).all() and np.quantile(lengths, 0.5) > 0.0, (name, target)
 
 
+def check_scan_textures(folder):
+    """Scales on a small bear: the picture, displacements as high as those of the piece, and the piece as a file."""
+    output = os.path.join(folder, "scan_textures")
+    script = [sys.executable, os.path.join(HERE, "scan_textures.py")]
+    small = ["--only", "scales", "--targets", "bear", "--resolution", "24"]
+    done = run("xvfb-run", "-a", *script, "--output", output, *small)
+    assert done.returncode == 0
+    check_picture(os.path.join(output, "scan_textures.png"), 1200)
+    mismatch = re.search(r"scales on bear, [\d,]+ faces: [\d.]+ s, mismatch ([\d.]+)", done.stdout)
+    assert 0.0 < float(mismatch[1]) < 0.3, mismatch[0]
+    mesh = surfacesynthesis.read_mesh(os.path.join(output, "scan_texture_scales_bear.vtp"))
+    lengths = np.linalg.norm(vtk_to_numpy(mesh.GetPointData().GetArray("Displacement")), axis=1)
+    edge = surfacesynthesis.topology_report(mesh)["edge_length_mean"]
+    assert 1.5 * edge < np.quantile(lengths, 0.9) < 3.5 * edge, "scales are two edges high"
+    done = run(*script, "--write", output, "--only", "mane")
+    assert done.returncode == 0 and "--smoothing-length 9.0 --orientation Growth" in done.stdout
+    piece = surfacesynthesis.read_mesh(os.path.join(output, "scan_mane.vtp"))
+    assert abs(piece.GetNumberOfPoints() - 2500) < 125
+    assert np.allclose(vtk_to_numpy(piece.GetPointData().GetArray("Growth")), (1.0, 0.0, 0.0))
+    assert np.linalg.norm(np.ptp(points_of(piece), axis=0)) < 2 * 3**0.5 * 21.0, "in a ball of radius 21"
+    assert run(*script, "--write", output, "--scan", os.path.join(output, "scan_mane.vtp")).returncode != 0, "no center"
+
+
+def check_scan_distances(folder):
+    """Scales on a sphere are closer to the scan than the bare sphere is, before a release."""
+    script = [sys.executable, os.path.join(HERE, "scan_textures.py"), "--distances", "--only", "scales", "--targets", "sphere"]
+    done = run(*script, "--resolution", "150")
+    assert done.returncode == 0
+    floor, synthesis, bare = (float(value) for value in re.search(r"scales +sphere(.*)", done.stdout)[1].split())
+    assert 0.0 < floor < bare and synthesis < 0.6 * bare, (floor, synthesis, bare)
+
+
 def check_texture_transfer(folder):
     """A texture on other triangulations, with a model of random weights: pictures and files, and the baked photograph."""
     import texture_transfer as example
@@ -562,6 +594,8 @@ if __name__ == "__main__":
         "displacement_maps": check_displacement_maps,
         "texture_transfer": check_texture_transfer,
         "textures_from_example": check_textures_from_example,
+        "scan_textures": check_scan_textures,
+        "scan_distances": check_scan_distances,
         "flow_matching_training": check_flow_matching_training,
         "generated_poses": check_generated_poses,
     }
