@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Processes of the command line without its half a second of imports: forks of one that has loaded the package.
 
-Run as a program, this file is that process. Each request on its standard input, a socket, brings arguments, a folder and three
-descriptors; the answers are the process's id and its exit status.
+Run as a program, this file is that process. Each request on its standard input, a socket, brings arguments, a folder, the
+environment and three descriptors; the answers are the process's id and its exit status.
 """
 
 import atexit
@@ -29,7 +29,7 @@ class CommandProcesses:
         if self._channel is None:
             self._start()
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err, open(os.devnull, "rb") as nothing:
-            request = json.dumps([[str(word) for word in arguments], os.fspath(cwd or os.getcwd())])
+            request = json.dumps([[str(word) for word in arguments], os.fspath(cwd or os.getcwd()), dict(os.environ)])
             descriptors = [stream.fileno() for stream in (nothing, out, err)]
             socket.send_fds(self._channel, [request.encode()], descriptors)
             process = self._answer()
@@ -64,8 +64,10 @@ def _text(stream):
 
 def _become_command(request, descriptors, main):
     """Runs a command in this process, as ``python3 -m`` does, and ends it."""
-    arguments, folder = json.loads(request)
+    arguments, folder, environment = json.loads(request)
     os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
     for number, descriptor in enumerate(descriptors):
         os.dup2(descriptor, number)
         os.close(descriptor)

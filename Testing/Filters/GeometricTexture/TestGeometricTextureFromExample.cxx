@@ -56,10 +56,15 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input)
   return filter;
 }
 
-/// One filter for all malformed inputs: its example is cut once, and an input must not depend on the one before.
+/// One filter for all malformed inputs: its example is cut once, and an input must not depend on the one before. Its output is
+/// emptied: where VTK's executive refuses the type of an input, no filter is called, and the output stays as it was.
 vtkSmartPointer<vtkAlgorithm> SharedFilter()
 {
   static const vtkSmartPointer<Filter> filter = FilterOn(nullptr);
+  if (vtkDataObject* output = filter->GetOutputDataObject(0))
+  {
+    output->Initialize();
+  }
   return filter;
 }
 
