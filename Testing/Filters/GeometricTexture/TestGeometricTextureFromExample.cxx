@@ -88,14 +88,17 @@ vtkTypeInt64 SynthesesOf(Filter* filter, const std::function<void(Filter*)>& cha
   return filter->GetNumberOfSyntheses() - before;
 }
 
-/// The corpus; with sanitizers each sixth case, since each takes seconds there.
+/// The corpus; with sanitizers each sixth case, since each takes seconds there, without the one that takes half a minute.
 std::vector<MalformedCase> Cases()
 {
   std::vector<MalformedCase> cases;
   const std::vector<MalformedCase> all = MalformedCorpus();
   for (std::size_t k = 0; k < all.size(); k += IsSanitized() ? 6 : 1)
   {
-    cases.push_back(all[k]);
+    if (!IsSanitized() || all[k].Name != "MixedScales")
+    {
+      cases.push_back(all[k]);
+    }
   }
   return cases;
 }
