@@ -8,17 +8,10 @@ namespace surfsynth
 
 namespace
 {
-Eigen::VectorXd MassOverArea(const TriangleMesh& mesh, const MeshTopology& topology)
-{
-  const Eigen::VectorXd mass = LumpedMass(mesh, topology);
-  return mass / mass.sum();
-}
-
 /// Returns (M + l^2 L) / area; 1 on the diagonal of unused points.
 SparseMatrix ScaledOperator(
-  const TriangleMesh& mesh, const MeshTopology& topology, double length, const Eigen::VectorXd& weights)
+  const TriangleMesh& mesh, const MeshTopology& topology, double length, double area, const Eigen::VectorXd& weights)
 {
-  const double area = LumpedMass(mesh, topology).sum();
   SparseMatrix matrix = CotangentStiffness(mesh, topology) * (length * length / area);
   for (Eigen::Index v = 0; v < weights.size(); ++v)
   {
@@ -29,8 +22,13 @@ SparseMatrix ScaledOperator(
 } // namespace
 
 SurfaceSmoothing::SurfaceSmoothing(const TriangleMesh& mesh, const MeshTopology& topology, double length)
-  : Weights(MassOverArea(mesh, topology))
-  , Solver(ScaledOperator(mesh, topology, length, this->Weights))
+  : SurfaceSmoothing(mesh, topology, length, LumpedMass(mesh, topology))
+{}
+
+SurfaceSmoothing::SurfaceSmoothing(
+  const TriangleMesh& mesh, const MeshTopology& topology, double length, const Eigen::VectorXd& mass)
+  : Weights(mass / mass.sum())
+  , Solver(ScaledOperator(mesh, topology, length, mass.sum(), this->Weights))
 {}
 
 RowMatrix SurfaceSmoothing::Apply(RowMatrix rows) const

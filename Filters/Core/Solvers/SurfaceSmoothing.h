@@ -26,6 +26,8 @@ public:
   RowMatrix Apply(RowMatrix rows) const;
 
 private:
+  SurfaceSmoothing(const TriangleMesh& mesh, const MeshTopology& topology, double length, const Eigen::VectorXd& mass);
+
   Eigen::VectorXd Weights; ///< [V], mass over the area
   CholeskySolver Solver;
 };

@@ -111,6 +111,16 @@ TEST(MidpointSubdivision, AnEdgeOfThreeTrianglesHasOneMidpoint)
   EXPECT_EQ(SubdivideAtMidpoints(Fan()).Mesh.NumberOfPoints(), 5 + 7);
 }
 
+TEST(MidpointSubdivision, RowsAreInterpolatedAsPointsAre)
+{
+  const TriangleMesh mesh = test::Icosphere(2);
+  const SubdividedMesh fine = SubdivideAtMidpoints(mesh);
+  EXPECT_EQ(InterpolateAtMidpoints(mesh.Points, fine.Parents), fine.Mesh.Points);
+  const Eigen::VectorXd column = mesh.Points.col(1);
+  EXPECT_EQ(InterpolateAtMidpoints(column, fine.Parents), fine.Mesh.Points.col(1));
+  EXPECT_EQ(InterpolateAtMidpoints(Eigen::VectorXf(), fine.Parents).size(), 0) << "none stay none";
+}
+
 TEST(MidpointSubdivision, OfNothingIsNothing)
 {
   const SubdividedMesh nothing = SubdivideAtMidpoints({});
