@@ -45,8 +45,8 @@ CORTEX = 50
 SIZE = (420, 420)
 #: Height of a picture of a target over the height of the target.
 MARGIN = 1.12
-#: Rings of vertices that --distances compares: about a feature.
-RINGS = 6
+#: Rings of vertices that --distances compares: a triangle, its surroundings, and about a feature.
+RINGS = (1, 3, 6)
 #: Color of the border of the piece on the scan.
 MARKED = (0.15, 0.35, 0.75)
 
@@ -67,13 +67,11 @@ class Crop(NamedTuple):
     direction: Optional[tuple] = None
     #: Center of another piece, which --distances compares with this one.
     other: Optional[tuple] = None
-    #: Factor of heights: above 1 where the mean of overlapping patches fills narrow grooves.
-    strength: float = 1.0
 
 
 #: Scans with a texture.
 CROPS = {
-    "cortex": Crop("brain", (60.0, -15.0, 45.0), 50.0, 6500, 16.0, other=(-60.0, -15.0, 45.0), strength=1.5),
+    "cortex": Crop("brain", (60.0, -15.0, 45.0), 50.0, 6500, 16.0, other=(-60.0, -15.0, 45.0)),
     "mane": Crop(
         "ChineseDragon-10kv", (-3.0, 46.0, -978.0), 21.0, 2500, 9.0, direction=(1.0, 0.0, 0.0), other=(-2.0, 59.0, -959.0)
     ),
@@ -121,8 +119,6 @@ def example_of(crop, scan, center=None):
     piece = piece_of(scan, nearest_point(scan, crop.center if center is None else center), crop.radius)
     example = surfacesynthesis.remesh(piece, points=crop.points, feature_angle=None)
     parameters = {} if crop.smoothing_length is None else {"smoothing_length": crop.smoothing_length}
-    if crop.strength != 1.0:
-        parameters["strength"] = crop.strength
     if crop.direction is not None:
         add_vectors(example, "Growth", crop.direction)
         parameters.update(orientation="Growth", example_orientation="Growth")
@@ -222,29 +218,58 @@ def write_examples(crops, folder):
         print(" ".join(["geometric-texture-from-example", "TARGET", path, "OUTPUT", *words]), flush=True)
 
 
+def evenly_remeshed(mesh, length):
+    """The surface with triangles whose mean edge is ``length`` to one per cent: distances see the size of triangles."""
+    asked = length
+    for _ in range(5):
+        even = surfacesynthesis.remesh(mesh, edge_length=asked, feature_angle=None)
+        found = edge_length(even)
+        if abs(found / length - 1.0) < 0.01:
+            break
+        asked *= length / found
+    return even
+
+
+def inner_part(piece, crop, center=None):
+    """The part of a piece that its patches lie in: beyond the smoothing length from the border."""
+    margin = 0.0 if crop.smoothing_length is None else crop.smoothing_length
+    return piece_of(piece, nearest_point(piece, crop.center if center is None else center), crop.radius - margin)
+
+
 def print_distances(crops, options):
-    """A table in units of edges of pieces: geometric_texture_distance() from the piece, of surfaces remeshed alike."""
-    print(f"{'texture':<10}{'target':<10}{'another piece':>15}{'synthesis':>12}{'bare target':>13}")
+    """A table in units of edges of pieces: geometric_texture_distance() from the inner part of the piece."""
+    print(f"{'texture':<10}{'target':<10}{'rings':<7}{'another piece':>14}{'synthesis':>11}{'deviation':>11}"
+          f"{'bare target':>13}{'ratio':>8}")
     targets = {name: target_of(name, options.resolution)[0] for name in options.targets}
     for name, crop in crops.items():
         scan = scan_of(crop)
         example, parameters = example_of(crop, scan)
         unit = edge_length(example)
+        reference = evenly_remeshed(inner_part(example, crop), unit)
 
-        def distance(mesh, scale, reference=example, unit=unit):
-            """Distance of a surface that is ``scale`` times as large as the scan."""
-            even = surfacesynthesis.remesh(mesh, edge_length=scale * unit, feature_angle=None)
-            again = surfacesynthesis.remesh(reference, edge_length=unit, feature_angle=None)
-            return surfacesynthesis.geometric_texture_distance(
-                even, again, unit_length=scale * unit, reference_unit_length=unit, rings=RINGS
+        def distances(mesh, scale, reference=reference, unit=unit):
+            """Distances, by rings, of a surface that is ``scale`` times as large as the scan."""
+            even = evenly_remeshed(mesh, scale * unit)
+            lengths = {"unit_length": scale * unit, "reference_unit_length": unit}
+            return np.array(
+                [surfacesynthesis.geometric_texture_distance(even, reference, rings=rings, **lengths) for rings in RINGS]
             )
 
-        floor = float("nan") if crop.other is None else distance(example_of(crop, scan, crop.other)[0], 1.0)
+        floor = np.full(len(RINGS), np.nan)
+        if crop.other is not None:
+            floor = distances(inner_part(example_of(crop, scan, crop.other)[0], crop, crop.other), 1.0)
         for target_name, target in targets.items():
-            output, _ = synthesized(target, example, seed=options.seed, subdivisions=0, **parameters)
-            scale = vtk_to_numpy(output.GetFieldData().GetArray("TextureScale"))[0]
-            values = f"{floor:15.3f}{distance(output, scale):12.3f}{distance(target, scale):13.3f}"
-            print(f"{name:<10}{target_name:<10}{values}", flush=True)
+            found = []
+            for seed in range(options.seed, options.seed + options.seeds):
+                output, _ = synthesized(target, example, seed=seed, subdivisions=0, **parameters)
+                scale = vtk_to_numpy(output.GetFieldData().GetArray("TextureScale"))[0]
+                found.append(distances(output, scale))
+            mean, deviation = np.mean(found, axis=0), np.std(found, axis=0)
+            bare = distances(target, scale)
+            for k, rings in enumerate(RINGS):
+                ratio = (mean[k] - floor[k]) / (bare[k] - floor[k])
+                values = f"{floor[k]:14.3f}{mean[k]:11.3f}{deviation[k]:11.3f}{bare[k]:13.3f}{ratio:8.2f}"
+                print(f"{name:<10}{target_name:<10}{rings:<7}{values}", flush=True)
 
 
 def own_crop(options):
@@ -267,6 +292,7 @@ def arguments():
     work.add_argument("--distances", action="store_true", help="print a table of distances only")
     parser.add_argument("--output", metavar="DIR", help="folder of the picture and the surfaces")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
+    parser.add_argument("--seeds", type=int, default=1, help="number of seeds of --distances (default: 1)")
     parser.add_argument("--resolution", type=int, default=120, help="edges in the height of a picture (default: 120)")
     parser.add_argument("--only", nargs="+", choices=CROPS, default=list(CROPS), help="of the textures (default: all)")
     parser.add_argument("--targets", nargs="+", choices=TARGETS, default=list(TARGETS), help="default: all")

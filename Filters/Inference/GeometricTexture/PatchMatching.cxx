@@ -31,8 +31,17 @@ constexpr float FirstDecay = 0.9F, SecondDecay = 0.99F;
 /// displacements at the ends of an edge, for each of its triangles. They count where no patch is.
 constexpr float EarlierWeight = 1e-5F, DifferenceWeight = 3e-3F;
 constexpr int FitIterations = 15;
+/// Power of the weights of the samples in a fit: where patches do not agree, the one with the nearest center prevails, and their
+/// mean blurs less.
+constexpr float FitSharpness = 3.0F;
 /// Completeness over the mean square displacement of the example: see FindNearestPatches().
 constexpr double Completeness = 0.05;
+
+/// Passes that give the patches the deviations of those of the example, bounds of the factors, and the fewest patches whose
+/// deviations say something.
+constexpr int DeviationPasses = 2;
+constexpr float LeastFactor = 0.5F, MostFactor = 2.0F;
+constexpr std::int64_t FewestForDeviations = 256;
 
 /// Streams of random numbers, as components of the key.
 enum Purpose : std::uint32_t
@@ -198,7 +207,7 @@ class PatchFit
 public:
   PatchFit(const PatchSurface& surface, const TexturePatches& patches)
     : Mesh(surface.Mesh)
-    , Weights(PatchWeights())
+    , Weights(PatchWeights().array().pow(FitSharpness))
     , Products(patches.Products(this->Weights))
     , Diagonal(Eigen::VectorXf::Constant(surface.Mesh.NumberOfPoints(), EarlierWeight))
   {
@@ -213,8 +222,19 @@ public:
     }
   }
 
-  const Eigen::VectorXf& SampleWeights() const { return this->Weights; }
+  /// Fits displacements to patches. @param rowOf(p) values of a patch
+  template <typename RowOf>
+  void FitTo(const TexturePatches& patches, const RowOf& rowOf, SinglePoints& displacement) const
+  {
+    SinglePoints sums = SinglePoints::Zero(displacement.rows(), 3);
+    for (std::int64_t p = 0; p < patches.Count(); ++p)
+    {
+      patches.AddWeighted(p, rowOf(p), this->Weights, sums);
+    }
+    this->Solve(sums, displacement);
+  }
 
+private:
   /// Solves by conjugate gradients, beginning with @p displacement; each column by itself.
   /// @param sums of TexturePatches::AddWeighted() over all patches
   void Solve(const SinglePoints& sums, SinglePoints& displacement) const
@@ -238,7 +258,6 @@ public:
     }
   }
 
-private:
   static Eigen::Array3f Dot(const SinglePoints& a, const SinglePoints& b)
   {
     return a.cast<double>().cwiseProduct(b.cast<double>()).colwise().sum().cast<float>().transpose();
@@ -287,9 +306,10 @@ PatchRows ReadCompleted(const TexturePatches& patches, const ExamplePatches& exa
   return values;
 }
 
-double RootMeanSquareDifference(const PatchRows& values, const ExamplePatches& example,
-  const std::vector<Index>& nearest, const Eigen::VectorXf& weights)
+double RootMeanSquareDifference(
+  const PatchRows& values, const ExamplePatches& example, const std::vector<Index>& nearest)
 {
+  const Eigen::VectorXf weights = PatchWeights();
   Eigen::VectorXd ofPatch(values.rows());
   ForRows(values.rows(), 256, [&](std::int64_t p) {
     double sum = 0.0;
@@ -302,6 +322,46 @@ double RootMeanSquareDifference(const PatchRows& values, const ExamplePatches& e
   });
   return std::sqrt(ofPatch.mean() / static_cast<double>(weights.sum()));
 }
+
+/// Returns the standard deviations of columns.
+Eigen::ArrayXf DeviationsOf(const PatchRows& rows)
+{
+  const Eigen::RowVectorXd mean = rows.cast<double>().colwise().mean();
+  return (rows.cast<double>().rowwise() - mean).array().square().colwise().mean().sqrt().cast<float>().transpose();
+}
+
+/// Stretches the patches along the principal components of the example, until their deviations are those of its patches: the
+/// mean of patches that do not quite agree is lower than each of them.
+class DeviationMatch
+{
+public:
+  explicit DeviationMatch(const ExamplePatches& example)
+    : Basis(example.Basis)
+    , Asked(DeviationsOf(example.Coordinates.transpose()))
+    , Back(example.Basis.transpose())
+  {
+    const Eigen::VectorXf weights = PatchWeights();
+    for (Eigen::Index c = 0; c < this->Back.cols(); ++c)
+    {
+      this->Back.col(c) /= weights(c / 3); // the root of the weight is in the basis, and once more in its inverse
+    }
+  }
+
+  void Stretch(PatchRows& values) const
+  {
+    PatchRows coordinates = Product(values, this->Basis);
+    const Eigen::ArrayXf found = DeviationsOf(coordinates).max(std::numeric_limits<float>::min());
+    const Eigen::ArrayXf factors = (this->Asked / found).max(LeastFactor).min(MostFactor);
+    const Eigen::RowVectorXf mean = coordinates.colwise().mean();
+    coordinates = (coordinates.rowwise() - mean) * (factors - 1.0F).matrix().asDiagonal();
+    values += Product(coordinates, this->Back);
+  }
+
+private:
+  PatchRows Basis;
+  Eigen::ArrayXf Asked;
+  PatchRows Back; ///< [D, C], displacements of a coordinate
+};
 } // namespace
 
 void MatchDistribution(const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key,
@@ -330,14 +390,21 @@ double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, 
       progress, static_cast<double>(iteration) / iterations, (iteration + 1.0) / iterations);
     const PatchRows values = ReadCompleted(patches, example, nearest, displacement);
     nearest = FindNearestPatches(example, Product(values, example.Basis), completeness, part);
-    difference = RootMeanSquareDifference(values, example, nearest, fit.SampleWeights());
-    SinglePoints sums = SinglePoints::Zero(displacement.rows(), 3);
-    for (std::int64_t p = 0; p < patches.Count(); ++p)
+    difference = RootMeanSquareDifference(values, example, nearest);
+    fit.FitTo(
+      patches, [&](std::int64_t p) { return example.Values.row(nearest[static_cast<std::size_t>(p)]).data(); },
+      displacement);
+  }
+  if (patches.Count() >= FewestForDeviations)
+  {
+    const DeviationMatch match(example);
+    for (int pass = 0; pass < DeviationPasses; ++pass)
     {
-      patches.AddWeighted(
-        p, example.Values.row(nearest[static_cast<std::size_t>(p)]).data(), fit.SampleWeights(), sums);
+      PatchRows values = ReadCompleted(patches, example, nearest, displacement);
+      match.Stretch(values);
+      fit.FitTo(
+        patches, [&](std::int64_t p) { return values.row(p).data(); }, displacement);
     }
-    fit.Solve(sums, displacement);
   }
   return example.Amplitude > 0.0 ? difference / example.Amplitude : 0.0;
 }

@@ -19,7 +19,8 @@ void MatchDistribution(const TexturePatches& patches, const ExamplePatches& exam
   double spacing, int iterations, SinglePoints& displacement, const Progress& progress);
 
 /// Replaces each patch by the nearest one of the example, and the displacements by those that fit all patches best in the
-/// least-squares sense, @p iterations times. Samples beyond a boundary are those of the patch that was the nearest before.
+/// least-squares sense, @p iterations times; then stretches them until the patches deviate from their mean as widely as those of
+/// the example along its principal components. Samples beyond a boundary are those of the patch that was the nearest before.
 /// @return the root of the weighted mean square difference of the last patches from the nearest ones, over the amplitude of the
 /// example.
 /// @throws Cancelled

@@ -28,8 +28,8 @@ namespace
 /// A ball with waves, and the ball.
 struct Example
 {
-  vtkSmartPointer<vtkPolyData> Plain = Icosphere(3).ToPolyData();
-  vtkSmartPointer<vtkPolyData> Textured = Icosphere(3).ToPolyData();
+  vtkSmartPointer<vtkPolyData> Plain = Icosphere(2).ToPolyData();
+  vtkSmartPointer<vtkPolyData> Textured = Icosphere(2).ToPolyData();
 
   Example()
   {
@@ -190,7 +190,7 @@ TEST(GeometricTextureFromExample, FaultsAreNamed)
 {
   const auto target = Icosphere(1).ToPolyData();
   auto filter = FilterOn(target);
-  filter->SetPlainExampleData(Icosphere(2).ToPolyData());
+  filter->SetPlainExampleData(Icosphere(3).ToPolyData());
   EXPECT_THAT(ErrorOf(filter), HasSubstr("the same triangles with other points are needed"));
   filter = FilterOn(target);
   vtkNew<vtkPolyData> empty;

@@ -7,6 +7,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/SurfacePlace.h"
 #include "Core/Operators/SurfaceOperators.h"
+#include "Core/Random/CounterNormals.h"
 #include "Core/Statistics/GeometricTextureFeatures.h"
 #include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
@@ -91,26 +92,40 @@ ExampleSynthesisRequest OnceDivided(std::uint64_t seed = 1)
   return request;
 }
 
+/// Returns the root of the mean square of displacements along the normals.
+double RootMeanSquareOfHeights(const PointMatrix& displacement, const TriangleMesh& mesh)
+{
+  const PointMatrix normals = TangentFrames(mesh, MeshTopology(mesh)).Normal;
+  return std::sqrt(displacement.cwiseProduct(normals).rowwise().sum().squaredNorm() /
+    static_cast<double>(displacement.rows()));
+}
+
 /// A plane of waves along x, the example of a texture with a direction.
 double Wave(const Eigen::Vector3d& point) { return 0.03 * std::sin(40.0 * point.x()); }
 } // namespace
 
 TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
 {
-  const ExamplePatches& scale = Bumps().Scales().front();
-  const ExamplePatches::Rows coordinates = scale.Coordinates.leftCols(300).transpose() +
-    0.05F * scale.Coordinates.middleCols(500, 300).transpose();
+  constexpr Index dimension = 12, patches = 1300, rows = 300; // several tiles of both
+  ExamplePatches scale;
+  scale.Values.resize(patches, 0);
+  Eigen::MatrixXd numbers(dimension, patches);
+  FillNormals({ 1 }, 0, numbers.size(), numbers.data());
+  scale.Coordinates = numbers.cast<float>();
+  scale.Squares = scale.Coordinates.colwise().squaredNorm().transpose();
+  const ExamplePatches::Rows coordinates =
+    scale.Coordinates.leftCols(rows).transpose() + 0.05F * scale.Coordinates.middleCols(500, rows).transpose();
   const float completeness = 0.01F;
   const std::vector<Index> found = FindNearestPatches(scale, coordinates, completeness, {});
-  Eigen::ArrayXXd distances(coordinates.rows(), scale.Count());
-  for (Eigen::Index r = 0; r < coordinates.rows(); ++r)
+  Eigen::ArrayXXd distances(rows, patches);
+  for (Index r = 0; r < rows; ++r)
   {
     distances.row(r) = (scale.Coordinates.cast<double>().colwise() - coordinates.row(r).transpose().cast<double>())
                          .colwise()
                          .squaredNorm();
   }
   const Eigen::ArrayXd least = distances.colwise().minCoeff().transpose();
-  for (Eigen::Index r = 0; r < coordinates.rows(); ++r)
+  for (Index r = 0; r < rows; ++r)
   {
     const Eigen::ArrayXd scores = distances.row(r).transpose() / (least + static_cast<double>(completeness));
     EXPECT_NEAR(scores(found[static_cast<std::size_t>(r)]), scores.minCoeff(), 1e-3 * scores.minCoeff() + 1e-4) << r;
@@ -160,20 +175,43 @@ TEST(ExampleSynthesis, FeaturesAreThoseOfTheExample)
   EXPECT_NEAR(found.MeanPeakHeight / reference.MeanPeakHeight, 1.0, 0.1);
 }
 
+TEST(ExampleSynthesis, HeightsDeviateAsWidelyWherePatchesDoNotAgree)
+{
+  // Waves in many directions: no two patches are alike, and the mean of overlapping ones is lower than each.
+  Eigen::MatrixXd numbers(4, 24);
+  FillNormals({ 3 }, 0, numbers.size(), numbers.data());
+  const auto height = [&](const Eigen::Vector3d& point) {
+    double sum = 0.0;
+    for (Eigen::Index k = 0; k < numbers.cols(); ++k)
+    {
+      sum += 0.01 * std::sin(12.0 * numbers.col(k).head<3>().normalized().dot(point) + 3.0 * numbers(3, k));
+    }
+    return sum;
+  };
+  const TriangleMesh plain = test::Icosphere(4), wavy = Raised(plain, height);
+  const double asked = RootMeanSquareOfHeights(wavy.Points - plain.Points, plain);
+  ExampleSynthesisRequest request;
+  request.Scale = 1.0;
+  const TriangleMesh target = test::Torus(48, 24, 1.0, 0.45);
+  const ExampleSynthesis found = SynthesizeFromExample(GeometricTextureExample(wavy, plain), target, request);
+  const TriangleMesh bare{ found.Level.Base, found.Level.Mesh.Triangles };
+  EXPECT_NEAR(RootMeanSquareOfHeights(found.Level.Displacement, bare) / asked, 1.0, 0.1);
+}
+
 TEST(ExampleSynthesis, SeedsDecideAndThreadsDoNot)
 {
-  const TriangleMesh target = test::Icosphere(2);
+  const TriangleMesh target = test::Icosphere(2), plain = test::Icosphere(3), bumpy = Raised(plain, Bump);
   GeometricTextureExampleOptions options;
   options.Scales = 2;
   std::vector<PointMatrix> results;
   for (const int threads : { 1, 3 })
   {
     const ThreadScope scope(threads);
-    const GeometricTextureExample example(Bumpy(), Plain(), options);
+    const GeometricTextureExample example(bumpy, plain, options);
     results.push_back(SynthesizeFromExample(example, target, OnceDivided(7)).Level.Displacement);
   }
   EXPECT_EQ(results[0], results[1]);
-  const GeometricTextureExample example(Bumpy(), Plain(), options);
+  const GeometricTextureExample example(bumpy, plain, options);
   const PointMatrix other = SynthesizeFromExample(example, target, OnceDivided(8)).Level.Displacement;
   EXPECT_GT((other - results[0]).norm(), 0.1 * other.norm());
 }
@@ -274,7 +312,8 @@ TEST(ExampleSynthesis, FaultsAreNamed)
 
 TEST(ExampleSynthesis, AFlatExampleMovesNothing)
 {
-  const GeometricTextureExample example(Plain(), Plain());
+  const TriangleMesh plain = test::Icosphere(3);
+  const GeometricTextureExample example(plain, plain);
   const ExampleSynthesis result = SynthesizeFromExample(example, test::Icosphere(2), OnceDivided());
   EXPECT_LT(result.Level.Displacement.cwiseAbs().maxCoeff(), 1e-6);
 }
