@@ -338,12 +338,11 @@ def check_geometric_textures(folder):
     for share in example.neighborhoods_on(target, pair, os.path.join(example.MODELS, "spikes.safetensors"), (2,)):
         assert 0.0 < share[0] < 0.5, share
     # two balls of one texture agree in what is counted, within the limits of a good texture
-    for texture, peaks in (("spikes", 90), ("knobs", 60)):
-        reference = example.reference_features(texture)
-        second = example.reference_features(texture, 2, reference)
-        assert reference["number_of_peaks"] == second["number_of_peaks"] == peaks
-        assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
-        assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
+    reference = example.reference_features("spikes")
+    second = example.reference_features("spikes", 2, reference)
+    assert reference["number_of_peaks"] == second["number_of_peaks"] == 90
+    assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
+    assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
 
@@ -445,8 +444,11 @@ def check_scan_distances(folder):
     script = [sys.executable, os.path.join(HERE, "scan_textures.py"), "--distances", "--only", "scales", "--targets", "sphere"]
     done = run(*script, "--resolution", "150")
     assert done.returncode == 0
-    floor, synthesis, bare = (float(value) for value in re.search(r"scales +sphere(.*)", done.stdout)[1].split())
-    assert 0.0 < floor < bare and synthesis < 0.6 * bare, (floor, synthesis, bare)
+    rows = re.findall(r"scales +sphere +(\d+)(.*)", done.stdout)
+    assert [int(rings) for rings, _ in rows] == [1, 3, 6]
+    for rings, row in rows[1:]:
+        floor, synthesis, _, bare, ratio = (float(value) for value in row.split())
+        assert 0.0 < floor < bare and synthesis < 0.5 * bare and ratio < 0.15, (rings, row)
 
 
 def check_texture_transfer(folder):

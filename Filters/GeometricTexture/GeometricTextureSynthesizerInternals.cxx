@@ -37,7 +37,7 @@ void vtkGeometricTextureSynthesizer::Internals::Begin(std::optional<double> time
   this->Time = time;
   this->FromTemplate = fromTemplate;
   this->Model.reset();
-  this->Printability.reset();
+  this->Printability.Begin();
   this->CheckNames();
   if (std::isnan(this->Self->Strength))
   {
@@ -162,7 +162,7 @@ void vtkGeometricTextureSynthesizer::Internals::Synthesize(
   const int present = this->StepAtTime(texture->NumberOfSteps());
   if (const auto printability = texture->Printability(present))
   {
-    this->CountIntersections(*printability, block.Where);
+    this->Printability.Add(this->Self, block.Where, *printability);
   }
   if (!this->Self->OutputLevels)
   {
@@ -377,24 +377,6 @@ surfsynth::GeometricTextureAdjustment vtkGeometricTextureSynthesizer::Internals:
   }
   adjustment.Printable = this->Self->Printable;
   return adjustment;
-}
-
-/// Adds to the numbers of this update, and warns where triangles still intersect.
-void vtkGeometricTextureSynthesizer::Internals::CountIntersections(
-  const surfsynth::GeometricTexturePrintability& found, const std::string& where)
-{
-  surfsynth::GeometricTexturePrintability sum = this->Printability.value_or(surfsynth::GeometricTexturePrintability());
-  sum.NumberOfPairsLeft += found.NumberOfPairsLeft;
-  sum.Height += found.Height;
-  sum.HeightBefore += found.HeightBefore;
-  this->Printability = sum;
-  if (found.NumberOfPairsLeft > 0)
-  {
-    surfsynth::ReportWarning(this->Self, where,
-      "Printable: " + std::to_string(found.NumberOfPairsLeft) +
-        " pairs of triangles intersect where the target does so itself, without a texture. "
-        "vtkSurfaceRepairFilter with RemoveSelfIntersections repairs it.");
-  }
 }
 
 /// Returns the number of finished levels: all, except in an animation of levels.

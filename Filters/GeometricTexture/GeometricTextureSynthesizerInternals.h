@@ -12,6 +12,7 @@
 #include "GeometricTextureResult.h"
 #include "InstalledModelList.h"
 #include "OutputSeries.h"
+#include "PrintabilityCount.h"
 #include "RemeshedTarget.h"
 #include "SurfaceBridge.h"
 
@@ -68,7 +69,7 @@ public:
   surfsynth::InstalledModelList Installed;
   vtkTypeInt64 NumberOfSyntheses = 0;
   vtkTypeInt64 NumberOfRemeshings = 0;
-  std::optional<surfsynth::GeometricTexturePrintability> Printability; ///< of this update, all blocks
+  surfsynth::PrintabilityCount Printability; ///< of this update
 
 private:
   void CheckNames() const;
@@ -90,7 +91,6 @@ private:
   Eigen::VectorXf ReadArray(vtkPolyData* input, const surfsynth::Surface& surface, const std::string& name,
     const surfsynth::GeometricTextureArray& kind) const;
   surfsynth::GeometricTextureAdjustment Adjustment(vtkPolyData* input, const surfsynth::Surface& surface) const;
-  void CountIntersections(const surfsynth::GeometricTexturePrintability& found, const std::string& where);
   double LevelsAtTime() const;
   int StepAtTime(int steps) const;
   void Fill(vtkPolyData* input, const surfsynth::Surface& surface, const surfsynth::GeometricTextureResult& texture,

@@ -7,6 +7,7 @@
 #include "GeometricTextureMask.h"
 #include "GeometricTextureSurface.h"
 #include "PointRows.h"
+#include "PrintabilityCount.h"
 #include "Reporting.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
@@ -41,6 +42,9 @@ vtkStandardNewMacro(vtkGeometricTextureFromExample);
 
 namespace
 {
+/// Share of the progress of a block that its synthesis is; the rest is the search for triangles that intersect.
+constexpr double SynthesisPart = 0.8;
+
 /// Returns true for the same request but for the stream, which is that of the block.
 bool SameRequest(const surfsynth::ExampleSynthesisRequest& a, const surfsynth::ExampleSynthesisRequest& b)
 {
@@ -64,6 +68,7 @@ public:
   {
     this->Textures.Begin();
     this->Mismatch = 0.0;
+    this->Printability.Begin();
     this->CheckProperties();
     const auto textured = this->ExampleOn(inputVector[1], "example on port 1");
     surfsynth::Surface surface = this->Convert(textured, "The example on port 1");
@@ -118,7 +123,7 @@ public:
       this->Textures.Drop(surface);
       Texture made{ request, this->Example,
         surfsynth::SynthesizeFromExample(
-          *this->Example, points.Compact(surface.Mesh), request, surfsynth::SubProgress(progress, 0.0, 0.95)) };
+          *this->Example, points.Compact(surface.Mesh), request, surfsynth::SubProgress(progress, 0.0, SynthesisPart)) };
       ++this->NumberOfSyntheses;
       texture = &this->Textures.Insert(surface, std::move(made));
     }
@@ -133,6 +138,10 @@ public:
       }
       displacement = factors.cast<double>().asDiagonal() * displacement;
     }
+    if (this->Self->Printable)
+    {
+      this->Separate(block, result.Level, surfsynth::SubProgress(progress, SynthesisPart, 1.0), displacement);
+    }
     surfsynth::FillDisplacedSurface(input, surface, { result.Level.Base, result.Level.Mesh.Triangles }, displacement,
       this->Self->DisplacementArrayName, vtkPolyData::SafeDownCast(block.Output));
     this->Scale = result.Scale;
@@ -145,6 +154,7 @@ public:
   int Subdivisions = 0;
   double Mismatch = 0.0;
   vtkTypeInt64 NumberOfSyntheses = 0;
+  surfsynth::PrintabilityCount Printability; ///< of this update
 
 private:
   /// What the patches of the example depend on.
@@ -171,8 +181,23 @@ private:
     surfsynth::ExampleSynthesis Result;
   };
 
+  /// Reduces displacements until no triangles intersect.
+  void Separate(const surfsynth::Block& block, const surfsynth::GeometricTextureLevel& synthesized,
+    const surfsynth::Progress& progress, surfsynth::PointMatrix& displacement)
+  {
+    surfsynth::GeometricTextureLevel level;
+    level.Base = synthesized.Base;
+    level.Mesh = { level.Base + displacement, synthesized.Mesh.Triangles };
+    this->Printability.Add(this->Self, block.Where, surfsynth::MakePrintable(level, progress));
+    displacement = level.Mesh.Points - level.Base;
+  }
+
   void CheckProperties() const
   {
+    if (this->Self->Printable)
+    {
+      surfsynth::RequirePrintability();
+    }
     if (this->Self->DisplacementArrayName.empty())
     {
       throw surfsynth::InvalidInput("DisplacementArrayName is empty; a name is needed.");
@@ -363,6 +388,13 @@ int vtkGeometricTextureFromExample::GetNumberOfScalesUsed() const
 
 double vtkGeometricTextureFromExample::GetMismatch() const { return this->Impl->Mismatch; }
 
+vtkTypeInt64 vtkGeometricTextureFromExample::GetNumberOfSelfIntersections() const
+{
+  return this->Impl->Printability.NumberOfPairsLeft();
+}
+
+double vtkGeometricTextureFromExample::GetHeightKept() const { return this->Impl->Printability.HeightKept(); }
+
 vtkTypeInt64 vtkGeometricTextureFromExample::GetNumberOfSyntheses() const { return this->Impl->NumberOfSyntheses; }
 
 void vtkGeometricTextureFromExample::PrintSelf(ostream& os, vtkIndent indent)
@@ -378,10 +410,13 @@ void vtkGeometricTextureFromExample::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "SizeArrayName: " << this->SizeArrayName << "\n";
   os << indent << "MaskArrayName: " << this->MaskArrayName << "\n";
   os << indent << "Strength: " << this->Strength << "\n";
+  os << indent << "Printable: " << this->Printable << "\n";
   os << indent << "DisplacementArrayName: " << this->DisplacementArrayName << "\n";
   os << indent << "TextureScaleUsed: " << this->GetTextureScaleUsed() << "\n";
   os << indent << "SubdivisionsUsed: " << this->GetSubdivisionsUsed() << "\n";
   os << indent << "NumberOfScalesUsed: " << this->GetNumberOfScalesUsed() << "\n";
   os << indent << "Mismatch: " << this->GetMismatch() << "\n";
+  os << indent << "NumberOfSelfIntersections: " << this->GetNumberOfSelfIntersections() << "\n";
+  os << indent << "HeightKept: " << this->GetHeightKept() << "\n";
   os << indent << "NumberOfSyntheses: " << this->GetNumberOfSyntheses() << "\n";
 }

@@ -210,13 +210,12 @@ std::string vtkGeometricTextureSynthesizer::GetModelDescription() const
 
 vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfSelfIntersections() const
 {
-  return this->Impl->Printability ? static_cast<vtkTypeInt64>(this->Impl->Printability->NumberOfPairsLeft) : -1;
+  return this->Impl->Printability.NumberOfPairsLeft();
 }
 
 double vtkGeometricTextureSynthesizer::GetHeightKept() const
 {
-  const bool hasHeight = this->Impl->Printability && this->Impl->Printability->HeightBefore > 0.0;
-  return hasHeight ? this->Impl->Printability->Height / this->Impl->Printability->HeightBefore : 1.0;
+  return this->Impl->Printability.HeightKept();
 }
 
 vtkStringArray* vtkGeometricTextureSynthesizer::GetInstalledModels()

@@ -41,7 +41,7 @@ FILTERS = (
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),
     ("Filters/Statistics/vtkGeometricTextureFeatures.h", "Wrapping/ParaView/GeometricTextureFeatures.xml", 5, 11, {"Bare"}),
-    ("Filters/GeometricTexture/vtkGeometricTextureFromExample.h", "Wrapping/ParaView/GeometricTextureFromExample.xml", 11, 5,
+    ("Filters/GeometricTexture/vtkGeometricTextureFromExample.h", "Wrapping/ParaView/GeometricTextureFromExample.xml", 12, 7,
      {"Example", "PlainExample"}),
     ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 23, 5,
      {"TimestepValues", "InstalledModels"}),

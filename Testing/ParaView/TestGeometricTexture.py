@@ -57,6 +57,7 @@ FROM_EXAMPLE = {
     "SizeArrayName": ("", "Mask", "Mask"),
     "MaskArrayName": ("", "Mask", "Mask"),
     "Strength": (1.0, 1.5, 1.5),
+    "Printable": (0, 1, True),
     "DisplacementArrayName": ("Displacement", "Way", "Way"),
 }
 DISTANCE = {

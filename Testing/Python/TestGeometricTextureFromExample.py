@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+import surfacesynthesis
 from conftest import add_array, icosphere, point_array, points_of, polydata_of
 from surfacesynthesis import Cancelled, SurfaceSynthesisError, geometric_texture_from_example, read_mesh, write_mesh
 from surfacesynthesis.command_line import main
@@ -59,8 +60,8 @@ def with_arrays(pair, **arrays):
     return mesh
 
 
-def fields_of(mesh):
-    return {name: vtk_to_numpy(mesh.GetFieldData().GetArray(name))[0] for name in FIELDS}
+def fields_of(mesh, names=FIELDS):
+    return {name: vtk_to_numpy(mesh.GetFieldData().GetArray(name))[0] for name in names}
 
 
 def roughness(values, axis, side):
@@ -193,6 +194,32 @@ def test_strength_multiplies_displacements(target, example, flat, textured):
     for strength in (0.0, 2.0):
         points = geometric_texture_from_example(target, example, flat, seed=4, strength=strength, **FEW)[0]
         assert np.abs(points - bare - strength * displacement).max() < 1e-12, strength
+
+
+@pytest.mark.skipif(not hasattr(surfacesynthesis, "vtkIsotropicRemeshFilter"), reason="the package was built without CGAL")
+def test_printable_textures_do_not_intersect(target, example, flat, tmp_path, monkeypatch, capsys):
+    def intersections(mesh):
+        return surfacesynthesis.geometric_texture_features(mesh)["number_of_self_intersections"]
+
+    high = {"seed": 4, **FEW}
+    assert intersections(geometric_texture_from_example(target, example, flat, **high)) > 0
+    mesh = polydata_of(*target)
+    output = geometric_texture_from_example(mesh, example, flat, printable=True, **high)
+    assert intersections(output) == 0
+    found = fields_of(output, ("NumberOfSelfIntersections", "HeightKept"))
+    assert found["NumberOfSelfIntersections"] == 0 and 0.9 < found["HeightKept"] < 1.0, found
+    low = geometric_texture_from_example(mesh, example, flat, printable=True, seed=4, strength=0.25, **FEW)
+    same = geometric_texture_from_example(mesh, example, flat, seed=4, strength=0.25, **FEW)
+    assert np.array_equal(points_of(low), points_of(same)), "nothing intersects, and the points keep their bits"
+    monkeypatch.chdir(tmp_path)
+    for name, surface in (("target", target), ("example", example), ("flat", flat)):
+        write_mesh(polydata_of(*surface), name + ".vtp")
+    words = ["geometric-texture-from-example", "target.vtp", "example.vtp", "out.stl", "--plain-example", "flat.vtp"]
+    words += ["--seed", "4", "--subdivisions", "1", "--scales", "1", "--printable"]
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["height_kept"] == found["HeightKept"]
+    assert intersections(read_mesh("out.stl")) == 0, "in single precision, and after rounding to a file"
+    assert main(words) == 0 and "% of the height kept, 0 self-intersections, " in capsys.readouterr().out
 
 
 def test_directions_turn_the_texture():

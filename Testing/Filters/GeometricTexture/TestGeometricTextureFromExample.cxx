@@ -129,6 +129,9 @@ TEST(GeometricTextureFromExample, UnchangedParametersCostNoExecutionAndEachChang
     { "SizeArrayName", [](Filter* f) { f->SetSizeArrayName("Mask"); } },
     { "MaskArrayName", [](Filter* f) { f->SetMaskArrayName("Mask"); } },
     { "Strength", [](Filter* f) { f->SetStrength(1.5); } },
+#ifdef SURFACE_SYNTHESIS_CGAL
+    { "Printable", [](Filter* f) { f->SetPrintable(true); } },
+#endif
     { "DisplacementArrayName", [](Filter* f) { f->SetDisplacementArrayName("A"); } },
   };
   ExpectOneExecutionEach(filter.Get(), changes, events);

@@ -96,8 +96,8 @@ ExampleSynthesisRequest OnceDivided(std::uint64_t seed = 1)
 double RootMeanSquareOfHeights(const PointMatrix& displacement, const TriangleMesh& mesh)
 {
   const PointMatrix normals = TangentFrames(mesh, MeshTopology(mesh)).Normal;
-  return std::sqrt(displacement.cwiseProduct(normals).rowwise().sum().squaredNorm() /
-    static_cast<double>(displacement.rows()));
+  return std::sqrt(
+    displacement.cwiseProduct(normals).rowwise().sum().squaredNorm() / static_cast<double>(displacement.rows()));
 }
 
 /// A plane of waves along x, the example of a texture with a direction.
@@ -113,8 +113,8 @@ TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
   FillNormals({ 1 }, 0, numbers.size(), numbers.data());
   scale.Coordinates = numbers.cast<float>();
   scale.Squares = scale.Coordinates.colwise().squaredNorm().transpose();
-  const ExamplePatches::Rows coordinates =
-    scale.Coordinates.leftCols(rows).transpose() + 0.05F * scale.Coordinates.middleCols(500, rows).transpose();
+  const ExamplePatches::Rows coordinates = scale.Coordinates.leftCols(rows).transpose() +
+    0.05F * scale.Coordinates.middleCols(500, rows).transpose();
   const float completeness = 0.01F;
   const std::vector<Index> found = FindNearestPatches(scale, coordinates, completeness, {});
   Eigen::ArrayXXd distances(rows, patches);

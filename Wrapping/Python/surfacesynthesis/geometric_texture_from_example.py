@@ -7,7 +7,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from .arguments import INT_MIN, array_name, at_most, in_range, integer, positive, progress_callback
+from .arguments import INT_MIN, array_name, at_most, flag, in_range, integer, positive, progress_callback
 from .datasets import as_type_of, given_dataset
 from .errors import SurfaceSynthesisWarning
 from .files.polygons import from_polydata
@@ -32,6 +32,7 @@ def geometric_texture_from_example(
     size=None,
     mask=None,
     strength=1.0,
+    printable=False,
     displacement_name="Displacement",
     progress=None,
 ):
@@ -86,7 +87,11 @@ def geometric_texture_from_example(
         Name of a point array of the target with one component, from 0 to 1, that displacements are multiplied with. Default:
         displacements everywhere.
     strength : float
-        Factor of the displacements, from 0 to 1e6. Default 1.
+        Factor of the displacements, from 0 to 1e6; ``printable`` reduces the result. Default 1.
+    printable : bool
+        True reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Where
+        triangles intersect, first the tangential part of the displacements falls, then the part along the normals of the
+        target. Where triangles of the target itself intersect they remain, with a warning. Default False.
     displacement_name : str
         Name of the point array with the displacement of each point. Default "Displacement".
     progress : callable, optional
@@ -99,6 +104,8 @@ def geometric_texture_from_example(
         without normals. The field arrays ``TextureScale``, ``Subdivisions`` and ``NumberOfScales`` hold the values that were
         used, and ``Mismatch`` the root of the mean square distance of the patches from the nearest ones of the example, at the
         finest scale, over the root of the mean square displacement of the example: 0 where each piece is one of the example.
+        With ``printable``, ``NumberOfSelfIntersections`` holds the number of pairs of triangles that still intersect, and
+        ``HeightKept`` the share of the height that was kept.
     pair of numpy.ndarray, for a pair
         Points [V, 3], float64, and triangles [F, 3], int64.
 
@@ -123,6 +130,7 @@ def geometric_texture_from_example(
         size=size,
         mask=mask,
         strength=strength,
+        printable=printable,
         displacement_name=displacement_name,
     )
     progress_callback(progress)
@@ -149,6 +157,7 @@ def configured_filter(
     size=None,
     mask=None,
     strength=1.0,
+    printable=False,
     displacement_name="Displacement",
 ):
     """A vtkGeometricTextureFromExample with the parameters of geometric_texture_from_example(), which raises TypeError and
@@ -175,6 +184,7 @@ def configured_filter(
         if given is not None:
             setter(array_name(keyword, given))
     algorithm.SetStrength(in_range("strength", strength, 0.0, 1e6))
+    algorithm.SetPrintable(flag("printable", printable))
     algorithm.SetDisplacementArrayName(array_name("displacement_name", displacement_name))
     return algorithm
 
@@ -192,12 +202,16 @@ def give_examples(algorithm, example, plain_example=None):
 
 def results_of(algorithm):
     """Values that a filter used and reached in its update, by the names of properties."""
-    return {
+    results = {
         "TextureScale": algorithm.GetTextureScaleUsed(),
         "Subdivisions": algorithm.GetSubdivisionsUsed(),
         "NumberOfScales": algorithm.GetNumberOfScalesUsed(),
         "Mismatch": algorithm.GetMismatch(),
     }
+    if algorithm.GetPrintable():
+        results["NumberOfSelfIntersections"] = algorithm.GetNumberOfSelfIntersections()
+        results["HeightKept"] = algorithm.GetHeightKept()
+    return results
 
 
 def add_field_arrays(algorithm, output):

@@ -157,6 +157,14 @@ def written_outcome(dataset, outputs, text="", **values):
     return Outcome(text + size_text(dataset), {**values, **size_of(dataset)}, outputs)
 
 
+def printability_text(algorithm):
+    """What a filter of geometric textures has done to make its output printable; empty where it was not asked to."""
+    if not algorithm.GetPrintable():
+        return ""
+    kept, left = algorithm.GetHeightKept(), algorithm.GetNumberOfSelfIntersections()
+    return f"{100 * kept:.4g} % of the height kept, {left} self-intersections, "
+
+
 def result_and_written_outcome(arguments, result, dataset, output):
     """The Outcome of a command whose result is a Result, with a dataset that was written."""
     outcome = result_outcome(arguments, result)

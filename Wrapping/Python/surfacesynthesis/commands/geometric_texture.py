@@ -10,6 +10,7 @@ from .common import (
     add_reading_options,
     add_running_options,
     as_usage,
+    printability_text,
     read_input_surface,
     run_filter,
     written_outcome,
@@ -156,11 +157,10 @@ def run(arguments):
     written = _by_level(output, arguments.output) if arguments.output_levels else [(output, arguments.output)]
     files.write_meshes(written)
     described = algorithm.GetModelDescription()
-    text, values = f"{described}: ", {"model": described}
+    text, values = f"{described}: {printability_text(algorithm)}", {"model": described}
     if arguments.printable:
-        kept, left = algorithm.GetHeightKept(), algorithm.GetNumberOfSelfIntersections()
-        text += f"{100 * kept:.4g} % of the height kept, {left} self-intersections, "
-        values = {**values, "height_kept": kept, "number_of_self_intersections": left}
+        values["height_kept"] = algorithm.GetHeightKept()
+        values["number_of_self_intersections"] = algorithm.GetNumberOfSelfIntersections()
     return written_outcome(written[-1][0], [path for _, path in written], text, **values)
 
 

@@ -7,6 +7,7 @@ from .common import (
     add_reading_options,
     add_running_options,
     as_usage,
+    printability_text,
     read_input_surface,
     read_single_surface,
     run_filter,
@@ -26,6 +27,7 @@ files: the format follows from the extension.
 examples:
   %(prog)s bunny.ply scan.ply scaly.ply
   %(prog)s bunny.ply scan.ply scaly.ply --plain-example smooth.ply --seed 3 --strength 0.5
+  %(prog)s bunny.ply scan.ply printed.stl --printable
   %(prog)s bunny.ply scan.ply large.vtp --texture-scale 2 --subdivisions 1
   %(prog)s horn.vtp bark.vtp grown.vtp --orientation Growth --example-orientation Growth --mask Grown
 """
@@ -85,6 +87,9 @@ def _add_texture_options(texture):
     texture.add_argument("--size", metavar="NAME", help="point array of TARGET, 0.1 to 10, that multiplies the size")
     texture.add_argument("--mask", metavar="NAME", help="point array of TARGET, 0 to 1, that multiplies displacements")
     texture.add_argument("--strength", type=float, default=1.0, metavar="S", help="factor of displacements (default: 1)")
+    texture.add_argument(
+        "--printable", action="store_true", help="reduce displacements until no triangles intersect, for 3D printers"
+    )
 
 
 def run(arguments):
@@ -104,6 +109,7 @@ def run(arguments):
         size=arguments.size,
         mask=arguments.mask,
         strength=arguments.strength,
+        printable=arguments.printable,
     )
     if arguments.smoothing_length is not None and arguments.plain_example is not None:
         raise UsageError("--smoothing-length is of no use with --plain-example")
@@ -127,6 +133,6 @@ def _outcome(algorithm, output, path):
     from ..geometric_texture_from_example import results_of
     from ..vocabulary import snake
 
-    values = {snake(name.replace("NumberOf", "")): value for name, value in results_of(algorithm).items()}
+    values = {snake(name.replace("NumberOfScales", "Scales")): value for name, value in results_of(algorithm).items()}
     text = "texture scale {texture_scale:.4g}, {subdivisions} subdivisions, {scales} scales, mismatch {mismatch:.3g}, "
-    return written_outcome(output, [path], text.format(**values), **values)
+    return written_outcome(output, [path], text.format(**values) + printability_text(algorithm), **values)
