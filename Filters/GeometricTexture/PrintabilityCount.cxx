@@ -6,8 +6,7 @@
 namespace surfsynth
 {
 
-void PrintabilityCount::Add(
-  vtkAlgorithm* filter, const std::string& where, const GeometricTexturePrintability& found)
+void PrintabilityCount::Add(vtkAlgorithm* filter, const std::string& where, const GeometricTexturePrintability& found)
 {
   GeometricTexturePrintability sum = this->Sum.value_or(GeometricTexturePrintability());
   sum.NumberOfPairsLeft += found.NumberOfPairsLeft;

@@ -122,8 +122,8 @@ public:
     {
       this->Textures.Drop(surface);
       Texture made{ request, this->Example,
-        surfsynth::SynthesizeFromExample(
-          *this->Example, points.Compact(surface.Mesh), request, surfsynth::SubProgress(progress, 0.0, SynthesisPart)) };
+        surfsynth::SynthesizeFromExample(*this->Example, points.Compact(surface.Mesh), request,
+          surfsynth::SubProgress(progress, 0.0, SynthesisPart)) };
       ++this->NumberOfSyntheses;
       texture = &this->Textures.Insert(surface, std::move(made));
     }

@@ -213,10 +213,7 @@ vtkTypeInt64 vtkGeometricTextureSynthesizer::GetNumberOfSelfIntersections() cons
   return this->Impl->Printability.NumberOfPairsLeft();
 }
 
-double vtkGeometricTextureSynthesizer::GetHeightKept() const
-{
-  return this->Impl->Printability.HeightKept();
-}
+double vtkGeometricTextureSynthesizer::GetHeightKept() const { return this->Impl->Printability.HeightKept(); }
 
 vtkStringArray* vtkGeometricTextureSynthesizer::GetInstalledModels()
 {

@@ -158,7 +158,7 @@ def written_outcome(dataset, outputs, text="", **values):
 
 
 def printability_text(algorithm):
-    """What a filter of geometric textures has done to make its output printable; empty where it was not asked to."""
+    """Height kept and intersections left by a filter of geometric textures; empty without Printable."""
     if not algorithm.GetPrintable():
         return ""
     kept, left = algorithm.GetHeightKept(), algorithm.GetNumberOfSelfIntersections()
