@@ -7,8 +7,9 @@
  * displacements of the target whose patches, pieces of the surface a few features wide, look like those of the example. From
  * coarse scales to fine ones it first matches the distribution of the patches, by sliced Wasserstein distances
  * [Heitz2021], [Elnekave2022], and then replaces each patch by the nearest one of the example, and overlapping patches by
- * their mean [Kwatra2005], [Granot2022]. Patches follow geodesics and hold vectors in tangent frames, so that overhangs are
- * followed and the triangulations of example and target do not matter.
+ * their mean [Kwatra2005], [Granot2022], which it stretches until they vary as widely as those of the example. Patches follow
+ * geodesics and hold vectors in tangent frames, so that overhangs are followed and the triangulations of example and target do
+ * not matter.
  *
  * @par Input
  * Port 0: the target, vtkPolyData with triangles, polygons or strips, of any genus, open or closed; or a composite dataset
@@ -30,8 +31,8 @@
  * @par Cost
  * Linear in the number of triangles of the output: see Testing/Benchmarks/README.md. The patches of the example are kept,
  * and a change of Strength, of Printable or of names costs no synthesis. Printable searches for triangles that intersect, in
- * each update: 4 to 10 microseconds for a triangle, and more where many intersect. The same seed gives the same bits for every number of threads.
- * Another kind of processor may give other last bits: Reproducibility in README.md.
+ * each update: 4 to 10 microseconds for a triangle, and more where many intersect. The same seed gives the same bits for every
+ * number of threads. Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkDisplacementMapFilter, vtkGeometricTextureFeatures, vtkIsotropicRemeshFilter
  */

@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 
-from rank_parameters import FITTED, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, TEXTURED
+from rank_parameters import FITTED, FROM_EXAMPLE, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, TEXTURED
 
 TIME_LIMIT = 120  # seconds, for one run of mpiexec; it takes a few
 WITH_NETWORKS = os.environ.get("SURFACE_SYNTHESIS_LEARNING") == "1"
@@ -20,12 +20,12 @@ WITH_PETSC = os.environ.get("SURFACE_SYNTHESIS_PETSC") == "1"
 NETWORK_CASES = ("predicted_points", "predicted_cells", "generated_samples", "generated_in_pieces", "compared",
                  "trained", "textured", "textured_blocks", "template_textured", "fitted", "texture_trained",
                  "textures_compared")
-VALID_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed",
+VALID_CASES = ("one_rank", "blocks", "redistributed", "distributed", "empty_rank", "mixtures", "posed", "from_example",
                *(("solved_in_pieces",) if WITH_PETSC else ()),
                *(NETWORK_CASES if WITH_NETWORKS else ()))
 CASES = (*VALID_CASES, "corrected_in_pieces", "bad_piece", "bad_block", "cells_of_pieces", "mesh_on_one_rank", "mesh_in_pieces",
          "posed_in_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces",
-         "texture_trained_in_pieces", "textures_compared_in_pieces")
+         "texture_trained_in_pieces", "textures_compared_in_pieces", "from_example_in_pieces")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -42,6 +42,7 @@ def write_surfaces():
     np.save("whole.npy", np.stack([surfaces.array(expected, f"MaternNoise_{k}") for k in range(SAMPLES)]))
 
     write_ensembles(surfaces, whole)
+    write_example(surfaces)
     if WITH_NETWORKS:
         write_predictions(surfaces, whole)
         write_generated(surfaces, whole)
@@ -87,6 +88,26 @@ def write_ensembles(surfaces, whole):
         poses = made_by(surfacesynthesis.vtkPoseEnsembleFilter(), long, **POSES)
         points = [surfaces.vtk_to_numpy(poses.GetBlock(k).GetPoints().GetData()) for k in range(3)]
         np.save("poses.npy", np.stack(points))
+
+
+def write_example(surfaces):
+    """An example with waves, the same without them, a target, and the texture on it."""
+    import numpy as np
+    from proxies import made_by
+    from surfacesynthesis import vtkGeometricTextureFromExample
+
+    def points_of(mesh):
+        return surfaces.vtk_to_numpy(mesh.GetPoints().GetData())
+
+    plain, waves, target = surfaces.ball(16), surfaces.ball(16), surfaces.ball(10)
+    heights = 0.03 * np.prod(np.sin(9.0 * points_of(plain)), axis=1)
+    points_of(waves)[:] *= (1.0 + heights)[:, None]
+    for name, mesh in (("plain", plain), ("waves", waves), ("target", target)):
+        surfaces.write(mesh, name + ".vtp")
+    algorithm = vtkGeometricTextureFromExample()
+    algorithm.SetExampleData(waves)
+    algorithm.SetPlainExampleData(plain)
+    np.save("from_example.npy", points_of(made_by(algorithm, target, **FROM_EXAMPLE)))
 
 
 def write_generated(surfaces, whole):
@@ -244,6 +265,7 @@ def check_refusals(ranks):
     """Refusals are told once by every rank, in the same words. Each case is of another filter, or of a block: one run
     for all."""
     cases = ["bad_block", "bad_piece", "corrected_in_pieces", "mesh_on_one_rank", "mesh_in_pieces", "posed_in_pieces"]
+    cases += ["from_example_in_pieces"]
     if WITH_NETWORKS:
         cases += ["cells_of_pieces", "compared_in_pieces", "trained_in_pieces", "textured_in_pieces", "fitted_in_pieces"]
         cases += ["texture_trained_in_pieces", "textures_compared_in_pieces"]
@@ -262,6 +284,7 @@ def check_refusals(ranks):
         expect_refusal(output, "vtkSurfaceRepairFilter", in_pieces, "lies in pieces on", "Aggregate Dataset")
     if "no filter that makes poses" not in output and ranks > 1:
         expect_refusal(output, "vtkPoseEnsembleFilter", in_pieces, "lies in pieces on")
+    expect_refusal(output, "vtkGeometricTextureFromExample", in_pieces, "lies in pieces on", "Aggregate Dataset")
     if WITH_NETWORKS:
         expect_refusal(output, "vtkPoissonNetFilter", ranks, "Prediction", "on one rank")
         words = "lies in pieces on", "Aggregate Dataset"

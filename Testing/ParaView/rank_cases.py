@@ -7,7 +7,7 @@ import numpy as np
 import surfaces
 from paraview import servermanager
 from paraview import simple as pv
-from rank_parameters import FITTED, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, TEXTURED, TEXTURE_TRAINING, TRAINING
+from rank_parameters import FITTED, FROM_EXAMPLE, GENERATED, MIXTURES, NOISE, POSES, SAMPLES, TEXTURED, TEXTURE_TRAINING, TRAINING
 
 if not hasattr(pv, "MaternNoise"):
     pv.LoadPlugin(surfaces.plugin(), remote=False, ns=vars(pv))
@@ -262,6 +262,17 @@ def textured_blocks(case, ranks):
         surfaces.assert_same(points, expected[f"arr_{k}"], f"{case}, block {k}")
 
 
+def from_example(case, ranks):
+    """All ranks read the whole example."""
+    examples = {"Example": read_surface("waves.vtp"), "PlainExample": read_surface("plain.vtp")}
+    found = update(pv.GeometricTextureFromExample(Input=reader_of("target.vtp", case), **examples, **FROM_EXAMPLE))
+    if case == "from_example":
+        points = surfaces.vtk_to_numpy(found.GetPoints().GetData())
+        surfaces.assert_same(points, np.load("from_example.npy"), case)
+    else:
+        assert (found.GetNumberOfPoints() > 0) == (ranks == 1), found.GetNumberOfPoints()
+
+
 def fitted(case, ranks):
     reader = reader_of("ball0.vtp", case)
     made = pv.MultiscaleMeshFitter(Input=reader, **FITTED)
@@ -388,6 +399,8 @@ CASES = {
     "textured": textured,
     "textured_in_pieces": textured,
     "textured_blocks": textured_blocks,
+    "from_example": from_example,
+    "from_example_in_pieces": from_example,
     "fitted": fitted,
     "fitted_in_pieces": fitted,
     "texture_trained": texture_trained,

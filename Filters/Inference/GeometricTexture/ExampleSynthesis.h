@@ -48,8 +48,9 @@ struct ExampleSynthesis
 /// Synthesizes a texture from coarse scales to fine ones. At each scale patches of the target begin with the displacement of
 /// the coarser one, or with random numbers; at the two coarsest ones the sliced Wasserstein distance of the patches from those
 /// of the example is descended [Elnekave2022]; then each patch is replaced by the nearest one of the example, and the
-/// displacement by the best fit to all patches [Kwatra2005], [Granot2022], several times. Linear in the area over the square of
-/// the finest spacing; the same bits for every number of threads.
+/// displacement by the best fit to all patches [Kwatra2005], [Granot2022], several times, and stretched until the patches vary
+/// as widely as those of the example. Linear in the area over the square of the finest spacing; the same bits for every number
+/// of threads.
 /// @param mesh target; its triangles need not be even, but small enough once subdivided
 /// @throws InvalidInput when the mesh has no triangle or does not meet GeometricTextureExample::Requirements(), a value of the
 /// request is out of its range or of a wrong size, directions are given for an example without them or the other way round, the

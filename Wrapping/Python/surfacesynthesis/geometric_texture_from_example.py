@@ -42,8 +42,8 @@ def geometric_texture_from_example(
     matched to that of the example by sliced Wasserstein distances (Heitz et al., "A Sliced Wasserstein Loss for Neural Texture
     Synthesis", 2021; Elnekave and Weiss, "Generating Natural Images with Direct Patch Distributions Matching", 2022). Then the
     nearest patch of the example replaces each one, and their mean overlapping ones (Kwatra et al., "Texture Optimization for
-    Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022). The same seed gives the same bits for every number of
-    threads.
+    Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022), stretched until they vary as widely as those of the
+    example. The same seed gives the same bits for every number of threads.
 
     Parameters
     ----------
