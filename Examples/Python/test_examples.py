@@ -294,6 +294,9 @@ def check_large_pictures(folder):
     check_picture(os.path.join(output, "signals.png"), 1600)
     check_picture(os.path.join(output, "rest_samples.png"), 2130, rows=2)
     check_picture(os.path.join(output, "texture_features.png"), 1300, rows=2)
+    import geometric_textures
+
+    check_second_reference(geometric_textures, "knobs", peaks=60)
 
 
 def check_signals():
@@ -337,14 +340,18 @@ def check_geometric_textures(folder):
     pair = [(mesh[-1], example.mean_edge(mesh[0]) / 2 ** (example.LEVELS - 1)) for mesh in (ball, ball)]
     for share in example.neighborhoods_on(target, pair, os.path.join(example.MODELS, "spikes.safetensors"), (2,)):
         assert 0.0 < share[0] < 0.5, share
-    # two balls of one texture agree in what is counted, within the limits of a good texture
-    reference = example.reference_features("spikes")
-    second = example.reference_features("spikes", 2, reference)
-    assert reference["number_of_peaks"] == second["number_of_peaks"] == 90
-    assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
-    assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
+    check_second_reference(example, "spikes", peaks=90)
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
     assert overhang("knobs") > max(0.05, 10.0 * overhang("labyrinth"))
+
+
+def check_second_reference(example, texture, peaks):
+    """Two balls of one texture agree in what is counted, within the limits of a good texture."""
+    reference = example.reference_features(texture)
+    second = example.reference_features(texture, 2, reference)
+    assert reference["number_of_peaks"] == second["number_of_peaks"] == peaks
+    assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
+    assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
 
 
 def check_latent_textures(folder):

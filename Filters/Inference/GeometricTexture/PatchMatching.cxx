@@ -384,10 +384,10 @@ double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, 
   const auto completeness = static_cast<float>(std::max(Completeness * example.Amplitude * example.Amplitude, 1e-30));
   std::vector<Index> nearest;
   double difference = 0.0;
+  const int steps = iterations + DeviationPasses;
   for (int iteration = 0; iteration < iterations; ++iteration)
   {
-    const Progress part = SubProgress(
-      progress, static_cast<double>(iteration) / iterations, (iteration + 1.0) / iterations);
+    const Progress part = SubProgress(progress, static_cast<double>(iteration) / steps, (iteration + 1.0) / steps);
     const PatchRows values = ReadCompleted(patches, example, nearest, displacement);
     nearest = FindNearestPatches(example, Product(values, example.Basis), completeness, part);
     difference = RootMeanSquareDifference(values, example, nearest);
@@ -400,6 +400,7 @@ double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, 
     const DeviationMatch match(example);
     for (int pass = 0; pass < DeviationPasses; ++pass)
     {
+      Report(progress, static_cast<double>(iterations + pass) / steps);
       PatchRows values = ReadCompleted(patches, example, nearest, displacement);
       match.Stretch(values);
       fit.FitTo(
