@@ -151,7 +151,8 @@ FILTERS = {
         'ss.write_signal_dataset("poses.safetensors", [(mesh, poses)], "Position")',
         "dataset poses armadillo.ply poses.safetensors --samples 100 --seed 1"),
     "vtkElasticRestFilter": Example(
-        "For training data of soft bodies, or to lay soft tissue down: shapes after random drops on a floor.",
+        "For training data of soft bodies, or to lay soft tissue down: shapes after random drops on a floor; and to make rest states "
+        "of the samples of a model (Shapes, settle()).",
         "Gallery/rest_states.png", "bunny.ply", {"NumberOfSamples": 100, "Seed": 1},
         'mesh = ss.read_mesh("bunny.ply")\nstates = ss.rest_states(mesh, samples=100, seed=1)\n'
         'ss.write_signal_dataset("rest.safetensors", [(mesh, states)], "Position")',
@@ -302,7 +303,8 @@ LIMITS = {
     "vtkElasticRestFilter": [
         "Edges of the body may pass through each other, and it slides on itself without friction. Parts of a surface that the "
         "simulated mesh leaves off follow it without a weight of their own. Linear tetrahedra are stiffer than "
-        "the body: a beam of eight across its height bends 11 % less than theory, of fourteen 4 %."],
+        "the body: a beam of eight across its height bends 11 % less than theory, of fourteen 4 %.",
+        "Shapes may be of any quality; those far from any shape of the body, such as random points, take seconds each."],
     "vtkPoseEnsembleFilter": [
         "About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000.",
         "At most 423 s and 5.5 GB for a sample of 3 million triangles, on a busy machine (Testing/Benchmarks/README.md)."],

@@ -15,7 +15,7 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
     signals.png         samples on the original triangulation, with 75,000 faces, and, from the same noise, on an even one and
                         on one that is coarse on one side
     rest_samples.png    rows: the bunny, with 75,000 faces, and the armadillo, with 52,000: four samples of the models of rest
-                        states, which were trained on 4,000 faces, lowered onto a floor
+                        states, which were trained on 4,000 faces, lowered onto a floor; below, the rest states next to them
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took, a table of times over the number of triangles (--only times), and one of the sharpness of signals
@@ -183,22 +183,33 @@ def triangulations(options, model, original, sheet, view):
 
 
 def rest_samples(options):
-    """Samples of models of rest states on the original triangulations."""
+    """Samples of models of rest states on the original triangulations, and the rest states next to them."""
     names = ("bunny", "armadillo")
-    sheet = rendering.Sheet(len(names), len(SEEDS) + 1, rest_states.SIZE, margin=rest_states.BAR)
+    sheet = rendering.Sheet(2 * len(names), len(SEEDS) + 1, rest_states.SIZE, margin=rest_states.BAR)
     for row, (name, file) in enumerate(zip(names, rest_states.SHAPES)):
         points, triangles = points_and_triangles(surface(None, file))
+        mesh = points @ rest_states.UPRIGHT.T, triangles
         model = os.path.join(options.models, f"{name}_rest.safetensors")
         shapes = surfacesynthesis.deform((points, triangles), model, samples=len(SEEDS), steps=options.steps)
-        rest = points @ rest_states.UPRIGHT.T
-        extent = 1.12 * np.linalg.norm(np.ptp(rest, axis=0)) / 1.3
-        for column, shape in enumerate((points, *shapes)):
-            title = f"sample {column}" if column else f"{name}\n{len(triangles):,} faces"
-            turned = shape @ rest_states.UPRIGHT.T
-            rest_states.show(sheet, row, column, title, turned, rest, triangles, turned[:, 2].min(), extent)
-        limit = rest_states.LIMIT
-        sheet.add_bar(row, rendering.cool_warm(limit), -limit, limit, "logarithm\nof area")
+        shapes = shapes @ rest_states.UPRIGHT.T
+        started = time.monotonic()
+        settled = surfacesynthesis.settle(mesh, shapes)
+        print(f"{name}: {time.monotonic() - started:.1f} s to settle {len(shapes)} samples", flush=True)
+        rest_row(sheet, 2 * row, f"{name}\n{len(triangles):,} faces", mesh, [mesh[0], *shapes], "sample")
+        rest_row(sheet, 2 * row + 1, "", mesh, [None, *settled], "settled")
     sheet.write(os.path.join(options.output, "rest_samples.png"), options.colors)
+
+
+def rest_row(sheet, row, title, mesh, shapes, what):
+    """A row of shapes that lie on the floor; None leaves a place empty."""
+    points, triangles = mesh
+    extent = 1.12 * np.linalg.norm(np.ptp(points, axis=0)) / 1.3
+    for column, shape in enumerate(shapes):
+        if shape is not None:
+            text = f"{what} {column}" if column else title
+            rest_states.show(sheet, row, column, text, shape, points, triangles, shape[:, 2].min(), extent)
+    limit = rest_states.LIMIT
+    sheet.add_bar(row, rendering.cool_warm(limit), -limit, limit, "logarithm\nof area")
 
 
 def signals(options):

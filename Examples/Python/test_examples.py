@@ -292,7 +292,7 @@ def check_large_pictures(folder):
     assert run("xvfb-run", "-a", *flow_matching, "--only", "signals", "rest_samples").returncode == 0
     assert run("xvfb-run", "-a", *textures, "--only", "feature_pictures").returncode == 0
     check_picture(os.path.join(output, "signals.png"), 1600)
-    check_picture(os.path.join(output, "rest_samples.png"), 2130, rows=2)
+    check_picture(os.path.join(output, "rest_samples.png"), 2130, rows=4)
     check_picture(os.path.join(output, "texture_features.png"), 1300, rows=2)
     import geometric_textures
 

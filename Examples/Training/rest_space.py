@@ -3,14 +3,15 @@
 """Measures a model of rest states of a soft body: how flat its samples lie on the floor, their volumes, and their distances
 from rest states that the training has not seen.
 
-    python3 rest_space.py MODEL TRAINING TEST [--surface FILE] [--up 0 1 0] [--samples 100] [--seeds 3] [--csv FILE]
+    python3 rest_space.py MODEL TRAINING TEST [--surface FILE] [--settle] [--up 0 1 0] [--samples 100] [--seeds 3] [--csv FILE]
 
 TRAINING and TEST are dataset files of rest states of one triangulation (dataset rest-states). The rows are
 
     rest states            those of the training against those of the test: what a perfect model would reach
     principal components   a Gaussian on the principal components of the training: what no network can be below
     model                  samples of the model on the triangulation of the test
-    model, N triangles     the same on another triangulation of the body (--surface)
+    settled                these samples, laid down in a simulation: the rest states next to them (--settle)
+    model, settled         both on another triangulation of the body (--surface)
 
 and the columns
 
@@ -125,6 +126,14 @@ def distances(test, samples):
     }
 
 
+def settled(mesh, shapes, options):
+    """The rest states next to samples, of the body that the data are of."""
+    tetrahedra = surfacesynthesis.read_mesh(options.tetrahedra) if options.tetrahedra else None
+    return surfacesynthesis.settle(
+        mesh, shapes, tetrahedra=tetrahedra, surface_points=options.surface_points, up_direction=options.up
+    )
+
+
 def summary(rows):
     """Means and deviations of the columns."""
     found = {}
@@ -154,18 +163,23 @@ def measured(options):
         return {"samples of": name, "triangles": len(mesh[1]), "count": count, "seeds": len(rows), **summary(rows)}
 
     def of_model(mesh):
-        for seed in seeds:
-            shapes = surfacesynthesis.deform(mesh, options.model, seed=seed, samples=count, steps=options.steps)
-            yield shapes, carried(shapes, mesh, test.mesh[0])
+        return [surfacesynthesis.deform(mesh, options.model, seed=seed, samples=count, steps=options.steps) for seed in seeds]
+
+    def rows_of_model(mesh):
+        ensembles = of_model(mesh)
+        at_test = [(shapes, carried(shapes, mesh, test.mesh[0])) for shapes in ensembles]
+        yield row("model", at_test, mesh)
+        if options.settle:
+            resting = [settled(mesh, shapes, options) for shapes in ensembles]
+            yield row("settled", [(shapes, carried(shapes, mesh, test.mesh[0])) for shapes in resting], mesh)
 
     real = [training.samples[k * count : (k + 1) * count] for k in range(min(options.seeds, len(training.samples) // count))]
     yield row("rest states", [(states, states) for states in real])
     linear = [principal_samples(training.samples, count, seed) for seed in seeds]
     yield row("principal components", [(samples, samples) for samples in linear])
-    yield row("model", of_model(test.mesh))
+    yield from rows_of_model(test.mesh)
     for path in options.surface:
-        mesh = points_and_triangles(surfacesynthesis.read_mesh(path))
-        yield row("model", of_model(mesh), mesh)
+        yield from rows_of_model(points_and_triangles(surfacesynthesis.read_mesh(path)))
 
 
 def parsed(arguments):
@@ -175,6 +189,10 @@ def parsed(arguments):
     parser.add_argument("test", help="dataset file of other rest states on the same triangulation")
     parser.add_argument("--surface", action="append", default=[], metavar="FILE",
                         help="the body with another triangulation; may be repeated")  # fmt: skip
+    parser.add_argument("--settle", action="store_true", help="rows for the rest states next to the samples, too")
+    parser.add_argument("--tetrahedra", metavar="FILE", help="tetrahedra that the data were simulated with (.vtu)")
+    parser.add_argument("--surface-points", type=int, default=500, metavar="N",
+                        help="or points of the simulated surface (default: 500)")  # fmt: skip
     parser.add_argument("--up", type=float, nargs=3, default=[0.0, 0.0, 1.0], metavar="X", help="upwards (default: 0 0 1)")
     parser.add_argument("--samples", type=int, default=100, help="generated and test states (default: 100)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")

@@ -87,15 +87,18 @@ def check_table(folder, mesh):
     other, table = os.path.join(folder, "ball.vtp"), os.path.join(folder, "table.csv")
     surfacesynthesis.write_mesh(to_polydata(mesh_of_triangles(*ball(24))), other)
     options = ["--surface", other, "--up", "0", "1", "0", "--seeds", "2", "--steps", "2", "--csv", table]
+    options += ["--settle", "--surface-points", "80"]
     rest_space.main([paths[2], *paths[:2], *options])
     with open(table, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [row["samples of"] for row in rows] == ["rest states", "principal components", "model", "model"], rows
+    names = ["rest states", "principal components", "model", "settled", "model", "settled"]
+    assert [row["samples of"] for row in rows] == names, rows
     assert len({row["triangles"] for row in rows}) == 2, rows
-    real, _, model, fine = ({name: float(row[name]) for name in rest_space.COLUMNS} for row in rows)
+    real, _, model, settled, fine, _ = ({name: float(row[name]) for name in rest_space.COLUMNS} for row in rows)
     assert real["flat"] == 1.0 and real["same_volume"] == 1.0 and real["coverage"] > 0.3, real
     assert model["mmd"] > 2.0 * real["mmd"], (model, real)
     assert np.isfinite(list(fine.values())).all(), fine
+    assert settled["flat"] == 1.0 and settled["depth"] < model["depth"], (settled, model)
 
 
 def main():

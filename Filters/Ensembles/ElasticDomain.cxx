@@ -8,6 +8,7 @@
 #include "Core/Common/Parallel.h"
 #include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/SurfaceOperators.h"
 #include "Core/Operators/VolumeOperators.h"
 
 #ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
@@ -17,6 +18,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -79,6 +81,9 @@ void Bind(ElasticDomain& domain)
 }
 
 #ifdef SURFACE_SYNTHESIS_ELASTIC_FILLING
+/// Numbers of points with which a surface is remeshed at most, each a quarter of the first larger than the one before.
+constexpr int Attempts = 3;
+
 /// The surface with so many points, evenly spread.
 TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& progress)
 {
@@ -94,24 +99,31 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
   return std::move(*result);
 }
 
-/// Tetrahedra in a remeshed surface. TetGen's reasons are about triangles and options that the caller does not know.
-FilledSurface FillRemeshed(const TriangleMesh& mesh, const TetrahedralizeOptions& options, const Progress& progress)
+/// Tetrahedra in a surface that is remeshed to so many points. Coarse triangles on both sides of a thin part may meet:
+/// then with more of them. TetGen's reasons are about triangles and options that the caller does not know.
+FilledSurface FillRemeshed(const TriangleMesh& surface, int points, const Progress& progress)
 {
-  const std::string reason = "The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
-    " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
-    "(SetTetrahedraConnection) may help.";
-  try
+  std::string reason;
+  for (int attempt = 0; attempt < Attempts; ++attempt)
   {
-    return Tetrahedralize(mesh, options, {}, progress);
+    const Progress attempting = SubProgress(progress, attempt / double{ Attempts }, (attempt + 1) / double{ Attempts });
+    const auto morePoints = static_cast<int>(std::min(points * (1.0 + 0.25 * attempt), 1e9));
+    const TriangleMesh mesh = Remeshed(surface, morePoints, SubProgress(attempting, 0.0, 0.5));
+    TetrahedralizeOptions options;
+    options.TargetEdgeLength = MeanSideLength(mesh);
+    reason = "The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
+      " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
+      "(SetTetrahedraConnection) may help.";
+    try
+    {
+      return Tetrahedralize(mesh, options, {}, SubProgress(attempting, 0.5, 1.0));
+    }
+    catch (const InvalidInput&)
+    {}
+    catch (const SolverFailure&)
+    {}
   }
-  catch (const InvalidInput&)
-  {
-    throw InvalidInput(reason);
-  }
-  catch (const SolverFailure&)
-  {
-    throw SolverFailure(reason);
-  }
+  throw InvalidInput(reason);
 }
 
 TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)
@@ -121,18 +133,16 @@ TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& prog
   requirements.ManifoldVertices = true;
   requirements.ConsistentWinding = true;
   CheckSurface(surface, requirements);
-  TriangleMesh mesh = UsedPoints(surface.Mesh).Compact(surface.Mesh);
-  TetrahedralizeOptions options;
+  const TriangleMesh mesh = UsedPoints(surface.Mesh).Compact(surface.Mesh);
   FilledSurface filled;
   if (surfacePoints > 0)
   {
-    mesh = Remeshed(mesh, surfacePoints, SubProgress(progress, 0.0, 0.5));
-    options.TargetEdgeLength = MeanSideLength(mesh);
-    filled = FillRemeshed(mesh, options, SubProgress(progress, 0.5, 1.0));
+    filled = FillRemeshed(mesh, surfacePoints, progress);
   }
   else
   {
     const auto cellOfTriangle = [&surface](std::int64_t f) { return surface.Cell(f); };
+    TetrahedralizeOptions options;
     options.TargetEdgeLength = MeanSideLength(mesh);
     filled = Tetrahedralize(mesh, options, cellOfTriangle, progress);
   }
@@ -193,6 +203,7 @@ ElasticDomain MakeElasticDomain(
     domain.Mesh = tetrahedra ? *tetrahedra : Filled(content, surfacePoints, SubProgress(progress, 0.0, 0.9));
   }
   domain.Points = content.Mesh.Points;
+  domain.Weights = content.Volume ? LumpedMass(*content.Volume) : LumpedMass(content.Mesh);
   Bind(domain);
   Report(progress, 1.0);
   return domain;

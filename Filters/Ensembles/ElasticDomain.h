@@ -10,6 +10,8 @@
 #include "Core/Mesh/TriangleMesh.h"
 #include "Core/Mesh/VolumePlace.h"
 
+#include <Eigen/Core>
+
 #include <vector>
 
 namespace surfsynth
@@ -22,6 +24,7 @@ struct ElasticDomain
   PointMatrix Points;              ///< [V, 3], of the dataset
   std::vector<VolumePlace> Places; ///< [V], nearest to each point; no place where it is not finite and stays
   PointMatrix Offsets;             ///< [V, 3], of each point from its place: 0 inside the tetrahedra
+  Eigen::VectorXd Weights;         ///< [V], area of a surface around each point, or volume
 
   /// Points of the dataset for these nodes: their places, and offsets that turn with the tetrahedra.
   PointMatrix Follow(const PointMatrix& nodes) const;

@@ -8,11 +8,13 @@
 #include "FilterSupport.h"
 #include "Reporting.h"
 #include "SampleMemory.h"
+#include "ShapeReading.h"
 #include "SurfaceBridge.h"
 #include "VolumeBridge.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Elasticity/ElasticDrops.h"
+#include "Core/Elasticity/ElasticSettling.h"
 
 #include <vtkAlgorithmOutput.h>
 #include <vtkDoubleArray.h>
@@ -111,10 +113,11 @@ public:
     : Self(self)
   {}
 
-  /// Starts an update with tetrahedra, or null.
-  void Begin(vtkDataObject* tetrahedra)
+  /// Starts an update with tetrahedra, or null, and shapes, or none.
+  void Begin(vtkDataObject* tetrahedra, std::vector<surfsynth::MovedCopy> shapes)
   {
     this->Grid = vtkUnstructuredGrid::SafeDownCast(tetrahedra);
+    this->Shapes = std::move(shapes);
     this->Tetrahedra.reset();
     this->Blocks.Begin();
   }
@@ -124,6 +127,7 @@ public:
   {
     this->Tetrahedra.reset();
     this->Grid = nullptr;
+    this->Shapes.clear();
     this->Blocks.DropUnused();
   }
 
@@ -132,14 +136,9 @@ public:
     const ElasticDomain& domain = this->DomainOf(block, surfsynth::SubProgress(progress, 0.0, 0.1));
     const Frame frame(
       domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
-    const surfsynth::ElasticDrops drops(
-      { frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra }, this->Options());
-    surfsynth::NormalKey key;
-    key.Seed = static_cast<std::uint64_t>(this->Self->Seed);
-    key.Sample = static_cast<std::uint32_t>(this->Self->FirstSample);
-    key.Stream = block.FlatIndex;
-    std::vector<ElasticEquilibrium> states = drops.Sample(
-      key, this->Self->NumberOfSamples, surfsynth::SubProgress(progress, 0.1, 0.94));
+    const surfsynth::Progress simulating = surfsynth::SubProgress(progress, 0.1, 0.94);
+    std::vector<ElasticEquilibrium> states = this->Shapes.empty() ? this->Dropped(block, domain, frame, simulating)
+                                                                  : this->Settled(block, domain, frame, simulating);
     const surfsynth::Progress following = surfsynth::SubProgress(progress, 0.94, 0.97);
     std::vector<PointMatrix> points;
     for (ElasticEquilibrium& state : states)
@@ -155,10 +154,80 @@ public:
       domain.Points, points, options, addNumbers, surfsynth::SubProgress(progress, 0.97, 1.0));
   }
 
+  /// What is wrong with properties and shapes, or ""; reads the shapes.
+  std::string ProblemOf(vtkDataObject* input, vtkDataObject* given, std::vector<surfsynth::MovedCopy>& shapes) const
+  {
+    if (this->Self->DisplacementArrayName.empty())
+    {
+      return "DisplacementArrayName is empty; a name for the point array is needed.";
+    }
+    if (this->Self->MinimumSpin > this->Self->MaximumSpin)
+    {
+      return "MinimumSpin is above MaximumSpin; expected a lower bound of at most the upper one.";
+    }
+    if (const Eigen::Map<const Eigen::Vector3d> up(this->Self->UpDirection); !up.allFinite() || up.isZero(0.0))
+    {
+      return "UpDirection is not finite, or has no length; expected a direction.";
+    }
+    int samples = this->Self->NumberOfSamples;
+    if (given)
+    {
+      if (!vtkPointSet::SafeDownCast(input))
+      {
+        return "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.";
+      }
+      try
+      {
+        shapes = surfsynth::MovedCopies(given);
+      }
+      catch (const surfsynth::InvalidInput& error)
+      {
+        return error.what();
+      }
+      if (shapes.empty())
+      {
+        return "The shapes are empty; expected copies of the input with moved points.";
+      }
+      samples = static_cast<int>(shapes.size());
+    }
+    // Points and displacements, in double precision while they are made and afterwards in that of the input.
+    return surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
+  }
+
   surfsynth::BlockCache<PreparedBody> Blocks;
   vtkTypeInt64 NumberOfPreparations = 0;
 
 private:
+  /// Rest states after random drops.
+  std::vector<ElasticEquilibrium> Dropped(const surfsynth::Block& block, const ElasticDomain& domain,
+    const Frame& frame, const surfsynth::Progress& progress) const
+  {
+    const surfsynth::ElasticDrops drops(
+      { frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra }, this->Options());
+    surfsynth::NormalKey key;
+    key.Seed = static_cast<std::uint64_t>(this->Self->Seed);
+    key.Sample = static_cast<std::uint32_t>(this->Self->FirstSample);
+    key.Stream = block.FlatIndex;
+    return drops.Sample(key, this->Self->NumberOfSamples, progress);
+  }
+
+  /// Rest states next to the shapes.
+  std::vector<ElasticEquilibrium> Settled(const surfsynth::Block& block, const ElasticDomain& domain,
+    const Frame& frame, const surfsynth::Progress& progress) const
+  {
+    std::vector<PointMatrix> shapes;
+    for (const surfsynth::MovedCopy& shape : this->Shapes)
+    {
+      const PointMatrix points = PointsOfCopy(shape, vtkPointSet::SafeDownCast(block.Input), domain.Points);
+      shapes.push_back(frame.ToMeters(points));
+    }
+    const surfsynth::DropOptions options = this->Options();
+    const surfsynth::ElasticSettling settling({ frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra },
+      domain.Places, frame.Meters * domain.Offsets * frame.Turn.transpose(), domain.Weights,
+      { options.Material, options.Surroundings, options.Motion, options.Align });
+    return settling.Settle(shapes, this->Self->FirstSample, progress);
+  }
+
   surfsynth::DropOptions Options() const
   {
     surfsynth::DropOptions options;
@@ -241,12 +310,13 @@ private:
   vtkElasticRestFilter* Self;
   vtkSmartPointer<vtkUnstructuredGrid> Grid;
   std::optional<surfsynth::TetrahedralMesh> Tetrahedra; ///< of this update
+  std::vector<surfsynth::MovedCopy> Shapes;             ///< of this update
 };
 
 vtkElasticRestFilter::vtkElasticRestFilter()
   : Impl(std::make_unique<Internals>(this))
 {
-  this->SetNumberOfInputPorts(2);
+  this->SetNumberOfInputPorts(3);
 }
 
 vtkElasticRestFilter::~vtkElasticRestFilter() = default;
@@ -254,6 +324,10 @@ vtkElasticRestFilter::~vtkElasticRestFilter() = default;
 void vtkElasticRestFilter::SetTetrahedraConnection(vtkAlgorithmOutput* port) { this->SetInputConnection(1, port); }
 
 void vtkElasticRestFilter::SetTetrahedraData(vtkDataObject* tetrahedra) { this->SetInputDataObject(1, tetrahedra); }
+
+void vtkElasticRestFilter::SetShapesConnection(vtkAlgorithmOutput* port) { this->SetInputConnection(2, port); }
+
+void vtkElasticRestFilter::SetShapesData(vtkDataObject* shapes) { this->SetInputDataObject(2, shapes); }
 
 void vtkElasticRestFilter::SetDisplacementArrayName(const char* name)
 {
@@ -267,7 +341,15 @@ int vtkElasticRestFilter::FillInputPortInformation(int port, vtkInformation* inf
     return surfsynth::AcceptBlocks(info, BodyToRestStates);
   }
   info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+  if (port == 1)
+  {
+    info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkUnstructuredGrid");
+  }
+  else
+  {
+    info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPointSet");
+    info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkDataObjectTree");
+  }
   return 1;
 }
 
@@ -280,32 +362,16 @@ int vtkElasticRestFilter::RequestDataObject(
 int vtkElasticRestFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  std::string problem;
-  if (this->DisplacementArrayName.empty())
-  {
-    problem = "DisplacementArrayName is empty; a name for the point array is needed.";
-  }
-  else if (this->MinimumSpin > this->MaximumSpin)
-  {
-    problem = "MinimumSpin is above MaximumSpin; expected a lower bound of at most the upper one.";
-  }
-  else if (const Eigen::Map<const Eigen::Vector3d> up(this->UpDirection); !up.allFinite() || up.isZero(0.0))
-  {
-    problem = "UpDirection is not finite, or has no length; expected a direction.";
-  }
-  else
-  {
-    // Points and displacements, in double precision while they are made and afterwards in that of the input.
-    problem = surfsynth::ProblemOfMemory(
-      vtkDataObject::GetData(inputVector[0]), { this->NumberOfSamples, 48.0, 0.0, 8192.0, this->MemoryLimit });
-  }
+  std::vector<surfsynth::MovedCopy> shapes;
+  const std::string problem = this->Impl->ProblemOf(
+    vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(inputVector[2]), shapes);
   if (!problem.empty())
   {
     surfsynth::ReportError(this, "", problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]));
+  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]), std::move(shapes));
   const auto makeRestStates = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakeRestStates(block, progress);
   };

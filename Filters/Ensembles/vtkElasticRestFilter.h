@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkElasticRestFilter
- * @brief   Generates rest states of a soft body: shapes that it lies in after random drops on a floor
+ * @brief   Generates rest states of a soft body: shapes that it lies in after random drops on a floor, or next to given ones
  *
  * Drops an elastic body on a floor, with a random orientation and spin, and returns the shape in which it comes to rest
- * (appendix C.2 of [Kuai2026]): training data for flow matching, or soft tissue under its weight. The body is of linear
+ * (appendix C.2 of [Kuai2026]): training data for flow matching, or soft tissue under its weight. Or lays it down in given
+ * shapes, such as samples of a model, and returns the rest state next to each. The body is of linear
  * tetrahedra with a stable neo-Hookean material [Smith2018]; time steps are implicit Euler by projected Newton with a
  * line search, contact with the floor is a logarithmic barrier with lagged friction [Li2020].
  *
@@ -19,11 +20,17 @@
  * a decimated one: it is simulated in place of those made here. Not used for an input of tetrahedra. Needed where the
  * library was built without CGAL or TetGen.
  *
+ * Port 2, optional: shapes, a moved copy of the dataset of port 0, or a composite dataset of such copies, as
+ * vtkFlowMatchingDeformer makes them; of any height above the floor. Then nothing falls: for each shape the body is laid,
+ * undeformed, next to it, drawn into it by springs, which end where the floor or the body itself is in the way, and let
+ * go; it creeps to the next equilibrium. Seed, NumberOfSamples, DropHeight, the spins, RandomOrientation, Damping and
+ * MaximumTime are not used. Not for composite inputs on port 0.
+ *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the
  * input for each sample, named "Sample k" for k = FirstSample, FirstSample + 1, ...: with moved points of the same
  * precision, without normals, with a point array of the displacement (three components) and the field arrays
- * "SettlingTime" (seconds of the fall, without those of the creep), "ForceImbalance" (norm of the forces that are left
+ * "SettlingTime" (seconds of the fall, without those of the creep; 0 for shapes), "ForceImbalance" (norm of the forces that are left
  * on the nodes over the weight), "SmallestVolumeRatio" (of a tetrahedron, over that before), "EnergyRise" (largest rise
  * of the energy in a time step over weight times diagonal) and "FloorHeight" (along UpDirection, world units). The floor
  * is at the lowest point of the input.
@@ -42,11 +49,12 @@
  * slows the turns of stiff bodies (above about 1e8 Pa), so that they come to rest later than they should.
  *
  * @par Cost
- * About two seconds of one processor for each sample on 600 nodes; samples are made in parallel. Tetrahedra are kept until
+ * About two seconds of one processor for each sample on 600 nodes, and a third of a second for a shape; samples are made in
+ * parallel. Tetrahedra are kept until
  * the input or a property of them changes. The same seed gives the same bits for every number of threads, and sample k is
  * the same alone or in a batch. Another kind of processor may give another rest state: a fall depends on its last bits.
  *
- * @sa vtkTetrahedralizeFilter, vtkPoseEnsembleFilter, vtkFlowMatchingTrainer
+ * @sa vtkTetrahedralizeFilter, vtkPoseEnsembleFilter, vtkFlowMatchingTrainer, vtkFlowMatchingDeformer
  */
 
 #ifndef vtkElasticRestFilter_h
@@ -77,6 +85,19 @@ public:
    * Removes the tetrahedra. ParaView needs this method, because its clean command cannot name a port.
    */
   void RemoveTetrahedra() { this->SetInputConnection(1, nullptr); }
+
+  ///@{
+  /**
+   * Sets the shapes of port 2, as a connection or as data; null (the default) for none.
+   */
+  void SetShapesConnection(vtkAlgorithmOutput* port);
+  void SetShapesData(vtkDataObject* shapes);
+  ///@}
+
+  /**
+   * Removes the shapes. ParaView needs this method, because its clean command cannot name a port.
+   */
+  void RemoveShapes() { this->SetInputConnection(2, nullptr); }
 
   ///@{
   /**
@@ -124,7 +145,7 @@ public:
   ///@{
   /**
    * Number of points to which a surface is remeshed before it is filled with tetrahedra, at least 0; 0 fills the surface
-   * as it is. Not used with tetrahedra. Default 500.
+   * as it is. Up to half as many again where the two sides of a thin part would meet. Not used with tetrahedra. Default 500.
    */
   vtkSetClampMacro(NumberOfSurfacePoints, int, 0, VTK_INT_MAX);
   vtkGetMacro(NumberOfSurfacePoints, int);
@@ -225,7 +246,8 @@ public:
   ///@{
   /**
    * On: rest states are turned about UpDirection, so that the longest axis of their plan is that of the input's, and are
-   * centered on it. Off: they lie as they have come to rest. Default on.
+   * centered on it; of the two turns that do so by the one that brings the body nearer to the input, or, of shapes, by the
+   * smaller one. Off: they lie as they have come to rest. Default on.
    */
   vtkSetMacro(Align, bool);
   vtkGetMacro(Align, bool);

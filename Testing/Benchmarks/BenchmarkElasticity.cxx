@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Soft bodies: whole drops to their rest states, and a solve of Newton's method beside Eigen's on the same matrix.
+// Soft bodies: whole drops to their rest states, a shape that settles, and a solve of Newton's method beside Eigen's on the same matrix.
 #include "BenchmarkMeshes.h"
 #include "ExampleVolumes.h"
 
 #include "Core/Elasticity/ElasticBody.h"
 #include "Core/Elasticity/ElasticDrops.h"
+#include "Core/Elasticity/ElasticSettling.h"
 #include "Core/Elasticity/NodeMatrix.h"
 #include "Core/Solvers/RepeatedCholesky.h"
 
 #include <Eigen/SparseCholesky>
 
 #include <benchmark/benchmark.h>
+
+#include <vector>
 
 namespace
 {
@@ -45,6 +48,29 @@ void Drop(benchmark::State& state)
   {
     iterations += drops.Drop(key).NumberOfIterations;
     ++key.Sample;
+  }
+  state.counters["iterations"] = iterations / static_cast<double>(state.iterations());
+}
+
+/// Next to a rest state after a drop, as drawn into it from the undeformed block.
+void Settle(benchmark::State& state)
+{
+  const TetrahedralMesh block = Block();
+  const PointMatrix shape = ElasticDrops(block, {}).Drop({}).Points;
+  std::vector<VolumePlace> places(static_cast<std::size_t>(block.NumberOfPoints()));
+  for (Index t = 0; t < block.NumberOfTetrahedra(); ++t)
+  {
+    for (int corner = 0; corner < 4; ++corner)
+    {
+      places[static_cast<std::size_t>(block.Tetrahedra(t, corner))] = { t, Eigen::Vector4d::Unit(corner) };
+    }
+  }
+  const ElasticSettling settling(
+    block, places, PointMatrix::Zero(shape.rows(), 3), Eigen::VectorXd::Ones(shape.rows()), {});
+  double iterations = 0.0;
+  for (auto _ : state)
+  {
+    iterations += settling.Settle(shape).NumberOfIterations;
   }
   state.counters["iterations"] = iterations / static_cast<double>(state.iterations());
 }
@@ -97,6 +123,7 @@ void RegisterElasticity()
     benchmark::RegisterBenchmark(name, body)->Unit(benchmark::kMillisecond);
   };
   add("ElasticDrop", Drop);
+  add("ElasticSettle", Settle);
   add("ElasticStiffness", Stiffness);
   add("ElasticSolve", Solve);
   add("ReferenceElasticSolve", PlainSolve);

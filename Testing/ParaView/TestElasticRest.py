@@ -66,8 +66,19 @@ def tetrahedra_can_be_given_and_taken_away():
     assert_same_states(output_of(proxy), made_by(vtkElasticRestFilter(), surfaces.long_ball(), **QUICK))
 
 
+def shapes_can_be_given_and_taken_away():
+    dropped = ElasticRest(Input=source_of(surfaces.long_ball()), Spread=0.0, **QUICK)
+    proxy = ElasticRest(Input=source_of(surfaces.long_ball()), Shapes=dropped, Spread=0.0, **QUICK)
+    algorithm = vtkElasticRestFilter()
+    algorithm.SetShapesData(made_by(vtkElasticRestFilter(), surfaces.long_ball(), **QUICK))
+    assert_same_states(output_of(proxy), made_by(algorithm, surfaces.long_ball(), **QUICK))
+    proxy.Shapes = None
+    assert_same_states(output_of(proxy), made_by(vtkElasticRestFilter(), surfaces.long_ball(), **QUICK))
+
+
 surfaces.run(
     properties_have_the_defaults_of_the_class_and_reach_it,
     states_are_those_of_the_class,
     tetrahedra_can_be_given_and_taken_away,
+    shapes_can_be_given_and_taken_away,
 )

@@ -414,6 +414,7 @@ INPUTS = {
                 "latents.safetensors": write_random_latents,
                 "patient_1.vtp": wide_ball, "patient_2.vtp": ball},
     "deform": {"body.ply": ball, "poses.safetensors": model("armadillo_poses")},
+    "settle": {"bunny.ply": lambda path: ball(path, 1), "samples.vtm": blocks, "femur.vtu": tetrahedron, "guess.vtu": tetrahedron},
     "skin": {"body.vtp": skinned, "bones.csv": bones, "run.csv": pose},
     "sample": {"heart.vtp": with_arrays, "heat.safetensors": model("bunny_mixtures")},
     "geometric-texture": {"bunny.ply": ball, "scales.safetensors": model("knobs")},
@@ -479,6 +480,7 @@ INPUTS = {
 #: Classes that a command needs, which a build may lack.
 NEEDS = {
     "convert": None, "dataset poses": "vtkPoseEnsembleFilter", "dataset rest-states": "vtkTetrahedralizeFilter",
+    "settle": "vtkTetrahedralizeFilter",
     "dataset": "vtkPoseEnsembleFilter",
     "levels": "vtkMultiscaleMeshFitter", "remesh": "vtkIsotropicRemeshFilter", "repair": "vtkSurfaceRepairFilter",
     "surface": "vtkVDBSurfaceFilter", "tetrahedralize": "vtkTetrahedralizeFilter",

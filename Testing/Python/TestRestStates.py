@@ -75,6 +75,37 @@ def test_stiff_tetrahedra_keep_their_shape_and_soft_ones_sink():
     assert np.ptp(soft[:, 2]) < 0.98
 
 
+@needs_filling
+def test_shapes_settle_next_to_them():
+    points, triangles = bone()
+    (dropped,) = ss.rest_states((points, triangles), 1, seed=1, surface_points=0)
+    rough = dropped + 0.01 * np.sin(37.0 * points) + (3.0, 2.0, 5.0)
+    states = ss.settle((points, triangles), np.stack([dropped, rough]), surface_points=0)
+    assert states.shape == (2, len(points), 3) and states.dtype == np.float64
+    assert np.abs(states - dropped).max() < 0.02 * np.ptp(points)
+    surface = given_dataset((rough, triangles))
+    for shapes in (surface, [surface]):
+        assert np.array_equal(ss.settle((points, triangles), shapes, surface_points=0), states[1:])
+
+
+def test_shapes_of_tetrahedra_settle():
+    grid = volume()
+    state = ss.settle(grid, volume(1.2))
+    assert np.ptp(state[0, :, 2]) < 1.0 and abs(state[0, :, 2].min()) < 1e-2
+
+
+def test_shapes_are_checked():
+    for wrong in (np.zeros((8, 3)), np.zeros((0, 8, 3)), np.zeros((2, 7, 3)), np.zeros((2, 8, 3), dtype=complex)):
+        with pytest.raises(ValueError, match="shapes must be positions"):
+            ss.settle(volume(), wrong)
+    with pytest.raises(TypeError, match="as shapes"):
+        ss.settle(volume(), "shapes.vtm")
+    with pytest.raises(ss.SurfaceSynthesisError, match="not finite"):
+        ss.settle(volume(), np.full((1, 8, 3), np.nan))
+    with pytest.raises(ss.Cancelled):
+        ss.settle(volume(), np.zeros((1, 8, 3)), progress=lambda fraction: False)
+
+
 def test_arguments_are_checked():
     for wrong in ({"poissons_ratio": 0.5}, {"density": 0.0}, {"minimum_spin": 2.0, "maximum_spin": 1.0},
                   {"up_direction": (0, 0, 0)}, {"time_step": 2.0}):  # fmt: skip
@@ -122,3 +153,29 @@ def test_the_command_writes_a_dataset(tmp_path):
     assert main(["dataset", "rest-states", source, target, *options]) == 0
     (entry,) = ss.read_signal_dataset(target).sources
     assert entry.signals.shape == (2, len(bone()[0]), 3)
+
+
+@needs_filling
+def test_the_command_settles_shapes(tmp_path):
+    body, shape, states = (str(tmp_path / name) for name in ("body.ply", "shape.ply", "states.vtm"))
+    points, triangles = bone()
+    ss.write_mesh(given_dataset((points, triangles)), body)
+    ss.write_mesh(given_dataset((points @ np.diag([1.2, 1.0, 0.9]), triangles)), shape)
+    options = ["--surface-points", "80", "--quiet"]
+    assert main(["settle", body, states, "--shapes", shape, shape, *options]) == 0
+    written = ss.read_mesh(states)
+    assert written.GetNumberOfBlocks() == 2
+    single = str(tmp_path / "state.vtp")
+    assert main(["settle", body, single, "--shapes", shape, *options]) == 0
+    expected = vtk_to_numpy(written.GetBlock(0).GetPoints().GetData())
+    assert np.array_equal(vtk_to_numpy(ss.read_mesh(single).GetPoints().GetData()), expected)
+    assert main(["settle", body, single, "--shapes", shape, shape, *options]) != 0
+    assert main(["settle", body, states, "--shapes", states.replace(".vtm", ".exe"), *options]) == 2
+
+
+def test_the_command_settles_tetrahedra(tmp_path):
+    body, shape, state = (str(tmp_path / name) for name in ("body.vtu", "shape.vtu", "state.vtu"))
+    ss.write_mesh(volume(), body)
+    ss.write_mesh(volume(1.2), shape)
+    assert main(["settle", body, state, "--shapes", shape, "--quiet"]) == 0
+    assert ss.read_mesh(state).GetNumberOfCells() == 6

@@ -60,6 +60,7 @@ TABLE = {
     "deform": ("deform a.vtp o.vtp --model {MODELS}/armadillo_poses.safetensors --steps 3", ["Displacement", "InitialNoise"]),
     "deform-part": ("deform a.vtp o.vtp --model {MODELS}/armadillo_poses.safetensors --steps 3 --normalization-area {25000^2} "
                     "--normalization-center {10} {5} {0}", ["Displacement", "InitialNoise"]),
+    "settle": ("settle v.vtu o.vtu --shapes v.vtu", ["Displacement"]),
     "sample": ("sample a.vtp o.vtp --model {MODELS}/bunny_mixtures.safetensors --steps 3", []),
     "metrics": ("metrics --generated a.vtp b.vtp --reference b.vtp c.vtp", []),
     "distance": ("distance a.vtp b.vtp --samples 2000", []),

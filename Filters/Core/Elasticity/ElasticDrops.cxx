@@ -3,12 +3,10 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
-#include "Core/Common/Parallel.h"
-#include "Core/Common/SharedProgress.h"
+#include "Core/Elasticity/ElasticSamples.h"
+#include "Core/Elasticity/PlanAlignment.h"
 #include "Core/Random/CounterUniforms.h"
-#include "Core/Solvers/SingleThreadedBlas.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -20,9 +18,6 @@ namespace surfsynth
 
 namespace
 {
-/// Parts of a drop in which its progress is counted.
-constexpr std::int64_t WorkOfDrop = 1000;
-
 /// Numbers of the random numbers of a drop.
 enum DropComponent : std::uint32_t
 {
@@ -43,19 +38,6 @@ Eigen::Matrix3d RandomRotation(const NormalKey& key)
 {
   const Eigen::Vector4d q = Normals(key, ORIENTATION).normalized();
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
-}
-
-Eigen::RowVector3d CenterOf(const ElasticBody& body, const PointMatrix& points)
-{
-  return body.Masses().transpose() * points / body.Masses().sum();
-}
-
-/// Largest principal axis of the horizontal coordinates about the origin, weighted by masses.
-Eigen::Vector2d LongAxis(const ElasticBody& body, const PointMatrix& centered)
-{
-  const auto plan = centered.leftCols<2>();
-  const Eigen::Matrix2d covariance = plan.transpose() * body.Masses().asDiagonal() * plan;
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvectors().col(1);
 }
 
 void RequireAtLeast(double value, double least, const char* name)
@@ -88,7 +70,7 @@ ElasticDrops::ElasticDrops(TetrahedralMesh mesh, const DropOptions& options)
 ElasticEquilibrium ElasticDrops::Drop(const NormalKey& key, const Progress& progress) const
 {
   PointMatrix points = this->Elastic.Mesh().Points;
-  const Eigen::RowVector3d center = CenterOf(this->Elastic, points);
+  const Eigen::RowVector3d center = CenterOfMass(this->Elastic, points);
   points.rowwise() -= center;
   if (this->Options.RandomOrientation)
   {
@@ -112,7 +94,7 @@ ElasticEquilibrium ElasticDrops::Drop(const NormalKey& key, const Progress& prog
   ElasticEquilibrium rest = motion.Settle(std::move(points), std::move(velocities), progress);
   if (this->Options.Align)
   {
-    this->AlignPlan(rest.Points);
+    AlignPlan(this->Elastic, rest.Points, this->Elastic.Mesh().Points);
   }
   else
   {
@@ -121,56 +103,14 @@ ElasticEquilibrium ElasticDrops::Drop(const NormalKey& key, const Progress& prog
   return rest;
 }
 
-void ElasticDrops::AlignPlan(PointMatrix& points) const
-{
-  PointMatrix source = this->Elastic.Mesh().Points;
-  const Eigen::RowVector3d center = CenterOf(this->Elastic, source);
-  source.rowwise() -= center;
-  Eigen::RowVector3d shift = CenterOf(this->Elastic, points);
-  shift[2] = 0.0;
-  points.rowwise() -= shift;
-  const Eigen::Vector2d to = LongAxis(this->Elastic, source);
-  const Eigen::Vector2d from = LongAxis(this->Elastic, points);
-  Eigen::Matrix2d turn;
-  turn << from.dot(to), from[1] * to[0] - from[0] * to[1], from[0] * to[1] - from[1] * to[0], from.dot(to);
-  points.leftCols<2>() = (points.leftCols<2>() * turn.transpose()).eval();
-  // Of the two rotations that bring the axes together the one that moves the body less.
-  const double agreement =
-    (this->Elastic.Masses().asDiagonal() * points.leftCols<2>().cwiseProduct(source.leftCols<2>())).sum();
-  if (agreement < 0.0)
-  {
-    points.leftCols<2>() *= -1.0;
-  }
-  points.leftCols<2>().rowwise() += center.head<2>();
-}
-
 std::vector<ElasticEquilibrium> ElasticDrops::Sample(const NormalKey& key, int count, const Progress& progress) const
 {
-  std::vector<ElasticEquilibrium> states(static_cast<std::size_t>(count));
-  const SingleThreadedBlas oneThread;
-  SharedProgress shared(progress, WorkOfDrop * count);
-  const auto drop = [&](std::int64_t k) {
+  const auto drop = [&](int k, const Progress& advance) {
     NormalKey sample = key;
     sample.Sample = key.Sample + static_cast<std::uint32_t>(k);
-    std::int64_t done = 0;
-    const auto advance = [&shared, &done](double fraction) {
-      const auto now = static_cast<std::int64_t>(fraction * WorkOfDrop);
-      shared.Advance(now - done);
-      done = now;
-      return true;
-    };
-    try
-    {
-      states[static_cast<std::size_t>(k)] = this->Drop(sample, advance);
-    }
-    catch (const SolverFailure& error)
-    {
-      throw SolverFailure("Sample " + std::to_string(sample.Sample) + ": " + error.what());
-    }
+    return this->Drop(sample, advance);
   };
-  ParallelTasks(count, drop, [&shared] { shared.Advance(0); });
-  Report(progress, 1.0);
-  return states;
+  return SettleSamples(count, static_cast<int>(key.Sample), drop, progress);
 }
 
 } // namespace surfsynth

@@ -49,8 +49,6 @@ public:
   std::vector<ElasticEquilibrium> Sample(const NormalKey& key, int count, const Progress& progress = {}) const;
 
 private:
-  void AlignPlan(PointMatrix& points) const;
-
   DropOptions Options;
   ElasticBody Elastic;
 };

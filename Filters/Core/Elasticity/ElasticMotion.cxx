@@ -135,9 +135,16 @@ public:
       step = this->Advance(step, LongestTimeStep, { CreepTolerance * this->Options.Imbalance, MostCreepIterations });
       this->ReportDone(progress, 0.95);
     } while (this->Imbalance() > this->Options.Imbalance);
+  }
+
+  /// Ends a motion: what is known of where it has come to.
+  void Measure()
+  {
     this->Result.SmallestVolumeRatio = this->Body.SmallestVolumeRatio(this->Points);
     this->Result.Imbalance = this->Imbalance();
   }
+
+  bool MustBalance() const { return this->Options.MustBalance; }
 
   PointMatrix Points;
   ElasticEquilibrium Result;
@@ -267,8 +274,19 @@ ElasticMotion::~ElasticMotion() = default;
 ElasticEquilibrium ElasticMotion::Settle(PointMatrix points, PointMatrix velocities, const Progress& progress)
 {
   this->Impl->Begin(std::move(points), std::move(velocities), progress);
-  this->Impl->Fall(progress);
-  this->Impl->Creep(progress);
+  try
+  {
+    this->Impl->Fall(progress);
+    this->Impl->Creep(progress);
+  }
+  catch (const SolverFailure&)
+  {
+    if (this->Impl->MustBalance())
+    {
+      throw;
+    }
+  }
+  this->Impl->Measure();
   ElasticEquilibrium result = this->Impl->Result;
   result.Points = this->Impl->Points;
   Report(progress, 1.0);

@@ -21,6 +21,8 @@ struct MotionOptions
   double RestTime = 0.2;     ///< time for which it must stay below, seconds
   double Imbalance = 5e-4;   ///< largest norm of the forces left on the nodes, as a fraction of weight and loads
   int MaximumSteps = 4000;   ///< largest number of time steps
+  bool MustBalance =
+    true; ///< false: ends without an error where it has come to after MaximumSteps, or where steps fail
 };
 
 /// End of a motion.
@@ -48,8 +50,8 @@ public:
   ~ElasticMotion();
 
   /// Moves the body from these positions, above the floor, and velocities, [V, 3], meters and meters per second.
-  /// @throws InvalidInput when the energy there is not finite; SolverFailure when it is not in balance after MaximumSteps;
-  /// Cancelled.
+  /// @throws InvalidInput when the energy there is not finite; SolverFailure when it must be in balance and is not after
+  /// MaximumSteps; Cancelled.
   ElasticEquilibrium Settle(PointMatrix points, PointMatrix velocities, const Progress& progress = {});
 
 private:

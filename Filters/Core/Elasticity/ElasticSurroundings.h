@@ -3,6 +3,7 @@
 /// Forces and obstacles around an elastic body.
 #pragma once
 
+#include "Core/Elasticity/ElasticTethers.h"
 #include "Core/Mesh/TriangleMesh.h"
 
 #include <vector>
@@ -10,7 +11,7 @@
 namespace surfsynth
 {
 
-/// Weight, floor, contact and loads, in SI units. The floor is the plane z = 0.
+/// Weight, floor, contact, loads and tethers, in SI units. The floor is the plane z = 0.
 struct ElasticSurroundings
 {
   double Gravity = 9.81;         ///< meters per square second along -z
@@ -21,6 +22,7 @@ struct ElasticSurroundings
   double Damping = 0.5;          ///< loss of momentum by the air, per second, at least 0
   PointMatrix Loads;             ///< [V, 3] forces on the nodes, newtons; or empty
   std::vector<bool> IsFixed;     ///< [V], true for nodes that do not move; or empty
+  ElasticTethers Tethers;        ///< springs to fixed ends
 };
 
 } // namespace surfsynth

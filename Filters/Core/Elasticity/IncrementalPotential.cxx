@@ -63,6 +63,7 @@ double IncrementalPotential::PotentialEnergy(const PointMatrix& points) const
   {
     energy -= this->Surroundings.Loads.cwiseProduct(points).sum();
   }
+  energy += this->Surroundings.Tethers.Energy(points);
   energy += this->Floor ? this->Floor->Energy(points) : 0.0;
   energy += this->Self ? this->Self->Energy(points) : 0.0;
   return energy;
@@ -86,6 +87,7 @@ PointMatrix IncrementalPotential::Imbalance(const PointMatrix& points) const
     gradient -= this->Surroundings.Loads;
   }
   this->Body.AddGradient(points, gradient);
+  this->Surroundings.Tethers.AddGradient(points, gradient);
   if (this->Floor)
   {
     this->Floor->AddGradient(points, gradient);
@@ -116,6 +118,7 @@ void IncrementalPotential::FillStiffness(const PointMatrix& points, NodeMatrix& 
     stiffness.Add(v, v, inertia * this->Body.Masses()[v] * Eigen::Matrix3d::Identity());
   }
   this->Body.AddStiffness(points, stiffness);
+  this->Surroundings.Tethers.AddStiffness(stiffness);
   if (this->Floor)
   {
     this->Floor->AddStiffness(points, stiffness);

@@ -18,7 +18,7 @@ namespace surfsynth
 
 /// Function of the positions x at the end of a time step of h seconds, joules,
 ///   |x - y|^2_M / (2 h^2) + c |x - x0|^2_M / (2 h) + V(x) + friction,    y = x0 + h v0,
-/// whose minimum is the step of implicit Euler; V is the potential energy: elastic, of weight, loads and contact.
+/// whose minimum is the step of implicit Euler; V is the potential energy: elastic, of weight, loads, tethers and contact.
 class IncrementalPotential
 {
 public:

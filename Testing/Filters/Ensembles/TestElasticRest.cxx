@@ -9,15 +9,18 @@
 
 #include "vtkElasticRestFilter.h"
 
+#include <vtkCompositeDataSet.h>
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
+#include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPointSet.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkTable.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <gmock/gmock.h>
@@ -217,6 +220,91 @@ TEST(ElasticRest, BlocksFallEachByItself)
     ASSERT_TRUE(states[k]);
   }
   EXPECT_FALSE(SameBits(states[0]->GetPoints()->GetData(), states[1]->GetPoints()->GetData()));
+}
+
+TEST(ElasticRest, ShapesComeToTheRestStatesNextToThem)
+{
+  const auto plank = Plank();
+  const auto drop = Quick(plank, 2);
+  drop->SetMaximumTime(10.0);
+  drop->SetSpread(1.5); // translations do not matter
+  ASSERT_TRUE(Update(drop));
+  for (const int port : { 0, 1 })
+  {
+    const auto settle = Quick(plank, 5);
+    settle->SetFirstSample(3);
+    port == 0 ? settle->SetShapesConnection(drop->GetOutputPort()) : settle->SetShapesData(Sample(drop, 0));
+    ASSERT_TRUE(Update(settle));
+    auto* output = vtkMultiBlockDataSet::SafeDownCast(settle->GetOutputDataObject(0));
+    ASSERT_EQ(output->GetNumberOfBlocks(), port == 0 ? 2u : 1u);
+    EXPECT_STREQ(output->GetMetaData(0u)->Get(vtkCompositeDataSet::NAME()), "Sample 3");
+    vtkPointSet* state = Sample(settle, 0);
+    EXPECT_LE(Number(state, "ForceImbalance"), 1e-3);
+    EXPECT_EQ(Number(state, "SettlingTime"), 0.0);
+    for (vtkIdType p = 0; p < plank->GetNumberOfPoints(); ++p)
+    {
+      for (int c = 0; c < 3; ++c)
+      {
+        const double offset = Sample(drop, 0)->GetFieldData()->GetArray("Translation")->GetComponent(0, c);
+        EXPECT_NEAR(state->GetPoint(p)[c], Sample(drop, 0)->GetPoint(p)[c] - offset, 5e-3) << p;
+      }
+    }
+  }
+}
+
+TEST(ElasticRest, SaysWhichShapeIsWrong)
+{
+  const auto plank = Plank();
+  const auto filter = Quick(plank);
+  const auto errorWith = [&filter](vtkDataObject* shapes) {
+    filter->SetShapesData(shapes);
+    return ErrorOf(filter);
+  };
+  EXPECT_THAT(errorWith(GridOf(BoxOfTetrahedra({ 1, 1, 1 }))), HasSubstr("8 points and the input has "));
+  vtkNew<vtkMultiBlockDataSet> blocks;
+  EXPECT_THAT(errorWith(blocks), HasSubstr("The shapes are empty"));
+  const auto lost = Plank();
+  lost->GetPoints()->SetPoint(4, 0.0, std::numeric_limits<double>::quiet_NaN(), 0.0);
+  blocks->SetBlock(0, plank);
+  blocks->SetBlock(1, lost);
+  EXPECT_THAT(
+    errorWith(blocks), AllOf(HasSubstr("Block 2 of the shapes"), HasSubstr("not finite"), HasSubstr("point 4")));
+  vtkNew<vtkTable> table;
+  blocks->SetBlock(1, table);
+  EXPECT_THAT(errorWith(blocks), HasSubstr("Block 2 of the shapes is a vtkTable"));
+  vtkNew<vtkMultiBlockDataSet> bodies;
+  bodies->SetBlock(0, plank);
+  filter->SetInputDataObject(bodies);
+  EXPECT_THAT(errorWith(Plank()), HasSubstr("Shapes of a composite input are not supported"));
+  filter->SetInputDataObject(plank);
+  filter->RemoveShapes();
+  EXPECT_TRUE(Update(filter));
+}
+
+TEST(ElasticRest, StopsAndHasTheSameBitsWithShapes)
+{
+  const auto plank = Plank();
+  vtkNew<vtkMultiBlockDataSet> shapes;
+  for (unsigned int k = 0; k < 8; ++k)
+  {
+    const auto shape = Plank();
+    for (vtkIdType p = 0; p < shape->GetNumberOfPoints(); ++p)
+    {
+      const double* x = plank->GetPoint(p);
+      shape->GetPoints()->SetPoint(p, x[0], x[1], x[2] + 0.05 * (k + 1) * x[0] * x[0]);
+    }
+    shapes->SetBlock(k, shape);
+  }
+  const FilterMaker make = [&]() -> vtkSmartPointer<vtkAlgorithm> {
+    const auto filter = Quick(plank);
+    filter->SetShapesData(shapes);
+    return filter;
+  };
+  ExpectSameBitsForAllThreads(make, PointsOfFirst);
+  const auto filter = make();
+  ExpectAbort(filter, 0.3);
+  ASSERT_TRUE(Update(filter));
+  EXPECT_NE(Sample(vtkElasticRestFilter::SafeDownCast(filter), 7), nullptr);
 }
 
 TEST(ElasticRest, SaysWhatIsWrong)

@@ -65,7 +65,7 @@ from .poisson_net import NORMALIZATIONS, NetworkOutput, poisson_net
 from .poses import poses
 from .remeshing import HOLES, remesh, repair, repair_measures, repair_report
 from .report import topology_report
-from .rest_states import rest_states
+from .rest_states import rest_states, settle
 from .shape_statistics import EnsembleStatistics, ensemble_statistics, shape_model
 from .skinning import skin
 from .dataset_surfaces import dataset_of_surfaces, surfaces_of_dataset
@@ -162,6 +162,7 @@ __all__ = [
     "rest_states",
     "sample_signal",
     "sample_texture",
+    "settle",
     "shape_model",
     "skin",
     "surface_distance",

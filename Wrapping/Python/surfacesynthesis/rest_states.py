@@ -1,13 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rest states of a soft body: a function around vtkElasticRestFilter."""
+"""Rest states of a soft body: functions around vtkElasticRestFilter."""
 
 import math
+import warnings
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObjectTree,
+    vtkMultiBlockDataSet,
+    vtkPointSet,
+    vtkPolyData,
+    vtkUnstructuredGrid,
+)
 
 from .arguments import INT_MAX, INT_MIN, flag, in_range, integer, progress_callback
 from .datasets import given_dataset
+from .errors import SurfaceSynthesisWarning
+from .pipeline import apply_filter
 from .sampling import in_parts, positions_of_blocks
 from .vtkSurfaceSynthesisEnsembles import vtkElasticRestFilter
 
@@ -136,6 +147,133 @@ def rest_states(
     dataset = given_dataset(mesh, (vtkPolyData, vtkUnstructuredGrid), BODY_TEXT)
     parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress), 24, memory_limit)
     return np.concatenate([positions_of_blocks(output, "a body") for output in parts])
+
+
+def settle(
+    mesh,
+    shapes,
+    tetrahedra=None,
+    surface_points=500,
+    length_unit=None,
+    youngs_modulus=1e4,
+    poissons_ratio=0.4,
+    density=1e3,
+    friction=0.5,
+    gravity=9.81,
+    align=True,
+    self_contact=True,
+    up_direction=(0.0, 0.0, 1.0),
+    progress=None,
+    memory_limit=None,
+):
+    """Rest states of a soft body next to given shapes, such as samples of a model.
+
+    The body is laid next to each shape, drawn into it by springs, which end where the floor or the body itself is in the
+    way, and let go: it creeps to the next equilibrium. What rest_states() promises holds, whatever the shapes are.
+
+    Parameters
+    ----------
+    mesh : vtkPolyData, vtkUnstructuredGrid or pair (points, triangles)
+        A closed surface, manifold, with consistent winding and without self-intersections; or tetrahedra. Never modified.
+    shapes : array [N, V, 3], composite dataset, dataset, or list of datasets
+        Positions of the points of ``mesh``, or copies of it with moved points, as deform() makes them. Their height does
+        not matter.
+    tetrahedra : vtkUnstructuredGrid, optional
+        Tetrahedra around the surface, which are simulated in place of those made here.
+    surface_points : int
+        Number of points to which a surface is remeshed for the simulation; 0 for the surface as it is. Default 500.
+    length_unit : float, optional
+        Meters in a unit of the mesh. Default: that with which the diagonal of its box is half a meter.
+    youngs_modulus : float
+        Young's modulus, pascals, from 0.001 to 1e15. Default 10000.
+    poissons_ratio : float
+        Poisson's ratio, from 0 to 0.495. Default 0.4.
+    density : float
+        Density, kilograms per cubic meter, from 1e-6 to 1e9. Default 1000.
+    friction : float
+        Coefficient of friction on the floor, from 0 to 100. Default 0.5.
+    gravity : float
+        Acceleration of gravity, meters per square second, from 0.001 to 1e6. Default 9.81.
+    align : bool
+        Whether rest states are turned about the vertical so that their long axis is that of the mesh. Default True.
+    self_contact : bool
+        Whether points of the body are kept from passing through its triangles. Default True.
+    up_direction : sequence of three floats
+        Direction upwards, of any length but 0. Default (0, 0, 1).
+    progress : callable, optional
+        Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    memory_limit : int, optional
+        Memory that the rest states may take, MiB. Default: three quarters of the memory of the machine.
+
+    Returns
+    -------
+    numpy.ndarray
+        The positions of the points in each rest state, [N, V, 3] float64, or float32 where the points of the mesh are.
+
+    Raises
+    ------
+    SurfaceSynthesisError
+        The mesh cannot be filled with tetrahedra, a shape has other points, or a rest state is not found: then the text
+        names the sample.
+    Cancelled
+        ``progress`` returned False.
+    ValueError, TypeError
+        An argument has a value out of its range, or is of a wrong type.
+    """
+    algorithm = configured_rest_states(
+        tetrahedra=tetrahedra,
+        surface_points=surface_points,
+        length_unit=length_unit,
+        youngs_modulus=youngs_modulus,
+        poissons_ratio=poissons_ratio,
+        density=density,
+        friction=friction,
+        gravity=gravity,
+        align=align,
+        self_contact=self_contact,
+        up_direction=up_direction,
+    )
+    if memory_limit is not None:
+        algorithm.SetMemoryLimit(integer("memory_limit", memory_limit, 1, INT_MAX))
+    dataset = given_dataset(mesh, (vtkPolyData, vtkUnstructuredGrid), BODY_TEXT)
+    algorithm.SetShapesData(shapes_of(shapes, dataset))
+    output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
+    for text in remarks:
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
+    return positions_of_blocks(output, "a body")
+
+
+def shapes_of(shapes, mesh):
+    """The dataset of the argument ``shapes`` of settle(); raises TypeError and ValueError."""
+    if isinstance(shapes, (tuple, list)):
+        blocks = vtkMultiBlockDataSet()
+        for number, shape in enumerate(shapes):
+            blocks.SetBlock(number, _copy_of(shape, (vtkPointSet,)))
+        return blocks
+    if not isinstance(shapes, np.ndarray):
+        return _copy_of(shapes, (vtkPointSet, vtkDataObjectTree))
+    expected = (mesh.GetNumberOfPoints(), 3)
+    if shapes.dtype.kind not in "fiu" or shapes.ndim != 3 or shapes.shape[1:] != expected or len(shapes) == 0:
+        raise ValueError(
+            f"shapes must be positions of the shape [N, {expected[0]}, 3], with one at least, "
+            f"not {list(shapes.shape)} of {shapes.dtype}"
+        )
+    blocks = vtkMultiBlockDataSet()
+    for number, positions in enumerate(shapes):
+        points = vtkPoints()
+        points.SetData(numpy_to_vtk(np.ascontiguousarray(positions, dtype=np.float64), deep=True))
+        block = mesh.NewInstance()
+        block.SetPoints(points)
+        blocks.SetBlock(number, block)
+    return blocks
+
+
+def _copy_of(shape, accepted):
+    """Copy to which pipelines may attach what they leave on their inputs."""
+    text = "copies of the mesh with moved points as shapes, or positions [N, V, 3]"
+    copy = given_dataset(shape, accepted, text).NewInstance()
+    copy.ShallowCopy(shape)
+    return copy
 
 
 def configured_rest_states(

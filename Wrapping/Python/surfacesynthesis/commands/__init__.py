@@ -25,6 +25,7 @@ from . import (
     remesh,
     repair,
     report,
+    settle,
     shape_model,
     skin,
     statistics,
@@ -50,7 +51,7 @@ COMMANDS = [
         (displacement_map, "vtkDisplacementMapFilter"),
     )
     if hasattr(_meshing, needed)
-] + [noise, estimate, dataset, poisson_net, deform, skin, metrics, distance, statistics, shape_model]
+] + [noise, estimate, dataset, poisson_net, deform, settle, skin, metrics, distance, statistics, shape_model]
 COMMANDS += [geometric_texture, geometric_texture_from_example, geometric_texture_distance, geometric_texture_features]
 COMMANDS += [texture_statistics, field_latents, latent_diffusion]
 if importlib.util.find_spec("..vtkSurfaceSynthesisTraining", __package__):  # found without loading LibTorch

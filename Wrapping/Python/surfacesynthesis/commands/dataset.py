@@ -20,6 +20,7 @@ from .common import (
     read_single_surface,
     set_threads,
 )
+from .elastic_options import add_body_options, add_numbers, body_of, tetrahedra_of
 from .field_latents import color_of, textured_input
 from .train_latent_diffusion import add_surface_options, surface_parameters
 
@@ -144,13 +145,8 @@ def _add_mixtures(signals):
     add_former_option(parser, "--width", width)
 
 
-#: Options of rest states: name, default, metavar, text.
-_REST_OPTIONS = (
-    ("youngs-modulus", 1e4, "E", "Young's modulus, pascals"),
-    ("poissons-ratio", 0.4, "NU", "Poisson's ratio, from 0 to 0.495"),
-    ("density", 1e3, "D", "kilograms per cubic meter"),
-    ("friction", 0.5, "F", "coefficient of friction on the floor"),
-    ("gravity", 9.81, "G", "acceleration, meters per square second"),
+#: Options of drops: name, default, metavar, text.
+_DROP_OPTIONS = (
     ("damping", 0.5, "C", "loss of momentum by the air, per second"),
     ("drop-height", 0.1, "H", "height above the floor at the beginning, meters"),
     ("minimum-spin", math.pi, "W", "least angular speed at the beginning, radians per second"),
@@ -163,25 +159,10 @@ _REST_OPTIONS = (
 def _add_rest_states(signals):
     parser = _add_signal(signals, "rest-states", "rest states of a soft body", _REST_STATES)
     parser.set_defaults(run=run_rest_states)
-    body = parser.add_argument_group("body")
-    body.add_argument("--tetrahedra", metavar="FILE", help="simulate these tetrahedra: .vtu .vtk")
-    body.add_argument(
-        "--surface-points", type=int, default=500, metavar="N", help="points of the simulated surface (default: 500)"
-    )
-    body.add_argument(
-        "--length-unit", type=float, metavar="M", help="meters in a unit of the file (default: diagonal of 0.5 m)"
-    )
-    body.add_argument(
-        "--up-direction", type=float, nargs=3, default=[0.0, 0.0, 1.0], metavar="X", help="upwards (default: 0 0 1)"
-    )
-    body.add_argument("--no-self-contact", action="store_true", help="let the body pass through itself")
+    add_body_options(parser)
     drop = parser.add_argument_group("drop")
-    for name, default, metavar, text in _REST_OPTIONS:
-        drop.add_argument(
-            f"--{name}", type=float, default=default, metavar=metavar, help=f"{text} (default: {default:.6g})"
-        )
+    add_numbers(drop, _DROP_OPTIONS)
     drop.add_argument("--no-random-orientation", action="store_true", help="begin with the orientation of the file")
-    drop.add_argument("--no-align", action="store_true", help="do not turn rest states to the plan of the surface")
     drop.add_argument(
         "--candidates", type=int, metavar="N", help="drop N times, and keep the samples farthest from each other"
     )
@@ -266,23 +247,18 @@ def run_mixtures(arguments):
 def run_rest_states(arguments):
     """The command ``dataset rest-states``."""
     from ..arguments import integer
-    from ..files import read_mesh
     from ..rest_states import configured_rest_states, rest_states
     from ..sampling import farthest_samples
 
-    options = {name.replace("-", "_"): getattr(arguments, name.replace("-", "_")) for name, *_ in _REST_OPTIONS}
-    for name in ("surface_points", "length_unit", "up_direction"):
-        options[name] = getattr(arguments, name)
-    for name in ("random_orientation", "align", "self_contact"):
-        options[name] = not getattr(arguments, "no_" + name)
+    options = {name.replace("-", "_"): getattr(arguments, name.replace("-", "_")) for name, *_ in _DROP_OPTIONS}
+    options.update(body_of(arguments), random_orientation=not arguments.no_random_orientation)
     as_usage(configured_rest_states, seed=arguments.seed, **options)
     candidates = arguments.candidates
     if candidates is not None:
         as_usage(integer, "candidates", candidates, arguments.samples)
 
     def make(mesh, samples, **running):
-        tetrahedra = None if arguments.tetrahedra is None else read_mesh(arguments.tetrahedra)
-        states = rest_states(mesh, candidates or samples, tetrahedra=tetrahedra, **options, **running)
+        states = rest_states(mesh, candidates or samples, tetrahedra=tetrahedra_of(arguments), **options, **running)
         return states if candidates is None else states[farthest_samples(states, samples)]
 
     return _run(arguments, "Position", make)

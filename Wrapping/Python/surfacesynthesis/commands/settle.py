@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``settle``."""
+
+from .common import Outcome, add_command, add_running_options, as_usage, is_volume, run_filter, size_of
+from .elastic_options import add_body_options, body_of, tetrahedra_of
+from .metrics import check_ensemble_names, read_ensemble
+
+_DESCRIPTION = """\
+Lays a soft body down in given shapes, such as samples of a model, and lets it go: finds the rest state next to each, in which
+it lies on the floor under its weight. Quantities are in SI units."""
+_EXAMPLES = """\
+files: the format follows from the extension.
+  INPUT                   closed surfaces: .stl .ply .obj .off .gii .glb .vtp .vtk; tetrahedra: .vtu .vtk
+  --shapes                files of copies of INPUT with moved points, .vtm for several, or a dataset file (.safetensors)
+  OUTPUT                  .vtm, and for one shape what INPUT may be
+
+examples:
+  %(prog)s bunny.ply resting.vtm --shapes samples.vtm
+  %(prog)s femur.vtu bent.vtu --shapes guess.vtu --youngs-modulus 1e6 --length-unit 0.001
+"""
+
+
+def add(commands):
+    """Adds the command to the parser."""
+    parser = add_command(
+        commands, "settle", "INPUT OUTPUT --shapes FILE [FILE ...]", "lay a soft body down in given shapes", _DESCRIPTION,
+        _EXAMPLES,
+    )  # fmt: skip
+    parser.set_defaults(run=run)
+    parser.add_argument("input", metavar="INPUT", help="body to read, undeformed")
+    parser.add_argument("output", metavar="OUTPUT", help="rest states to write")
+    parser.add_argument("--shapes", nargs="+", required=True, metavar="FILE", help="shapes to begin with")
+    add_body_options(parser)
+    output = parser.add_argument_group("output")
+    output.add_argument(
+        "--memory-limit", type=int, metavar="MIB", help="memory of the rest states, MiB (default: 3/4 of the machine's)"
+    )
+    add_running_options(output)
+
+
+def run(arguments):
+    """The command ``settle``."""
+    from .. import files
+    from ..arguments import INT_MAX, integer
+    from ..rest_states import configured_rest_states
+
+    options = body_of(arguments)
+    as_usage(configured_rest_states, **options)
+    if arguments.memory_limit is not None:
+        as_usage(integer, "memory_limit", arguments.memory_limit, 1, INT_MAX)
+    as_usage(files.extension, arguments.input)
+    kind = as_usage(files.extension, arguments.output)
+    check_ensemble_names(arguments.shapes)
+    body = _body(arguments.input)
+    algorithm = as_usage(configured_rest_states, tetrahedra=tetrahedra_of(arguments), **options)
+    algorithm.SetMemoryLimit(arguments.memory_limit or 0)
+    algorithm.SetShapesData(_shapes(arguments.shapes, body))
+    output = run_filter(algorithm, body, arguments)
+    states = output.GetNumberOfBlocks()
+    if states == 1 and kind != ".vtm":
+        output = output.GetBlock(0)
+    as_usage(files.check_writable, output, arguments.output)
+    files.write_mesh(output, arguments.output)
+    return Outcome(f"{states:,} rest states", {"samples": states, **size_of(output)}, [arguments.output])
+
+
+def _body(path):
+    """A surface, or tetrahedra, in a file."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
+
+    from ..errors import FormatError
+    from ..files import read_mesh
+
+    mesh = read_mesh(path)
+    if not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid)):
+        raise FormatError(f"{path}: the body must be one dataset, not a {mesh.GetClassName()}")
+    if mesh.GetNumberOfPoints() == 0:
+        raise FormatError(f"{path}: the file holds no points")
+    return mesh
+
+
+def _shapes(paths, body):
+    """The shapes in files, of a surface or of tetrahedra."""
+    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+    from ..files import read_mesh
+
+    if not is_volume(body):
+        return read_ensemble(paths).dataset
+    blocks = vtkMultiBlockDataSet()
+    for number, path in enumerate(paths):
+        blocks.SetBlock(number, read_mesh(path))
+    return blocks
