@@ -22,6 +22,8 @@ and the columns
     mmd, reverse    mean distance to the nearest test state, and of a test state to the nearest sample, over the root of the area
     coverage        the part of the test states that are nearest to a sample, of as many samples
     1-NNA           accuracy of the nearest neighbor: 0.5 where samples and test states cannot be told apart
+    modes           half of the sum of the differences in how often the modes occur, from 0 to 1: leaders are rest states of which
+                    no two are nearer than 0.1, and a mode is what has the same nearest leader
 
 with means and deviations over seeds. A model knows shapes up to a translation: the floor of a sample is the height below which it has
 as much of its area as the rest states touch their floor with, at least (all but 5 % of them). Distances are those of corresponding
@@ -53,7 +55,10 @@ COLUMNS = {
     "reverse": "reverse mmd",
     "coverage": "coverage",
     "nna": "1-NNA",
+    "modes": "modes",
 }
+#: Distance of the leaders of modes, root mean square over the root of the area.
+MODE_RADIUS = 0.1
 
 
 class RestStates:
@@ -126,6 +131,34 @@ def distances(test, samples):
     }
 
 
+class Modes:
+    """Modes of rest states, and how often they occur in the training and the test together."""
+
+    def __init__(self, training, test):
+        masses = point_masses(*test.mesh)
+        self._weights = np.sqrt(masses / masses.sum() ** 2)[:, None]
+        states = self._features(np.concatenate([training.samples, test.samples]))
+        nearest, leaders = np.full(len(states), np.inf), []
+        while nearest.max() > MODE_RADIUS:
+            leaders.append(states[nearest.argmax()])
+            nearest = np.minimum(nearest, np.linalg.norm(states - leaders[-1], axis=1))
+        self._leaders = np.array(leaders)
+        self._frequencies = self._count(states)
+
+    def difference(self, shapes):
+        """The column of shapes on the triangulation of the test."""
+        return 0.5 * np.abs(self._count(self._features(shapes)) - self._frequencies).sum()
+
+    def _features(self, shapes):
+        shapes = shapes.astype(float)
+        center = (self._weights**2 * shapes).sum(axis=1, keepdims=True) / (self._weights**2).sum()
+        return ((shapes - center) * self._weights).reshape(len(shapes), -1)
+
+    def _count(self, features):
+        distances = np.linalg.norm(features[:, None] - self._leaders[None], axis=2)
+        return np.bincount(distances.argmin(axis=1), minlength=len(self._leaders)) / len(features)
+
+
 def settled(mesh, shapes, options):
     """The rest states next to samples, of the body that the data are of."""
     tetrahedra = surfacesynthesis.read_mesh(options.tetrahedra) if options.tetrahedra else None
@@ -153,10 +186,11 @@ def measured(options):
     part = touching_part(training, up)
     count = min(options.samples, len(test.samples), len(training.samples))
     seeds = range(options.seed, options.seed + options.seeds)
+    modes = Modes(training, test)
 
     def row(name, ensembles, mesh=test.mesh):
         rows = [
-            {**shape_numbers(mesh, shapes, up, part, seen), **distances(test, at_test)}
+            {**shape_numbers(mesh, shapes, up, part, seen), **distances(test, at_test), "modes": modes.difference(at_test)}
             for shapes, at_test in ensembles
         ]  # fmt: skip
         print(name, file=sys.stderr, flush=True)

@@ -77,6 +77,18 @@ def check_principal_samples(path):
     assert not np.array_equal(samples, rest_space.principal_samples(training.samples, 400, seed=4))
 
 
+def check_modes(mesh):
+    """Two modes of which one occurs three times as often, and shapes of only one of them."""
+    points, _ = mesh
+    long, wide = points * (1.5, 1.0, 1.0), points * (1.0, 1.0, 1.5)
+    body = rest_space.RestStates.__new__(rest_space.RestStates)
+    body.mesh, body.samples = mesh, np.stack([long, long + 4.0, wide, long])
+    modes = rest_space.Modes(body, body)
+    close(modes.difference(body.samples + 1.0), 0.0, 1e-12)
+    close(modes.difference(body.samples[:2]), 0.25, 1e-12)
+    close(modes.difference(body.samples[2:3]), 0.75, 1e-12)
+
+
 def check_table(folder, mesh):
     """The rows of a model that has hardly learnt anything, on two triangulations."""
     paths = [os.path.join(folder, name) for name in ("train.safetensors", "test.safetensors", "model.safetensors")]
@@ -108,6 +120,7 @@ def main():
     mesh = ball(16)
     check_volumes(mesh)
     check_depths(mesh)
+    check_modes(mesh)
     check_table(folder, mesh)
     print("passed")
 
