@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -147,13 +148,15 @@ void CurvedMesh::MarkCreases(const RemeshingOptions& options)
   this->Mesh.remove_property_map(isSharp);
 }
 
-/// Vertices where curves end, meet or turn sharply stay where they are.
+/// Vertices where curves end, meet or turn sharply stay where they are, and corners of triangles by themselves: an obtuse one
+/// would be put onto the opposite side.
 void CurvedMesh::FixCorners(bool fixBoundary)
 {
   for (const CgalVertex v : this->Mesh.vertices())
   {
     std::vector<CgalHalfedge> curve;
     bool isBoundary = false;
+    bool isAlone = true;
     for (const CgalHalfedge h : this->Mesh.halfedges_around_target(this->Mesh.halfedge(v)))
     {
       const bool border = this->Mesh.is_border(this->Mesh.edge(h));
@@ -162,8 +165,15 @@ void CurvedMesh::FixCorners(bool fixBoundary)
       {
         curve.push_back(h);
       }
+      if (!this->Mesh.is_border(h))
+      {
+        const auto sides = this->Mesh.halfedges_around_face(h);
+        isAlone = isAlone && std::all_of(sides.begin(), sides.end(), [&](CgalHalfedge side) {
+          return this->Mesh.is_border(this->Mesh.edge(side));
+        });
+      }
     }
-    this->Constraints.IsFixed[v] = (fixBoundary && isBoundary) ||
+    this->Constraints.IsFixed[v] = ((fixBoundary || isAlone) && isBoundary) ||
       (!curve.empty() && (curve.size() != 2 || this->TurnsSharply(v, curve)));
   }
 }

@@ -121,6 +121,28 @@ TEST(RemeshIsotropically, BoundaryStaysOnItsCurve)
   EXPECT_LT(made.Mesh.Points.col(2).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+TEST(RemeshIsotropically, ATriangleByItselfKeepsItsCorners)
+{
+  // Obtuse and smaller than the edges that are asked for, as scans leave beside a piece that is cut out of them.
+  TriangleMesh mesh = PlanePatch(6, 6, 8.0, 8.0, 0.2);
+  const Index first = mesh.NumberOfPoints();
+  mesh.Points.conservativeResize(first + 3, 3);
+  mesh.Points.bottomRows(3) << 31.42, 25.41, 49.16, 30.95, 25.67, 48.99, 31.05, 25.67, 48.99;
+  mesh.Triangles.conservativeResize(mesh.NumberOfTriangles() + 1, 3);
+  mesh.Triangles.bottomRows(1) << first, first + 2, first + 1;
+  for (const double length : { 0.3, 0.5, 1.0, 3.0 })
+  {
+    RemeshingOptions options = WithEdges(length);
+    for (const bool varies : { false, true })
+    {
+      options.PointEdgeLengths.assign(varies ? static_cast<std::size_t>(mesh.NumberOfPoints()) : 0, length);
+      const RemeshedSurface made = RemeshIsotropically(mesh, options);
+      EXPECT_EQ(DefectsOf(made.Mesh, false), "") << length;
+      EXPECT_NEAR(AreaOf(made.Mesh), AreaOf(mesh), 1e-9) << length;
+    }
+  }
+}
+
 TEST(RemeshIsotropically, BoundaryPointsStayWhenAsked)
 {
   const TriangleMesh patch = PlanePatch(8, 8);
