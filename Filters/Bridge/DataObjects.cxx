@@ -4,6 +4,8 @@
 #include <vtkCellData.h>
 #include <vtkCompositeDataIterator.h>
 #include <vtkCompositeDataSet.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
 #include <vtkDataObjectTypes.h>
 #include <vtkDataSet.h>
 #include <vtkPointData.h>
@@ -21,6 +23,24 @@ std::int64_t SizeOf(vtkDataObject* data)
 }
 
 bool IsEmpty(vtkDataObject* data) { return SizeOf(data) == 0; }
+
+std::vector<Leaf> LeavesOf(vtkDataObject* data)
+{
+  auto* tree = vtkDataObjectTree::SafeDownCast(data);
+  if (!tree)
+  {
+    return data ? std::vector<Leaf>{ { data, "" } } : std::vector<Leaf>{};
+  }
+  std::vector<Leaf> leaves;
+  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+  place->VisitOnlyLeavesOn();
+  place->TraverseSubTreeOn();
+  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem()) // null leaves are passed over
+  {
+    leaves.push_back({ place->GetCurrentDataObject(), "Block " + std::to_string(place->GetCurrentFlatIndex()) });
+  }
+  return leaves;
+}
 
 vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className)
 {

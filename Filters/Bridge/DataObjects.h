@@ -23,6 +23,16 @@ VTKSURFACESYNTHESISBRIDGE_EXPORT std::int64_t SizeOf(vtkDataObject* data);
 /// True for null, and for what has neither points nor cells.
 VTKSURFACESYNTHESISBRIDGE_EXPORT bool IsEmpty(vtkDataObject* data);
 
+/// A dataset by itself, or a leaf of a composite one.
+struct Leaf
+{
+  vtkDataObject* Data = nullptr; ///< belongs to the input
+  std::string Place;             ///< "" by itself, "Block 3" with the flat index of a leaf: begins messages
+};
+
+/// The leaves of a composite dataset in order, without null ones; or @p data itself; none of null.
+VTKSURFACESYNTHESISBRIDGE_EXPORT std::vector<Leaf> LeavesOf(vtkDataObject* data);
+
 /// Makes an empty object of the class with that name: "vtkPolyData".
 VTKSURFACESYNTHESISBRIDGE_EXPORT vtkSmartPointer<vtkDataObject> NewDataObject(const std::string& className);
 

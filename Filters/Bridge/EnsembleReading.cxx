@@ -10,8 +10,6 @@
 
 #include <vtkAOSDataArrayTemplate.h>
 #include <vtkCellArray.h>
-#include <vtkDataObjectTree.h>
-#include <vtkDataObjectTreeIterator.h>
 #include <vtkDoubleArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -196,18 +194,13 @@ Ensemble ReadEnsemble(vtkDataObject* input, const std::string& role, const std::
       AddSamples(ensemble, surface, place, arrayName);
     }
   };
-  auto* tree = vtkDataObjectTree::SafeDownCast(input);
-  if (!tree)
+  if (!input)
   {
-    input ? add(input, "") : throw InvalidInput("There is no " + role + " ensemble; one is needed.");
-    return ensemble;
+    throw InvalidInput("There is no " + role + " ensemble; one is needed.");
   }
-  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-  place->VisitOnlyLeavesOn();
-  place->TraverseSubTreeOn();
-  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem()) // null leaves are passed over
+  for (const Leaf& leaf : LeavesOf(input))
   {
-    add(place->GetCurrentDataObject(), "Block " + std::to_string(place->GetCurrentFlatIndex()));
+    add(leaf.Data, leaf.Place);
   }
   return ensemble;
 }

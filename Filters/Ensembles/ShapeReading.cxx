@@ -6,10 +6,7 @@
 #include "Core/Common/Errors.h"
 
 #include <vtkDataObject.h>
-#include <vtkDataObjectTree.h>
-#include <vtkDataObjectTreeIterator.h>
 #include <vtkPointSet.h>
-#include <vtkSmartPointer.h>
 
 namespace surfsynth
 {
@@ -17,30 +14,23 @@ namespace surfsynth
 std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes)
 {
   std::vector<MovedCopy> copies;
-  const auto add = [&copies](vtkDataObject* data, const std::string& name) {
-    auto* copy = vtkPointSet::SafeDownCast(data);
+  for (const Leaf& leaf : LeavesOf(shapes))
+  {
+    const std::string name = leaf.Place.empty() ? "The dataset" : leaf.Place;
+    auto* copy = vtkPointSet::SafeDownCast(leaf.Data);
     if (!copy)
     {
-      throw InvalidInput(
-        name + " of the shapes is a " + data->GetClassName() + "; expected copies of the input with moved points.");
+      throw InvalidInput(name + " of the shapes is a " + leaf.Data->GetClassName() +
+        "; expected copies of the input with moved points.");
     }
     if (!IsEmpty(copy))
     {
       copies.push_back({ copy, name });
     }
-  };
-  auto* tree = vtkDataObjectTree::SafeDownCast(shapes);
-  if (!tree)
-  {
-    add(shapes, "The dataset");
-    return copies;
   }
-  const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
-  place->VisitOnlyLeavesOn();
-  place->TraverseSubTreeOn();
-  for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem()) // null leaves are passed over
+  if (copies.empty())
   {
-    add(place->GetCurrentDataObject(), "Block " + std::to_string(place->GetCurrentFlatIndex()));
+    throw InvalidInput("The shapes are empty; expected copies of the input with moved points.");
   }
   return copies;
 }

@@ -22,7 +22,7 @@ struct MovedCopy
 };
 
 /// The datasets of @p shapes, a dataset or the leaves of a composite one, in order; null and empty ones are left out.
-/// @throws InvalidInput when one has no points of its own
+/// @throws InvalidInput when one has no points of its own, or there is none
 std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes);
 
 /// Points [V, 3] of a copy of @p body, world units; those that are not finite in @p rest [V, 3] are as there.

@@ -3,6 +3,7 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "DataObjects.h"
 #include "ElasticDomain.h"
 #include "EnsembleCopies.h"
 #include "FilterSupport.h"
@@ -32,6 +33,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -114,10 +116,10 @@ public:
   {}
 
   /// Starts an update with tetrahedra, or null, and shapes, or none.
-  void Begin(vtkDataObject* tetrahedra, std::vector<surfsynth::MovedCopy> shapes)
+  void Begin(vtkDataObject* tetrahedra, vtkDataObject* shapes)
   {
     this->Grid = vtkUnstructuredGrid::SafeDownCast(tetrahedra);
-    this->Shapes = std::move(shapes);
+    this->Shapes = shapes;
     this->Tetrahedra.reset();
     this->Blocks.Begin();
   }
@@ -127,7 +129,7 @@ public:
   {
     this->Tetrahedra.reset();
     this->Grid = nullptr;
-    this->Shapes.clear();
+    this->Shapes = nullptr;
     this->Blocks.DropUnused();
   }
 
@@ -137,8 +139,8 @@ public:
     const Frame frame(
       domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
     const surfsynth::Progress simulating = surfsynth::SubProgress(progress, 0.1, 0.94);
-    std::vector<ElasticEquilibrium> states = this->Shapes.empty() ? this->Dropped(block, domain, frame, simulating)
-                                                                  : this->Settled(block, domain, frame, simulating);
+    std::vector<ElasticEquilibrium> states = this->Shapes ? this->Settled(block, domain, frame, simulating)
+                                                          : this->Dropped(block, domain, frame, simulating);
     const surfsynth::Progress following = surfsynth::SubProgress(progress, 0.94, 0.97);
     std::vector<PointMatrix> points;
     for (ElasticEquilibrium& state : states)
@@ -154,8 +156,8 @@ public:
       domain.Points, points, options, addNumbers, surfsynth::SubProgress(progress, 0.97, 1.0));
   }
 
-  /// What is wrong with properties and shapes, or ""; reads the shapes.
-  std::string ProblemOf(vtkDataObject* input, vtkDataObject* given, std::vector<surfsynth::MovedCopy>& shapes) const
+  /// What is wrong with properties and memory, or "": the same on all MPI ranks.
+  std::string ProblemOf(vtkDataObject* input, vtkDataObject* given) const
   {
     if (this->Self->DisplacementArrayName.empty())
     {
@@ -169,27 +171,8 @@ public:
     {
       return "UpDirection is not finite, or has no length; expected a direction.";
     }
-    int samples = this->Self->NumberOfSamples;
-    if (given)
-    {
-      if (!vtkPointSet::SafeDownCast(input))
-      {
-        return "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.";
-      }
-      try
-      {
-        shapes = surfsynth::MovedCopies(given);
-      }
-      catch (const surfsynth::InvalidInput& error)
-      {
-        return error.what();
-      }
-      if (shapes.empty())
-      {
-        return "The shapes are empty; expected copies of the input with moved points.";
-      }
-      samples = static_cast<int>(shapes.size());
-    }
+    const std::size_t shapes = surfsynth::LeavesOf(given).size();
+    const int samples = given ? static_cast<int>(std::max<std::size_t>(shapes, 1)) : this->Self->NumberOfSamples;
     // Points and displacements, in double precision while they are made and afterwards in that of the input.
     return surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
   }
@@ -215,8 +198,13 @@ private:
   std::vector<ElasticEquilibrium> Settled(const surfsynth::Block& block, const ElasticDomain& domain,
     const Frame& frame, const surfsynth::Progress& progress) const
   {
+    if (block.FlatIndex != 0)
+    {
+      throw surfsynth::InvalidInput(
+        "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.");
+    }
     std::vector<PointMatrix> shapes;
-    for (const surfsynth::MovedCopy& shape : this->Shapes)
+    for (const surfsynth::MovedCopy& shape : surfsynth::MovedCopies(this->Shapes))
     {
       const PointMatrix points = PointsOfCopy(shape, vtkPointSet::SafeDownCast(block.Input), domain.Points);
       shapes.push_back(frame.ToMeters(points));
@@ -310,7 +298,7 @@ private:
   vtkElasticRestFilter* Self;
   vtkSmartPointer<vtkUnstructuredGrid> Grid;
   std::optional<surfsynth::TetrahedralMesh> Tetrahedra; ///< of this update
-  std::vector<surfsynth::MovedCopy> Shapes;             ///< of this update
+  vtkDataObject* Shapes = nullptr;                      ///< of this update
 };
 
 vtkElasticRestFilter::vtkElasticRestFilter()
@@ -362,16 +350,15 @@ int vtkElasticRestFilter::RequestDataObject(
 int vtkElasticRestFilter::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  std::vector<surfsynth::MovedCopy> shapes;
-  const std::string problem = this->Impl->ProblemOf(
-    vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(inputVector[2]), shapes);
+  vtkDataObject* shapes = vtkDataObject::GetData(inputVector[2]);
+  const std::string problem = this->Impl->ProblemOf(vtkDataObject::GetData(inputVector[0]), shapes);
   if (!problem.empty())
   {
     surfsynth::ReportError(this, "", problem);
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]), std::move(shapes));
+  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]), shapes);
   const auto makeRestStates = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakeRestStates(block, progress);
   };
